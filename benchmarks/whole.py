@@ -75,12 +75,14 @@ def work(count):
               poses=path.poses, part=part, body=None, obstacles=cell.obstacles)
 """
 _CAP = """
+import functools
 import numpy as np
 from benchmarks.parts.surfaces import cap, triangulated
 from geoprint.surfaces import boundary_loops, boundary_seed
-least, caps = 1_000, {}
+least = 1_000
+@functools.cache
 def cap_of(faces):
-    return caps.setdefault(faces, triangulated(cap(70.0), name="cap", faces=faces, style="irregular"))
+    return triangulated(cap(70.0), name="cap", faces=faces, style="irregular")
 cap_of(size), cap_of(least)
 """
 _DISTANCE = "from geoprint.backends import BACKENDS\ndef work(faces):\n    surface = cap_of(faces)\n"
@@ -119,11 +121,12 @@ def work(count):
 _OWN_SPEEDS = f"""{_MOTION}
 from scipy.interpolate import CubicSpline
 from geoprint.motion.timing.path_speeds import problem
+from geoprint.motion.timing.strain import GriddedPath
 from geoprint.motion.timing.reachability import reachable_speeds
 def work(count):
     arcs, joints = joints_of(count)
-    path, highest = CubicSpline(arcs, joints), np.full(count, 4.0)
-    reachable_speeds(problem(path, arcs, highest=highest, accelerations=np.full(6, 20.0), start=0.0, end=0.0))
+    path, highest = GriddedPath.of(CubicSpline(arcs, joints), arcs), np.full(count, 4.0)
+    reachable_speeds(problem(path, highest=highest, accelerations=np.full(6, 20.0), start=0.0, end=0.0))
 """
 _OWN_FORWARD = f"""{_MOTION}
 from geoprint.config import load_cell

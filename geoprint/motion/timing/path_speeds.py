@@ -10,12 +10,11 @@ whole path, for its solution is nowhere slower than any other.
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from geoprint.errors import LimitError
 from geoprint.model import BoolArray, FloatArray, IntArray, Robot
 from geoprint.motion.timing.reachability import Problem, reachable_speeds
-from geoprint.motion.timing.strain import excess
+from geoprint.motion.timing.strain import GriddedPath, excess
 
 # A window reaches at least this many steps and this many ramps beyond the steps that need it; where that proves too
 # narrow, so many times as far.
@@ -39,13 +38,12 @@ Window = tuple[int, int]
 
 
 def largest_speeds(
-    path: CubicSpline[np.float64], grid: FloatArray, *, highest: FloatArray, ramp: float, robot: Robot
+    path: GriddedPath, *, highest: FloatArray, ramp: float, robot: Robot
 ) -> tuple[FloatArray, FloatArray]:
     """Return the highest path speeds under their ceilings, from rest to rest.
 
     Args:
-        path: joint angles [rad] over the length s.
-        grid: (g,) s, ascending [m]; every knot of the path is among them.
+        path: on a grid of g points.
         highest: (g,) ceilings of the path speed [m/s], above zero.
         ramp: about the length in which the speed rises from rest to its ceiling [m].
         robot: limits of the joints.
@@ -57,16 +55,16 @@ def largest_speeds(
     Raises:
         LimitError: no motion within the limits was found.
     """
-    strain = excess(path, grid, highest, robot=robot)
+    strain = excess(path, highest, robot=robot)
     held = highest / np.maximum(1.0, np.maximum(np.append(strain, 0.0), np.append(0.0, strain)))
-    speeds, reached = _attempt(path, grid, strain, highest=highest, ramp=ramp, robot=robot)
+    speeds, reached = _attempt(path, strain, highest=highest, ramp=ramp, robot=robot)
     for _ in range(CALMINGS):
         near = _near_holes(speeds, held)
         if not near.any():
             break
         highest = np.where(near, held, highest)
-        strain = excess(path, grid, highest, robot=robot)
-        speeds, reached = _attempt(path, grid, strain, highest=highest, ramp=ramp, robot=robot)
+        strain = excess(path, highest, robot=robot)
+        speeds, reached = _attempt(path, strain, highest=highest, ramp=ramp, robot=robot)
     return speeds, reached
 
 
@@ -82,42 +80,30 @@ def _near_holes(speeds: FloatArray, held: FloatArray) -> BoolArray:
 
 
 def _attempt(
-    path: CubicSpline[np.float64],
-    grid: FloatArray,
-    strain: FloatArray,
-    *,
-    highest: FloatArray,
-    ramp: float,
-    robot: Robot,
+    path: GriddedPath, strain: FloatArray, *, highest: FloatArray, ramp: float, robot: Robot
 ) -> tuple[FloatArray, FloatArray]:
     """Return the speeds and their strain, given the (g - 1,) strain of the ceilings."""
     hard = strain > 1.0 - ROOM
     hard[[0, -1]] = True
     speeds, strain = highest.copy(), strain.copy()
-    for (first, last), found in _solved_windows(path, grid, hard, highest=highest, ramp=ramp, robot=robot).items():
+    for (first, last), found in _solved_windows(path, hard, highest=highest, ramp=ramp, robot=robot).items():
         speeds[first : last + 1] = found
-        strain[first:last] = excess(path, grid[first : last + 1], found, robot=robot)
+        strain[first:last] = excess(path.between(first, last), found, robot=robot)
     return speeds, strain
 
 
 def _solved_windows(
-    path: CubicSpline[np.float64],
-    grid: FloatArray,
-    hard: BoolArray,
-    *,
-    highest: FloatArray,
-    ramp: float,
-    robot: Robot,
+    path: GriddedPath, hard: BoolArray, *, highest: FloatArray, ramp: float, robot: Robot
 ) -> dict[Window, FloatArray]:
     """Return the speeds in the windows that hold all (g - 1,) hard steps; windows have no step in common."""
     solved: dict[Window, FloatArray] = {}
-    steps = np.flatnonzero(hard)
+    steps, grid = np.flatnonzero(hard), path.grid
     windows = _padded(grid, np.column_stack([steps, steps + 1]), steps=PADDING_STEPS, length=PADDING_RAMPS * ramp)
     widening = WIDENING
     while True:
         kept = {window: solved[window] for window in windows if window in solved}
         found = {
-            window: _solve(path, grid, *window, highest=highest, accelerations=robot.accelerations)
+            window: _solve(path, *window, highest=highest, accelerations=robot.accelerations)
             for window in windows
             if window not in kept
         }
@@ -152,13 +138,7 @@ def _merged(windows: IntArray) -> list[Window]:
 
 
 def _solve(
-    path: CubicSpline[np.float64],
-    grid: FloatArray,
-    first: int,
-    last: int,
-    *,
-    highest: FloatArray,
-    accelerations: FloatArray,
+    path: GriddedPath, first: int, last: int, *, highest: FloatArray, accelerations: FloatArray
 ) -> FloatArray | None:
     """Return the highest path speeds [m/s] from one grid point to another by TOPP-RA, or None where there are none.
 
@@ -166,44 +146,35 @@ def _solve(
     """
     ceilings = highest[first : last + 1]
     start = 0.0 if first == 0 else float(ceilings[0])
-    end = 0.0 if last == grid.size - 1 else float(ceilings[-1])
-    posed = problem(path, grid[first : last + 1], highest=ceilings, accelerations=accelerations, start=start, end=end)
+    end = 0.0 if last == path.grid.size - 1 else float(ceilings[-1])
+    posed = problem(path.between(first, last), highest=ceilings, accelerations=accelerations, start=start, end=end)
     found = reachable_speeds(posed)
     if found is None or found[1:-1].min(initial=1.0) <= 0.0 or found[0] < (1.0 - LOWERED_START) * start:
         return None
     return found
 
 
-def problem(
-    path: CubicSpline[np.float64],
-    grid: FloatArray,
-    *,
-    highest: FloatArray,
-    accelerations: FloatArray,
-    start: float,
-    end: float,
-) -> Problem:
+def problem(path: GriddedPath, *, highest: FloatArray, accelerations: FloatArray, start: float, end: float) -> Problem:
     """Return what the joints allow on a grid along a path.
 
     Args:
-        path: joint angles [rad] over the length s.
-        grid: (g,) s, ascending [m].
+        path: on a grid of g points.
         highest: (g,) ceilings of the path speed [m/s], above zero.
         accelerations: (6,) limits of the joints [rad/s2].
         start: speed at the first point [m/s].
         end: speed at the last one [m/s].
     """
-    pull, square = _rows(grid, path(grid, 1), path(grid, 2))
-    return Problem(pull, square, np.tile(accelerations, 2), grid=grid, highest=highest, start=start, end=end)
+    pull, square = _rows(path)
+    return Problem(pull, square, np.tile(accelerations, 2), grid=path.grid, highest=highest, start=start, end=end)
 
 
-def _rows(grid: FloatArray, slopes: FloatArray, bends: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _rows(path: GriddedPath) -> tuple[FloatArray, FloatArray]:
     """Return (g, 12) coefficients of path acceleration and squared speed in the joint accelerations.
 
     A step is held to its limits at both of its ends: at the far end the square of the speed has grown by twice the
     acceleration times the step.
     """
-    pull, square = np.tile(slopes, 2), np.tile(bends, 2)
-    pull[:-1, 6:] = slopes[1:] + 2.0 * np.diff(grid)[:, None] * bends[1:]
-    square[:-1, 6:] = bends[1:]
+    pull, square = np.tile(path.slopes, 2), np.tile(path.bends, 2)
+    pull[:-1, 6:] = path.slopes[1:] + 2.0 * np.diff(path.grid)[:, None] * path.bends[1:]
+    square[:-1, 6:] = path.bends[1:]
     return pull, square

@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from geoprint.model import BoolArray, FloatArray, IntArray, Process, Robot, Slowdown
 from geoprint.motion.timing.knots import METRES_PER_MILLIMETRE, Knots
-from geoprint.motion.timing.strain import strains
+from geoprint.motion.timing.strain import GriddedPath, strains
 from geoprint.motion.timing.topp import Motion, at_grid, end_ramps
 
 # A tip within 1 % of its speed lays an even bead.
@@ -175,7 +175,7 @@ def hold_of(knots: Knots, first: int, last: int, *, robot: Robot) -> Hold:
     """Return what a leg needs to run at its ceilings all along."""
     lengths, ceilings = knots.lengths_of(first, last), knots.ceilings[first:last]
     path = CubicSpline(lengths, knots.joints[first : last + 1])
-    factors = np.hstack(strains(path, lengths, at_grid(ceilings, lengths, lengths), robot=robot))
+    factors = strains(GriddedPath.of(path, lengths), at_grid(ceilings, lengths, lengths), robot=robot)
     return Hold(first, lengths, knots.deposit[first:last], factors, end_ramps(path, ceilings=ceilings, robot=robot))
 
 
@@ -287,8 +287,8 @@ class _Profile:
         lowest = int(stretch[self.speeds[:, stretch].min(axis=0).argmin()])
         row = int(self.rows[lowest])
         near = slice(max(row - 1, 0), row + 3)
-        rates, changes = strains(self.motion.path, self.motion.grid[near], self.motion.speeds[near], robot=robot)
-        joint, limit = _limiting(np.hstack([rates, changes]).max(axis=0))
+        path = GriddedPath.of(self.motion.path, self.motion.grid[near])
+        joint, limit = _limiting(strains(path, self.motion.speeds[near], robot=robot).max(axis=0))
         return Slowdown(
             run=self.run,
             kind="dip",

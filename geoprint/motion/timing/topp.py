@@ -15,7 +15,7 @@ from scipy.interpolate import CubicSpline
 from geoprint.model import BoolArray, FloatArray, Robot, frozen
 from geoprint.motion.timing.confirmation import confirm, is_installed
 from geoprint.motion.timing.path_speeds import largest_speeds, problem
-from geoprint.motion.timing.strain import path_accelerations
+from geoprint.motion.timing.strain import GriddedPath, path_accelerations
 
 # Where nothing else bounds the path speed [m/s]: faster than any arm, small enough for the solver.
 FASTEST = 10.0
@@ -155,11 +155,9 @@ def confirm_motion(motion: Motion, lengths: FloatArray, *, ceilings: FloatArray,
     if not is_installed():
         return
     last = min(motion.grid.size - 1, MOST_CONFIRMED)
-    grid, speeds = motion.grid[: last + 1], motion.speeds[: last + 1]
-    highest = _highest(motion.path, grid, at_grid(ceilings, lengths, motion.grid)[: last + 1], robot=robot)
-    posed = problem(
-        motion.path, grid, highest=highest, accelerations=robot.accelerations, start=0.0, end=float(speeds[-1])
-    )
+    path, speeds = GriddedPath.of(motion.path, motion.grid[: last + 1]), motion.speeds[: last + 1]
+    highest = _highest(path, at_grid(ceilings, lengths, motion.grid)[: last + 1], robot=robot)
+    posed = problem(path, highest=highest, accelerations=robot.accelerations, start=0.0, end=float(speeds[-1]))
     confirm(posed, speeds)
 
 
@@ -203,12 +201,13 @@ def _attempt(
     path: CubicSpline[np.float64], grid: FloatArray, ceilings: FloatArray, *, ramp: float, robot: Robot
 ) -> tuple[FloatArray, FloatArray]:
     """Return the (g,) fastest path speeds on a grid, and the (g - 1,) excess over the limits within its steps."""
-    return largest_speeds(path, grid, highest=_highest(path, grid, ceilings, robot=robot), ramp=ramp, robot=robot)
+    gridded = GriddedPath.of(path, grid)
+    return largest_speeds(gridded, highest=_highest(gridded, ceilings, robot=robot), ramp=ramp, robot=robot)
 
 
-def _highest(path: CubicSpline[np.float64], grid: FloatArray, ceilings: FloatArray, *, robot: Robot) -> FloatArray:
+def _highest(path: GriddedPath, ceilings: FloatArray, *, robot: Robot) -> FloatArray:
     """Return the (g,) speeds that neither the (g,) ceilings nor the joint speeds allow to exceed [m/s]."""
-    return np.minimum(_joint_ceilings(path(grid, 1), robot=robot), ceilings).clip(max=FASTEST)
+    return np.minimum(_joint_ceilings(path.slopes, robot=robot), ceilings).clip(max=FASTEST)
 
 
 def _joint_ceilings(slopes: FloatArray, *, robot: Robot) -> FloatArray:

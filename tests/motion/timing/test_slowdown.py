@@ -14,6 +14,7 @@ from geoprint.motion.controller.targets import written_targets
 from geoprint.motion.timing import path_speeds
 from geoprint.motion.timing.path_speeds import largest_speeds
 from geoprint.motion.timing.retiming import retime
+from geoprint.motion.timing.strain import GriddedPath
 from tests.motion.cells import bent_cell
 from tests.motion.joint_paths import arc, line, stream
 
@@ -150,20 +151,20 @@ def test_a_run_too_short_to_reach_its_speed_is_listed() -> None:
 def test_windows_give_what_the_whole_path_gives(monkeypatch: pytest.MonkeyPatch) -> None:
     grid = np.linspace(0.0, 0.5, 1001)
     joints = np.outer(4.0 * grid, np.ones(6)) + np.outer(0.05 * np.exp(-(((grid - 0.2) / 0.003) ** 2)), np.arange(6))
-    path = CubicSpline(grid, joints)
+    path = GriddedPath.of(CubicSpline(grid, joints), grid)
     highest = np.full(grid.size, 0.05)
     solved: list[int] = []
     solve = path_speeds._solve  # pyright: ignore[reportPrivateUsage]
 
     def counted(*arguments: object, **named: object) -> FloatArray | None:
-        solved.append(int(arguments[3]) - int(arguments[2]))  # type: ignore[call-overload]
+        solved.append(int(arguments[2]) - int(arguments[1]))  # type: ignore[call-overload]
         return solve(*arguments, **named)  # type: ignore[arg-type]
 
     monkeypatch.setattr(path_speeds, "_solve", counted)
-    speeds, strain = largest_speeds(path, grid, highest=highest, ramp=1e-3, robot=ROBOT)
+    speeds, strain = largest_speeds(path, highest=highest, ramp=1e-3, robot=ROBOT)
     windows = sum(solved)
     monkeypatch.setattr(path_speeds, "PADDING_STEPS", grid.size)
-    whole, _ = largest_speeds(path, grid, highest=highest, ramp=1e-3, robot=ROBOT)
+    whole, _ = largest_speeds(path, highest=highest, ramp=1e-3, robot=ROBOT)
     assert windows < 0.3 * (sum(solved) - windows)
     np.testing.assert_allclose(speeds, whole, rtol=2e-3)
     assert speeds.min() == 0.0 == speeds[0] == speeds[-1]
@@ -172,10 +173,10 @@ def test_windows_give_what_the_whole_path_gives(monkeypatch: pytest.MonkeyPatch)
 
 def test_a_window_that_proves_too_narrow_is_widened(monkeypatch: pytest.MonkeyPatch) -> None:
     grid = np.linspace(0.0, 0.5, 1001)
-    path = CubicSpline(grid, np.outer(4.0 * grid, np.ones(6)))
+    path = GriddedPath.of(CubicSpline(grid, np.outer(4.0 * grid, np.ones(6))), grid)
     highest = np.full(grid.size, 0.5)
     monkeypatch.setattr(path_speeds, "PADDING_STEPS", 2)
-    speeds, strain = largest_speeds(path, grid, highest=highest, ramp=1e-6, robot=ROBOT)
+    speeds, strain = largest_speeds(path, highest=highest, ramp=1e-6, robot=ROBOT)
     pull = ROBOT.accelerations.min() / 4.0
     np.testing.assert_allclose(speeds, np.minimum(np.sqrt(2.0 * pull * np.minimum(grid, 0.5 - grid)), 0.5), rtol=5e-3)
     assert strain.max() < 1.001

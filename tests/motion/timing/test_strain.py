@@ -9,11 +9,10 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from geoprint.model import FloatArray, Robot
-from geoprint.motion.timing.strain import excess, path_accelerations, strains
+from geoprint.motion.timing.strain import GriddedPath, excess, path_accelerations, strains
 from tests.motion.cells import bent_cell
 
 ROBOT: Robot = replace(bent_cell().robot, speeds=np.full(6, 2.0), accelerations=np.full(6, 8.0))
-GRID = np.array([0.0, 1.0])
 
 
 def along(joint: int, cubic: tuple[float, float, float]) -> CubicSpline[np.float64]:
@@ -26,7 +25,8 @@ def along(joint: int, cubic: tuple[float, float, float]) -> CubicSpline[np.float
 
 
 def strained(joint: int, cubic: tuple[float, float, float], speeds: FloatArray) -> tuple[FloatArray, FloatArray]:
-    rates, changes = strains(along(joint, cubic), GRID, speeds, robot=ROBOT)
+    path = GriddedPath.of(along(joint, cubic), np.array([0.0, 1.0]))
+    rates, changes = np.hsplit(strains(path, speeds, robot=ROBOT), 2)
     assert not np.delete(rates, joint, axis=1).any()
     assert np.delete(changes, joint, axis=1).max() < 1e-6
     return rates[:, joint], changes[:, joint]
@@ -77,11 +77,18 @@ def test_an_extreme_inside_a_step_counts_more_than_its_ends_and_its_middle() -> 
 
 
 def test_excess_is_the_largest_of_speeds_and_accelerations_step_by_step() -> None:
-    path, grid, speeds = along(2, (0.0, 1.0, 0.0)), np.array([0.0, 0.5, 1.0]), np.array([4.0, 4.0, 4.0])
-    rates, changes = strains(path, grid, speeds, robot=ROBOT)
+    path, speeds = GriddedPath.of(along(2, (0.0, 1.0, 0.0)), np.array([0.0, 0.5, 1.0])), np.array([4.0, 4.0, 4.0])
+    rates, changes = np.hsplit(strains(path, speeds, robot=ROBOT), 2)
     assert rates[:, 2] == pytest.approx([2.0, 4.0])
     assert changes[:, 2] == pytest.approx([2.0, 2.0])
-    assert excess(path, grid, speeds, robot=ROBOT) == pytest.approx([2.0, 4.0])
+    assert excess(path, speeds, robot=ROBOT) == pytest.approx([2.0, 4.0])
+
+
+def test_a_stretch_of_a_path_is_strained_as_it_is_in_the_whole() -> None:
+    grid = np.linspace(0.0, 1.0, 9)
+    path, speeds = GriddedPath.of(along(5, (1.0, -2.0, 1.5)), grid), np.linspace(0.5, 3.0, 9)
+    whole = strains(path, speeds, robot=ROBOT)
+    np.testing.assert_array_equal(strains(path.between(2, 6), speeds[2:7], robot=ROBOT), whole[2:6])
 
 
 def test_path_accelerations_are_half_the_change_of_the_squared_speed_over_the_length() -> None:
