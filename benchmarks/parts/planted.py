@@ -8,10 +8,12 @@ the collision check.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
 from typing import final
 
 import numpy as np
 
+from geoprint.kernels import inner, njit
 from geoprint.model import ControllerPath, FloatArray, IntArray, Surface, Tool
 from geoprint.motion.arm import Arm
 from geoprint.motion.collision.link_solids import link_solids
@@ -20,8 +22,6 @@ from geoprint.motion.collision.tool_solids import Solid, tool_solids
 # Samples of a step of the path, and across a rounded corner from one edge to the other.
 SHARES = (0.0, 0.25, 0.5, 0.75)
 ACROSS = (-1.0, 0.0, 1.0)
-# Pairs of poses and points worked on at a time: some 100 MB.
-PAIRS_AT_A_TIME = 500_000
 # Points of an obstacle are at most this far apart [mm], first and at last: an edge half a millimetre away is then right
 # to 0.01 mm.
 COARSE_STEP = 0.5
@@ -204,28 +204,36 @@ def _points(surface: Surface, *, step: float) -> FloatArray:
 
 
 def _least_distances(solid: Solid, poses: FloatArray, points: FloatArray) -> FloatArray:
-    """Return the (k,) smallest of the `_distances`, a block of poses at a time."""
-    block = max(PAIRS_AT_A_TIME // len(points), 1)
-    found = [_distances(solid, poses[k : k + block], points).min(axis=1) for k in range(0, len(poses), block)]
-    return np.concatenate([np.empty(0), *found])
-
-
-def _distances(solid: Solid, poses: FloatArray, points: FloatArray) -> FloatArray:
-    """Return the (k, m) signed distances of (m, 3) points from a solid at (k, 4, 4) poses [mm]."""
+    """Return the (k,) smallest signed distances of (m, 3) points from a solid at (k, 4, 4) poses [mm]."""
     starts = poses[:, :3, :3] @ solid.start + poses[:, :3, 3]
     axes = poses[:, :3, :3] @ solid.axis
-    offsets = points - starts[:, None]
-    along = np.einsum("kmi,ki->km", offsets, axes)
-    out = np.sqrt(np.maximum((offsets**2).sum(axis=2) - along**2, 0.0))
-    length, first, last = solid.length, solid.start_radius, solid.end_radius
+    return _least_from_axes(starts, axes, (solid.length, solid.start_radius, solid.end_radius), points)
+
+
+@njit
+def _least_from_axes(
+    starts: FloatArray, axes: FloatArray, shape: tuple[float, float, float], points: FloatArray
+) -> FloatArray:
+    found = np.full(len(starts), np.inf)
+    for k in range(len(starts)):
+        for point in points:
+            x, y, z = point[0] - starts[k, 0], point[1] - starts[k, 1], point[2] - starts[k, 2]
+            along = x * axes[k, 0] + y * axes[k, 1] + z * axes[k, 2]
+            out = sqrt(max(x * x + y * y + z * z - along * along, 0.0))
+            found[k] = min(found[k], _from_frustum(along, out, shape))
+    return found
+
+
+@inner
+def _from_frustum(along: float, out: float, shape: tuple[float, float, float]) -> float:
+    """Return the signed distance of a point from a frustum, given where it is along its axis and away from it [mm]."""
+    length, first, last = shape
     slope = (last - first) / length
-    side = (out - first - slope * along) / np.hypot(1.0, slope)
-    inside = np.maximum(side, np.maximum(-along, along - length))
-    on_side = np.clip((along + slope * (out - first)) / (1.0 + slope**2), 0.0, length)
-    to_side = np.hypot(along - on_side, out - first - slope * on_side)
-    to_start = np.hypot(along, np.maximum(out - first, 0.0))
-    to_end = np.hypot(along - length, np.maximum(out - last, 0.0))
-    outside = np.minimum(to_side, np.minimum(to_start, to_end))
-    distances: FloatArray = inside.copy()
-    distances[inside > 0.0] = outside[inside > 0.0]
-    return distances
+    beside = out - first - slope * along
+    if beside <= 0.0 and 0.0 <= along <= length:
+        return max(beside / sqrt(1.0 + slope * slope), -along, along - length)
+    on_side = min(max((along + slope * (out - first)) / (1.0 + slope * slope), 0.0), length)
+    to_side = (along - on_side) ** 2 + (out - first - slope * on_side) ** 2
+    to_start = along**2 + max(out - first, 0.0) ** 2
+    to_end = (along - length) ** 2 + max(out - last, 0.0) ** 2
+    return sqrt(min(to_side, to_start, to_end))
