@@ -39,12 +39,14 @@ def unconfirmed_speeds() -> tuple[str, ...]:
     return () if is_installed() else ("the speeds, by a second library (toppra is not installed)",)
 
 
-def confirm(problem: Problem, speeds: FloatArray) -> None:
+def confirm(problem: Problem, speeds: FloatArray) -> bool:
     """Ask toppra about a problem, and compare its answer with (g,) speeds [m/s] wherever they are below their ceilings.
 
     Most of them must not be above it. Single ones may be: the largest speed at one point may leave next to none at the
-    following one, and there the two solvers part by their rounding. On rough paths toppra may find no motion; then it
-    has no say.
+    following one, and there the two solvers part by their rounding.
+
+    Returns:
+        Whether toppra found a motion; on rough paths it may find none, and has no say.
 
     Raises:
         VerificationError: toppra finds lower speeds.
@@ -52,14 +54,15 @@ def confirm(problem: Problem, speeds: FloatArray) -> None:
     """
     found = _speeds_of_toppra(problem)
     bounded = speeds < (1.0 - AGREEMENT) * problem.highest
-    if found is None or not bounded.any():
-        return
-    above = float(np.median(speeds[bounded] - found[bounded])) / float(problem.highest.max())
+    if found is None:
+        return False
+    above = float(np.median(speeds[bounded] - found[bounded])) / float(problem.highest.max()) if bounded.any() else 0.0
     if above > AGREEMENT:
         raise VerificationError(
             f"where the joints bound the speed, toppra finds less than geoprint, by {100.0 * above:.1f}% of the "
             "largest; please report it with the part and the cell file."
         )
+    return True
 
 
 def _speeds_of_toppra(problem: Problem) -> FloatArray | None:

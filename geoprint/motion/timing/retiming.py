@@ -12,6 +12,7 @@ the tip would come from rest to its speed on a straight path. Where a leg is all
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TypeAlias, final
@@ -31,13 +32,19 @@ from geoprint.model import (
     Slowdown,
     Trajectory,
 )
+from geoprint.motion.timing.confirmation import is_installed
 from geoprint.motion.timing.knots import COINCIDENT_JOINTS, Knots, path_knots
 from geoprint.motion.timing.slowdown import Pace, held_after_dips, held_speeds, lowered, pace
 from geoprint.motion.timing.topp import Motion, confirm_motion, fastest_motion, straight_motion
 from geoprint.motion.timing.verification import SAMPLE_TIME, verify
 
+_LOG = logging.getLogger(__name__)
+
 # Motions of the legs of one path: by the first knot and the bytes of the ceilings.
 Known: TypeAlias = dict[tuple[int, bytes], Motion]
+
+# Legs that a second solver is asked about until it finds a motion.
+MOST_ASKED = 3
 
 # A true ramp may be longer than twice the ideal one: a lower speed is reached sooner. A run that still dips after so
 # many lowerings keeps its dips, and they are reported.
@@ -120,16 +127,20 @@ def _timed(
             if int(knots.runs[last]) in again:
                 legs[leg] = timer(knots, first, last)
         found = pace(knots, legs, robot=robot, process=process)
-    if first_time and legs:
+    if first_time and legs and is_installed():
         _confirm_longest(knots, legs, robot=robot)
     return knots, legs, (*slower.values(), *places), found
 
 
 def _confirm_longest(knots: Knots, legs: list[Motion], *, robot: Robot) -> None:
-    """Let a second solver confirm the leg of the most grid points, where one is installed."""
-    longest = max(range(len(legs)), key=lambda leg: legs[leg].grid.size)
-    first, last = knots.legs[longest]
-    confirm_motion(legs[longest], knots.lengths_of(first, last), ceilings=knots.ceilings[first:last], robot=robot)
+    """Let a second solver confirm the leg of the most grid points, or a shorter one if it finds no motion there."""
+    longest = sorted(range(len(legs)), key=lambda leg: -legs[leg].grid.size)
+    for leg in longest[:MOST_ASKED]:
+        first, last = knots.legs[leg]
+        lengths, ceilings = knots.lengths_of(first, last), knots.ceilings[first:last]
+        if confirm_motion(legs[leg], lengths, ceilings=ceilings, robot=robot):
+            return
+    _LOG.warning("note: toppra finds no motion along the longest legs, so that no second library confirms the speeds.")
 
 
 @final

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from geoprint.model import BoolArray, FloatArray, Robot, frozen
-from geoprint.motion.timing.confirmation import confirm, is_installed
+from geoprint.motion.timing.confirmation import confirm
 from geoprint.motion.timing.path_speeds import largest_speeds, problem
 from geoprint.motion.timing.strain import GriddedPath, path_accelerations
 
@@ -139,8 +139,8 @@ def fastest_motion(joints: FloatArray, lengths: FloatArray, *, ceilings: FloatAr
     return Motion(path, grid, path_speeds, _times(grid, path_speeds), stretched=stretched)
 
 
-def confirm_motion(motion: Motion, lengths: FloatArray, *, ceilings: FloatArray, robot: Robot) -> None:
-    """Let a second solver find the speeds along the beginning of a leg, where one is installed.
+def confirm_motion(motion: Motion, lengths: FloatArray, *, ceilings: FloatArray, robot: Robot) -> bool:
+    """Let a second solver find the speeds along the beginning of a leg.
 
     Args:
         motion: as `fastest_motion` gave it.
@@ -148,17 +148,18 @@ def confirm_motion(motion: Motion, lengths: FloatArray, *, ceilings: FloatArray,
         ceilings: (n - 1,) [m/s].
         robot: its limits.
 
+    Returns:
+        Whether the second one found a motion.
+
     Raises:
-        VerificationError: the second one finds lower speeds.
-        UsageError: it is installed and cannot be imported.
+        VerificationError: it finds lower speeds.
+        UsageError: it cannot be imported.
     """
-    if not is_installed():
-        return
     last = min(motion.grid.size - 1, MOST_CONFIRMED)
     path, speeds = GriddedPath.of(motion.path, motion.grid[: last + 1]), motion.speeds[: last + 1]
     highest = _highest(path, at_grid(ceilings, lengths, motion.grid)[: last + 1], robot=robot)
     posed = problem(path, highest=highest, accelerations=robot.accelerations, start=0.0, end=float(speeds[-1]))
-    confirm(posed, speeds)
+    return confirm(posed, speeds)
 
 
 def end_ramps(path: CubicSpline[np.float64], *, ceilings: FloatArray, robot: Robot) -> tuple[float, float]:

@@ -258,6 +258,29 @@ def test_without_toppra_a_motion_is_the_same_and_said_not_to_be_confirmed(
     assert unconfirmed_speeds() == ("the speeds, by a second library (toppra is not installed)",)
 
 
+def test_where_toppra_finds_no_motion_shorter_legs_are_asked_about_and_then_it_is_said(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    pytest.importorskip("toppra")
+    path = solved(stream(arc(angle=0.8), stops=(0, 22, 32)), ARM)
+    asked: list[int] = []
+
+    def none_at_first(problem: Problem) -> FloatArray | None:
+        asked.append(problem.grid.size)
+        return problem.highest if len(asked) in answered else None
+
+    monkeypatch.setattr(confirmation, "_speeds_of_toppra", none_at_first)
+    answered = {2}
+    timed(path)
+    assert len(asked) == 2
+    assert asked[0] > asked[1]
+    assert not caplog.messages
+    answered = set[int]()
+    timed(path)
+    assert len(asked) == 4
+    assert ["note: toppra finds no motion" in message for message in caplog.messages] == [True]
+
+
 def test_a_motion_is_refused_that_toppra_finds_slower(path: JointPath, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("toppra")
     known = confirmation._speeds_of_toppra  # pyright: ignore[reportPrivateUsage]

@@ -1,0 +1,1 @@
+"""What the whole costs, beside an earlier commit and beside peers."""

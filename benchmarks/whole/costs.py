@@ -1,0 +1,66 @@
+"""What a piece of work costs: clock, processor time and memory of a process of its own."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import final
+
+from benchmarks.whole.parts import FOLDER, PARTS, folder_of_parts, part_file
+
+TREE = Path(__file__).parents[2]
+# A process may say its own cost: seconds of clock and of the processor, without imports, and the memory above what its
+# work was given [MB].
+INNER = "inner cost:"
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What a piece of work took: clock and processor time [s], and peak memory [MB]."""
+
+    clock: float
+    processor: float
+    memory: float
+
+
+def cost_of(arguments: Sequence[str], tree: Path, *, fresh: bool = False) -> Cost:
+    """Run a piece of work in a tree and return what it took.
+
+    Args:
+        arguments: of the interpreter; `OUT` is an empty place, and a name of `PARTS` a file with that part.
+        tree: to import from.
+        fresh: whether what was compiled before is kept from it.
+
+    Raises:
+        RuntimeError: it failed; says with what.
+    """
+    with TemporaryDirectory() as folder:
+        environment = os.environ | {"PYTHONPATH": str(tree), FOLDER: folder_of_parts().name}
+        environment |= {"NUMBA_CACHE_DIR": folder} if fresh else {}
+        places = {"OUT": f"{folder}/out"} | {name: str(part_file(name)) for name in PARTS if name in arguments}
+        command = [sys.executable, *(places.get(each, each) for each in arguments)]
+        start, said = os.times(), Path(folder, "said")
+        with said.open("wb") as sink:
+            process = subprocess.Popen(  # noqa: S603  (commands of this folder)
+                command, cwd=tree, env=environment, stdout=sink, stderr=subprocess.STDOUT
+            )
+            _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        text = said.read_text(encoding="utf-8", errors="replace")
+    if process.returncode:
+        raise RuntimeError(f"{' '.join(command)[:200]} in {tree} ended with {process.returncode}: {text[-2000:]}")
+    inner = [line for line in text.splitlines() if line.startswith(INNER)]
+    if inner:
+        return Cost(*map(float, inner[-1].removeprefix(INNER).split()))
+    return Cost(os.times().elapsed - start.elapsed, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024.0)
+
+
+def least(costs: Sequence[Cost]) -> Cost:
+    """Return the least of each that some runs took: the machine is rarely alone."""
+    return Cost(*(min(getattr(cost, name) for cost in costs) for name in ("clock", "processor", "memory")))
