@@ -6,6 +6,7 @@ readers go through NumPy's parser and share with the writer nothing but the name
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import final
 
@@ -162,12 +163,12 @@ def _pose_rows(poses: PoseStream) -> FloatArray:
             poses.runs, poses.layers, poses.levels, poses.deposit, poses.surface_points, poses.quaternions,
             poses.normals, poses.arcs, poses.flow,
         ]
-    ).astype(np.float64)  # fmt: skip
+    ).astype(np.float64, copy=False)  # fmt: skip
 
 
 def _trajectory_rows(trajectory: Trajectory) -> FloatArray:
     columns = [trajectory.times, trajectory.joints, trajectory.deposit, trajectory.runs]
-    return np.column_stack(columns).astype(np.float64)
+    return np.column_stack(columns).astype(np.float64, copy=False)
 
 
 def table_bytes(rows: FloatArray, *, columns: tuple[str, ...], decimals: tuple[int, ...]) -> bytes:
@@ -199,26 +200,42 @@ def read_columns(path: Path | str, *, columns: tuple[str, ...]) -> FloatArray:
     Raises:
         VerificationError: header, form or a number is wrong.
     """
+    rows = 0
+
+    def counted(lines: Iterable[str]) -> Iterator[str]:
+        nonlocal rows
+        for line in lines:
+            rows += line.endswith("\n")
+            yield line
+
     try:
-        text = Path(path).read_bytes().decode("ascii", errors="replace")
+        with Path(path).open(encoding="ascii", errors="replace", newline="") as file:
+            header = file.readline().removesuffix("\n")
+            if header != ",".join(columns):
+                raise VerificationError(
+                    f"{path}: the columns are {header[:200]!r}, they must be {','.join(columns)!r}."
+                )
+            _refuse_cut_off(Path(path), header)
+            data = np.loadtxt(counted(file), delimiter=",", ndmin=2, comments=None)
     except OSError as error:
         raise VerificationError(f"{path} cannot be read: {error.strerror}; write the table again.") from error
-    header, _, body = text.partition("\n")
-    if header != ",".join(columns):
-        raise VerificationError(f"{path}: the columns are {header[:200]!r}, they must be {','.join(columns)!r}.")
-    if not body.endswith("\n"):
-        raise VerificationError(f"{path}: the last row is cut off or missing; write the table again.")
-    try:
-        data = np.loadtxt(body.splitlines(), delimiter=",", ndmin=2, comments=None)
     except ValueError as error:
         raise VerificationError(f"{path}: {error} (rows counted without the header); write the table again.") from error
-    rows = body.count("\n")
     if data.shape != (rows, len(columns)):
         raise VerificationError(f"{path}: {data.shape} numbers in {rows} rows of {len(columns)}; write it again.")
     if not np.isfinite(data).all():
         row, column = np.argwhere(~np.isfinite(data))[0]
         raise VerificationError(f"{path}, row {row + 1}: {columns[column]} is not finite; write the table again.")
     return data
+
+
+def _refuse_cut_off(path: Path, header: str) -> None:
+    """Refuse a file without rows below its header, or whose last row has no end."""
+    with path.open("rb") as file:
+        length = file.seek(0, 2)
+        file.seek(max(length - 1, 0))
+        if length <= len(header) + 1 or file.read() != b"\n":
+            raise VerificationError(f"{path}: the last row is cut off or missing; write the table again.")
 
 
 def whole_column(data: FloatArray, column: int, *, path: Path | str, columns: tuple[str, ...]) -> IntArray:
@@ -249,11 +266,13 @@ def _verify(path: Path | str, rows: FloatArray, *, columns: tuple[str, ...], dec
     if len(found) != len(rows):
         raise VerificationError(f"{path} has {len(found)} rows, the plan has {len(rows)}; write the table again.")
     halves = 0.5 * 10.0 ** -np.array(decimals, dtype=np.float64) * np.array([places > 0 for places in decimals])
-    wrong = np.abs(found - rows) > halves * (1.0 + 1e-6) + _READING_SHARE * np.maximum(np.abs(rows), 1.0)
-    if wrong.any():
-        row, column = np.argwhere(wrong)[0]
-        raise VerificationError(
-            f"{path}, row {row + 1}: {columns[column]} is {found[row, column]}, the plan has {rows[row, column]}; "
-            "write the table again.",
-            row=int(row) + 1,
-        )
+    for start in range(0, len(rows), _BLOCK_ROWS):
+        read, planned = found[start : start + _BLOCK_ROWS], rows[start : start + _BLOCK_ROWS]
+        wrong = np.abs(read - planned) > halves * (1.0 + 1e-6) + _READING_SHARE * np.maximum(np.abs(planned), 1.0)
+        if wrong.any():
+            row, column = np.argwhere(wrong)[0]
+            raise VerificationError(
+                f"{path}, row {start + row + 1}: {columns[column]} is {read[row, column]}, the plan has "
+                f"{planned[row, column]}; write the table again.",
+                row=start + int(row) + 1,
+            )
