@@ -3,7 +3,7 @@
     python -m benchmarks.collisions [--cases N] [--layer-cases N] [--table-cases N] [--parts FILE ...] [--smoke]
 
 On every part a path is planned, and then checked again with one obstacle besides: collisions from a graze of the
-clearance, over a graze of the body itself, to deep ones, and halls around everything; and near misses, 0.1 mm beyond
+clearance, over a graze of the body itself, to deep ones, and halls around everything; and near misses, 0.2 mm beyond
 the clearance. Obstacles are thin posts, plates and blocks at the sides of needle, cone, barrel, bracket, lamp and the
 arm's links, at any moment from home to home (`benchmarks.parts.planted`). The nozzle leans where that serves the
 speed. At last the tip is lowered by 0.05 mm on all deposit, where nothing must be reported.
@@ -15,9 +15,9 @@ Over the bare part, without the layers, the same path is clear.
 The third table is of a part on each kind of table that tilts it, in two of its attitudes: the same obstacles where the
 part stands then; and the table itself, shifted under the part so that a point of plate, leg, hub or stand is at a known
 distance from a spot of what moves, whatever else of it is nearer; and near misses, in which the nearest of all of it is
-0.2 mm beyond the clearance (`benchmarks.parts.planted_cylinders`). The last column is of the arm at home
-while the shifted table goes to the attitude: what then comes within the clearance must be refused. There are no near
-misses of that, because a proof for all that moves at once keeps some millimetres more.
+0.2 mm beyond the clearance (`benchmarks.parts.planted_cylinders`). One column is of the arm at home while the shifted
+table goes to the attitude: what then comes within the clearance must be refused. There are no near misses of that,
+because a proof for all that moves at once keeps some millimetres more.
 """
 
 from __future__ import annotations
