@@ -256,7 +256,7 @@ def in_attitudes(paths: Plan, placement: Placement) -> list[tuple[Plan, Placemen
     assert table is not None
     assert tilting is not None
     machine = table_machine(table)
-    divided = portions(tilting.attitudes, deposited(paths), overlap=0.0)
+    divided = portions(tilting.attitudes, deposited(paths), overlap=0.0, critical=paths.workpiece.cell.process.overhang)
     poses = machine.plates(np.stack([one.up for one in tilting.attitudes]) @ plate_turn(paths, machine).T)
     stands = [
         tilted_placement(machine, placement, T_table_plate=pose, number=number)

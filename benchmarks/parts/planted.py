@@ -7,14 +7,17 @@ the collision check.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from math import sqrt
-from typing import final
+from typing import TypeVar, final
 
 import numpy as np
 
+from benchmarks.parts.planted_cylinders import Patches
+from geoprint import transforms
 from geoprint.kernels import inner, njit
-from geoprint.model import ControllerPath, FloatArray, IntArray, Surface, Tool
+from geoprint.model import ControllerPath, Cylinder, FloatArray, IntArray, Surface, Tool
 from geoprint.motion.arm import Arm
 from geoprint.motion.collision.link_solids import link_solids
 from geoprint.motion.collision.tool_solids import Solid, tool_solids
@@ -32,6 +35,7 @@ MOST_MOVES = 25
 # Extent of the kinds of obstacles, along the solid's side, across it and away from it [mm].
 KINDS = {"post": (8.0, 0.2, 0.2), "plate": (3.0, 3.0, 0.0), "block": (3.0, 3.0, 3.0)}
 FRAME_OF_TOOL = 7
+Planted = TypeVar("Planted")
 # Faces of a box whose corner 4 i + 2 j + k lies at place i, j, k of its three directions.
 BOX_FACES = np.array(
     [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
@@ -102,11 +106,12 @@ class Sweep:
         self._frames = self._placed(path.joints)
         self._moved = [self._largest_step(piece) for piece in self.moving]
 
-    def spot(self, name: str, random: np.random.Generator) -> Spot:
-        """Return a random spot on the side of a solid at a random moment."""
+    def spot(self, name: str, random: np.random.Generator, *, at_home: bool = False) -> Spot:
+        """Return a random spot on the side of a solid, at home or at a random moment."""
         choices = [piece for piece in self.moving if piece.solid.name == name]
         piece = choices[int(random.integers(len(choices)))]
         row, share = int(random.integers(len(self._path.joints) - 1)), float(random.random())
+        row, share = (0, 0.0) if at_home else (row, share)
         joints = (1.0 - share) * self._path.joints[row] + share * self._path.joints[row + 1]
         pose = self._placed(joints[None])[0, piece.frame]
         solid, at, turn = piece.solid, float(random.random()), 2.0 * np.pi * float(random.random())
@@ -137,6 +142,44 @@ class Sweep:
         fine = _points(surface, step=POINT_STEP)
         return min(float(_least_distances(solid, frames, fine).min(initial=np.inf)) for solid, frames in close)
 
+    def distance_from(self, cylinders: Sequence[Cylinder], *, enough: float = -np.inf) -> float:
+        """Return the smallest distance of the surfaces of cylinders in the base from everything that moves [mm].
+
+        Patches of the surfaces are halved, and moments left out, as long as one may be nearer than the nearest so far.
+
+        Args:
+            cylinders: in the base frame.
+            enough: where something is nearer than this, it is not asked how near the nearest is [mm].
+        """
+        patches = Patches.of([_moved(one, self._T_work_base) for one in cylinders])
+        points, radii = patches.balls()
+        rough = [
+            _bounds(piece.solid, self._frames[:, piece.frame], moved, points, radii)[2]
+            for piece, moved in zip(self.moving, self._moved, strict=True)
+        ]
+        bound = min(rough)
+        for column in sorted(range(len(rough)), key=rough.__getitem__):
+            if bound >= enough:
+                bound = self._nearer(self.moving[column], self._moved[column], patches, bound=bound)
+        return bound
+
+    def _nearer(self, piece: Moving, moved: FloatArray, patches: Patches, *, bound: float) -> float:
+        """Return the smaller of a bound and of the distance of patches from one moving solid [mm]."""
+        rows, frames = np.arange(len(moved)), self._frames[:, piece.frame]
+        while True:
+            points, radii = patches.balls()
+            at_rows, at_points, least = _bounds(piece.solid, frames, moved, points, radii)
+            bound = min(bound, least)
+            near, kept = at_rows < bound, at_points < bound
+            if radii.max() <= POINT_STEP / 2.0 or not near.any():
+                return bound
+            patches, frames, moved = patches.split(kept), frames[near], moved[near]
+            if len(rows):
+                rows = rows[near]
+                if radii.max() <= COARSE_STEP:
+                    frames = self._dense(rows)[:, piece.frame]
+                    rows, moved = rows[:0], np.zeros(len(frames))
+
     def _largest_step(self, piece: Moving) -> FloatArray:
         """Return (k,) about how far a solid moves in the step behind each row, and by the rounding there [mm]."""
         ends = np.stack([piece.solid.start, piece.solid.end, piece.solid.frame[:, 0] * piece.solid.end_radius])
@@ -163,18 +206,25 @@ class Sweep:
         return self._T_work_base @ self._arm.link_poses(joints)
 
 
-def near_miss(sweep: Sweep, spot: Spot, kind: str, *, distance: float) -> Surface | None:
-    """Move an obstacle away from a spot until it is a distance [mm] from everything that moves.
+def near_miss(
+    placed: Callable[[float], Planted], distance_of: Callable[[Planted], float], *, distance: float
+) -> Planted | None:
+    """Move something away from a spot until it is a distance [mm] from everything that moves.
+
+    Args:
+        placed: places it so far from the spot [mm].
+        distance_of: returns how far it is from everything that moves [mm].
+        distance: that is wanted [mm].
 
     Returns:
-        The obstacle; None where that takes more than MOST_MOVES moves.
+        It; None where that takes more than MOST_MOVES moves.
     """
     at, too_near, too_far, stride = distance, -np.inf, np.inf, distance
     for _ in range(MOST_MOVES):
-        obstacle = spot.obstacle(kind, distance=at)
-        missing = distance - sweep.distance(obstacle)
+        planted = placed(at)
+        missing = distance - distance_of(planted)
         if abs(missing) <= DISTANCE_TOLERANCE:
-            return obstacle
+            return planted
         too_near, too_far = (at, too_far) if missing > 0.0 else (too_near, at)
         # Out of what sweeps over wide places in ever longer strides; then in between what is too near and too far.
         stride *= 2.0
@@ -191,6 +241,11 @@ def hall(sweep: Sweep) -> Surface:
     return Surface(corners + sweep.spot("barrel", np.random.default_rng(0)).place, BOX_FACES, name="planted")
 
 
+def _moved(cylinder: Cylinder, T_a_b: FloatArray) -> Cylinder:
+    start, end = transforms.apply(T_a_b, np.stack([cylinder.start, cylinder.end]))
+    return replace(cylinder, start=start, end=end)
+
+
 def _points(surface: Surface, *, step: float) -> FloatArray:
     """Return points of a surface, spread over each face at most a step apart [mm], its corners among them."""
     found: list[FloatArray] = []
@@ -205,9 +260,31 @@ def _points(surface: Surface, *, step: float) -> FloatArray:
 
 def _least_distances(solid: Solid, poses: FloatArray, points: FloatArray) -> FloatArray:
     """Return the (k,) smallest signed distances of (m, 3) points from a solid at (k, 4, 4) poses [mm]."""
+    return _least_from_axes(*_placed(solid, poses), points)
+
+
+def _bounds(
+    solid: Solid, poses: FloatArray, moved: FloatArray, points: FloatArray, radii: FloatArray
+) -> tuple[FloatArray, FloatArray, float]:
+    """Return how near balls may come to a solid [mm].
+
+    Args:
+        solid: that moves.
+        poses: (k, 4, 4) of it.
+        moved: (k,) how far it goes about each [mm].
+        points: (m, 3) middles of the balls.
+        radii: (m,) of the balls [mm].
+
+    Returns:
+        (k,) lower bounds for each pose, (m,) for each ball, and the smallest distance of a middle from a pose.
+    """
+    return _bounds_from_axes(*_placed(solid, poses), moved, np.column_stack([points, radii]))
+
+
+def _placed(solid: Solid, poses: FloatArray) -> tuple[FloatArray, FloatArray, tuple[float, float, float]]:
+    """Return the (k, 3) starts and axes of a solid at poses; and its length, first and last radius [mm]."""
     starts = poses[:, :3, :3] @ solid.start + poses[:, :3, 3]
-    axes = poses[:, :3, :3] @ solid.axis
-    return _least_from_axes(starts, axes, (solid.length, solid.start_radius, solid.end_radius), points)
+    return starts, poses[:, :3, :3] @ solid.axis, (solid.length, solid.start_radius, solid.end_radius)
 
 
 @njit
@@ -217,11 +294,29 @@ def _least_from_axes(
     found = np.full(len(starts), np.inf)
     for k in range(len(starts)):
         for point in points:
-            x, y, z = point[0] - starts[k, 0], point[1] - starts[k, 1], point[2] - starts[k, 2]
-            along = x * axes[k, 0] + y * axes[k, 1] + z * axes[k, 2]
-            out = sqrt(max(x * x + y * y + z * z - along * along, 0.0))
-            found[k] = min(found[k], _from_frustum(along, out, shape))
+            found[k] = min(found[k], _from_solid(point, starts[k], axes[k], shape))
     return found
+
+
+@njit
+def _bounds_from_axes(
+    starts: FloatArray, axes: FloatArray, shape: tuple[float, float, float], moved: FloatArray, balls: FloatArray
+) -> tuple[FloatArray, FloatArray, float]:
+    at_poses, at_balls, least = np.full(len(starts), np.inf), np.full(len(balls), np.inf), np.inf
+    for k in range(len(starts)):
+        for m in range(len(balls)):
+            distance = _from_solid(balls[m], starts[k], axes[k], shape)
+            least = min(least, distance)
+            bound = distance - moved[k] - balls[m, 3]
+            at_poses[k], at_balls[m] = min(at_poses[k], bound), min(at_balls[m], bound)
+    return at_poses, at_balls, least
+
+
+@inner
+def _from_solid(point: FloatArray, start: FloatArray, axis: FloatArray, shape: tuple[float, float, float]) -> float:
+    x, y, z = point[0] - start[0], point[1] - start[1], point[2] - start[2]
+    along = x * axis[0] + y * axis[1] + z * axis[2]
+    return _from_frustum(along, sqrt(max(x * x + y * y + z * z - along * along, 0.0)), shape)
 
 
 @inner

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from geoprint.account.prints.overhang import table_sentences
 from geoprint.account.prints.sides import variation_text
 from geoprint.account.records.comparison import PlannedRecord, RefusedRecord
 from geoprint.account.records.plan import EvennessRecord
@@ -40,6 +41,7 @@ def verdict(
         *printed,
         *_faults(order),
         *(text for row in order for text in middle_sentences(row.middles, backend=row.backend)),
+        *table_sentences(order),
         *_printing(order),
         *_levels(order),
         *(f"{row.backend} could not plan on this part: {row.refused}" for row in refused),

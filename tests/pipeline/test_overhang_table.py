@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from geoprint import job_of, plan
-from geoprint.account.prints.overhang import overhang_rows, record_overhang, table_text
-from geoprint.account.records.comparison import PlannedRecord
+from geoprint import compare, job_of, plan
+from geoprint.account.comparison_summary import tell_comparison
+from geoprint.account.prints.overhang import overhang_rows, record_overhang, table_sentences, table_text
+from geoprint.account.records.comparison import PartRecord, PlannedRecord
 from geoprint.config import TILTING_CELL, packaged_cell_text
 from geoprint.guide import pages
 from geoprint.quality import overhang
@@ -66,9 +67,32 @@ def test_a_row_of_the_report_stands_only_where_the_cell_has_a_table(tmp_path: Pa
     cell = tilting_cell(tmp_path, "tilt-turn")
     job = job_of(surface=PART, unit="mm", spacing=4.0, backend="heat", robot=False)
     found = [record_overhang(plan(each)) for each in (job, job.model_copy(update={"cell": cell}))]
-    still, tilted = (overhang_rows([PlannedRecord.model_construct(overhang=one)]) for one in found)
+    rows = [PlannedRecord.model_construct(backend="heat", overhang=one) for one in found]
+    still, tilted = (overhang_rows([row]) for row in rows)
     assert [row.quantity for row in tilted[: len(still)]] == [row.quantity for row in still]
     assert [row.quantity for row in tilted[len(still) :]] == ["attitudes of the table"]
+    # So it is with the sentence that `compare` says.
+    assert table_sentences(rows[:1]) == []
+    table = found[1].table
+    assert table is not None
+    left = f"nothing over the tilt-turn table in {len(table.attitudes)} attitudes"
+    assert table_sentences(rows) == [f"Overhang: {found[1].length_mm:.0f} mm at rest with heat and {left}."]
+
+
+def test_compare_says_what_a_hexapod_leaves_with_each_backend(tmp_path: Path) -> None:
+    job = job_of(surface=PART, unit="mm", spacing=4.0, robot=False, cell=tilting_cell(tmp_path, "hexapod"))
+    compared = compare(job, backends=["heat", "lscm"])
+    record = tell_comparison([compared]).record.parts[0]
+    assert isinstance(record, PartRecord)
+    (said,) = [text for text in record.verdict if text.startswith("Overhang: ")]
+    for name, outcome in compared.planned:
+        told = record_overhang(outcome.plan)
+        assert told.table is not None
+        assert 0.0 < told.table.length_mm < told.length_mm
+        assert (
+            f"{told.length_mm:.0f} mm at rest with {name} and {told.table.length_mm:.0f} mm over the hexapod in "
+            f"{len(told.table.attitudes)} attitudes, up to {told.table.missing_deg:.0f} degrees beyond" in said
+        )
 
 
 @pytest.mark.dear

@@ -84,6 +84,22 @@ def table_text(told: TableRecord) -> str:
     )
 
 
+def table_sentences(rows: Sequence[PlannedRecord]) -> list[str]:
+    """Return the sentence on what overhangs of each backend's paths, at rest and over the table; none without one."""
+    told = [(row.backend, row.overhang) for row in rows if row.overhang is not None]
+    with_tables = [(backend, one.length_mm, one.table) for backend, one in told if one.table is not None]
+    each = [f"{length:.0f} mm at rest with {backend} and {_left(table)}" for backend, length, table in with_tables]
+    return [f"Overhang: {'; '.join(each)}."] if each else []
+
+
+def _left(table: TableRecord) -> str:
+    count = len(table.attitudes)
+    over = f"over the {table.name} in {count} attitude{'s' if count > 1 else ''}"
+    if table.length_mm == 0.0:
+        return f"nothing {over}"
+    return f"{table.length_mm:.0f} mm {over}, up to {table.missing_deg:.0f} degrees beyond the critical angle"
+
+
 def overhang_rows(rows: Sequence[PlannedRecord]) -> list[Row]:
     """Return the rows of a report on overhang; none where it was not measured.
 

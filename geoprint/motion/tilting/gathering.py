@@ -101,16 +101,21 @@ def _layer(
         [_divided(np.ascontiguousarray(admits[:, a:b])) for a, b in pairwise([*starts.tolist(), len(aims)])]
     )
     cuts = np.union1d(starts, np.flatnonzero(np.diff(chosen)) + 1)
-    ends = np.append(cuts[1:], len(aims))
-    # What is laid from the last pose of a piece to the first of the next is laid by the piece.
-    ends += np.isin(ends, np.setdiff1d(cuts, starts))
+    # What is laid from the last pose of a piece to the first of the next is laid by the piece, or by the next one where
+    # that alone admits both.
+    inner = ~np.isin(cuts, starts)
+    taking = inner & ~admits[chosen[cuts - 1], cuts] & admits[chosen[cuts], cuts - 1]
+    firsts, ends = cuts - taking, np.append(cuts[1:] + (inner & ~taking)[1:], len(aims))
     attitudes: list[Attitude] = []
     for number, up in enumerate(taken):
-        # The last pose of a run alone lays nothing: what leads to it is laid by the piece before.
-        own = np.flatnonzero((chosen[cuts] == number) & (ends - cuts > 1))
+        # A pose alone lays nothing: what leads to it is laid by the piece before.
+        own = np.flatnonzero((chosen[cuts] == number) & (ends - firsts > 1))
         if own.size:
-            at, slack = roomiest(aims[chosen == number], up, within=within)
-            attitudes.append(Attitude(at, slack, np.column_stack([cuts[own], ends[own]])))
+            pieces = np.column_stack([firsts[own], ends[own]])
+            along: list[IntArray] = [np.arange(first, end) for first, end in pieces]
+            rows = np.unique(np.concatenate(along))
+            at, slack = roomiest(aims[rows[admits[number, rows]]], up, within=within)
+            attitudes.append(Attitude(at, slack, pieces))
     return sorted(attitudes, key=lambda each: int(each.pieces[0, 0]))
 
 

@@ -18,6 +18,10 @@ from geoprint.motion.tilting import Attitude
 from geoprint.paths import PosedSurface
 from geoprint.pipeline.standing import pose_stream
 from geoprint.results import Plan
+from geoprint.transforms import angles_between
+
+# Angles of overhang are compared up to this [rad].
+ANGLE_TOLERANCE = 1e-6
 
 
 @final
@@ -39,20 +43,28 @@ class Portions:
         return np.concatenate([np.arange(first, behind) for first, behind in _pairs(self.pieces)])
 
 
-def portions(attitudes: Sequence[Attitude], poses: PoseStream, *, overlap: float) -> tuple[Portions, ...]:
+def portions(
+    attitudes: Sequence[Attitude], poses: PoseStream, *, overlap: float, critical: float
+) -> tuple[Portions, ...]:
     """Divide a deposit among attitudes, with beads that overlap and fade where one is interrupted.
 
     Args:
         attitudes: whose pieces together are the whole deposit.
         poses: the n deposited ones.
-        overlap: along the run [mm]; no longer than the piece before.
+        overlap: along the run [mm]; no longer than the piece before, nor than what does not overhang in the attitude.
+        critical: angle of overhang [rad].
 
     Returns:
         What is printed in each; the shares of all pieces at any place of the deposit add to 1.
     """
     starts = {first: behind for each in attitudes for first, behind in _pairs(each.pieces)}
     ends = {behind: first for first, behind in starts.items()}
-    fades = {first: _fade(poses, first, ends, overlap=overlap) for first in starts}
+    fades = {
+        first: _fade(poses, first, ends, overlap=overlap, angles=angles)
+        for each in attitudes
+        for angles in [np.maximum(angles_between(poses.normals, each.up), critical)]
+        for first in each.pieces[:, 0].tolist()
+    }
     found: list[Portions] = []
     for each in attitudes:
         pieces = [(fades[first], behind) for first, behind in _pairs(each.pieces)]
@@ -81,13 +93,18 @@ def attitude_paths(paths: Plan, portion: Portions, placement: Placement, *, know
     return replace(paths, workpiece=workpiece, toolpath=toolpath, poses=poses, tilting=None)
 
 
-def _fade(poses: PoseStream, first: int, ends: dict[int, int], *, overlap: float) -> int:
-    """Return the pose with which a piece begins that goes on where another ends: as far before as beads overlap."""
+def _fade(poses: PoseStream, first: int, ends: dict[int, int], *, overlap: float, angles: FloatArray) -> int:
+    """Return the pose with which a piece begins that goes on where another ends: as far before as beads overlap.
+
+    None of what overlaps is steeper than its own first pose, by (n,) angles of all poses that are critical at least.
+    """
     before = ends.get(first + 1)
     if before is None or poses.runs[before] != poses.runs[first]:
         return first
-    inside = np.flatnonzero(poses.arcs[first] - poses.arcs[before : first + 1] <= overlap)
-    return before + int(inside[0])
+    outside = (poses.arcs[first] - poses.arcs[before:first] > overlap) | (
+        angles[before:first] > angles[first] + ANGLE_TOLERANCE
+    )
+    return before + int(np.flatnonzero(outside).max(initial=-1)) + 1
 
 
 def _shares(arcs: FloatArray, first: int, behind: int, *, grown: int, fading: int) -> FloatArray:

@@ -88,11 +88,11 @@ def with_attitudes(paths: Plan, placement: Placement, stage: Stages, *, chain: C
         return chain(paths, placement, stage)
     machine, within = table_machine(table), up_range(paths, table_machine(table))
     overlap = table.overlap if paths.workpiece.cell.signals.mode == "analog" else 0.0
-    divided = portions(tilting.attitudes, deposited(paths), overlap=overlap)
+    divided = portions(tilting.attitudes, deposited(paths), overlap=overlap, critical=within.critical)
     known = posed_surface(paths.workpiece.surface, paths.workpiece.body)
     printed: list[_Printed] = []
     for number, (attitude, portion) in enumerate(zip(tilting.attitudes, divided, strict=True), start=1):
-        of = _Asked(number, len(divided), attitude, portion, _aims(paths, attitude, tilting, within), known)
+        of = _Asked(number, len(divided), attitude, portion, _aims(paths, portion, tilting, within), known)
         cell = attitude_cell(paths.workpiece.cell, number=number, count=len(divided))
         own = replace(paths, workpiece=replace(paths.workpiece, cell=cell))
         printed.append(_printed(own, placement, of, stage, table=machine, within=within, chain=chain))
@@ -138,10 +138,10 @@ def _printed(
     raise _refusal(asked, table, errors, starts, stage)
 
 
-def _aims(paths: Plan, attitude: Attitude, tilting: Tilting, within: UpRange) -> FloatArray:
-    """Return the (k, 3) normals that an attitude was chosen for; the last pose of a piece may be that of the next."""
+def _aims(paths: Plan, portion: Portions, tilting: Tilting, within: UpRange) -> FloatArray:
+    """Return the (k, 3) normals of an attitude's beads; the last pose of a piece may be that of the next."""
     firsts = np.concatenate([each.pieces[:, 0] for each in tilting.attitudes])
-    pieces = attitude.pieces
+    pieces = portion.pieces
     ends = pieces[:, 1] - np.isin(pieces[:, 1] - 1, firsts)
     ranges: list[IntArray] = [np.arange(first, end) for first, end in zip(pieces[:, 0], ends, strict=True)]
     rows = np.concatenate(ranges)

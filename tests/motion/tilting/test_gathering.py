@@ -55,6 +55,16 @@ def test_rings_about_an_apex_need_a_fraction_of_the_moves_of_their_order() -> No
     assert kept.moves > 3 * len(found)
 
 
+def test_a_step_between_two_attitudes_is_laid_in_the_one_that_admits_both_of_its_ends() -> None:
+    normals, runs = rings(np.arange(2.0, 85.0, 3.0), each=400)
+    within = UpRange(cone(90.0), rest=Z, critical=CRITICAL)
+    found = gathered(normals, runs=runs, layers=np.zeros_like(runs), lengths=np.ones(len(runs)), within=within)
+    steepest = np.array([angles_between(normals[a:b], one.up).max() for one in found for a, b in one.pieces.tolist()])
+    # Few steps go from what only the one admits to what only the other does.
+    assert (steepest > CRITICAL + 1e-6).mean() < 0.05
+    assert steepest.max() < CRITICAL + np.radians(0.2)
+
+
 @settings(max_examples=20, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_whatever_lies_within_range_is_admitted_and_printed_once(seed: int) -> None:
