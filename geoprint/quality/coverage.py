@@ -129,6 +129,7 @@ def coverage(
         np.concatenate([found.own_runs[near], found.other_runs[both]]),
         np.concatenate([found.own_arcs[near], found.other_arcs[both]]),
         area * np.concatenate([(weights * here)[near], (weights * (1.0 - here))[both]]),
+        points=spatial(mesh, samples.places),
         closed=path.closed,
         spacing=spacing,
     )
