@@ -1,7 +1,7 @@
 """Processes that end when the one that started them does, however that ends.
 
-Where it is killed, nobody tells its processes: they would plan on to the end and then wait for ever. Where it is stopped
-at the keyboard its processes hear that too: one that still imports what it needs must not break off with a traceback.
+Where it is killed, nobody tells its processes: they would plan on to the end and then wait for ever. Where it is
+stopped at the keyboard its processes hear that too: one that still imports must not break off with a traceback.
 """
 
 from __future__ import annotations
