@@ -264,9 +264,10 @@ def test_a_binary_file_is_as_precise_as_its_numbers(tmp_path: Path) -> None:
 def test_missing_files_and_directories_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="does not exist"):
         load(tmp_path / "absent.stl", unit="mm")
-    (tmp_path / "folder.stl").mkdir()
-    with pytest.raises(InputError, match="is a directory"):
-        load(tmp_path / "folder.stl", unit="mm")
+    for name in ("folder.stl", "folder"):
+        (tmp_path / name).mkdir()
+        with pytest.raises(InputError, match="is a directory"):
+            load(tmp_path / name, unit="mm")
 
 
 @given(share=st.floats(0.0, 1.0, exclude_max=True), binary=st.sampled_from(["binary.stl", "solid.stl", "binary.ply"]))
