@@ -134,25 +134,19 @@ def coverage(
         spacing=spacing,
     )
     widths = widths / shares_at(mesh, samples.places, wanted, spacing=spacing)
-    missed = weights * _share(across, gap - found.own, found.other - gap)
+    mean, missed = np.average(widths, weights=lengths), weights * _share(across, gap - found.own, found.other - gap)
     return Coverage(
         area=area,
         gap=float(missed.sum()),
         overlap=float(weights @ _share(across, found.other - overlap, overlap - found.own)),
         widths=widths,
-        width_cv=_variation(widths, lengths),
+        width_cv=float(np.sqrt(np.average((widths - mean) ** 2, weights=lengths)) / mean),
         unknown=unknown,
         places=found.triangles.middles,
         gaps=found.own > gap,
         overlaps=found.other < overlap,
         missed=area * missed,
     )
-
-
-def _variation(values: FloatArray, weights: FloatArray) -> float:
-    """Return the weighted coefficient of variation."""
-    mean = np.average(values, weights=weights)
-    return float(np.sqrt(np.average((values - mean) ** 2, weights=weights)) / mean)
 
 
 def _nearest_two(
