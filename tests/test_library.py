@@ -31,7 +31,7 @@ from geoprint.model.values import WIDTH
 from geoprint.motion.arm import read_urdf_file
 from geoprint.pipeline.feeding import feedback_text
 from geoprint.results import Comparison, MeasuredFile, Measurement, Plan, Planned
-from geoprint.surfaces.files import load_file, suggested_unit
+from geoprint.surfaces.files import load_file, suggested_unit, write_whole
 
 ROOT = Path(__file__).parents[1]
 PLATE = str(ROOT / "data" / "plate.ply")
@@ -159,6 +159,7 @@ def writers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "compare_stacks": lambda: pipeline.compare_stacks(planned.job.model_copy(update={"thickness": 1.0}), below),
         "save_comparisons": lambda: geoprint.save_comparisons([compared], below),
         "save_measurement": lambda: geoprint.save_measurement(_measurement(), below),
+        "write_whole": lambda: write_whole(below, b""),
         "save_table": lambda: geoprint.save_table(geoprint.runs_table(planned), below),
         "save_ply": lambda: geoprint.save_ply(planned.workpiece.part, below),
         "save_calibrated": lambda: geoprint.save_calibrated(calibrated, gone, overwrite=False),

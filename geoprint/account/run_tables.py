@@ -19,9 +19,9 @@ from pathlib import Path
 import numpy as np
 
 from geoprint.account.spacing_table import Table, csv_bytes, table_of
-from geoprint.errors import ExportError
 from geoprint.quality import Uniformity
 from geoprint.results import Plan
+from geoprint.surfaces.files import write_whole
 
 
 def runs_table(plan: Plan) -> Table:
@@ -61,12 +61,9 @@ def csv_text(table: Table) -> str:
 
 
 def save_table(table: Table, path: Path | str) -> None:
-    """Write a table of runs, levels or samples as a CSV file; one of that name is replaced.
+    """Write a table of runs, levels or samples as a CSV file, whole or not at all; one of that name is replaced.
 
     Raises:
         ExportError: the file cannot be written.
     """
-    try:
-        Path(path).write_bytes(csv_bytes(table))
-    except OSError as error:
-        raise ExportError(f"`{path}` cannot be written ({error.strerror}); choose another place.") from error
+    write_whole(path, csv_bytes(table))

@@ -10,7 +10,7 @@ import typer
 
 from geoprint.cli.options import Overwrite
 from geoprint.cli.terminal import columns, say, show, tell
-from geoprint.errors import ExportError, UsageError
+from geoprint.errors import UsageError
 
 if TYPE_CHECKING:
     from geoprint.guide import Page
@@ -69,7 +69,6 @@ def _write(path: Path, data: bytes, *, overwrite: bool) -> None:
     """Write a file that is not there yet, or may be replaced."""
     if path.exists() and not overwrite:
         raise UsageError(f"{path} exists; choose another name, or replace it with --overwrite.")
-    try:
-        path.write_bytes(data)
-    except OSError as error:
-        raise ExportError(f"`{path}` cannot be written ({error}); choose another place.") from error
+    from geoprint.surfaces.files import write_whole
+
+    write_whole(path, data)

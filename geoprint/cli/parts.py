@@ -12,7 +12,7 @@ from geoprint.cli.ending import error_object
 from geoprint.cli.keys import Keys, job_asked, takes
 from geoprint.cli.options import AsJson, MaxMemory, Overwrite, Part, PartOrJob
 from geoprint.cli.terminal import columns, say, tell_json
-from geoprint.errors import ExportError, UsageError, VerificationError
+from geoprint.errors import UsageError, VerificationError
 
 
 @takes()
@@ -34,11 +34,9 @@ def inspect(
     seen = inspect_file(surface, unit=unit, label=label, longest_hole=fill_holes)
     if picture is not None:
         from geoprint.report import inspection_figure
+        from geoprint.surfaces.files import write_whole
 
-        try:
-            picture.write_bytes(inspection_figure(seen.found, title=seen.name))
-        except OSError as error:
-            raise ExportError(f"`{picture}` cannot be written ({error}); choose another place.") from error
+        write_whole(picture, inspection_figure(seen.found, title=seen.name))
     if as_json:
         tell_json(inspection_summary(seen))
     say(inspection_text(seen))

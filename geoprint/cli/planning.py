@@ -42,17 +42,19 @@ def plan(
     as_json: AsJson = False,
 ) -> None:
     """Plan one part with one backend and write the program, the tables and plan.json."""
-    from geoprint.account import again_text, as_json as json_of, outcome_text, record_timings
-    from geoprint.export import check_writable
-    from geoprint.pipeline import compiled_ahead, job_file_of, plan as run, save_plan, written_bundle
-
     source = keys.get("source")
     again = source if isinstance(source, Path) else None
     if (surface is None) is (again is None):
         raise UsageError("give a part or a job file, or `--from` a bundle that shall be planned again: one of them.")
+    # Before the imports, which take longer than all else until a part is read: what is mistyped is told at once.
+    asked = None if surface is None else job_asked(surface, keys)
+    from geoprint.account import again_text, as_json as json_of, outcome_text, record_timings
+    from geoprint.export import check_writable
+    from geoprint.pipeline import compiled_ahead, job_file_of, plan as run, save_plan, written_bundle
+
     bundle = None if again is None else written_bundle(again)
-    changed = keys if again is None else {name: value for name, value in keys.items() if name != "source"}
-    job = job_asked(surface or job_file_of(again or Path()), changed)
+    changed = {name: value for name, value in keys.items() if name != "source"}
+    job = asked or job_asked(job_file_of(again or Path()), changed)
     limit_memory(max_memory)
     check_writable(out, overwrite=overwrite)
     if job.layered and job.layer is None:
@@ -103,11 +105,11 @@ def compare(
     as_json: AsJson = False,
 ) -> None:
     """Plan parts with several backends and show which covers them more evenly, and whether they can be printed."""
+    jobs = [job_asked(surface, keys) for surface in surfaces]
     from geoprint.account import as_json as json_of, comparison_table
     from geoprint.export import check_writable
     from geoprint.pipeline import beside, compare_parts, compiled_ahead, save_comparisons
 
-    jobs = [job_asked(surface, keys) for surface in surfaces]
     limit_memory(max_memory)
     check_writable(out, overwrite=overwrite)
     if any(job.layered and job.layer is None for job in jobs):

@@ -10,6 +10,7 @@ from reprlib import Repr
 from typing import Annotated, TypeAlias
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic_core import ErrorDetails
 
 from geoprint.errors import UsageError
 from geoprint.model import described
@@ -97,12 +98,11 @@ def describe(error: ValidationError, named: Callable[[Place], str] = key_at) -> 
         error: about the table.
         named: what the place of a key is called.
     """
-    problems = error.errors()
-    first = problems[0]
+    first = _first(error)
     where = named(_place(first["loc"]))
     message = first["msg"].removeprefix("Value error, ")
     found = "" if first["type"] in {"missing", "value_error", "too_long"} else f", found {_SHORT.repr(first['input'])}"
-    more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+    more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
     return f"{where}{': ' if where else ''}{message[0].lower()}{message[1:]}{found}{more}"
 
 
@@ -114,7 +114,7 @@ def line_of(error: ValidationError, text: str, *, name: str) -> str:
         text: of the file.
         name: of it, alone where the whole of it is meant.
     """
-    where = _place(error.errors()[0]["loc"])
+    where = _place(_first(error)["loc"])
     lines: dict[Place, int] = {}
     counts: dict[str, int] = {}
     table: Place = ()
@@ -130,6 +130,12 @@ def line_of(error: ValidationError, text: str, *, name: str) -> str:
     known = (lines[where[:length]] for length in range(len(where), 0, -1) if where[:length] in lines)
     line = next(known, None)
     return name if line is None else f"{name}, line {line}"
+
+
+def _first(error: ValidationError) -> ErrorDetails:
+    """Return what is told of a table: an unknown key first, since a mistyped one is missing by its own name, too."""
+    problems = error.errors()
+    return next((problem for problem in problems if problem["type"] == "extra_forbidden"), problems[0])
 
 
 def _place(found: Place) -> Place:

@@ -13,11 +13,13 @@ from geoprint.pipeline.workpiece import inverted_in_words, shape_in_words
 from geoprint.results import FileInspection, Remeshed
 from geoprint.surfaces import boundary_half_edges, boundary_seed, face_areas, in_words, point_seed, signed_volume
 from geoprint.surfaces.files import load_file, suggested_unit, unit_hint
-from geoprint.surfaces.remesh import decimate, deviation, remesh, smooth
+from geoprint.surfaces.remesh import decimate, deviation, refine, remesh, smooth
 from geoprint.surfaces.repair import Inspection, PreparationReport, inspect, prepare, terrace_height
 
 # Levels of the trial plan: coarse, since it only tries whether a backend accepts the surface.
 TRIAL_LEVELS = 4
+# And on triangles no larger than this share of the part's diagonal: planning refines what is coarser, too.
+TRIAL_EDGE = 1.0 / 60.0
 # Larger surfaces are not tried: that would take longer than everything else.
 TRIAL_FACES = 100_000
 NOT_TRIED = "not tried"
@@ -132,7 +134,9 @@ def _trial(name: str, found: Inspection) -> str:
     surface = found.examined
     if len(surface.faces) > TRIAL_FACES:
         return f"{NOT_TRIED}: {len(surface.faces)} faces, {TRIAL_FACES} at most are tried; plan it"
+    diagonal = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
     try:
+        surface = refine(surface, edge_length=TRIAL_EDGE * diagonal)
         backend, seed = find_backend(name).factory(surface), _seed(surface)
         backend.contours(seed, spacing=backend.distance(seed).maximum / TRIAL_LEVELS)
     except GeoprintError as error:

@@ -129,12 +129,12 @@ def coverage(
         np.concatenate([found.own_runs[near], found.other_runs[both]]),
         np.concatenate([found.own_arcs[near], found.other_arcs[both]]),
         area * np.concatenate([(weights * here)[near], (weights * (1.0 - here))[both]]),
+        points=spatial(mesh, samples.places),
         closed=path.closed,
         spacing=spacing,
     )
     widths = widths / shares_at(mesh, samples.places, wanted, spacing=spacing)
-    mean = np.average(widths, weights=lengths)
-    missed = weights * _share(across, gap - found.own, found.other - gap)
+    mean, missed = np.average(widths, weights=lengths), weights * _share(across, gap - found.own, found.other - gap)
     return Coverage(
         area=area,
         gap=float(missed.sum()),

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
@@ -58,6 +60,18 @@ def test_plan_writes_a_bundle_and_prints_json_when_asked(run: Run, part: Path, t
     assert {path.name for path in out.iterdir()} == {
         "job.toml", "manifest.json", "part.ply", "plan.json", "poses.csv", "surface.ply", "timings.json",
     }  # fmt: skip
+
+
+@pytest.mark.parametrize("command", ["plan", "compare"])
+def test_what_is_mistyped_is_told_before_anything_is_imported_that_plans(command: str, tmp_path: Path) -> None:
+    mistyped = [command, "plate.ply", "--unit", "mm", "--spacing", "0", "--out", str(tmp_path / "out")]
+    code = (
+        f"import sys\nsys.argv[1:] = {mistyped}\nfrom geoprint import cli\ntry:\n    cli.main()\n"
+        "except SystemExit as ended:\n    print(ended.code, 'geoprint.pipeline' in sys.modules)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "`--spacing`" in done.stderr
+    assert done.stdout.split() == ["2", "False"]
 
 
 def test_the_version_is_shown(run: Run) -> None:

@@ -11,7 +11,7 @@ import pytest
 from geoprint.account import remeshing_text
 from geoprint.errors import InputError, UsageError
 from geoprint.model import Surface
-from geoprint.pipeline import remesh_file
+from geoprint.pipeline import inspect_file, remesh_file
 from geoprint.surfaces.files import load, save_ply
 from geoprint.surfaces.remesh import refine
 from geoprint.surfaces.repair import prepare
@@ -99,3 +99,15 @@ def test_a_mesh_that_would_read_as_another_kind_of_surface_is_refused(
     monkeypatch.setattr("geoprint.pipeline.mesh_files.remesh", closing_holes)
     with pytest.raises(InputError, match="would read as disc, the part is annulus"):
         remesh_file(tmp_path / "ring.ply", unit="mm", edge_length=2.0)
+
+
+def test_a_mesh_too_coarse_for_a_level_is_tried_as_finely_as_it_would_be_planned(tmp_path: Path) -> None:
+    """As those of CAD: a strip of a cylinder whose vertices all lie on its border."""
+    angles = np.linspace(0.0, np.pi, 13)
+    arc = np.column_stack([10.0 * np.cos(angles), np.zeros(13), 10.0 * np.sin(angles)])
+    first = np.arange(12)
+    faces = np.vstack(
+        [np.column_stack([first, first + 13, first + 1]), np.column_stack([first + 1, first + 13, first + 14])]
+    )
+    save_ply(Surface(np.vstack([arc, np.add(arc, (0.0, 30.0, 0.0))]), faces, "strip"), tmp_path / "strip.ply")
+    assert [said for _, said in inspect_file(tmp_path / "strip.ply", unit="mm").backends] == ["yes", "yes", "yes"]

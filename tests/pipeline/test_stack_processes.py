@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from geoprint.pipeline.processes.ending import FORSAKEN as ABANDONED
 from geoprint.pipeline.processes.layer_by_layer import layer_processes
 
 # Arrays of 2 MB, each freed but the last: a heap that has grown around them cannot shrink below that one.
@@ -85,6 +86,29 @@ def test_who_is_killed_leaves_no_process_behind(tmp_path: Path, module: str, poo
         while _runs(worker) and time.monotonic() < ends:
             time.sleep(0.1)
     assert not _runs(worker)
+
+
+# Stopped at the keyboard as soon as its process is started, before that could have imported anything.
+STOPPED = """
+import multiprocessing, os, signal
+from geoprint.pipeline.processes.ending import end_with_parent, stopped_later
+
+if __name__ == "__main__":
+    with stopped_later():
+        process = multiprocessing.get_context("spawn").Process(target=end_with_parent)
+        process.start()
+    os.kill(process.pid, signal.SIGINT)
+    process.join()
+    print(process.exitcode)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_a_process_that_is_stopped_while_it_imports_ends_without_a_word(tmp_path: Path) -> None:
+    script = tmp_path / "stopped.py"
+    script.write_text(STOPPED)
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True)
+    assert (done.stdout, done.stderr) == (f"{ABANDONED}\n", "")
 
 
 def _runs(process: Path) -> bool:

@@ -21,11 +21,18 @@ def samples(*lengths: tuple[float, int]) -> Samples:
 
 
 def widths(
-    along: Samples, pieces: list[tuple[int, float, float]], *, closed: tuple[bool, ...], spacing: float
+    along: Samples,
+    pieces: list[tuple[int, float, float]],
+    *,
+    closed: tuple[bool, ...],
+    spacing: float,
+    points: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Of pieces of surface, each with its run, its place along it and its area."""
+    """Of pieces of surface, each with its run, its place along it and its area; runs lie apart but where told."""
     runs, arcs, areas = (np.array(column) for column in zip(*pieces, strict=True))
-    return strip_widths(along, runs, arcs, areas, closed=np.array(closed), spacing=spacing)
+    apart = np.stack([along.arcs, 10.0 * along.runs, np.zeros(along.runs.size)], axis=1, dtype=np.float64)
+    where = apart if points is None else points
+    return strip_widths(along, runs, arcs, areas, points=where, closed=np.array(closed), spacing=spacing)
 
 
 FIVE = [(0, float(k), float(2**k)) for k in range(5)]
@@ -92,6 +99,21 @@ def test_runs_keep_to_themselves_and_each_has_its_own_reach() -> None:
     assert found[5:11] * 2.0 == pytest.approx([7 / 1.25, 15 / 1.75, 31 / 2.25, 62 / 2.25, 60 / 1.75, 56 / 1.25])
     assert found[11:] * 2.0 == pytest.approx([2.0, 2.0, 2.0, 0.0, 2.0])
     assert lengths[5:11] == pytest.approx([0.25, 0.5, 0.5, 0.5, 0.5, 0.25])
+
+
+@pytest.mark.parametrize("end", [(0, 4.0), (1, 0.0)])
+def test_runs_that_meet_end_to_end_share_what_lies_beyond_the_corner_whoever_is_nearer(end: tuple[int, float]) -> None:
+    """A run along x is split where it turns to go along y; rounding says whose the corner's surface is."""
+    along = samples((4.0, 4), (4.0, 4))
+    first = along.runs == 0
+    points = np.column_stack([np.where(first, along.arcs, 4.0), np.where(first, 0.0, along.arcs), 0.0 * along.arcs])
+    points[~first] += 1e-6
+    found, _ = widths(
+        along, [(0, 2.0, 1.0), (1, 2.0, 1.0), (*end, 6.0)], closed=(False, False), spacing=1.0, points=points
+    )
+    # Three square millimetres for each of the ends, and one sample to either side.
+    half = [0.0, 1 / 2.5, 1 / 3, 4 / 2.5, 3 / 1.5]
+    assert found == pytest.approx([*half, *half[::-1]])
 
 
 @pytest.mark.parametrize(

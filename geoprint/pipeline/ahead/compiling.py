@@ -23,7 +23,7 @@ from geoprint.config import job_of
 from geoprint.kernels import is_kept, keeps
 from geoprint.model import Surface
 from geoprint.pipeline.planning import plan
-from geoprint.pipeline.processes.ending import end_with_parent
+from geoprint.pipeline.processes.ending import end_with_parent, stopped_later
 from geoprint.quality.oracle import Ask, GeodesicDistance, flat_mesh, flat_places, trace
 from geoprint.quality.oracle.tracing import connect
 from geoprint.surfaces import vertex_points
@@ -48,7 +48,8 @@ def compiled_ahead() -> Generator[None]:
         return
     with tempfile.TemporaryDirectory(prefix="geoprint-") as folder:
         ahead = multiprocessing.get_context("spawn").Process(target=_quietly, args=(Path(folder),), daemon=True)
-        ahead.start()
+        with stopped_later():
+            ahead.start()
         try:
             yield
         finally:

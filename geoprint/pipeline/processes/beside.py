@@ -16,7 +16,7 @@ from importlib import import_module
 from typing import TypeVar, cast, final
 
 from geoprint.errors import ResourceError
-from geoprint.pipeline.processes.ending import end_with_parent
+from geoprint.pipeline.processes.ending import end_with_parent, stopped_later
 
 # The first protocol that keeps read-only arrays read-only.
 PROTOCOL = 5
@@ -43,7 +43,8 @@ class OtherProcesses:
 
     def start(self) -> None:
         """Let a process import what planning needs, while this one does something else."""
-        self._pool.submit(import_module, PLANNING)
+        with stopped_later():
+            self._pool.submit(import_module, PLANNING)
 
     def shared(
         self, work: Callable[[_Asked], _Found], asked: Sequence[_Asked], *, here: Callable[[_Asked], _Found]
@@ -60,9 +61,10 @@ class OtherProcesses:
             GeoprintError: as the work.
         """
         mine = range(0, len(asked), self._count + 1)
-        waiting = {
-            index: self._pool.submit(_pickled, work, each) for index, each in enumerate(asked) if index not in mine
-        }
+        with stopped_later():
+            waiting = {
+                index: self._pool.submit(_pickled, work, each) for index, each in enumerate(asked) if index not in mine
+            }
         found = {index: here(asked[index]) for index in mine}
         return [
             found[index] if index in found else cast("_Found", _result(waiting[index])) for index in range(len(asked))

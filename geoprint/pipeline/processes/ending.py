@@ -1,21 +1,50 @@
 """Processes that end when the one that started them does, however that ends.
 
-Where it is killed, nobody tells its processes: they would plan on to the end and then wait for ever.
+Where it is killed, nobody tells its processes: they would plan on to the end and then wait for ever. Where it is
+stopped at the keyboard its processes hear that too: one that still imports must not break off with a traceback.
 """
 
 from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
+import sys
+from collections.abc import Generator
+from contextlib import contextmanager
 from multiprocessing.connection import wait
+from multiprocessing.resource_tracker import ensure_running
 from threading import Thread
 
 # What a process that nobody waits for ends with.
 FORSAKEN = 1
 
 
+@contextmanager
+def stopped_later() -> Generator[None]:
+    """Start processes in the body that hear of a stop at the keyboard once they come to `end_with_parent`."""
+    if sys.platform == "win32":
+        yield
+        return
+    # Python's own helper of processes lets signals through again as it is started.
+    ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def end_with_parent() -> None:
-    """Let this process end at once when the one that started it has; nothing that it holds is worth keeping then."""
+    """Let this process end at once when the one that started it has; nothing that it holds is worth keeping then.
+
+    It ends here without a word if it was stopped at the keyboard since `stopped_later` started it.
+    """
+    if sys.platform != "win32":
+        try:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])
+        except KeyboardInterrupt:
+            os._exit(FORSAKEN)
     parent = multiprocessing.parent_process()
     if parent is not None:
         Thread(target=_end_after, args=(parent.sentinel,), daemon=True).start()

@@ -32,6 +32,7 @@ from geoprint.pipeline.feeding import check_single
 from geoprint.pipeline.folders.layer_moves import layer_moves
 from geoprint.pipeline.folders.stack_program import own_programs, stack_program
 from geoprint.pipeline.planning import plan
+from geoprint.pipeline.processes.ending import stopped_later
 from geoprint.pipeline.processes.layer_by_layer import layer_processes
 from geoprint.pipeline.saving import save_plan
 from geoprint.pipeline.stacked.simulating import finished_stack, stacked_layer
@@ -184,10 +185,13 @@ def _planned(job: Job, folder: Path, observe: Callable[[str], None]) -> list[_Fo
         waiting: dict[Future[_Found], int] = {}
         try:
             # This process waits while others plan: what it read itself it would hold beside them.
-            count = pool.submit(_count, job).result()
+            with stopped_later():
+                counted = pool.submit(_count, job)
+            count = counted.result()
             observe(f"{count} layers")
-            for number in range(1, count + 1):
-                waiting[pool.submit(_layer, job, number, folder / f"layer-{number:02}")] = number
+            with stopped_later():
+                for number in range(1, count + 1):
+                    waiting[pool.submit(_layer, job, number, folder / f"layer-{number:02}")] = number
             for done, future in enumerate(as_completed(waiting), start=1):
                 future.result()
                 observe(f"{count} layers, {done} done")

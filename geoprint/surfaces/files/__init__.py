@@ -7,6 +7,7 @@ from geoprint.surfaces.files.io import (
     save_ply as save_ply,
     suggested_unit as suggested_unit,
     unit_hint as unit_hint,
+    write_whole as write_whole,
 )
 from geoprint.surfaces.files.mesh_file import MeshFile as MeshFile, stored_mesh as stored_mesh
 from geoprint.surfaces.files.optional_readers import read_volume as read_volume

@@ -88,7 +88,7 @@ def read_mesh(path: Path, *, label: int | None = None, thin: bool = False) -> Me
         UsageError: a label is given for a file that has none or is missing, or an optional package is not installed.
     """
     suffix = ".nii.gz" if path.name.lower().endswith(".nii.gz") else path.suffix.lower()
-    if suffix not in SUFFIXES:
+    if suffix not in SUFFIXES and not path.is_dir():
         raise InputError(
             f"`{path.name}` has the suffix `{path.suffix}`, but geoprint reads {', '.join(SUFFIXES)}; "
             "export the mesh as one of these."

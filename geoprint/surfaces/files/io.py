@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import secrets
 from dataclasses import replace
 from pathlib import Path
 
@@ -70,14 +72,31 @@ def ply_bytes(surface: Surface) -> bytes:
 
 
 def save_ply(surface: Surface, path: Path | str) -> None:
-    """Write a surface as `ply_bytes`.
+    """Write a surface as `ply_bytes`, whole or not at all.
 
     Raises:
         ExportError: the file cannot be written.
     """
+    write_whole(path, ply_bytes(surface))
+
+
+def write_whole(path: Path | str, content: bytes) -> None:
+    """Write a file that appears with all of its content, or not at all; one of that name is replaced then.
+
+    Raises:
+        ExportError: it cannot be written.
+    """
+    place = Path(path).resolve()
+    trial = place.with_name(f".{place.name}.tmp-{os.getpid()}-{secrets.token_hex(4)}")
+    if place.exists() and not place.is_file():
+        # A pipe or a device is not to be replaced by a file.
+        trial = place
     try:
-        Path(path).write_bytes(ply_bytes(surface))
+        trial.write_bytes(content)
+        trial.replace(place)
     except OSError as error:
+        if trial != place and trial.is_file():
+            trial.unlink()
         raise ExportError(f"`{path}` cannot be written ({error.strerror}); choose another place.") from error
 
 

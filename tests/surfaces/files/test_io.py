@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import struct
+import sys
 from contextlib import suppress
 from pathlib import Path
 
@@ -13,7 +16,7 @@ from hypothesis import given, settings, strategies as st
 from geoprint.errors import ExportError, InputError, UsageError
 from geoprint.model import Surface
 from geoprint.surfaces import face_areas
-from geoprint.surfaces.files import load, save_ply
+from geoprint.surfaces.files import load, save_ply, write_whole
 from geoprint.surfaces.files.mesh_file import UNITS
 from tests import meshes
 from tests.shared_data import shared
@@ -264,9 +267,10 @@ def test_a_binary_file_is_as_precise_as_its_numbers(tmp_path: Path) -> None:
 def test_missing_files_and_directories_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="does not exist"):
         load(tmp_path / "absent.stl", unit="mm")
-    (tmp_path / "folder.stl").mkdir()
-    with pytest.raises(InputError, match="is a directory"):
-        load(tmp_path / "folder.stl", unit="mm")
+    for name in ("folder.stl", "folder"):
+        (tmp_path / name).mkdir()
+        with pytest.raises(InputError, match="is a directory"):
+            load(tmp_path / name, unit="mm")
 
 
 @given(share=st.floats(0.0, 1.0, exclude_max=True), binary=st.sampled_from(["binary.stl", "solid.stl", "binary.ply"]))
@@ -319,6 +323,38 @@ def test_the_same_surface_gives_the_same_bytes(tmp_path: Path) -> None:
 def test_a_place_that_cannot_be_written_is_an_export_error(tmp_path: Path) -> None:
     with pytest.raises(ExportError, match="cannot be written"):
         save_ply(meshes.plate(), tmp_path / "absent" / "plate.ply")
+
+
+def test_a_disk_that_is_full_leaves_the_file_as_it_was(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    def filled(path: Path, content: bytes) -> None:
+        with path.open("wb") as handle:
+            handle.write(content[: len(content) // 2])
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    place = tmp_path / "plate.ply"
+    save_ply(meshes.plate(), place)
+    before = place.read_bytes()
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "write_bytes", filled)
+        with pytest.raises(ExportError, match="No space left on device"):
+            save_ply(meshes.spherical_cap(), place)
+    assert place.read_bytes() == before
+    assert [path.name for path in tmp_path.iterdir()] == ["plate.ply"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="links and pipes of POSIX")
+def test_a_link_leads_to_the_file_that_is_written_and_a_pipe_stays_one(tmp_path: Path) -> None:
+    link, pipe = tmp_path / "link.ply", tmp_path / "pipe.ply"
+    link.symlink_to(tmp_path / "part.ply")
+    write_whole(link, b"part")
+    assert link.is_symlink()
+    assert (tmp_path / "part.ply").read_bytes() == b"part"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDWR)
+    write_whole(pipe, b"part")
+    assert os.read(reader, 9) == b"part"
+    os.close(reader)
+    assert pipe.is_fifo()
 
 
 @pytest.mark.parametrize("name", ["part\n.ply", "part\0.ply", "part\x1b[31m.ply", "part\udcff.ply"])
