@@ -28,7 +28,7 @@ MOST_FILES, LONGEST_MODULE, LONGEST_FUNCTION = 20, 350, 50
 # printed over such a table, which takes 1 900; 39 700 until layers were printed and places sought
 # over it, and programs were laid in silico; 40 000 until one program printed all layers over it, which takes 100 with
 # the table's motion between layers and in the replay.
-LARGEST_CORE = 40_700
+LARGEST_CORE = 40_800
 CORE = ("plan", "compare", "compare_parts", "save_plan", "save_comparisons")
 HEADINGS = ("room", "files", "lines", "code", "longest module", "longest function", "public names", "may import")
 

@@ -6,7 +6,6 @@ bent moves the tip with the tool. Where sample and foot move alike, the spacing 
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
@@ -27,11 +26,6 @@ OF_CELL = 8
 # What strays along a run is white noise, smoothed: nodes so far apart over the correlation length, so many around.
 NODE_SHARE = 0.7
 NODES_AROUND = 8
-
-
-def with_placement(errors: PrintErrors, *, shift: float, turn: float) -> PrintErrors:
-    """Return errors with the placement's uncertainty as touched points tell it: [mm] and [rad]."""
-    return replace(errors, placement=shift, placement_turn=turn)
 
 
 def node_counts(spans: Spans, errors: PrintErrors) -> IntArray:

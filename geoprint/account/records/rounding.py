@@ -26,11 +26,6 @@ def rounded(value: float | np.floating) -> float:
     return round(float(value), DECIMALS) + 0.0
 
 
-def all_rounded(values: Iterable[float | np.floating]) -> list[Json]:
-    """Return numbers, such as a place, as JSON carries them."""
-    return [rounded(value) for value in values]
-
-
 def _thousandths(value: float) -> float:
     return round(value, 3)
 

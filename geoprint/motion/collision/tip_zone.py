@@ -29,18 +29,6 @@ FRAGMENT_RADIUS = 0.5
 PLACEMENTS_AT_A_TIME = 2000
 
 
-def tip_rooms(poses: FloatArray, triangles: FloatArray, *, radius: float | FloatArray, standoff: float) -> FloatArray:
-    """Return the room under the needle's end at each placement; who asks more than once makes a `TipZone`.
-
-    Args:
-        poses: (k, 4, 4) poses of the tool in the frame of the triangles [mm].
-        triangles: (m, 3, 3) corners of a surface [mm].
-        radius: as `TipZone.rooms`.
-        standoff: likewise.
-    """
-    return TipZone(triangles).rooms(poses, radius=radius, standoff=standoff)
-
-
 @final
 class TipZone:
     """A surface that the needle's end passes over, prepared to be asked of many sets of placements.

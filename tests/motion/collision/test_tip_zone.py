@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.model import FloatArray, Surface
-from geoprint.motion.collision.tip_zone import tip_rooms
+from geoprint.motion.collision.tip_zone import TipZone
 from geoprint.motion.collision.tool_distance import quarter
 from tests.meshes import plate, spherical_cap
 from tests.motion.placements import pointing_down
@@ -18,7 +18,7 @@ MIDDLE = np.array([[20.3, 15.1, STANDOFF]])
 
 
 def rooms(poses: FloatArray, surface: Surface, *, radius: float = RADIUS) -> FloatArray:
-    return tip_rooms(poses, surface.vertices[surface.faces], radius=radius, standoff=STANDOFF)
+    return TipZone(surface.vertices[surface.faces]).rooms(poses, radius=radius, standoff=STANDOFF)
 
 
 @pytest.mark.parametrize("divisions", [(1, 1), (8, 6), (120, 90)])
@@ -91,7 +91,7 @@ def test_room_is_that_of_the_highest_sample(seed: int):
     side = np.linalg.norm(samples - np.roll(samples, 1, axis=1), axis=2).max()
     out = np.hypot(points[:, 0], points[:, 1])
 
-    found = tip_rooms(pointing_down(np.zeros((1, 3))), triangles, radius=RADIUS, standoff=STANDOFF)[0]
+    found = TipZone(triangles).rooms(pointing_down(np.zeros((1, 3))), radius=RADIUS, standoff=STANDOFF)[0]
 
     highest, highest_nearby = (points[out <= reach, 2].max(initial=-np.inf) for reach in (RADIUS, RADIUS + side))
     assert highest - 1e-9 <= -found <= highest_nearby + 1e-9
@@ -107,9 +107,9 @@ def test_rigid_motion_and_finer_triangles_do_not_change_the_room(seed: int):
     motion = transforms.rigid(Rotation.random(random_state=generator).as_matrix(), 100 * generator.normal(size=3))
     triangles = cap.vertices[cap.faces]
 
-    known = tip_rooms(poses, triangles, radius=RADIUS, standoff=STANDOFF)
+    known = TipZone(triangles).rooms(poses, radius=RADIUS, standoff=STANDOFF)
     moved = transforms.apply(motion, quarter(triangles).reshape(-1, 3)).reshape(-1, 3, 3)
-    found = tip_rooms(motion @ poses, moved, radius=RADIUS, standoff=STANDOFF)
+    found = TipZone(moved).rooms(motion @ poses, radius=RADIUS, standoff=STANDOFF)
 
     np.testing.assert_allclose(found, known, atol=1e-9)
 
@@ -121,6 +121,6 @@ def test_each_placement_has_a_circle_of_its_own() -> None:
     triangles = np.concatenate([step.vertices[step.faces], raised[step.faces]])
     poses = pointing_down(np.repeat(MIDDLE, 2, axis=0))
 
-    found = tip_rooms(poses, triangles, radius=np.array([0.9, 1.1]), standoff=STANDOFF)
+    found = TipZone(triangles).rooms(poses, radius=np.array([0.9, 1.1]), standoff=STANDOFF)
 
     np.testing.assert_allclose(found, [STANDOFF, STANDOFF - 0.2], atol=1e-12)

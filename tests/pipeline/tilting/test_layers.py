@@ -172,7 +172,9 @@ def test_check_finds_another_distance_than_that_which_is_told_of_the_table_betwe
     signed(folder, "stack.json")
     (found,) = check_folder(folder).findings
     assert found.file == "stack.json"
-    assert found.reason.startswith(f"program.table_kept_mm is {kept + 0.02}, checked again it is {kept:.3f}")
+    said, again = found.reason.split(", checked again it is ")
+    assert said == f"program.table_kept_mm is {kept + 0.02}"
+    assert float(again) == pytest.approx(kept, abs=1e-9)
 
 
 @pytest.mark.dear
