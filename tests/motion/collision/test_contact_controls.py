@@ -15,7 +15,7 @@ from geoprint.motion.collision.contact import CollisionWorld, InflatedSolids
 from geoprint.motion.collision.link_solids import link_solids
 from geoprint.motion.collision.surroundings import box_target, mesh_target, solid_target
 from geoprint.motion.collision.sweep import Hits
-from geoprint.motion.collision.tip_zone import tip_rooms
+from geoprint.motion.collision.tip_zone import TipZone
 from geoprint.motion.collision.tool_solids import Solid, tool_solids
 from tests.meshes import plate
 from tests.motion.cells import straight_cell
@@ -175,7 +175,7 @@ def test_a_link_may_be_half_a_millimetre_small_but_not_nothing(radius: str, leng
 
 def room_over(triangle: FloatArray) -> float:
     surface = Surface(vertices=triangle, faces=np.array([[0, 1, 2]]))
-    return float(tip_rooms(pointing_down(np.zeros((1, 3))), surface.vertices[surface.faces], radius=0.65,
+    return float(TipZone(surface.vertices[surface.faces]).rooms(pointing_down(np.zeros((1, 3))), radius=0.65,
                            standoff=0.3)[0])  # fmt: skip
 
 
