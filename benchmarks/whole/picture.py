@@ -11,6 +11,7 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator, StrMethodFormatter
 
 from benchmarks.whole.figures import Pair
 
@@ -21,6 +22,8 @@ PANELS = (
     ("levels", "distance and 20 levels of an image", "pixels across"),
     ("speeds", "speeds along a path", "poses"),
 )
+# What is imported under another name than people know it by.
+PEERS = {"igl": "libigl", "scipy + contourpy": "scipy and contourpy"}
 # Of Okabe and Ito, safe for colour-blind readers; shapes tell the lines apart in grey.
 OURS = (("#0072B2", "o-"), ("#009E73", "s-"))
 OTHERS = (("#D55E00", "^--"), ("#E69F00", "v--"))
@@ -34,13 +37,18 @@ def speed_picture(found: Sequence[Pair]) -> bytes:
     for axis, (word, title, counted) in zip(axes, PANELS, strict=True):
         pairs = [pair for pair in found if pair.work.startswith(word)]
         ours = _lines((_name(pair), pair.size, pair.own) for pair in pairs)
-        others = _lines((pair.library, pair.size, pair.other) for pair in pairs)
+        others = _lines((PEERS.get(pair.library, pair.library), pair.size, pair.other) for pair in pairs)
         for lines, styles in ((ours, OURS), (others, OTHERS)):
             for (name, seconds), (colour, style) in zip(lines.items(), styles, strict=False):
                 axis.plot(
                     list(seconds), list(seconds.values()), style, color=colour, markersize=5, linewidth=1.4, label=name
                 )
         axis.set(xscale="log", yscale="log")
+        sizes = sorted({pair.size for pair in pairs})
+        axis.xaxis.set_major_locator(FixedLocator(sizes))
+        axis.xaxis.set_major_formatter(FixedFormatter([f"{size:,}".replace(",", " ") for size in sizes]))
+        axis.xaxis.set_minor_locator(NullLocator())
+        axis.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         axis.set_title(title, fontsize=10)
         axis.set_xlabel(counted, fontsize=9)
         axis.tick_params(labelsize=8)
