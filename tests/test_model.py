@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
+from collections.abc import Callable
 from dataclasses import FrozenInstanceError, fields, replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -133,6 +137,33 @@ def test_values_stay_frozen_and_compare_as_they_did() -> None:
     assert replace(cell) != cell
     with pytest.raises(FrozenInstanceError):
         cell.name = "another"  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def sent(value: Surface, *, protocol: int) -> Surface:
+    found: Surface = pickle.loads(pickle.dumps(value, protocol))  # noqa: S301  (what this test wrote)
+    return found
+
+
+COPIES: dict[str, Callable[[Surface], Surface]] = {
+    "protocol 2": partial(sent, protocol=2),
+    "protocol 4": partial(sent, protocol=4),
+    "protocol 5": partial(sent, protocol=5),
+    "copy": copy.copy,
+    "deepcopy": copy.deepcopy,
+}
+
+
+@pytest.mark.parametrize("copied", COPIES.values(), ids=COPIES)
+def test_a_value_that_is_copied_or_sent_stays_frozen(copied: Callable[[Surface], Surface]) -> None:
+    triangle = Surface(np.eye(3), np.array([[0, 1, 2]]), name="triangle")
+    found = copied(triangle)
+    assert (found.name, repr(found)) == ("triangle", repr(triangle))
+    for array, known in ((found.vertices, triangle.vertices), (found.faces, triangle.faces)):
+        np.testing.assert_array_equal(array, known)
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+    with pytest.raises(FrozenInstanceError):
+        found.name = "another"  # type: ignore[misc]
 
 
 def test_every_error_class_owns_an_exit_status_and_keeps_its_numbers() -> None:

@@ -26,13 +26,13 @@ _UNIT = re.compile(r"(?<![\w`])\[([A-Za-z][\w/]*)\]")
 @dataclass_transform(frozen_default=True, eq_default=False)
 def frozen(cls: type[_C]) -> type[_C]:
     """Make a class a frozen, slotted dataclass that is equal only to itself and prints as `described`."""
-    return _printing(dataclass(frozen=True, slots=True, eq=False, repr=False)(cls))
+    return _completed(dataclass(frozen=True, slots=True, eq=False, repr=False)(cls))
 
 
 @dataclass_transform(frozen_default=True)
 def comparable(cls: type[_C]) -> type[_C]:
     """Make a class a frozen, slotted dataclass that is equal to what holds the same and prints as `described`."""
-    return _printing(dataclass(frozen=True, slots=True, repr=False)(cls))
+    return _completed(dataclass(frozen=True, slots=True, repr=False)(cls))
 
 
 def described(self: object) -> str:
@@ -73,9 +73,26 @@ def described(self: object) -> str:
     )
 
 
-def _printing(cls: type[_C]) -> type[_C]:
+def _completed(cls: type[_C]) -> type[_C]:
     cls.__repr__ = described
+    for name, function in (("__getstate__", _state), ("__setstate__", _restore)):
+        setattr(cls, name, function)
     return cls
+
+
+def _state(self: object) -> tuple[dict[str, object], tuple[str, ...]]:
+    """Return what a value holds, and which are arrays that nobody may write: copies and pickles forget that of them."""
+    held: dict[str, object] = {name: getattr(self, name) for name in _names(self)}
+    arrays = {name: cast("NDArray[Any]", value) for name, value in held.items() if isinstance(value, np.ndarray)}
+    return held, tuple(name for name, array in arrays.items() if not array.flags.writeable)
+
+
+def _restore(self: object, state: tuple[dict[str, Any], tuple[str, ...]]) -> None:
+    held, read_only = state
+    for name, value in held.items():
+        if name in read_only:
+            value.setflags(write=False)
+        object.__setattr__(self, name, value)
 
 
 def _names(value: object) -> tuple[str, ...]:
