@@ -8,6 +8,7 @@ from geoprint.account.prints.feedback import feedback_notes
 from geoprint.account.prints.laid import laid_warnings, made_up_notes
 from geoprint.account.records.plan import PatchRecord, PlanRecord, SideRecord
 from geoprint.account.records.robot import MotionRecord, RobotRecord
+from geoprint.account.records.rounding import how_many
 from geoprint.account.verdict import coverage_advice, covers, middle_sentences
 from geoprint.backends import accuracy, backend, most_accurate_backend
 from geoprint.config import common_needles
@@ -235,16 +236,18 @@ def _bends(told: RobotRecord) -> Iterator[str]:
     rounded = [bend for bend in bends if bend.kind == "rounded"]
     if rounded:
         yield (
-            f"in {len(rounded)} tight bends targets stand up to {max(bend.offset_mm for bend in rounded):.2f} mm "
-            "outside of the path, so that the controller's rounded corners follow it (plan.json lists them)."
+            f"in {how_many(len(rounded), 'tight bend')} targets stand up to "
+            f"{max(bend.offset_mm for bend in rounded):.2f} mm outside of the path, so "
+            "that the controller's rounded corners follow it (plan.json lists them)."
         )
     close = [bend for bend in bends if bend.kind == "close"]
     if close:
         worst = min(close, key=lambda bend: bend.shortest_ms)
         x, y, z = worst.place_mm
         yield (
-            f"in {len(close)} places moves that lay material are shorter than {told.motion.targets.least_ms:g} ms, the "
-            f"shortest {worst.shortest_ms:.1f} ms in run {worst.run + 1} at ({x:.1f}, {y:.1f}, {z:.1f}) mm."
+            f"in {how_many(len(close), 'place')} moves that lay material are shorter than "
+            f"{told.motion.targets.least_ms:g} ms, the shortest {worst.shortest_ms:.1f} ms in run "
+            f"{worst.run + 1} at ({x:.1f}, {y:.1f}, {z:.1f}) mm."
         )
 
 
@@ -300,8 +303,8 @@ def _paths(told: PlanRecord) -> Iterator[str]:
         yield f"spacing varies by {cv:.1%}; `--backend {nearest.name}` is nearer to the true distance."
     if paths.corners_split:
         yield (
-            f"runs are split at {paths.corners_split} corners that are too sharp to be rounded at speed: the bead ends "
-            "and begins there."
+            f"runs are split at {how_many(paths.corners_split, 'corner')} too sharp to be rounded at speed: the bead "
+            "ends and begins there."
         )
     lean = paths.largest_lean_deg
     if lean >= NOTABLE_LEAN:

@@ -141,6 +141,7 @@ def check(
 ) -> None:
     """Read a bundle back, whoever has edited it since, compare it with its plan and print the run sheet."""
     from geoprint.account import also_seen, check_summary, check_text
+    from geoprint.account.records.rounding import how_many
     from geoprint.pipeline import check_folder, record_seen
 
     if record is None and (note or controller):
@@ -150,8 +151,8 @@ def check(
     if record is not None:
         checked = also_seen(checked, record_seen(checked, record, note=note, controller=controller))
     found = VerificationError(
-        f"{bundle} is not the plan that was made: {len(checked.findings)} findings, listed above. Do not run its "
-        "program; write it again with `geoprint plan`."
+        f"{bundle} is not the plan that was made: {how_many(len(checked.findings), 'finding')}, listed above. Do not "
+        "run its program; write it again with `geoprint plan`."
     )
     if as_json:
         tell_json(check_summary(checked) | (error_object(found, found.exit_status) if checked.findings else {}))

@@ -8,7 +8,7 @@ import numpy as np
 
 from geoprint.account.records.comparison import PlannedRecord
 from geoprint.account.records.overhang import OverhangPlaceRecord, OverhangRecord, TableAttitudeRecord, TableRecord
-from geoprint.account.records.rounding import place_of
+from geoprint.account.records.rounding import how_many, place_of
 from geoprint.quality import overhang
 from geoprint.report import Row
 from geoprint.results import Plan, Tilting
@@ -94,7 +94,7 @@ def table_sentences(rows: Sequence[PlannedRecord]) -> list[str]:
 
 def _left(table: TableRecord) -> str:
     count = len(table.attitudes)
-    over = f"over the {table.name} in {count} attitude{'s' if count > 1 else ''}"
+    over = f"over the {table.name} in {how_many(count, 'attitude')}"
     if table.length_mm == 0.0:
         return f"nothing {over}"
     return f"{table.length_mm:.0f} mm {over}, up to {table.missing_deg:.0f} degrees beyond the critical angle"

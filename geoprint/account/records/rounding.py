@@ -26,6 +26,11 @@ def rounded(value: float | np.floating) -> float:
     return round(float(value), DECIMALS) + 0.0
 
 
+def how_many(count: int, noun: str) -> str:
+    """Return a number of things in words: '1 run', '2 runs'."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
 def _thousandths(value: float) -> float:
     return round(value, 3)
 

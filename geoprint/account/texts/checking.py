@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from geoprint.account.checked import Checked, CheckedComparison, Finding
+from geoprint.account.records.rounding import how_many
 from geoprint.account.texts.run_sheet import entry, repeated_texts, run_sheet
 from geoprint.account.texts.stack_sheet import stack_sheet
 
@@ -32,7 +33,10 @@ def _paths(checked: Checked, *, width: int | None) -> str:
     lines = [f"PATHS ONLY  {told.input.name}  ({checked.folder.name})", ""]
     for label, texts in (
         ("program", [f"NONE: {why}"]),
-        ("paths", [f"{paths.runs} runs, {paths.deposit_mm:.0f} mm at {told.settings.spacing_mm:.3g} mm{spread}"]),
+        (
+            "paths",
+            [f"{how_many(paths.runs, 'run')}, {paths.deposit_mm:.0f} mm at {told.settings.spacing_mm:.3g} mm{spread}"],
+        ),
         ("checked", ["files as they were written, paths on their surface, as many and as long as plan.json says"]),
         ("checked again", repeated_texts(checked)),
     ):
@@ -67,8 +71,7 @@ def _comparison(checked: CheckedComparison, *, width: int | None) -> str:
 def _outcome(bundle: Checked) -> str:
     """Return what is said of one of several bundles."""
     if bundle.findings:
-        count = len(bundle.findings)
-        return f"is not the plan that was made: {count} finding{'s' if count > 1 else ''}"
+        return f"is not the plan that was made: {how_many(len(bundle.findings), 'finding')}"
     told, again = bundle.told, "".join(f"; {text}" for text in repeated_texts(bundle)[:1])
     if told is None or not bundle.program or bundle.setup is None:
         why = "" if told is None or told.not_printable is None else f": {told.not_printable}"

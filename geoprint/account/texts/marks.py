@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from geoprint.account.records.rounding import how_many
+
 
 def marked_lines(
     *, warnings: Iterable[str] = (), notes: Iterable[str] = (), not_checked: Iterable[str] = (), verbose: bool = False
@@ -18,7 +20,7 @@ def marked_lines(
     """
     unchecked = list(dict.fromkeys(not_checked))
     if unchecked and not verbose:
-        unchecked = [f"{len(unchecked)} thing{'s' if len(unchecked) > 1 else ''}; `--verbose` lists them"]
+        unchecked = [f"{how_many(len(unchecked), 'thing')}; `--verbose` lists them"]
     return [
         *(f"warning: {text}" for text in dict.fromkeys(warnings)),
         *(f"note: {text}" for text in dict.fromkeys(notes)),

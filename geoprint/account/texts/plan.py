@@ -12,6 +12,7 @@ from geoprint.account.prints.sides import variation_text
 from geoprint.account.records.plan import DepositionRecord, PlanRecord
 from geoprint.account.records.printed import PrintedRecord
 from geoprint.account.records.robot import JoinedRecord, MotionRecord, RobotRecord
+from geoprint.account.records.rounding import how_many
 from geoprint.account.robot_summary import LISTED_PLACES
 from geoprint.account.texts.marks import marked_lines
 
@@ -67,7 +68,8 @@ def _path_lines(told: PlanRecord) -> list[str]:
     paths, settings = told.paths, told.settings
     lines = [
         (
-            f"{told.input.name}: {paths.runs} runs, {paths.deposit_mm:.0f} mm of path at {settings.spacing_mm:.3g} mm "
+            f"{told.input.name}: {how_many(paths.runs, 'run')}, {paths.deposit_mm:.0f} mm of path at "
+            f"{settings.spacing_mm:.3g} mm "
             f"spacing ({settings.backend})"
         )
     ]
@@ -157,7 +159,9 @@ def _attitude_text(told: MotionRecord) -> str:
     places = told.lean.places
     more = " or more" if len(places) == LISTED_PLACES else ""
     lean = (
-        f"leans in {len(places)} places{more}, by up to {places[0].lean_deg:.1f} degrees" if places else "leans nowhere"
+        f"leans in {how_many(len(places), 'place')}{more}, by up to {places[0].lean_deg:.1f} degrees"
+        if places
+        else "leans nowhere"
     )
     return f"nozzle: {turn}; joint 6 makes {told.joint_6_turns:.1f} turns; {lean}"
 

@@ -25,7 +25,7 @@ from geoprint.account.records.check import (
 from geoprint.account.records.evidence import EvidenceRecord
 from geoprint.account.records.plan import PatchRecord, PlanRecord
 from geoprint.account.records.robot import ClearanceRecord, MotionRecord
-from geoprint.account.records.rounding import as_json
+from geoprint.account.records.rounding import as_json, how_many
 from geoprint.account.robot_summary import record_executed, record_switching
 from geoprint.account.texts.attitude_sheet import attitude_rows
 from geoprint.export import Json, Orders, Setup
@@ -197,7 +197,8 @@ def _program(setup: Setup, orders: Orders, *, modules: Sequence[str]) -> list[st
     dry = "; RUNS DRY ONLY" if setup.placement.missing else ""
     return [
         (
-            f"{int(orders.runs[-1]) + 1} runs, {orders.count} targets ({orders.shortest_move:.2g} mm and more apart), "
+            f"{how_many(int(orders.runs[-1]) + 1, 'run')}, {orders.count} targets "
+            f"({orders.shortest_move:.2g} mm and more apart), "
             f"{orders.duration:.0f} s at full speed{dry}"
         ),
         f"load GeoPrint.pgf ({len(modules) - 1 - loaded} modules){copies}",
