@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import html
 import json
+import re
 from typing import TypeAlias, final
 
 # What can be put into JSON; arrays are encoded before.
 Json: TypeAlias = "dict[str, Json] | list[Json] | str | int | float | bool | None"
 
 VOID_TAGS = frozenset({"img", "input", "meta", "br"})
+# Elements that hold text and no others.
+TEXT_TAGS = frozenset({"title", "option", "style", "script"})
+# What sentences quote of a command line.
+_QUOTED, _CODE = re.compile(r"`([^`\n]+)`"), r"<code>\1</code>"
 
 
 @final
@@ -20,7 +25,7 @@ class Markup(str):
 
 
 def element(tag: str, *children: str, **attributes: str | int | bool) -> Markup:
-    """Return an element; plain text among its children and all attribute values are escaped.
+    """Return an element; plain text among its children and all attribute values are escaped, `commands` set as such.
 
     Args:
         tag: its name.
@@ -43,12 +48,17 @@ def element(tag: str, *children: str, **attributes: str | int | bool) -> Markup:
             words.append(f'{key}="{html.escape(str(value))}"')
     if tag in VOID_TAGS:
         return Markup(f"<{' '.join(words)}>")
-    return Markup(f"<{' '.join(words)}>{joined(*children)}</{tag}>")
+    content = "".join(map(_escaped, children)) if tag in TEXT_TAGS else joined(*children)
+    return Markup(f"<{' '.join(words)}>{content}</{tag}>")
 
 
 def joined(*pieces: str) -> Markup:
-    """Return pieces one after the other, plain text escaped."""
-    return Markup("".join(piece if isinstance(piece, Markup) else html.escape(piece) for piece in pieces))
+    """Return pieces one after the other, plain text escaped and `commands` in it set as such."""
+    return Markup("".join(p if isinstance(p, Markup) else _QUOTED.sub(_CODE, html.escape(p)) for p in pieces))
+
+
+def _escaped(piece: str) -> str:
+    return piece if isinstance(piece, Markup) else html.escape(piece)
 
 
 def script_data(value: Json) -> Markup:
