@@ -90,7 +90,7 @@ def test_what_is_told_of_each_attitude_says_of_which(planned: Plan) -> None:
     told = record_plan(planned)
     straight, bent = (with_bends(told.robot[0], bends) for bends in ((), (TIGHT,)))
     several, alone = (
-        [text for text in notes_of(planned, told.model_copy(update={"robot": robots})) if "tight bends" in text]
+        [text for text in notes_of(planned, told.model_copy(update={"robot": robots})) if "tight bend" in text]
         for robots in ((straight, bent), (bent,))
     )
     assert [text[:32] for text in several] == ["attitude 2 of 2: in 1 tight bend"]

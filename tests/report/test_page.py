@@ -224,7 +224,7 @@ def test_markup_is_escaped_once() -> None:
 
 def test_commands_that_sentences_quote_are_set_as_such_but_where_an_element_holds_text_alone() -> None:
     assert element("p", "run `a < b` or `c`") == "<p>run <code>a &lt; b</code> or <code>c</code></p>"
-    assert element("p", "one ` alone, and `two\nlines`") == "<p>one ` alone, and `two\nlines`</p>"
+    assert element("p", "one ` alone", "`two\nlines`") == "<p>one ` alone`two\nlines`</p>"
     assert element("title", "a `b` & c") == "<title>a `b` &amp; c</title>"
     assert json.loads(script_data({"a": "<!-- & \u2028"})) == {"a": "<!-- & \u2028"}
     assert "<" not in script_data("<!--")
