@@ -68,9 +68,9 @@ def main() -> None:
     parser.add_argument("--smoke", action="store_true", help="a few cases on one part, to see that the script runs")
     arguments = parser.parse_args()
     if arguments.smoke:
-        lines = [table([DATA / "plate.ply"], cases=6, spacing=12.0)]
-        lines += [layer_table([DATA / "plate.ply"], cases=4, spacing=12.0)]
-        lines += [tilted_table(TABLES[:1], cases=4, spacing=12.0)]
+        lines = [table([DATA / "plate.ply"], cases=3, spacing=12.0)]
+        lines += [layer_table([DATA / "plate.ply"], cases=2, spacing=12.0)]
+        lines += [tilted_table(TABLES[:1], cases=2, spacing=12.0)]
     else:
         lines = [
             table(arguments.parts, cases=arguments.cases),
