@@ -86,7 +86,10 @@ def write_whole(path: Path | str, content: bytes) -> None:
     Raises:
         ExportError: it cannot be written.
     """
-    place = Path(path).resolve()
+    try:
+        place = Path(path).resolve()
+    except RuntimeError as error:  # Links lead to one another; from Python 3.13 on they are replaced.
+        raise ExportError(f"`{path}` cannot be written ({error}); choose another place.") from error
     trial = place.with_name(f".{place.name}.tmp-{os.getpid()}-{secrets.token_hex(4)}")
     if place.exists() and not place.is_file():
         # A pipe or a device is not to be replaced by a file.

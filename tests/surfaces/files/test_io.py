@@ -357,6 +357,14 @@ def test_a_link_leads_to_the_file_that_is_written_and_a_pipe_stays_one(tmp_path:
     assert pipe.is_fifo()
 
 
+@pytest.mark.skipif(sys.version_info >= (3, 13), reason="links that lead to one another are replaced")
+def test_links_that_lead_to_one_another_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "one.ply").symlink_to(tmp_path / "other.ply")
+    (tmp_path / "other.ply").symlink_to(tmp_path / "one.ply")
+    with pytest.raises(ExportError, match=r"one\.ply` cannot be written .*choose another place"):
+        write_whole(tmp_path / "one.ply", b"part")
+
+
 @pytest.mark.parametrize("name", ["part\n.ply", "part\0.ply", "part\x1b[31m.ply", "part\udcff.ply"])
 def test_a_name_that_cannot_be_printed_is_refused(name: str) -> None:
     with pytest.raises(InputError, match="rename the file"):
