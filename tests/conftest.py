@@ -1,21 +1,131 @@
-"""What tests of every folder may ask for."""
+"""What tests of every folder may ask for, and which of them are slow."""
 
 from __future__ import annotations
 
+import os
+import re
 import signal
+import sys
 from collections.abc import Generator
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.brief_proofs import proving_briefly
+from tests.precompile import is_compiled, precompile
+from tests.processor_times import (
+    SLOW,
+    Clock,
+    Recording,
+    dearest_first,
+    files_by_cost,
+    recorded_times,
+    shard_of,
+)
+from tests.shared_plans import SharedPlans, run_folder
+
+if TYPE_CHECKING:
+    from tests.report.browser import Page
 
 # Who starts the tests in the background of a script has Ctrl-C ignored in all that they start; some tests send it.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
+# Every process that tests start would otherwise compile the whole package, and every run all tests.
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+_CLOCK = Clock()
+# What the extra `slow` installs, because the tests that need it are slow with it.
+SLOW_PACKAGES = {"open3d", "pyfqmr", "selenium"}
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add what the two tiers need."""
+    group = parser.getgroup("geoprint")
+    group.addoption("--record-times", action="store_true", help="write what tests take to tests/processor_times.json")
+    group.addoption("--shard", metavar="PART/PARTS", help="only this part of the tests, cut by processor time")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Measure, where that is asked for; before workers start, compile, and let each keep to one processor."""
+    if config.getoption("--record-times"):
+        config.pluginmanager.register(Recording(_CLOCK))
+    if getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput"):
+        for library in ("OPENBLAS", "OMP", "MKL"):
+            os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+        if not config.option.collectonly and not is_compiled():
+            precompile()
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark what is slow, before anything is chosen by its mark."""
+    times = recorded_times()
+    for item in items:
+        if times.get(item.nodeid, 0.0) >= SLOW or SLOW_PACKAGES.intersection(_needed(item)):
+            item.add_marker(pytest.mark.slow)
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Skip what needs a package that is not installed."""
+    missing = [name for name in _needed(item) if find_spec(name) is None]
+    if missing and "browser" not in getattr(item, "fixturenames", ()):
+        pytest.skip(f"not installed: {', '.join(missing)}")
+
+
+def _needed(item: pytest.Item) -> list[str]:
+    """Return the optional packages that a test needs."""
+    marked = [name for mark in item.iter_markers("needs") for name in mark.args]
+    return [*marked, *(["selenium"] if "browser" in getattr(item, "fixturenames", ()) else [])]
+
+
+@pytest.hookimpl(trylast=True, specname="pytest_collection_modifyitems")
+def pytest_order_by_cost(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Keep one shard of what was chosen; workers begin with the files that take longest, to end together."""
+    costs = files_by_cost(items, recorded_times())
+    shard: str | None = config.getoption("--shard")
+    files = dearest_first(costs)
+    if shard is not None:
+        found = re.fullmatch(r"([1-9]\d*)/([1-9]\d*)", shard)
+        if found is None or int(found[1]) > int(found[2]):
+            message = f"--shard {shard}: write PART/PARTS, such as 1/4."
+            raise pytest.UsageError(message)
+        files = shard_of(costs, part=int(found[1]), parts=int(found[2]))
+        chosen = set(files)
+        config.hook.pytest_deselected(items=[item for item in items if _file(item) not in chosen])
+        items[:] = [item for item in items if _file(item) in chosen]
+    if shard is not None or hasattr(config, "workerinput"):
+        rank = {file: number for number, file in enumerate(files)}
+        items.sort(key=lambda item: rank[_file(item)])
+
+
+def _file(item: pytest.Item) -> str:
+    return item.nodeid.partition("::")[0]
+
+
+@pytest.fixture(scope="session")
+def shared_plans(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> SharedPlans:
+    """What is planned once in a run, for all workers."""
+    folder = run_folder(tmp_path_factory, worker=hasattr(request.config, "workerinput"))
+    return SharedPlans(folder / "shared-plans", _CLOCK)
+
+
+@pytest.fixture(scope="session")
+def browser() -> Generator[Page]:
+    """A browser for all tests of a worker; whoever changes its size or colours says so itself."""
+    # Brings selenium along, which few tests need.
+    from tests.report.browser import opened_browser
+
+    with opened_browser() as page:
+        yield page
+
 
 @pytest.fixture
 def brief_proofs() -> Generator[None]:
     """Refuse in seconds, for a test that asks for the refusal and not for its proof."""
+    # Brings most of geoprint along, which few tests need.
+    from tests.brief_proofs import proving_briefly
+
     with proving_briefly():
         yield

@@ -6,7 +6,6 @@ import subprocess
 import sys
 from dataclasses import replace
 from functools import cache
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -177,8 +176,7 @@ def test_the_plate_is_a_flat_rectangle_facing_up() -> None:
     assert face_areas(plate).sum() == pytest.approx(1200.0)
 
 
-@pytest.mark.dear
-@pytest.mark.skipif(find_spec("skimage") is None, reason="making the heart needs scikit-image")
+@pytest.mark.needs("skimage")
 def test_making_the_parts_again_gives_the_same_surfaces(tmp_path: Path) -> None:
     subprocess.run([sys.executable, str(DATA / "make_heart.py"), "--out", str(tmp_path)], check=True)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(TOPOLOGY)

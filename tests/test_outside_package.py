@@ -65,7 +65,6 @@ def site(tmp_path: Path) -> Path:
     return installed(folder, name="geoprint-outside", version="1.0", groups=entry_points())
 
 
-@pytest.mark.dear
 def test_a_backend_and_a_pattern_of_an_installed_package_are_compared_planned_and_reported(site: Path) -> None:
     compared = run(
         "-m",
@@ -97,7 +96,6 @@ def test_a_backend_and_a_pattern_of_an_installed_package_are_compared_planned_an
     assert checked.returncode == 0, checked.stderr
 
 
-@pytest.mark.dear
 def test_a_script_makes_them_known(site: Path) -> None:
     shutil.rmtree(next(site.glob("*.dist-info")))
     (site / "script.py").write_text(SCRIPT)

@@ -100,7 +100,6 @@ def test_it_lists_every_page_of_the_guide() -> None:
         assert f"| {page.summary} |" in README
 
 
-@pytest.mark.dear
 def test_the_examples_run_one_after_the_other(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -118,9 +118,9 @@ def _recorded(root: Path, tests: list[str]) -> list[Record]:
 
 
 def _recording(root: Path, tests: list[str], out: Path) -> subprocess.Popen[str]:
-    # The plugin of dash comes with open3d, and fails where warnings are errors.
-    plugins = ["-p", "no:dash", "-p", "no:cacheprovider", "-p", "benchmarks.mutants.recording"]
-    command = [sys.executable, "-m", "pytest", "-q", *plugins]
+    plugins = ["-p", "no:cacheprovider", "-p", "benchmarks.mutants.recording"]
+    # Slow or not.
+    command = [sys.executable, "-m", "pytest", "-q", "-m", "not fuzz", *plugins]
     command += ["--reached", str(out), *tests]
     return subprocess.Popen(  # noqa: S603
         command,

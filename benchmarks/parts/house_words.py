@@ -1,73 +1,34 @@
-"""The words that CONTRIBUTING retires, where they still stand in the package, and names that two classes share."""
+"""The words that CONTRIBUTING's glossary replaces, where they still stand in the package, and names of two classes."""
 
 from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import final
+from collections.abc import Iterator, Mapping, Sequence
 
-from benchmarks.parts.house_tree import PACKAGE, House
+from benchmarks.parts.house_tree import House
 
 CONTRIBUTING = ".github/CONTRIBUTING.md"
-# Of the rows behind this heading: what is retired, what is said instead, where it stays.
-HEADING = "| retired |"
-# A capital or an end of a word in a name ends a word too: `WayBack`, `tip_ways`.
-_IN_NAMES = r"(?:(?<![A-Za-z]){word}|(?<![a-z]){capital})(?![a-z])"
+# Of the rows behind this heading: what to say, and instead of what.
+HEADING = "| say | not |"
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class Retired:
-    """A word that is not said any more.
-
-    Attributes:
-        word: or words.
-        phrases: that may hold it all the same.
-        rooms: of the package that may.
-    """
-
-    word: str
-    phrases: Sequence[str]
-    rooms: Sequence[str]
-
-    def found(self, line: str) -> bool:
-        """Return whether a line says it outside these phrases."""
-        for phrase in self.phrases:
-            line = re.sub(rf"\b{re.escape(phrase)}\b", "", line, flags=re.IGNORECASE)
-        pattern = _IN_NAMES.format(word=re.escape(self.word), capital=re.escape(self.word.capitalize()))
-        return re.search(pattern, line) is not None
-
-
-def retired(house: House) -> Sequence[Retired]:
-    """Return what CONTRIBUTING lists as retired."""
+def retired(house: House) -> Sequence[tuple[str, str]]:
+    """Return the words of the glossary that are not said any more, each with what is said instead."""
     text = (house.root / CONTRIBUTING).read_text(encoding="utf-8")
     rows = text[text.index(HEADING) :].split("\n\n")[0].splitlines()[2:]
-    found: list[Retired] = []
-    for row in rows:
-        words, _, stays = row.strip("|").split("|")
-        allowed = re.findall(r"`([^`]+)`", stays)
-        phrases, rooms = ([each for each in allowed if ("/" in each) is folder] for folder in (False, True))
-        found += [Retired(word, phrases, rooms) for word in re.findall(r"`([^`]+)`", words)]
-    return found
+    cells = [row.strip("| ").split("|") for row in rows]
+    return [(word, say.strip()) for say, words in cells for word in re.findall(r"`([^`]+)`", words)]
 
 
-def offences(house: House) -> Iterator[str]:
-    """Yield a line for each place where a retired word stands, by room, and for each name that two classes have."""
-    words = retired(house)
-    for room in (PACKAGE, *house.rooms):
-        for module in house.members(room):
-            path = module.path.relative_to(house.root).as_posix()
-            told = [each for each in words if not any(path.startswith(f"{PACKAGE}/{one}") for one in each.rooms)]
-            # A phrase may go on in the next line.
-            lines = module.path.read_text(encoding="utf-8").splitlines()
-            for number, line in enumerate(lines, start=1):
-                around = " ".join(part.strip("# ") for part in lines[max(number - 2, 0) : number + 1])
-                for each in told:
-                    if each.found(line) and each.found(around):
-                        yield f"{path}:{number}: `{each.word}`: {line.strip()}"
-    yield from shared_names(house)
+def said(house: House, word: str) -> Mapping[str, int]:
+    """Return how often each module says a word, in text or as a part of a name such as `TipWay` or `way_back`."""
+    first, rest = re.escape(word[0]), re.escape(word[1:])
+    pattern = re.compile(rf"(?:(?<![A-Za-z]){first}|(?<![A-Z]){first.upper()}){rest}(?![a-z])")
+    counts = {
+        name: len(pattern.findall(module.path.read_text(encoding="utf-8"))) for name, module in house.modules.items()
+    }
+    return {name: count for name, count in counts.items() if count}
 
 
 def shared_names(house: House) -> Iterator[str]:

@@ -50,7 +50,6 @@ def test_samples_and_figures_are_written_when_asked_and_the_table_reads_back_as_
         assert found["ratio"].std() / found["ratio"].mean() == pytest.approx(measured.cv, abs=1e-6)
 
 
-@pytest.mark.dear
 def test_neither_is_written_unasked(compared: Comparison, tmp_path: Path) -> None:
     save_comparisons([compared], tmp_path / "out")
     names = {path.name for path in (tmp_path / "out").rglob("*")}

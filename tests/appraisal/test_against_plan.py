@@ -25,8 +25,6 @@ from geoprint.silico import Break, Faults, Lighting, Viewpoint, laid_beads, look
 from tests.appraisal.drawn import rows_on_plate, stream
 from tests.meshes import cylinder_patch, plate
 
-pytestmark = pytest.mark.dear
-
 SPACING, HEIGHT, WIDTH = 4.0, 0.25, 1.6
 POSES = stream(rows_on_plate(), flow=WIDTH * HEIGHT)
 PLATE = plate((40.0, 30.0), (20, 15))

@@ -10,7 +10,7 @@ from geoprint.errors import InputError, UsageError
 from geoprint.model import FloatArray
 from geoprint.silico import Viewpoint, looking_at
 
-pytest.importorskip("cv2")
+pytestmark = pytest.mark.needs("cv2")
 
 SIZE, FOCAL, RADIAL = (480, 360), 620.0, (-0.12, 0.03)
 CORNERS, SQUARE = (7, 5), 10.0
@@ -50,7 +50,6 @@ PLACES = np.array([[0.0, 0.0, 0.0], [80.0, 0.0, 4.0], [80.0, 60.0, 0.0], [0.0, 6
 STANDS = [(40.0, 30.0, 130.0), (-20.0, -10.0, 110.0), (110.0, 10.0, 115.0), (30.0, 95.0, 105.0), (75.0, 80.0, 120.0)]
 
 
-@pytest.mark.dear
 def test_a_lens_is_found_from_boards_held_in_five_ways() -> None:
     found = lens_of([board(view(place, turn=0.2 * k)) for k, place in enumerate(STANDS)], corners=CORNERS)
     assert found.residual < 0.2

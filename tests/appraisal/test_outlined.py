@@ -145,7 +145,6 @@ def test_what_is_told_of_a_fit_holds_for_errors_that_are_alike_along_the_outline
     assert (np.diag(covariance_of(alone, slopes, np.arange(count), count=count, unit=1.0)) > np.diag(told)).all()
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize(
     ("part", "seed"), [(FLAT, 3), (FLAT, 4), (APEX, 3), (APEX, 4), (ROWS, 1), (ROWS, 2), (ON_HEART, 1)]
 )
@@ -159,7 +158,6 @@ def test_a_camera_is_placed_by_the_outline_within_what_is_told(part: str, seed: 
     assert (found.clearer is not None and found.clearer > 5.0) == (part == ROWS)
 
 
-@pytest.mark.dear
 def test_a_part_that_looks_alike_from_two_sides_with_a_plan_that_does_is_refused() -> None:
     _, view, grey = photographed(PLATE, seed=1)
     with pytest.raises(
@@ -172,7 +170,6 @@ def test_a_part_that_looks_alike_from_two_sides_with_a_plan_that_does_is_refused
     assert f"they lie {ratio:.2g} times nearer" in str(told.value)
 
 
-@pytest.mark.dear
 def test_a_patch_on_a_body_that_the_plan_does_not_know_is_refused() -> None:
     _, view, grey = photographed(ON_HEART, seed=1)
     with pytest.raises(
@@ -181,7 +178,6 @@ def test_a_patch_on_a_body_that_the_plan_does_not_know_is_refused() -> None:
         placed(FLAT, grey, true_camera(view))
 
 
-@pytest.mark.dear
 def test_lines_that_lie_beside_the_runs_are_refused() -> None:
     printed, view, grey = photographed(FLAT, seed=3)
     beads = beads_of(grey, paired_edges(grey, width=bead_width(grey)))
@@ -196,7 +192,6 @@ def test_lines_that_lie_beside_the_runs_are_refused() -> None:
         camera_by_outline(picture_outline(grey), printed.surface, camera.lens, lines=lines)
 
 
-@pytest.mark.dear
 def test_an_outline_that_leaves_open_what_is_seen_where_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     printed, view, grey = photographed(ROWS, seed=1)
     seen, lines, camera = picture_outline(grey), lines_of(ROWS, grey), true_camera(view)

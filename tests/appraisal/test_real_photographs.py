@@ -10,7 +10,6 @@ from geoprint.appraisal import bead_width, beads_of, middles_of, paired_edges, r
 from tests.shared_data import shared
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize("lighting", ["as taken", "gamma 1.8", "from the left, 3 to 1"])
 @pytest.mark.parametrize("name", PHOTOGRAPHS)
 def test_at_least_19_of_21_lines_lie_within_3_pixels_of_the_mask_on_90_percent(name: str, lighting: str) -> None:

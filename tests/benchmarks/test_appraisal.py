@@ -5,10 +5,8 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.appraisal import known_answers, scans
-from tests.appraisal.scanned.prints import needs_open3d
 
 
-@pytest.mark.dear
 def test_the_first_known_answer_comes_back_within_a_tenth_of_a_millimetre() -> None:
     *_, line = known_answers(smoke=True)
     what, put_in, found, off = (cell.strip() for cell in line.split("|")[1:-1])
@@ -17,8 +15,7 @@ def test_the_first_known_answer_comes_back_within_a_tenth_of_a_millimetre() -> N
     assert abs(float(off)) < 0.1
 
 
-@needs_open3d
-@pytest.mark.dear
+@pytest.mark.needs("open3d")
 def test_the_first_scan_is_registered_and_measured_as_well_as_promised() -> None:
     *_, line = scans(1, smoke=True)
     what, _, seeds, shift, turn, _, _, thickness, volume, cells = (cell.strip() for cell in line.split("|")[1:-1])

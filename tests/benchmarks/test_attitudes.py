@@ -65,12 +65,11 @@ def test_processor_time_is_that_of_the_stage_that_runs() -> None:
     watch("attitude 1 of 2")
     watch("attitude 2 of 2")
     watch("")
-    assert 0.05 <= watch.seconds["reach"] < 0.2
+    assert watch.seconds["reach"] >= 0.05
     assert set(watch.seconds) == {"", "reach", "attitude"}
     assert "reach" in STEPS["joints"]
 
 
-@pytest.mark.dear
 def test_the_chain_alone_takes_the_poses_of_every_attitude_and_its_steps_add_up(tmp_path: Path) -> None:
     rows = [chained_row(cell_with(kind, tmp_path), spacing=6.0) for kind in ("tilt-turn", "")]
     tilted, still = ([each.strip() for each in said.strip().strip("|").split("|")] for said in rows)
@@ -87,7 +86,6 @@ def test_the_chain_alone_takes_the_poses_of_every_attitude_and_its_steps_add_up(
     assert int(tilted[2]) > int(still[2])
 
 
-@pytest.mark.dear
 def test_the_wrap_prints_over_the_packaged_table_and_a_refusal_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

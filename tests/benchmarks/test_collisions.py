@@ -46,7 +46,6 @@ def test_hall_around_everything_is_found(scene: Scene):
     assert scene.is_refused(body)
 
 
-@pytest.mark.dear
 def test_near_misses_two_tenths_of_a_millimetre_beyond_the_clearance_are_not_reported(scene: Scene):
     planted = list(near_misses(scene, count=3, random=np.random.default_rng(5)))
 
@@ -60,7 +59,6 @@ def layer() -> Scene:
     return scene_of(DATA / "heart_flat_patch.ply", spacing=12.0, thickness=0.5 * LAYERS, layer=LAYERS)
 
 
-@pytest.mark.dear
 def test_printed_layers_alone_in_the_way_are_found(layer: Scene):
     planted = list(layers_in_the_way(layer, count=6, random=np.random.default_rng(3)))
 
@@ -70,7 +68,6 @@ def test_printed_layers_alone_in_the_way_are_found(layer: Scene):
     layer.check_without_layers()
 
 
-@pytest.mark.dear
 def test_printed_layers_that_are_missed_are_not_reported(layer: Scene):
     planted = list(layers_beside(layer, count=5, random=np.random.default_rng(5)))
 
@@ -78,7 +75,6 @@ def test_printed_layers_that_are_missed_are_not_reported(layer: Scene):
     assert planted[4][0] == "layers +0.05 mm higher"
 
 
-@pytest.mark.dear
 def test_of_a_layer_those_below_are_named_as_checked_and_its_own_runs_as_not(layer: Scene):
     (robot,) = layer.planned.robot
 
@@ -112,7 +108,6 @@ def test_obstacle_at_any_spot_is_no_farther_than_its_distance_from_what_moves(sc
     assert scene.sweep.distance(spot.obstacle("post", distance=1.0)) <= 1.0 + 0.15
 
 
-@pytest.mark.dear
 @settings(max_examples=6, deadline=None)
 @given(near=st.floats(0.7, 12.0), farther=st.floats(0.05, 8.0))
 def test_moving_a_body_farther_away_never_lowers_the_clearance(near: float, farther: float):

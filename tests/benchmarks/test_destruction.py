@@ -31,7 +31,6 @@ def test_every_promise_has_mutants() -> None:
     assert {mutant.promise for mutant in MUTANTS} == set(PROMISES)
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize("subject", ["valve"], indirect=True)
 def test_each_mutant_breaks_its_promise(subject: Subject) -> None:
     survived = [mutant for mutant in MUTANTS if not mutant.failure(subject)]

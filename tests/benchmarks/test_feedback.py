@@ -8,11 +8,9 @@ import pytest
 
 from benchmarks.feedback import silence
 from benchmarks.parts.closed_loop import closed_loop, plant_of
-from tests.appraisal.scanned.prints import needs_open3d
 
 
-@needs_open3d
-@pytest.mark.dear
+@pytest.mark.needs("open3d")
 def test_one_corrected_print_leaves_less_than_half_of_the_error() -> None:
     first, second = islice(closed_loop(plant_of(0), seed=0), 2)
     assert first.error > 0.2
@@ -20,7 +18,6 @@ def test_one_corrected_print_leaves_less_than_half_of_the_error() -> None:
     assert {change.name for change in first.told.changes} >= {"opening"}
 
 
-@pytest.mark.dear
 def test_noise_alone_changes_nothing_and_twice_the_uncertainty_of_parts_something() -> None:
     rows = [line.split("|")[1:-1] for line in silence(10)][2:]
     changed = {float(off): int(count) for off, _, count in rows}

@@ -11,14 +11,7 @@ CAPS_AND_TUBES = {shell.name: shell for shell in path_shells()}
 
 
 @pytest.mark.parametrize("layer", [1, 4])
-@pytest.mark.parametrize(
-    "name",
-    [
-        "cap, outside",
-        "cap, inside",
-        *(pytest.param(f"tube, {side}", marks=pytest.mark.dear) for side in ("outside", "inside")),
-    ],
-)
+@pytest.mark.parametrize("name", CAPS_AND_TUBES)
 def test_area_paths_and_volume_of_a_layer_are_those_of_the_formula(name: str, layer: int) -> None:
     assert CAPS_AND_TUBES[name].off(layer, thickness=2.0) == pytest.approx((0.0, 0.0, 0.0), abs=0.005)
 

@@ -144,7 +144,6 @@ def test_tests_that_pytest_refuses_to_run_cannot_be_recorded(tree: Path) -> None
     assert not list((tree.parent / "kept").rglob("*.json"))
 
 
-@pytest.mark.dear
 def test_mutants_are_killed_or_survive_in_copies_and_outcomes_are_kept(tree: Path) -> None:
     tests = ("tests/test_one.py",)
     trials = [
@@ -195,7 +194,6 @@ def test_the_share_killed_counts_what_nobody_looked_at_and_is_told_with_time_out
     ]  # fmt: skip
 
 
-@pytest.mark.dear
 def test_what_is_not_recorded_is_tried_on_the_tests_of_its_name_first_and_counts_only_where_one_fails(
     tree: Path, tmp_path: Path
 ) -> None:

@@ -46,7 +46,6 @@ def measured(size: float) -> SetDistances:
     return SetDistances(one, one)
 
 
-@pytest.mark.dear
 def test_the_cases_are_those_of_table_1(studio: Studio) -> None:
     assert [(case.name, case.pressure, case.rounds) for case in studio.cases] == [
         ("A", 20e3, 10), ("B", 10e3, 10), ("C", 10e3, 20),
@@ -54,21 +53,18 @@ def test_the_cases_are_those_of_table_1(studio: Studio) -> None:
     assert studio.cases[0].spacing == pytest.approx(2.0 * studio.cases[2].spacing, rel=0.02)
 
 
-@pytest.mark.dear
 def test_the_camera_shows_as_many_pixels_for_a_millimetre_as_it_is_told(studio: Studio) -> None:
     view = studio.view(SMALL.scale)
     ends = view.pixels(np.array([studio.middle, studio.middle + view.axes[0]]))
     assert float(np.linalg.norm(ends[1] - ends[0])) == pytest.approx(SMALL.scale, rel=1e-9)
 
 
-@pytest.mark.dear
 def test_each_distance_is_of_the_order_of_the_spacing(studio: Studio, found: Compared) -> None:
     coarse, fine = studio.cases[0].spacing, studio.cases[2].spacing
     for size in sizes(found):
         assert 0.5 * fine < size / SMALL.scale < 3.0 * coarse
 
 
-@pytest.mark.dear
 def test_the_distances_between_the_edge_images_are_a_metric(found: Compared) -> None:
     a, b = (pixels(shown) for shown in found.edges[:2])
     assert apart(a, a).hausdorff == 0.0
@@ -79,7 +75,6 @@ def test_the_distances_between_the_edge_images_are_a_metric(found: Compared) -> 
     assert any(each.there.largest != each.back.largest for each in found.distances.values())
 
 
-@pytest.mark.dear
 def test_a_seed_tells_everything_and_another_gives_other_photographs(studio: Studio, found: Compared) -> None:
     again = compared(studio, SMALL, seed=SEED)
     assert again.distances == found.distances
@@ -88,7 +83,6 @@ def test_a_seed_tells_everything_and_another_gives_other_photographs(studio: Stu
     assert not np.array_equal(other[0].grey, found.prints[0].grey)
 
 
-@pytest.mark.dear
 def test_the_layer_holds_what_the_beads_hold_apart_from_what_lies_beyond_the_rim(studio: Studio) -> None:
     # Beads of case B, thin enough to end before the rim.
     thin = replace(SMALL, fill=0.5, valve_open=0.0, valve_close=0.0)
@@ -104,14 +98,12 @@ def test_the_layer_holds_what_the_beads_hold_apart_from_what_lies_beyond_the_rim
     assert float(laid @ face_areas(studio.patch)) == pytest.approx(held, rel=0.02)
 
 
-@pytest.mark.dear
 def test_case_b_leaves_gaps_and_case_a_too_much(found: Compared) -> None:
     a, b, c = found.thickness
     assert a > 1.3 > c > 0.8 > b
     assert found.bare[1] > 0.1 > max(found.bare[0], found.bare[2])
 
 
-@pytest.mark.dear
 def test_a_patch_of_a_real_heart_prints_likewise_and_fits_the_picture() -> None:
     part = shared("patches/lv_anterior_disc_r30.ply")
     real = studio_of(part, body=part)
@@ -125,7 +117,6 @@ def test_a_patch_of_a_real_heart_prints_likewise_and_fits_the_picture() -> None:
     assert max(sizes(found)) / SMALL.scale < 3.0 * real.cases[0].spacing
 
 
-@pytest.mark.dear
 def test_pressure_drives_as_much_as_the_material_s_index_says(studio: Studio) -> None:
     def ratio(printing: Printing) -> float:
         a, b, c = bead_sections(studio.cases, printing)
@@ -145,7 +136,6 @@ def test_a_bead_that_spreads_keeps_its_section(angle_deg: float) -> None:
     assert bead_size(0.6, angle=np.radians(angle_deg - 5.0))[0] > width
 
 
-@pytest.mark.dear
 def test_the_paper_s_own_figures_are_in_its_order_and_equal_ones_are_not(found: Compared) -> None:
     own = {pair: measured(size) for pair, size in PAPER.items()}
     assert PAPER_ORDER == (("A", "C"), ("A", "B"), ("B", "C"))
@@ -156,7 +146,6 @@ def test_the_paper_s_own_figures_are_in_its_order_and_equal_ones_are_not(found: 
     assert order_text(equal) == "A-B = A-C > B-C"
 
 
-@pytest.mark.dear
 def test_the_tables_show_the_paper_s_figures_beside_ours(found: Compared) -> None:
     rows = [line for line in distances({"wall": found}, scale=SMALL.scale) if line.startswith("| wall")]
     assert [line.split("|")[2].strip() for line in rows] == ["A-B", "A-C", "B-C"]

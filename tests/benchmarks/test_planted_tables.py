@@ -80,7 +80,6 @@ def scene() -> Scene:
     return scenes_over("hexapod", spacing=12.0)[0]
 
 
-@pytest.mark.dear
 def test_distance_of_a_table_is_that_of_a_point_by_point_search(scene: Scene) -> None:
     spot = scene.sweep.spot("cone", np.random.default_rng(4))
     T_base_work = scene.robot.placement.T_base_work
@@ -104,14 +103,12 @@ def tube(ends: FloatArray, *, radius: float) -> Surface:
     return Surface(corners, ConvexHull(corners).simplices.astype(np.int64), name="tube")
 
 
-@pytest.mark.dear
 def test_tables_in_the_way_are_found(scene: Scene) -> None:
     planted = list(tables_in_the_way(scene, count=4, random=np.random.default_rng(3)))
 
     assert [name for name, table in planted if not is_refused_over(scene, table)] == []
 
 
-@pytest.mark.dear
 def test_a_table_two_tenths_of_a_millimetre_beyond_the_clearance_is_not_reported(scene: Scene) -> None:
     ((_, table),) = tables_beside(scene, count=1, random=np.random.default_rng(5))
 
@@ -120,7 +117,6 @@ def test_a_table_two_tenths_of_a_millimetre_beyond_the_clearance_is_not_reported
     assert not is_refused_over(scene, table)
 
 
-@pytest.mark.dear
 def test_tables_that_come_near_the_arm_at_home_are_found_in_their_motion(scene: Scene) -> None:
     planted = list(tables_at_home(scene, count=8, random=np.random.default_rng(3)))
 

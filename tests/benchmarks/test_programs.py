@@ -12,7 +12,6 @@ from geoprint.surfaces.files import save_ply
 from tests.meshes import plate
 
 
-@pytest.mark.dear
 def test_the_table_tells_what_was_written_what_was_refused_and_the_largest_of_all(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

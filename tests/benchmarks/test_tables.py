@@ -29,7 +29,6 @@ def test_forward_of_inverse_is_the_pose(table: tables.TiltingTable) -> None:
     assert residual(table, count=300) < 1e-9
 
 
-@pytest.mark.dear
 def test_the_run_prints_both_tables_and_draws_the_workspace(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -11,7 +11,6 @@ from geoprint.surfaces.files import save_ply
 from tests.meshes import spherical_cap
 
 
-@pytest.mark.dear
 def test_the_table_shows_that_following_flow_evens_out_a_flattened_cap(tmp_path: Path) -> None:
     part = tmp_path / "cap.ply"
     save_ply(spherical_cap(radius=20.0, angle=1.0, rings=8, jitter_seed=1), part)

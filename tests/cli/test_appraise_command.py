@@ -35,7 +35,6 @@ from geoprint.silico import (
 from geoprint.surfaces import mean_normal
 from geoprint.surfaces.files import load, save_ply
 from tests.appraisal.drawn import drawn, straight
-from tests.appraisal.scanned.prints import needs_open3d
 from tests.meshes import plate
 
 DATA = Path(__file__).parents[2] / "data"
@@ -130,7 +129,6 @@ def test_photographs_of_one_name_keep_their_distance_in_text_and_page(run: Run, 
     assert page.count("<figure>") == 6
 
 
-@pytest.mark.dear
 def test_a_print_is_held_against_its_plan_and_written(run: Run, printed: Path) -> None:
     asked = "print.png --plan plan --fiducials marks.csv --lens lens.toml"
     status, stdout, stderr = run(f"{asked} --out told --json")
@@ -170,7 +168,6 @@ def test_a_print_is_held_against_its_plan_and_written(run: Run, printed: Path) -
     assert {path.name: path.read_bytes() for path in written.iterdir()} == before
 
 
-@pytest.mark.dear
 def test_without_fiducials_the_outline_places_the_camera_and_that_is_said(run: Run, folder: Path) -> None:
     job = job_of(surface=DATA / "heart_flat_patch.ply", unit="mm", spacing=4.0, backend="fast-marching", robot=False)
     planned = plan(job)
@@ -213,7 +210,6 @@ def test_without_fiducials_the_outline_places_the_camera_and_that_is_said(run: R
     assert {path.name: path.read_bytes() for path in written.iterdir()} == before
 
 
-@pytest.mark.dear
 def test_a_plate_that_looks_alike_from_two_sides_asks_for_fiducials(run: Run, printed: Path) -> None:
     shown = np.asarray(Image.open(printed / "print.png").resize((240, 200)))
     small = np.pad(shown, ((100, 100), (120, 120)), mode="edge")
@@ -225,7 +221,6 @@ def test_a_plate_that_looks_alike_from_two_sides_asks_for_fiducials(run: Run, pr
     assert "give `--fiducials`" in stderr
 
 
-@pytest.mark.dear
 def test_the_body_of_a_bundle_is_read_where_its_outline_is_needed(folder: Path) -> None:
     for name, asked in (("on-body", {"body": DATA / "heart.ply"}), ("cut", {})):
         surface = DATA / ("heart_flat_patch.ply" if asked else "heart.ply")
@@ -304,8 +299,7 @@ def test_a_wrong_key_of_a_lens_and_a_changed_bundle_are_named(run: Run, printed:
     assert (status, "poses.csv: the file was changed after it was written" in stderr) == (5, True), stderr
 
 
-@needs_open3d
-@pytest.mark.dear
+@pytest.mark.needs("open3d")
 def test_a_scan_is_held_against_its_plan_and_written(run: Run, printed: Path) -> None:
     scan = scan_of_plan(printed, Faults(flow=1.1, width_scale=0.5, breaks=(Break(0, 40.0, 60.0),)))
     np.savetxt(printed / "print.xyz", scan)
@@ -335,8 +329,7 @@ def test_a_scan_is_held_against_its_plan_and_written(run: Run, printed: Path) ->
     assert {path.name: path.read_bytes() for path in written.iterdir()} == before
 
 
-@needs_open3d
-@pytest.mark.dear
+@pytest.mark.needs("open3d")
 def test_a_part_that_lies_otherwise_is_told_and_its_mesh_can_be_planned_on(run: Run, printed: Path) -> None:
     random = np.random.default_rng(1)
     x, y = random.uniform(0.0, 40.0, 20_000), random.uniform(0.0, 30.0, 20_000)

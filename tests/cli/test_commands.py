@@ -32,7 +32,6 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> 
     return call
 
 
-@pytest.mark.dear
 def test_place_prints_where_to_stand_and_writes_nothing(run: Run, part: Path, tmp_path: Path) -> None:
     status, stdout, stderr = run("place", part, "--unit", "mm", "--spacing", 5, "--height", 40, "--json")
     assert status == 0, stderr
@@ -79,7 +78,6 @@ def test_the_version_is_shown(run: Run) -> None:
     assert (status, stdout.strip()) == (0, version("geoprint"))
 
 
-@pytest.mark.dear
 def test_compare_prints_the_table_and_writes_both(run: Run, part: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     status, stdout, stderr = run("compare", part, "--unit", "mm", "--rounds", "3", "--place", "demo", "--out", out)
@@ -97,7 +95,6 @@ def test_compare_prints_the_table_and_writes_both(run: Run, part: Path, tmp_path
     assert (out / "heat" / "rapid" / "GeoPrint.mod").is_file()
 
 
-@pytest.mark.dear
 def test_compare_adds_samples_and_figures_when_asked(run: Run, part: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     asked = ("--rounds", "4", "--no-robot", "--backends", "heat", "--samples", "--figures", "--out", out)
@@ -163,7 +160,6 @@ def test_a_file_that_is_no_mesh_is_refused(run: Run, tmp_path: Path, content: by
     assert "Traceback" not in stderr
 
 
-@pytest.mark.dear
 def test_an_existing_result_is_kept_unless_it_may_be_replaced(run: Run, part: Path, tmp_path: Path) -> None:
     common = ("plan", part, "--unit", "mm", "--rounds", "4", "--no-robot", "--out", tmp_path / "out")
     assert run(*common)[0] == 0

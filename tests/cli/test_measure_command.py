@@ -93,7 +93,6 @@ def test_json_has_every_figure_and_the_time(run: Run) -> None:
     assert told["largest_hole_mm2"] > 400.0
 
 
-@pytest.mark.dear
 def test_a_folder_holds_page_picture_table_and_record(run: Run, folder: Path) -> None:
     status, _, stderr = run(f"even.csv shifted.csv {PART} --out told")
     assert status == 0, stderr

@@ -51,7 +51,6 @@ def told_of(run: Run, folder: Path, *options: object) -> SimulatedRecord:
     return SimulatedRecord.model_validate_json(stdout)
 
 
-@pytest.mark.dear
 def test_a_program_as_written_lays_what_its_plan_says_that_it_lays(run: Run, bundle: Path) -> None:
     told = told_of(run, bundle)
     assert (told.laid_by, len(told.runs)) == ("program", 3)
@@ -66,7 +65,6 @@ def test_a_program_as_written_lays_what_its_plan_says_that_it_lays(run: Run, bun
     assert all(each.beside_mm3 == 0.0 and each.longest_bare_mm < 0.3 for each in told.runs)
 
 
-@pytest.mark.dear
 def test_a_speed_halved_in_one_run_lays_twice_as_much_there_and_no_more_elsewhere(
     run: Run, bundle: Path, tmp_path: Path
 ) -> None:
@@ -78,7 +76,6 @@ def test_a_speed_halved_in_one_run_lays_twice_as_much_there_and_no_more_elsewher
     assert after.runs[1].laid_mm3 == pytest.approx(before.runs[1].laid_mm3, rel=1e-3)
 
 
-@pytest.mark.dear
 def test_a_valve_that_opens_late_or_stays_open_shows(run: Run, bundle: Path, tmp_path: Path) -> None:
     opens_late = edited(bundle, tmp_path / "late", lambda modules: late(modules, run=1))
     stays_open = edited(bundle, tmp_path / "open", lambda modules: left_open(modules, run=1))
@@ -89,7 +86,6 @@ def test_a_valve_that_opens_late_or_stays_open_shows(run: Run, bundle: Path, tmp
     assert oozing.runs[1].laid_mm3 > before.runs[1].laid_mm3 + 1.0
 
 
-@pytest.mark.dear
 def test_a_program_with_another_number_of_targets_is_refused_in_one_sentence(
     run: Run, bundle: Path, tmp_path: Path
 ) -> None:
@@ -116,7 +112,6 @@ def test_a_program_with_another_number_of_targets_is_refused_in_one_sentence(
     assert "holds no module; restore the program, or plan again." in stderr
 
 
-@pytest.mark.dear
 def test_scan_and_photograph_are_written_to_be_appraised(run: Run, bundle: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     status, stdout, stderr = run(bundle, "--spread", 0.5, "--viscosity", 1.1, "--seed", 3, "--out", out, "--json")

@@ -119,7 +119,6 @@ def test_a_valve_that_would_be_told_to_open_in_the_run_before_is_refused() -> No
         switching_events(slow, signals=signals(valve_open=0.4, valve_close=0.3), tips_at=tips)
 
 
-@pytest.mark.dear
 @given(
     st.floats(0.0, 0.08), st.floats(0.0, 0.3), st.floats(0.0, 0.08), st.floats(0.0, 0.08)
 )  # fmt: skip

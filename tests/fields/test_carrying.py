@@ -125,7 +125,6 @@ def test_halves_are_read_from_directions_alone_around_every_vertex() -> None:
     assert sorted(indices[indices != 0.0].tolist()) == [-0.5, 0.5, 0.5]
 
 
-@pytest.mark.dear
 def test_over_a_closed_part_indices_add_up_to_its_euler_characteristic() -> None:
     ball = meshes.sphere(jitter_seed=1)
     field = smoothest_field(ball, symmetry=2)

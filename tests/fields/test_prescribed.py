@@ -99,7 +99,6 @@ def test_so_does_one_on_a_heart(file: str, kind: str, symmetry: int) -> None:
     check(prescribed_field(surface, symmetry=symmetry, singularities=asked), asked, again=False)
 
 
-@pytest.mark.dear
 def test_so_does_one_through_seven_handles() -> None:
     surface, _ = prepare(load(shared("hearts/rodero01_heart_walls_closed.ply"), unit="mm"))
     asked = spread(surface, symmetry=2, seed=7)
@@ -149,7 +148,6 @@ def singular_disc(*, faces: int, style: str, index: float, symmetry: int) -> tup
     return float(edge_lengths(disc).mean()), float(np.sqrt((errors**2).mean()))
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize(("style", "least"), [("irregular", 1.8), ("sliver", 1.4)])
 @pytest.mark.parametrize(("index", "symmetry"), [(1.0, 1), (0.5, 2), (-0.25, 4)])
 def test_off_the_middle_of_a_disc_it_converges_to_the_formula(

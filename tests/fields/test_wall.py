@@ -110,7 +110,6 @@ def test_what_is_off_the_wall_and_labels_that_make_no_wall_are_refused(ball: Wal
 
 
 def test_the_tetrahedra_that_walls_are_held_against_have_the_formula_too(tmp_path: Path) -> None:
-    pytest.importorskip("nibabel", reason="geoprint[medical] is not installed")
     voxels = ball_voxels()
     labels = np.where(voxels.wall, 1, np.where(voxels.cavity, 2, np.where(voxels.base, 3, 0)))
     save_nifti(tmp_path / "ball.nii.gz", labels.astype(np.uint8), voxels.affine)

@@ -12,7 +12,7 @@ from geoprint import cli
 from geoprint.cli.guide import WIDEST, rendered
 from geoprint.errors import UsageError
 from geoprint.guide import html_guide, page_named, pages
-from tests.report.browser import opened_browser
+from tests.report.browser import Page
 
 Run = Callable[..., tuple[int, str, str]]
 NAMES = [page.name for page in pages()]
@@ -101,19 +101,15 @@ def test_what_a_docstring_or_a_page_says_is_no_markup() -> None:
     }  # fmt: skip
 
 
-def test_it_fits_a_telephone_and_follows_the_dark_mode_of_the_system(tmp_path: Path) -> None:
+def test_it_fits_a_telephone_and_follows_the_dark_mode_of_the_system(browser: Page, tmp_path: Path) -> None:
     path = tmp_path / "guide.html"
     path.write_bytes(html_guide(pages()))
-    with opened_browser() as page:
-        for width in (1440, 390):
-            page.resize(width=width)
-            page.open(path)
-            assert page.run("document.documentElement.scrollWidth") == width
-            assert page.run("[...document.images].every(image => image.complete && image.naturalWidth > 300)") is True
-        shades: list[object] = []
-        for scheme in ("light", "dark"):
-            page.driver.execute_cdp_cmd(  # pyright: ignore[reportUnknownMemberType]
-                "Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
-            )
-            shades.append(page.run("getComputedStyle(document.body).backgroundColor"))
-        assert shades == ["rgb(255, 255, 255)", "rgb(20, 25, 29)"]
+    for width in (1440, 390):
+        browser.resize(width=width)
+        browser.open(path)
+        assert browser.run("document.documentElement.scrollWidth") == width
+        assert browser.run("[...document.images].every(image => image.complete && image.naturalWidth > 300)") is True
+    shade = "getComputedStyle(document.body).backgroundColor"
+    assert browser.run(shade) == "rgb(255, 255, 255)"
+    with browser.dark():
+        assert browser.run(shade) == "rgb(20, 25, 29)"

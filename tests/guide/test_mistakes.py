@@ -103,9 +103,7 @@ def run(line: str) -> int:
     return int(ended.value.code or 0)
 
 
-@pytest.mark.parametrize(
-    "mistake", [pytest.param(each, marks=[pytest.mark.dear] if each == "out of reach" else []) for each in MISTAKES]
-)
+@pytest.mark.parametrize("mistake", MISTAKES)
 def test_a_mistake_ends_in_a_sentence_that_names_the_next_step(
     mistake: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

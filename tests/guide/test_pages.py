@@ -43,7 +43,6 @@ def run(line: str, monkeypatch: pytest.MonkeyPatch) -> int:
     return int(ended.value.code or 0)
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_its_blocks_run_in_order(
     page: Page, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -1,4 +1,4 @@
-"""One word, one thing: what CONTRIBUTING retires stands nowhere in the package, and no two classes share a name."""
+"""Words that the glossary replaces are counted in text and in names, and so are names that two classes share."""
 
 from __future__ import annotations
 
@@ -7,51 +7,33 @@ from pathlib import Path
 import pytest
 
 from benchmarks.parts.house_tree import House
-from benchmarks.parts.house_words import CONTRIBUTING, Retired, offences, retired
-
-WAY = Retired("way", ["shortest way", "way over the surface"], ["quality/oracle/"])
+from benchmarks.parts.house_words import CONTRIBUTING, retired, said, shared_names
 
 
-@pytest.mark.parametrize(
-    "line", ["on the way home", "class WayBack:", "tip_way = 1", "# By the way.", "the shortest way, and the way back"]
-)
-def test_a_retired_word_is_found_in_text_and_names(line: str) -> None:
-    assert WAY.found(line)
-
-
-@pytest.mark.parametrize(
-    "line", ["the shortest way", "A way over the surface.", "always", "waypoint", "away", "Away", "Wayne"]
-)
-def test_it_is_not_found_in_other_words_and_where_it_stays(line: str) -> None:
-    assert not WAY.found(line)
-
-
-def test_offences_are_found_room_by_room(tmp_path: Path) -> None:
+@pytest.fixture
+def house(tmp_path: Path) -> House:
+    """A package of two modules with a glossary."""
     package, contributing = tmp_path / "geoprint", tmp_path / CONTRIBUTING
-    for folder in (package / "paths", package / "quality" / "oracle", contributing.parent):
+    for folder in (package, contributing.parent):
         folder.mkdir(parents=True)
-    for door in (package, package / "paths", package / "quality", package / "quality" / "oracle"):
-        (door / "__init__.py").touch()
-    (package / "paths" / "travel.py").write_text(
-        "# The shortest\n# way, or a way.\nclass Piece: ...\n", encoding="utf-8"
-    )
-    (package / "paths" / "corners.py").write_text("# The shortest\n# way.\nclass Piece: ...\n", encoding="utf-8")
-    (package / "quality" / "oracle" / "tracing.py").write_text("# A way.\n", encoding="utf-8")
-    contributing.write_text(
-        "| retired | say | stays in |\n|---|---|---|\n| `way` | path | `shortest way`, `quality/oracle/` |\n\nMore.\n",
-        encoding="utf-8",
-    )
-    (tmp_path / "pyproject.toml").write_text(
-        '[[tool.importlinter.contracts]]\ntype = "layers"\ncontainers = ["geoprint"]\nlayers = ["quality | paths"]\n'
-        '[[tool.importlinter.contracts]]\ntype = "layers"\ncontainers = ["geoprint.quality"]\nlayers = ["oracle"]\n',
-        encoding="utf-8",
-    )
-
-    assert list(offences(House(tmp_path))) == [
-        "geoprint/paths/travel.py:2: `way`: # way, or a way.",
-        "Piece is a class of geoprint.paths.corners and of geoprint.paths.travel",
-    ]
+    (package / "travel.py").write_text("# Way, anyway, always.\nclass WayBack: ...\ntip_way = 1\n", encoding="utf-8")
+    (package / "corners.py").write_text("# A waypoint, away.\nclass WayBack: ...\n", encoding="utf-8")
+    contributing.write_text("| say | not |\n|---|---|\n| path | `way`, `ways` |\n\nMore.\n", encoding="utf-8")
+    return House(tmp_path)
 
 
-def test_contributing_retires_these_words() -> None:
-    assert {"way", "ways", "see there"} <= {each.word for each in retired(House())}
+def test_words_come_from_the_glossary(house: House) -> None:
+    assert retired(house) == [("way", "path"), ("ways", "path")]
+
+
+def test_a_word_is_counted_in_text_and_in_names_and_not_within_other_words(house: House) -> None:
+    assert said(house, "way") == {"geoprint.travel": 3, "geoprint.corners": 1}
+    assert said(house, "ways") == {}
+
+
+def test_names_of_two_classes_are_found(house: House) -> None:
+    assert list(shared_names(house)) == ["WayBack is a class of geoprint.corners and of geoprint.travel"]
+
+
+def test_the_glossary_of_the_project_is_read() -> None:
+    assert {"told", "laid", "mend"} <= {word for word, _ in retired(House())}

@@ -170,7 +170,6 @@ def test_a_cell_is_crossed_by_one_sheet() -> None:
         assert np.unique(sides, axis=0, return_counts=True)[1].max() <= 2
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize("name", ["interventricular_groove_disc_r20", "lv_apex_disc_r20", "aortic_root_band_6mm"])
 def test_over_hearts_a_layer_is_as_high_as_it_shall_be(name: str) -> None:
     part = load(shared(f"patches/{name}.ply"), unit="mm")

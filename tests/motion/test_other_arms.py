@@ -119,7 +119,6 @@ def test_no_rapid_program_for_an_arm_whose_frame_alone_is_another() -> None:
         require_abb_conventions(arm_of(robot))
 
 
-@pytest.mark.dear
 def test_no_rapid_program_for_an_arm_without_a_spherical_wrist() -> None:
     with pytest.raises(UsageError, match=r"axes 4, 5 and 6 do not meet: .* by 40 mm.*singularities.*library"):
         require_abb_conventions(arm_of(offset_wrist()))
@@ -140,7 +139,6 @@ def test_iteration_converges_near_where_it_starts(robot: Robot) -> None:
     assert miss[:, :3, :3].max() < 1e-9
 
 
-@pytest.mark.dear
 def test_iteration_says_where_it_does_not_converge() -> None:
     arm = arm_of(offset_wrist())
     assert isinstance(arm.inverse, NumericInverse)

@@ -67,7 +67,6 @@ def test_a_refusal_beside_keeps_its_sentence_and_its_details() -> None:
     assert caught.value.details["number"] == 1
 
 
-@pytest.mark.dear
 def test_backends_that_are_planned_in_two_processes_give_the_same_bytes(tmp_path: Path) -> None:
     save_ply(spherical_cap(radius=30.0, angle=0.25, rings=6), tmp_path / "cap.ply")
     job = job_of(surface=tmp_path / "cap.ply", unit="mm", spacing=3.0, place="demo")

@@ -231,7 +231,6 @@ def stated(tables: tuple[Path, Path], **keys: list[float]) -> Path:
     return out
 
 
-@pytest.mark.dear
 def test_a_calibrated_cell_that_does_not_state_the_parts_place_makes_programs_that_run_only_dry_and_say_so(
     tables: tuple[Path, Path], part: Path, tmp_path: Path
 ) -> None:
@@ -257,7 +256,6 @@ def test_a_calibrated_cell_that_does_not_state_the_parts_place_makes_programs_th
         assert "touched points)" not in text
 
 
-@pytest.mark.dear
 def test_a_part_whose_place_is_stated_prints_there_and_the_run_sheet_says_where(
     tables: tuple[Path, Path], part: Path, tmp_path: Path
 ) -> None:
@@ -293,7 +291,6 @@ def test_a_plan_refuses_a_part_that_is_known_worse_than_its_stand_off(tables: tu
         plan(job_of(surface=part, unit="mm", spacing=5.0, cell=cell))
 
 
-@pytest.mark.dear
 def test_a_plan_warns_above_a_third_of_the_stand_off_and_is_silent_below(
     tables: tuple[Path, Path], part: Path, tmp_path: Path
 ) -> None:

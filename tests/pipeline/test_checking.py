@@ -130,7 +130,6 @@ def test_the_command_prints_the_page_and_ends_with_5_where_something_is_wrong(
     assert "geoprint: " in printed.err.split("\n")[-2]
 
 
-@pytest.mark.dear
 def test_a_cell_with_all_that_it_may_have_plans_and_passes(tmp_path: Path) -> None:
     lags = {"flow": '"aoFlow"', "flow_per_mm3_s": 0.1, "flow_lag_s": 0.05, "vacuum": '"doVacuum"', "valve_close_s": 0.1}
     cell = cell_text(lags=lags, mode="analog")
@@ -165,7 +164,6 @@ def test_a_cell_with_all_that_it_may_have_plans_and_passes(tmp_path: Path) -> No
     assert any("the flow in the move here" in finding.reason for finding in check_bundle(out).findings)
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize("station", ["purge", "flood"])
 @pytest.mark.usefixtures("brief_proofs")
 def test_a_station_at_which_the_arm_hits_something_is_refused_by_name(tmp_path: Path, station: str) -> None:
@@ -504,7 +502,6 @@ def mutations(bundle: Path) -> Iterator[tuple[str, str, str, int]]:
                 yield kind, module, changed, made[1]
 
 
-@pytest.mark.dear
 def test_two_hundred_mutations_of_the_modules_are_found_with_file_line_and_reason(copy: Path) -> None:
     originals = {path.name: path.read_text() for path in (copy / "rapid").glob("Geo*")}
     count, near = 0, 0

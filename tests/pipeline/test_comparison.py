@@ -21,7 +21,7 @@ from geoprint.results import Comparison, FailedPart, Refused
 from geoprint.surfaces.files import save_ply
 from tests.meshes import plate, spherical_cap
 from tests.quality.deposits import deposited, straight_line
-from tests.report.browser import opened_browser
+from tests.report.browser import Page
 
 SCHEMA_KEYS = {
     "part", "input", "settings", "surface", "verdict", "best", "backends", "printed_apart", "path_distances_mm"
@@ -50,7 +50,6 @@ def parts(tmp_path_factory: pytest.TempPathFactory) -> tuple[Comparison | Failed
     return compare_parts(jobs, backends=["lscm", "heat"])
 
 
-@pytest.mark.dear
 def test_one_part_that_fails_is_a_row_with_its_reason_and_the_others_are_compared(
     parts: tuple[Comparison | FailedPart, ...],
 ) -> None:
@@ -92,7 +91,6 @@ def rows_of(text: str) -> list[str]:
     return text.split("\n\n")[1].splitlines()
 
 
-@pytest.mark.dear
 def test_several_parts_land_in_folders_of_their_own_and_compare_json_follows_its_schema(
     parts: tuple[Comparison | FailedPart, ...], tmp_path: Path
 ) -> None:
@@ -130,7 +128,6 @@ def test_where_not_one_part_can_be_compared_the_reason_is_an_error(tmp_path: Pat
         compare_parts([job_of(surface=tmp_path / "a.ply", unit="mm", spacing=1.0, robot=False)] * 2)
 
 
-@pytest.mark.dear
 def test_the_verdict_tells_flat_parts_from_curved_ones(parts: tuple[Comparison | FailedPart, ...]) -> None:
     flat, _, curved = parts
     assert isinstance(flat, Comparison)
@@ -154,7 +151,6 @@ def test_the_verdict_on_backends_that_are_the_same_says_so(parts: tuple[Comparis
     assert said_of(refused)[0].startswith("Only heat covers part.ply")
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize("backend", sorted(BACKENDS))
 def test_renumbering_a_part_leaves_its_evenness_as_it_is(backend: str, tmp_path: Path) -> None:
     cap = spherical_cap(radius=25.0, angle=0.9, rings=12, jitter_seed=7)
@@ -181,21 +177,19 @@ def test_paths_that_lie_apart_by_a_known_distance_are_measured_so() -> None:
     np.testing.assert_allclose(found.mean, found.hausdorff, atol=1e-9)
 
 
-@pytest.mark.dear
-def test_the_written_report_opens_offline_and_shows_part_and_robot(tmp_path: Path) -> None:
+def test_the_written_report_opens_offline_and_shows_part_and_robot(browser: Page, tmp_path: Path) -> None:
     save_ply(spherical_cap(radius=30.0, angle=0.5, rings=10, jitter_seed=1), tmp_path / "cap.ply")
     compared = compare(job_of(surface=tmp_path / "cap.ply", unit="mm", spacing=3.0, place="demo"))
     save_comparisons([compared], tmp_path / "out")
-    with opened_browser() as page:
-        page.open(tmp_path / "out" / "report.html")
-        assert page.errors() == []
-        assert all(address.startswith("file:") for address in page.requests())
-        words = str(page.run("document.body.innerText"))
+    browser.forget()
+    browser.open(tmp_path / "out" / "report.html")
+    assert browser.errors() == []
+    assert all(address.startswith("file:") for address in browser.requests())
+    words = str(browser.run("document.body.innerText"))
     assert "PLACEMENT NOT KNOWN" in words
     assert "exact geodesic distance" in words
 
 
-@pytest.mark.dear
 @pytest.mark.usefixtures("brief_proofs")
 def test_what_the_arm_cannot_reach_is_even_all_the_same_and_says_the_share_it_loses(tmp_path: Path) -> None:
     part, cell = tmp_path / "part.ply", tmp_path / "far.toml"

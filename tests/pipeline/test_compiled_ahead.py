@@ -84,7 +84,6 @@ def test_nothing_is_compiled_beside_a_later_run_or_on_a_single_core(
         assert multiprocessing.active_children() == []
 
 
-@pytest.mark.dear
 def test_what_goes_wrong_beside_is_not_told(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     process = multiprocessing.get_context("spawn").Process(target=compiling._quietly, args=(tmp_path / "missing",))  # pyright: ignore[reportPrivateUsage]
     process.start()
@@ -93,7 +92,6 @@ def test_what_goes_wrong_beside_is_not_told(tmp_path: Path, capfd: pytest.Captur
     assert capfd.readouterr() == ("", "")
 
 
-@pytest.mark.dear
 def test_a_plan_calls_the_loops_as_they_were_compiled_ahead_of_it(tmp_path: Path) -> None:
     compiling.compile_later_stages(tmp_path)
     compiled = [signatures(kernel) for kernel in LATE]

@@ -82,7 +82,6 @@ def test_fibres_without_a_field_and_a_field_without_fibres_are_refused(tmp_path:
         check_options(other, ["heat"])
 
 
-@pytest.mark.dear
 def test_fibres_are_planned_compared_and_planned_again_to_the_same_bytes(tmp_path: Path) -> None:
     save_ply(plate((16.0, 12.0), (12, 9), jitter_seed=1), tmp_path / "plate.ply")
     (tmp_path / "own.toml").write_text("[[preferences]]\ndirection = [1.0, 0.0, 0.0]\n")

@@ -47,7 +47,6 @@ def _angles(paths: Plan) -> FloatArray:
     return np.concatenate(found)
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize("backend", ["heat", "lscm"])
 def test_strokes_of_each_layer_wind_at_the_angle_of_its_depth(backend: str, tmp_path: Path) -> None:
     asked = _asked(tmp_path, HELIX + THROUGH, backend=backend)
@@ -57,7 +56,6 @@ def test_strokes_of_each_layer_wind_at_the_angle_of_its_depth(backend: str, tmp_
         assert np.abs(found - wanted).mean() < 1.0
 
 
-@pytest.mark.dear
 def test_lines_turn_by_so_many_degrees_each_mm_from_those_of_the_part(tmp_path: Path) -> None:
     asked = _asked(tmp_path, HELIX.replace("angle = 0.0", "angle = 20.0") + "[through]\nturn_deg_per_mm = 10.0\n")
     for layer in (1, 4):
@@ -65,7 +63,6 @@ def test_lines_turn_by_so_many_degrees_each_mm_from_those_of_the_part(tmp_path: 
         assert found.mean() == pytest.approx(20.0 + 10.0 * (layer - 0.5) * 0.5, abs=0.5)
 
 
-@pytest.mark.dear
 def test_a_singularity_stands_in_all_layers_where_it_is_on_the_part(tmp_path: Path) -> None:
     save_ply(disc(radius=10.0, rings=12, jitter_seed=1), tmp_path / "disc.ply")
     circles = "[[preferences]]\nrim = true\n[[singularities]]\nplace = [2.0, 1.0, 0.0]\nindex = 1.0\n"
@@ -82,7 +79,6 @@ def test_a_singularity_stands_in_all_layers_where_it_is_on_the_part(tmp_path: Pa
     assert np.linalg.norm((smallest.max(axis=0) + smallest.min(axis=0))[:2] / 2.0 - [2.0, 1.0]) < 0.75
 
 
-@pytest.mark.dear
 def test_stacks_and_comparisons_of_layers_follow_it_and_are_planned_again_to_the_same_bytes(tmp_path: Path) -> None:
     save_ply(plate((12.0, 9.0), (12, 9), jitter_seed=1), tmp_path / "plate.ply")
     (tmp_path / "own.toml").write_text("[[preferences]]\ndirection = [1.0, 0.0, 0.0]\n" + THROUGH)

@@ -54,7 +54,6 @@ def _rows(part: Path, layer: int, backend: str) -> tuple[FloatArray, FloatArray]
     return np.concatenate(middles), steps / np.linalg.norm(steps, axis=1, keepdims=True)
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize("backend", ["heat", "lscm"])
 def test_layers_at_0_and_90_degrees_cross_square(backend: str) -> None:
     (below, first), (above, second) = (_rows(FLAT, layer, backend) for layer in (1, 2))
@@ -66,7 +65,6 @@ def test_layers_at_0_and_90_degrees_cross_square(backend: str) -> None:
     assert np.abs(crossing[middle] - 90.0).max() < 1.0
 
 
-@pytest.mark.dear
 def test_a_stack_says_the_pattern_of_each_layer_and_a_layer_alone_has_its_own(tmp_path: Path) -> None:
     part = tmp_path / "plate.ply"
     save_ply(plate((20.0, 12.0), (20, 12)), part)

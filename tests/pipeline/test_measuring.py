@@ -34,7 +34,6 @@ def job(path: Path, *, spacing: float = 2.0) -> Job:
     return job_of(surface=path, unit="mm", spacing=spacing)
 
 
-@pytest.mark.dear
 def test_a_bundle_of_ours_gives_the_figures_of_compare(folder: Path) -> None:
     asked = job_of(surface=folder / "dome.ply", unit="mm", spacing=2.0, backend="heat", robot=False)
     planned = plan(asked)
@@ -50,7 +49,6 @@ def test_a_bundle_of_ours_gives_the_figures_of_compare(folder: Path) -> None:
     assert found.measured.overlap == pytest.approx(told.overlap, abs=1e-4)
 
 
-@pytest.mark.dear
 def test_slices_of_a_dome_are_as_far_apart_as_its_slope_makes_them(folder: Path) -> None:
     path = folder / "dome.gcode"
     path.write_text(dome_gcode(radius=RADIUS, opening=OPENING, layer=0.6), encoding="utf-8")
@@ -146,7 +144,6 @@ def bump(places: FloatArray) -> FloatArray:
     return 4.0 * np.sin(places[:, 0] / 9.0) + 3.0 * np.cos(places[:, 1] / 7.0) + 0.004 * places[:, 0] * places[:, 1]
 
 
-@pytest.mark.dear
 def test_paths_in_other_coordinates_are_laid_onto_the_part() -> None:
     flat = plate((40.0, 30.0), (80, 60))
     kept = flat.vertices[flat.faces].mean(axis=1)[:, :2].sum(axis=1) < 41.0

@@ -28,7 +28,6 @@ def cap(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.mark.dear
 def test_the_command_writes_the_part_and_says_how_far_it_lies_off(run: Run, cap: Path, tmp_path: Path) -> None:
     out = tmp_path / "even.ply"
     status, stdout, stderr = run("remesh", cap, "--unit", "mm", "--edge-length", 4, "--out", out, "--json",

@@ -33,7 +33,6 @@ def missed_or_twice(found: Plan) -> float:
     return found.uniformity.uncovered + found.uniformity.overlap
 
 
-@pytest.mark.dear
 def test_the_better_middle_is_taken_and_both_are_told(tmp_path: Path) -> None:
     best, plain, fitted = (planned(tmp_path, BAND, middle=middle) for middle in (None, "plain", "fitted"))
     # The innermost two of plain contours lie 1.8 spacings apart: 0.7 of them, 1.4 of 13.6 mm, are near neither.
@@ -63,7 +62,6 @@ def test_plain_contours_stay_where_they_leave_next_to_nothing(tmp_path: Path) ->
     assert found.toolpath.curves.count == 8
 
 
-@pytest.mark.dear
 def test_a_comparison_says_what_was_tried_with_each_backend(tmp_path: Path) -> None:
     path = tmp_path / "part.ply"
     save_ply(BAND, path)
@@ -84,7 +82,6 @@ def test_a_pattern_without_a_middle_and_one_given_twice_are_refused(tmp_path: Pa
     assert planned(tmp_path, table, options={"contours": {"middle": "plain"}}).middles == ()
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize("part", ["aortic_root_band_6mm", "tricuspid_leaflet_disc_r6", "mitral_annulus_band_8mm"])
 def test_on_hearts_at_most_half_of_what_plain_contours_leave_is_left(part: str) -> None:
     found = plan(job_of(surface=shared(f"patches/{part}.ply"), unit="mm", spacing=1.0, robot=False))

@@ -95,7 +95,6 @@ def test_compare_says_what_a_hexapod_leaves_with_each_backend(tmp_path: Path) ->
         )
 
 
-@pytest.mark.dear
 def test_a_layer_over_a_table_is_divided_among_attitudes_of_its_own(tmp_path: Path) -> None:
     cell = tilting_cell(tmp_path, "tilt-turn")
     job = job_of(surface=PART, unit="mm", spacing=4.0, backend="heat", robot=False, cell=cell, thickness=1.0)

@@ -47,7 +47,6 @@ def proposal(part: Path, tmp_path_factory: pytest.TempPathFactory) -> Proposal:
     return propose_placement(job_of(surface=part, unit="mm", spacing=4.0, cell=cell))
 
 
-@pytest.mark.dear
 def test_the_lines_put_into_the_cell_file_give_the_plan_that_was_verified(
     proposal: Proposal, part: Path, tmp_path: Path
 ) -> None:
@@ -78,7 +77,6 @@ def test_the_proposal_says_before_after_and_that_nothing_is_calibrated(proposal:
     assert proposal.above >= 0.0
 
 
-@pytest.mark.dear
 def test_a_calibrated_cell_is_told_to_touch_its_points_again(part: Path, tmp_path: Path) -> None:
     touched = (
         'source = "calibrated"\n'
@@ -92,7 +90,6 @@ def test_a_calibrated_cell_is_told_to_touch_its_points_again(part: Path, tmp_pat
     assert found.stand.position[2] == 50.0
 
 
-@pytest.mark.dear
 def test_what_passes_nowhere_is_refused_with_the_reason(part: Path, tmp_path: Path) -> None:
     # Joint 5 held near zero: no nozzle but one along the forearm.
     narrow = ("[-120, 120], [-400", "[-6, 6], [-400")
@@ -101,7 +98,6 @@ def test_what_passes_nowhere_is_refused_with_the_reason(part: Path, tmp_path: Pa
         propose_placement(job_of(surface=part, unit="mm", rounds=3, cell=cell), height=50.0)
 
 
-@pytest.mark.dear
 def test_a_higher_home_is_named_where_it_would_help(proposal: Proposal) -> None:
     low = replace(room_of(proposal.plan.workpiece), ceiling=0.0)
     assert "with a higher home it could be reached at (" in higher_home(proposal.plan, low, height=None)

@@ -147,7 +147,6 @@ def test_a_cell_with_switched_signals_lays_a_constant_flow_and_both_layers_are_t
     assert cap_plan.laid.following.cv < 0.005
 
 
-@pytest.mark.dear
 def test_a_cell_with_an_analog_signal_lays_a_flow_that_follows_the_width(tmp_path: Path) -> None:
     cell = tmp_path / "analog.toml"
     analog = 'mode = "analog"\nflow = "aoFlow"\nflow_per_mm3_s = 0.1'
@@ -186,7 +185,6 @@ def test_a_bundle_that_was_changed_does_not_verify(cap_plan: Plan, tmp_path: Pat
         verify_files(cap_plan, told, tmp_path / "out")
 
 
-@pytest.mark.dear
 def test_rounds_divide_the_largest_distance(tmp_path: Path) -> None:
     path = saved(tmp_path, plate((40.0, 30.0), (20, 15), jitter_seed=1))
     planned = plan(job_of(surface=path, unit="mm", rounds=10, robot=False))
@@ -301,7 +299,6 @@ def test_runs_in_which_a_link_of_the_arm_hits_something_are_left_as_they_were(
     assert left_out == [(), (0, 2), (0, 2)]
 
 
-@pytest.mark.dear
 def test_a_wall_beside_the_part_is_passed_by_a_nozzle_that_may_lean(tmp_path: Path) -> None:
     part, body = plate_beside_a_wall(tmp_path)
     planned = plan(job_of(surface=part, unit="mm", spacing=3.0, body=body, place="demo"))
@@ -314,7 +311,6 @@ def test_a_wall_beside_the_part_is_passed_by_a_nozzle_that_may_lean(tmp_path: Pa
     assert "leans in" in outcome_text(record_plan(planned))
 
 
-@pytest.mark.dear
 @pytest.mark.usefixtures("brief_proofs")
 def test_a_part_out_of_reach_is_refused_with_run_place_and_next_step(tmp_path: Path) -> None:
     part = saved(tmp_path, plate((40.0, 30.0), (20, 15)))
@@ -383,7 +379,6 @@ def test_nothing_is_laid_at_rest_and_corners_rounded_and_split_are_counted_and_p
     assert "split at 2 corners" in outcome_text(record_plan(split))
 
 
-@pytest.mark.dear
 def test_the_worst_slowdown_is_named_in_one_line_and_all_are_in_the_summary(tmp_path: Path) -> None:
     part = saved(tmp_path, plate(divisions=(40, 30)))
     planned = plan(job_of(surface=part, unit="mm", spacing=3.0, place="demo"))
@@ -439,7 +434,6 @@ def test_neither_spacing_nor_rounds_says_what_both_would_be_on_this_part(tmp_pat
         plan(job_of(surface=part, unit="mm", robot=False))
 
 
-@pytest.mark.dear
 def test_a_calibrated_cell_writes_a_program_that_may_deposit(tmp_path: Path) -> None:
     part = saved(tmp_path, plate((40.0, 30.0), (20, 15)))
     cell = tmp_path / "calibrated.toml"
@@ -458,7 +452,6 @@ def test_a_calibrated_cell_writes_a_program_that_may_deposit(tmp_path: Path) -> 
     assert "NOT KNOWN" not in "".join(text for _, text in robot.program.modules)
 
 
-@pytest.mark.dear
 def test_backends_agree_and_print_on_a_plate_and_on_a_cylinder(tmp_path: Path) -> None:
     for surface in (
         plate((30.0, 24.0), (20, 16), jitter_seed=1),
@@ -473,7 +466,6 @@ def test_backends_agree_and_print_on_a_plate_and_on_a_cylinder(tmp_path: Path) -
             assert outcome.uniformity.mean == pytest.approx(1.0, abs=0.02)
 
 
-@pytest.mark.dear
 def test_a_part_is_refined_as_its_backend_asks_and_plan_json_says_how(tmp_path: Path) -> None:
     cap = spherical_cap(radius=30.0, angle=0.5, rings=5, jitter_seed=1)
     part, eighth = saved(tmp_path, cap), float(edge_lengths(cap).mean()) / 8
@@ -489,7 +481,6 @@ def test_a_part_is_refined_as_its_backend_asks_and_plan_json_says_how(tmp_path: 
     assert faces["fast-marching"] < faces["heat"] / 2
 
 
-@pytest.mark.dear
 def test_compared_backends_share_the_finest_surface_that_any_of_them_asks_for(tmp_path: Path) -> None:
     cap = spherical_cap(radius=30.0, angle=0.5, rings=5, jitter_seed=1)
     part, eighth = saved(tmp_path, cap), float(edge_lengths(cap).mean()) / 8
@@ -502,7 +493,6 @@ def test_compared_backends_share_the_finest_surface_that_any_of_them_asks_for(tm
             assert outcome.plan.workpiece is compared.workpiece
 
 
-@pytest.mark.dear
 def test_what_cannot_be_flattened_is_a_row_with_its_reason_and_the_rest_is_measured(tmp_path: Path) -> None:
     closed = torus(major=12.0, minor=5.0)
     part = saved(tmp_path, Surface(closed.vertices, closed.faces[2:], name="handle"))
@@ -520,7 +510,6 @@ def test_what_cannot_be_flattened_is_a_row_with_its_reason_and_the_rest_is_measu
     assert (tmp_path / "out" / "compare.png").read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.dear
 def test_a_resolution_means_the_raster_of_lscm_alone_and_plan_json_names_it(tmp_path: Path) -> None:
     part = saved(tmp_path, plate((40.0, 30.0), (20, 15), jitter_seed=1))
     job = job_of(surface=part, unit="mm", spacing=3.0, robot=False, resolution=200)
@@ -559,7 +548,6 @@ def test_a_single_level_is_compared_by_all_but_spacing(tmp_path: Path) -> None:
     assert "nan" not in re.sub(r"base64,[^\"]*|<[^>]*>", "", shown).lower()
 
 
-@pytest.mark.dear
 def test_a_part_out_of_reach_still_gets_its_uniformity(tmp_path: Path) -> None:
     part = saved(tmp_path, spherical_cap(radius=20.0, angle=2.2, rings=16))
     compared = compare(job_of(surface=part, unit="mm", spacing=2.0, place="demo"), backends=["heat"])
@@ -568,7 +556,6 @@ def test_a_part_out_of_reach_still_gets_its_uniformity(tmp_path: Path) -> None:
     assert load_cell(None).name in str(compared.workpiece.cell.name)
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize(
     "name", ["lv_anterior_disc_r30", "lv_lateral_disc_r15", "lv_lateral_disc_r20_jagged", "lv_lateral_rect_40x30"]
 )
@@ -578,7 +565,6 @@ def test_heart_patches_are_planned_on_one_branch_away_from_the_wrist_singularity
     assert np.degrees(robot_of(planned).joint_path.smallest_wrist_angle) > 15.0
 
 
-@pytest.mark.dear
 @pytest.mark.usefixtures("brief_proofs")
 def test_a_needle_too_short_for_the_groove_of_a_whole_heart_is_refused(tmp_path: Path) -> None:
     cell = tmp_path / "short.toml"

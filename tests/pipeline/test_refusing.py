@@ -88,7 +88,6 @@ def refusal(paths: Plan, chain: Chain, *, seen: list[str] | None = None) -> Plan
     return caught.value
 
 
-@pytest.mark.dear
 def test_hollow_too_narrow_for_the_needle_is_proved_and_a_thinner_one_named_that_the_chain_takes(bowl: Plan) -> None:
     seen: list[str] = []
     chain = Chain(rim(bowl), prints=(0.72,))
@@ -115,7 +114,6 @@ def test_hollow_too_narrow_for_the_needle_is_proved_and_a_thinner_one_named_that
     assert "trying a 25.4 mm needle of 22 gauge: reach" in seen
 
 
-@pytest.mark.dear
 def test_nothing_is_named_that_the_chain_refuses_and_no_more_motions_are_planned_than_the_plan_took(bowl: Plan) -> None:
     chain = Chain(rim(bowl), motions=7)
     error = refusal(bowl, chain)
@@ -126,7 +124,6 @@ def test_nothing_is_named_that_the_chain_refuses_and_no_more_motions_are_planned
     assert "(the needle's rim has -0.12 mm of room)" in str(error)
 
 
-@pytest.mark.dear
 def test_poses_that_are_free_one_by_one_are_said_to_be(tmp_path: Path) -> None:
     wide = spherical_cap(radius=60.0, angle=0.1, rings=4)
     save_ply(wide, tmp_path / "wide.ply")
@@ -142,7 +139,6 @@ def test_poses_that_are_free_one_by_one_are_said_to_be(tmp_path: Path) -> None:
     assert "needle" not in str(error.details["changes_tried"]).split(";")[0]
 
 
-@pytest.mark.dear
 def test_needle_whose_rim_lacks_room_is_tried_again_higher_by_what_it_lacks(bowl: Plan) -> None:
     chain = Chain(rim(bowl), height=0.45)
     error = refusal(bowl, chain)
@@ -154,7 +150,6 @@ def test_needle_whose_rim_lacks_room_is_tried_again_higher_by_what_it_lacks(bowl
     assert str(error.details["change_keys"]).startswith("[nozzle] outer_diameter_mm = ")
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize(("room", "highest"), [(-0.48, 0.8), (-0.52, 0.3)])
 def test_no_needle_is_raised_by_more_than_half_a_millimetre(bowl: Plan, room: float, highest: float) -> None:
     error = rim(bowl)

@@ -94,7 +94,6 @@ def test_a_part_with_a_hole_has_a_line_on_either_side_of_it_and_several_patches_
     assert [float(each[0]) for each in heights] == pytest.approx([0.0, 3.0], abs=1e-9)
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize("backend", ["heat", "lscm"])
 def test_rows_at_an_angle_cover_a_part_with_a_hole(tmp_path: Path, backend: str) -> None:
     path = tmp_path / "ring.ply"

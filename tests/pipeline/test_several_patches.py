@@ -68,7 +68,6 @@ def laid(planned: Plan, runs: tuple[int, int]) -> np.ndarray:
     return poses.tips[poses.deposit & (poses.runs >= runs[0]) & (poses.runs <= runs[1])]
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize("backend", list(BACKENDS))
 def test_each_patch_is_as_even_and_lies_as_when_it_is_planned_alone(ball: Path, backend: str) -> None:
     regions = [disc_at(place, radius) for place, radius in zip(PLACES, RADII, strict=True)]
@@ -90,7 +89,6 @@ def test_a_patch_is_finished_before_the_next_and_the_nearest_one_is_next(table: 
     assert [runs.index(one) for one in sorted(runs)] == [0, 2, 3, 1]
 
 
-@pytest.mark.dear
 def test_rounds_divide_the_distance_of_the_deepest_patch(ball: Path) -> None:
     regions = [disc_at(place, radius) for place, radius in zip(PLACES, RADII, strict=True)]
     planned = plan(job(ball, *regions, spacing=None, rounds=3, middle="plain"))
@@ -204,7 +202,6 @@ def lowest_between(planned: Plan) -> float:
     return float(np.linalg.norm(between[gone & ~near_second], axis=1).min())
 
 
-@pytest.mark.dear
 def test_one_program_prints_two_patches_and_says_so(ball: Path, tmp_path: Path) -> None:
     regions = [disc_at(place, radius) for place, radius in zip(PLACES, RADII, strict=True)]
     planned = plan(job(ball, *regions, spacing=2.0, robot=True, place="demo"))
@@ -226,7 +223,6 @@ def test_one_program_prints_two_patches_and_says_so(ball: Path, tmp_path: Path) 
     assert f"2: runs {second.runs[0] + 1} to " in sheet
 
 
-@pytest.mark.dear
 def test_the_report_names_every_patch_and_the_bundle_has_its_chart(ball: Path) -> None:
     regions = [disc_at(place, radius) for place, radius in zip(PLACES, RADII, strict=True)]
     compared = compare(job(ball, *regions, spacing=2.0), backends=["lscm"])

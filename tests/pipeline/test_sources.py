@@ -90,7 +90,6 @@ def test_a_curve_that_is_none_is_refused(points: list[list[float]], why: str) ->
         curve_seed(plate((20.0, 12.0), (10, 6)), np.array(points))
 
 
-@pytest.mark.dear
 def test_of_a_band_one_rim_covers_more_than_both_and_is_taken(tmp_path: Path) -> None:
     best = planned(tmp_path, BAND, source="best", middle="plain")
     tried = {each.source: each for each in best.workpiece.tried}
@@ -122,7 +121,6 @@ def test_of_a_disc_the_border_stays_and_of_a_ball_one_of_two_poles_is_taken(tmp_
     assert np.linalg.norm(poles[0] - poles[1]) == pytest.approx(20.0, abs=0.1)
 
 
-@pytest.mark.dear
 def test_each_patch_has_its_own_source(tmp_path: Path) -> None:
     shifted = Surface(BAND.vertices + np.array([50.0, 0.0, 0.0]), BAND.faces)
     both = united([BAND, shifted])

@@ -90,7 +90,6 @@ def _status(monkeypatch: pytest.MonkeyPatch, line: str) -> int:
     return int(ended.value.code or 0)
 
 
-@pytest.mark.dear
 def test_stacks_of_backends_stand_side_by_side(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -117,7 +116,6 @@ def test_stacks_of_backends_stand_side_by_side(
         check_folder(tmp_path / "both")
 
 
-@pytest.mark.dear
 def test_what_cannot_be_compared_as_stacks_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     save_ply(torus(major=4.0, minor=1.5), tmp_path / "ring.ply")
     job = job_of(surface=tmp_path / "ring.ply", unit="mm", spacing=1.0, thickness=1.0, robot=False)

@@ -48,7 +48,6 @@ def test_large_arrays_go_back_as_soon_as_they_are_free() -> None:
     assert _given_back("") < 0.5 * MB * (COUNT - 1)
 
 
-@pytest.mark.dear
 def test_no_layer_is_planned_in_the_process_of_another() -> None:
     with layer_processes() as pool:
         assert len({pool.submit(_process).result() for _ in range(3)}) == 3
@@ -69,7 +68,6 @@ if __name__ == "__main__":
 """
 
 
-@pytest.mark.dear
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="only Linux tells by a file whether a process is there")
 @pytest.mark.parametrize(
     ("module", "pool", "arguments"), [("layer_by_layer", "layer_processes", ""), ("beside", "beside", "1")]

@@ -116,7 +116,6 @@ def test_a_layer_is_kept_as_thick_as_it_is_on_columns_over_the_part(third: Plan)
     assert all(one.beads.size and one.line.size for one in kept.slices)
 
 
-@pytest.mark.dear
 def test_seams_move_on_from_layer_to_layer(tmp_path: Path) -> None:
     starts: list[float] = []
     for layer in (1, 2, 3):
@@ -139,7 +138,6 @@ def device(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, StackRecord]
     return folder / "device", plan_stack(job, folder / "device")
 
 
-@pytest.mark.dear
 def test_a_stack_is_written_whole_and_each_layer_checks(device: tuple[Path, StackRecord]) -> None:
     folder, told = device
     assert [layer.folder for layer in told.layers] == ["layer-01", "layer-02"]
@@ -174,7 +172,6 @@ def test_a_stack_is_written_whole_and_each_layer_checks(device: tuple[Path, Stac
     assert "warning: layer 2: mind this" in stack_text(told.model_copy(update={"layers": (told.layers[0], upper)}))
 
 
-@pytest.mark.dear
 def test_a_stack_has_one_program_that_was_executed(device: tuple[Path, StackRecord]) -> None:
     folder, told = device
     program = told.program
@@ -192,7 +189,6 @@ def test_a_stack_has_one_program_that_was_executed(device: tuple[Path, StackReco
     assert "layer-01` to `layer-02`" in (folder / "rapid" / "controller" / "first_load.md").read_text()
 
 
-@pytest.mark.dear
 def test_the_run_sheet_of_a_stack_says_what_to_load_and_where_it_pauses(
     device: tuple[Path, StackRecord], tmp_path: Path
 ) -> None:
@@ -213,7 +209,6 @@ def test_the_run_sheet_of_a_stack_says_what_to_load_and_where_it_pauses(
     assert "; then 20 s at home" in stack_text(device[1])
 
 
-@pytest.mark.dear
 def test_what_was_changed_in_the_program_of_a_stack_is_found(device: tuple[Path, StackRecord], tmp_path: Path) -> None:
     folder = shutil.copytree(device[0], tmp_path / "device")
     path = folder / "rapid" / "layer-02" / "GeoPrint.mod"
@@ -233,7 +228,6 @@ def test_what_was_changed_in_the_program_of_a_stack_is_found(device: tuple[Path,
     assert any("the guard must say 'SetDO doUV,0;'" in each.reason for each in check_folder(folder).findings)
 
 
-@pytest.mark.dear
 def test_a_stack_is_not_held_against_layers_that_were_changed(device: tuple[Path, StackRecord], tmp_path: Path) -> None:
     folder = shutil.copytree(device[0], tmp_path / "device")
     shutil.rmtree(folder / "layer-01")
@@ -246,7 +240,6 @@ def test_a_stack_is_not_held_against_layers_that_were_changed(device: tuple[Path
     assert "RUN SHEET" not in text
 
 
-@pytest.mark.dear
 def test_what_a_person_saw_the_program_of_a_stack_do_stands_on_its_run_sheet(
     device: tuple[Path, StackRecord], tmp_path: Path
 ) -> None:
@@ -287,7 +280,6 @@ def test_without_a_robot_a_stack_has_no_program(tmp_path: Path) -> None:
     assert stack_program(own, [layer], (), part_name="cap.ply") == ({}, None)
 
 
-@pytest.mark.dear
 def test_nothing_is_written_where_a_layer_is_refused(tmp_path: Path) -> None:
     ring = _saved(tmp_path, torus(major=4.0, minor=1.5))
     job = job_of(surface=ring, unit="mm", spacing=1.0, thickness=1.0, robot=False)

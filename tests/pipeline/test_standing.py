@@ -168,7 +168,6 @@ def test_where_none_serves_the_refusal_of_the_start_says_so(paths: Plan, searche
     assert refused.value.details == {"lost": 0.25}
 
 
-@pytest.mark.dear
 def test_a_stated_turn_is_not_searched(part: Path, tmp_path: Path) -> None:
     cell = cell_file(tmp_path, stated="demo_rpy_deg = [0, 0, 0]")
     with pytest.raises(ReachError, match="joint 5") as refused:

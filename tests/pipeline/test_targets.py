@@ -162,7 +162,6 @@ def test_a_layer_over_a_trough_is_planned_in_its_pieces_over_the_ones_below(tmp_
     assert closest(place.ground, np.array([[10.0, 6.0, 1.0]]))[1] == pytest.approx(0.0, abs=1e-6)
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize("kind", ["shape", "table"])
 def test_a_bundle_with_a_target_is_planned_again_to_the_same_bytes(tmp_path: Path, kind: str) -> None:
     rows = ("0,0,0,1", "20,0,0,2", "20,12,0,2", "0,12,0,1")
@@ -186,7 +185,6 @@ def test_a_bundle_with_a_target_is_planned_again_to_the_same_bytes(tmp_path: Pat
     assert first == again
 
 
-@pytest.mark.dear
 def test_of_a_wedge_the_layers_without_room_are_left_out_and_told(tmp_path: Path) -> None:
     job = _job(tmp_path, target=_saved(tmp_path, wedge(length=20.0, width=12.0, height=2.0)))
     told = plan_stack(job.model_copy(update={"spacing": 4.0}), tmp_path / "device")

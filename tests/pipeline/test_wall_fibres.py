@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -26,9 +25,7 @@ from tests.fields.tetrahedra import solved
 from tests.shared_data import shared
 from tests.surfaces.files.volumes import save_nifti
 
-pytestmark = pytest.mark.skipif(
-    any(find_spec(package) is None for package in ("nibabel", "skimage")), reason="geoprint[medical] is not installed"
-)
+pytestmark = pytest.mark.needs("nibabel", "skimage")
 LABELS = "labels/rodero01_labels_1mm_ras.nii.gz"
 WALL, CAVITY, BASE = [1, 7], [11], [3, 5]
 EPICARDIAL, ENDOCARDIAL = -60.0, 60.0
@@ -51,7 +48,6 @@ def _written(voxels: WallVoxels, path: Path) -> None:
     save_nifti(path, labels.astype(np.uint8), voxels.affine)
 
 
-@pytest.mark.dear
 def test_fibres_in_a_wall_are_planned_again_to_the_same_bytes_without_the_volume(tmp_path: Path) -> None:
     _written(ball_voxels(), tmp_path / "ball.nii.gz")
     save_ply(skin(18.0, top=-10.0), tmp_path / "skin.ply")
@@ -104,7 +100,6 @@ def layers(tmp_path_factory: pytest.TempPathFactory) -> list[tuple[Surface, Dire
     return made
 
 
-@pytest.mark.dear
 def test_eight_layers_through_a_real_wall_have_the_fibres_of_the_rule(
     layers: list[tuple[Surface, DirectionField]],
 ) -> None:

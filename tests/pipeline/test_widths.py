@@ -45,7 +45,6 @@ def _off_the_wanted(paths: Plan) -> float:
     return float(np.abs(np.diff(heights) / _wanted(middles) - 1.0).max())
 
 
-@pytest.mark.dear
 def test_rows_flow_and_evenness_follow_the_width_with_both_backends(tmp_path: Path) -> None:
     for _, compared in compare(_job(tmp_path), backends=["lscm", "heat"]).planned:
         paths = compared.plan
@@ -62,7 +61,6 @@ def test_rows_flow_and_evenness_follow_the_width_with_both_backends(tmp_path: Pa
         assert poses.flow[inside].max() > 1.7 * poses.flow[inside].min()
 
 
-@pytest.mark.dear
 def test_the_least_light_and_what_is_expected_in_print_are_of_the_width_that_is_wanted(tmp_path: Path) -> None:
     lamp = "uv_irradiance_mw_cm2 = 100\nuv_spot_mm = 6\nuv_dose_mj_cm2 = 100\n"
     known = "\n[material]\ndensity_g_cm3 = 1\nconsistency_pa_sn = 9\nflow_index = 1\nyield_stress_pa = 0\n"
@@ -80,7 +78,6 @@ def test_the_least_light_and_what_is_expected_in_print_are_of_the_width_that_is_
     assert along[1] == pytest.approx(along[0] * (1.2 / 1.4) ** 2, rel=0.1)
 
 
-@pytest.mark.dear
 def test_a_table_is_kept_in_the_bundle_which_is_planned_and_measured_again_alike(tmp_path: Path) -> None:
     rows = ["x,y,z,width", "0,0,0,0.8", "10,0,0,0.8", f"0,{HIGH},0,1.6", f"10,{HIGH},0,1.6"]
     (tmp_path / "own.csv").write_text("\n".join(rows))
@@ -98,7 +95,6 @@ def test_a_table_is_kept_in_the_bundle_which_is_planned_and_measured_again_alike
     assert not check_bundle(tmp_path / "out", full=True).findings
 
 
-@pytest.mark.dear
 def test_a_layer_has_the_widths_of_the_part_below_it(tmp_path: Path) -> None:
     about = LINES + "[width]\nplaces = [[5.0, 8.0, 0.0]]\nat_mm = 1.7\nwithin_mm = 6.0\n"
     paths = plan(_job(tmp_path, about, thickness=3.0, layer=6))

@@ -52,7 +52,6 @@ def cell(folder: Path, *changes: tuple[str, str]) -> Path:
     return folder / "cell.toml"
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize("up", [1.0, -1.0])
 def test_a_flipped_job_prints_the_other_side(part: Path, up: float) -> None:
     planned = plan(asked(part, flip=up < 0.0))

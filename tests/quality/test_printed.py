@@ -126,7 +126,6 @@ def test_what_strays_along_a_run_fades_with_the_stated_length(rows: tuple[PoseSt
     assert node_counts(some, errors).size == 6
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize("radius", [np.inf, 12.0])
 @pytest.mark.parametrize("errors", [PrintErrors(), PrintErrors(correlation=2.0, repeatability=0.04)])
 def test_the_interval_holds_95_of_100_prints_that_are_made_and_measured_otherwise(

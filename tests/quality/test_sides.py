@@ -97,7 +97,6 @@ def test_on_exact_contours_the_outer_side_is_the_outward_figure(name: str) -> No
     assert found.length == pytest.approx(before.length, rel=1e-6)
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize("part", ["plate", "heart_apex_patch"])
 def test_on_planned_contours_the_outer_side_is_the_outward_figure(part: str) -> None:
     job = job_of(surface=f"data/{part}.ply", unit="mm", spacing=2.0, backend="heat", robot=False, middle="plain")

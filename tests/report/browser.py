@@ -10,15 +10,17 @@ import shutil
 import time
 from collections.abc import Generator
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
 
 import numpy as np
 import pytest
 from matplotlib.image import imread
 from numpy.typing import NDArray
-from selenium.webdriver import Chrome, ChromeOptions, ChromeService
-from selenium.webdriver.common.by import By
-from selenium.webdriver.support.wait import WebDriverWait
+
+if TYPE_CHECKING:
+    from selenium.webdriver import Chrome
 
 # Set to "required" where a missing browser is a failure and no reason to skip.
 BROWSER_TESTS = "GEOPRINT_BROWSER_TESTS"
@@ -38,14 +40,19 @@ FLAGS = (
 
 def required_browser() -> tuple[str, str]:
     """Return the paths of Chromium and its driver, or skip the test where they are missing and not required."""
+    if find_spec("selenium") is None:
+        _missing("selenium is not installed: pip install -e '.[slow]'")
     chromium = shutil.which("chromium") or shutil.which("google-chrome")
     driver = shutil.which("chromedriver")
     if chromium is None or driver is None:
-        reason = "no Chromium with its driver here (Debian: chromium, chromium-driver)"
-        if os.environ.get(BROWSER_TESTS) == "required":
-            pytest.fail(reason)
-        pytest.skip(reason)
+        _missing("no Chromium with its driver here (Debian: chromium, chromium-driver)")
     return chromium, driver
+
+
+def _missing(what: str) -> NoReturn:
+    if os.environ.get(BROWSER_TESTS) == "required":
+        pytest.fail(what)
+    pytest.skip(what)
 
 
 class Page:
@@ -69,6 +76,8 @@ class Page:
 
     def wait_until(self, script: str) -> None:
         """Wait until a script's value is true."""
+        from selenium.webdriver.support.wait import WebDriverWait
+
         WebDriverWait(self.driver, PATIENCE, poll_frequency=0.05).until(lambda _: bool(self.run(script)), script)
 
     def picture(self, selector: str | None = None) -> NDArray[np.float32]:
@@ -94,7 +103,7 @@ class Page:
 
     def click(self, selector: str) -> None:
         """Click an element with the mouse."""
-        self.driver.find_element(By.CSS_SELECTOR, selector).click()
+        self.driver.find_element("css selector", selector).click()
 
     def point_at(self, selector: str, *, across: float, down: float) -> None:
         """Move the mouse over an element, to a share of its width and height."""
@@ -212,6 +221,8 @@ class Page:
 def opened_browser() -> Generator[Page]:
     """Start a browser; where there is none the test is skipped, or fails if it is required."""
     chromium, path = required_browser()
+    from selenium.webdriver import Chrome, ChromeOptions, ChromeService
+
     options = ChromeOptions()
     options.binary_location = chromium
     for flag in FLAGS:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from geoprint.report import html_report
-from tests.report.browser import Page, opened_browser
+from tests.report.browser import Page
 from tests.report.report_cases import HEIGHT, RADIUS, dome, part, tilting_part
 
 HOSTILE = "</script><script>window.hacked=1</script><img src=x onerror='window.hacked=2'>\"&%{x}<b>"
@@ -34,12 +33,6 @@ START_OVER = """(() => {
     document.querySelector('.controls').dispatchEvent(new Event('change'));
     document.querySelector('.reset').click();
 })()"""
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Page]:
-    with opened_browser() as page:
-        yield page
 
 
 @pytest.fixture(scope="module")

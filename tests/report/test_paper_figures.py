@@ -35,7 +35,6 @@ def image(png: bytes) -> FloatArray:
     return np.asarray(imread(io.BytesIO(png)), dtype=np.float64)
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_nothing_reaches_the_edge_of_the_figures_and_their_bytes_repeat(count: int) -> None:
     panels = [panel((0.9, 1.0, 1.1), title=f"backend {i} of $3") for i in range(count)]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,7 +13,7 @@ from geoprint.report import PathDistances, Picture
 from geoprint.report.photographed import PhotographsReport, PhotographView, RowsReport, photographs_report
 from geoprint.silico import png
 from tests.appraisal.drawn import drawn, straight
-from tests.report.browser import Page, opened_browser
+from tests.report.browser import Page
 
 HOSTILE = "</title><script>window.hacked=1</script><img src=x onerror='window.hacked=2'>\"&%{x}<b>.jpg"
 SIZE = (800, 500)
@@ -83,12 +82,6 @@ def test_rows_of_another_length_and_a_page_on_nothing_are_refused() -> None:
         RowsReport(("run", "fault"), (("1",),))
     with pytest.raises(InputError, match="needs at least one"):
         replace(report("a.jpg"), photographs=())
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Page]:
-    with opened_browser() as page:
-        yield page
 
 
 @pytest.mark.parametrize(("width", "columns"), [(1440, 2), (390, 1)])

@@ -59,7 +59,6 @@ def test_a_scan_shows_the_part_at_the_pose_it_was_taken_from() -> None:
     assert np.abs(bare.points[:, 2]).max() < 1e-9
 
 
-@pytest.mark.dear
 def test_noise_and_holes_are_as_large_as_asked_for() -> None:
     sensor = Sensor(VIEW, noise=0.05, missing=0.3, patch=2.0)
     whole = scanned(PLATE, None, Sensor(VIEW), T_work_scan=np.eye(4), random=np.random.default_rng(1))

@@ -102,6 +102,9 @@ def with_attitudes(paths: Plan, placement: Placement, stage: Stages, *, chain: C
     refused = tuple(text for one in printed for text in one.refused)
     paths = replace(paths, robot=robots, tilting=replace(found, refused=refused))
     check_sum(paths.poses, [robot.joint_path.poses for robot in robots])
+    if len(robots) == 1:
+        # As without a table: what the one program is commanded.
+        paths = replace(paths, poses=robots[0].joint_path.poses)
     with stage("program of all attitudes"):
         paths = replace(paths, joined=joined_program(paths))
     return replace(paths, timings=tuple(stage.timings))

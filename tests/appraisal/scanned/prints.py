@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
-
 import numpy as np
-import pytest
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
@@ -15,7 +12,6 @@ from geoprint.silico import Faults, Sensor, SilicoScan, laid_beads, looking_at, 
 from tests.appraisal.drawn import rows_on_plate, stream
 from tests.meshes import plate
 
-needs_open3d = pytest.mark.skipif(importlib.util.find_spec("open3d") is None, reason="open3d is not installed")
 SPACING, HEIGHT, FLOW = 4.0, 0.5, 1.2
 PLATE = plate((40.0, 30.0), (20, 15))
 # Every other row runs back, so that beads to the left of all are not the same as a plate that is shifted.

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
@@ -16,7 +15,6 @@ from tests.appraisal.scanned.prints import DEPOSIT, PLATE, scan_of
 SEEDS, LEVEL = 24, 0.95
 
 
-@pytest.mark.dear
 def test_poses_lie_within_what_is_stated_where_the_width_of_beads_varies_at_random() -> None:
     target, offs = ScanTarget(PLATE, DEPOSIT), list[float]()
     for seed in range(SEEDS):

@@ -33,7 +33,6 @@ def measured(faults: Faults, *, spread: float = 1.0, offset: float = 0.0) -> Mea
     return measured_print(scan.points, found, PLATE, DEPOSIT)
 
 
-@pytest.mark.dear
 def test_the_pose_is_found_within_its_uncertainty_and_beads_fix_all_six_directions() -> None:
     within: list[bool] = []
     for seed in range(6):

@@ -10,7 +10,6 @@ from geoprint import transforms
 from geoprint.appraisal.scanned import read_scan, registered
 from geoprint.errors import InputError
 from geoprint.surfaces.files import load
-from tests.appraisal.scanned.prints import needs_open3d
 from tests.shared_data import shared
 
 CLOUDS = ("cgal_blobby.xyz", "cgal_fin90_with_PCA_normals.xyz", "cgal_kitten.xyz", "cgal_oni.pwn",
@@ -24,8 +23,7 @@ def test_every_cloud_opens(name: str) -> None:
     assert np.isfinite(scan.points).all()
 
 
-@needs_open3d
-@pytest.mark.dear
+@pytest.mark.needs("open3d")
 @pytest.mark.parametrize("name", ["cgal_fin90_with_PCA_normals.xyz", "cgal_kitten.xyz", "cgal_oni.pwn"])
 def test_a_cloud_registers_to_itself_moved(name: str) -> None:
     # Their unit is nobody's; in inches they are as large as a part.
@@ -42,7 +40,7 @@ def test_a_cloud_registers_to_itself_moved(name: str) -> None:
     assert found.used > 0.8
 
 
-@needs_open3d
+@pytest.mark.needs("open3d")
 @pytest.mark.parametrize("name", ["cgal_blobby.xyz", "trimesh_points_cloudcompare.xyz"])
 def test_a_cloud_that_is_no_surface_is_refused_as_a_part(name: str) -> None:
     with pytest.raises(InputError, match=r"too sparse or no surface|points at different places"):

@@ -12,14 +12,13 @@ from geoprint import transforms
 from geoprint.appraisal.scanned import registered
 from geoprint.errors import InputError, UsageError
 from geoprint.silico import Faults
-from tests.appraisal.scanned.prints import DEPOSIT, PLATE, needs_open3d, pose, scan_of
+from tests.appraisal.scanned.prints import DEPOSIT, PLATE, pose, scan_of
 
 # 10 mm and 5 degrees.
 STANDS = pose(turn=(0.05, -0.05, 0.05), shift=(6.0, -6.0, 5.2))
 
 
-@needs_open3d
-@pytest.mark.dear
+@pytest.mark.needs("open3d")
 def test_a_scan_10_mm_and_5_degrees_off_is_found_with_volume_width_and_offset_of_its_beads() -> None:
     scan = scan_of(Faults(flow=1.2, offset=0.15), T_work_scan=STANDS, noise=0.05, missing=0.3)
     found = registered(scan.points, PLATE, DEPOSIT, start=np.eye(4))
@@ -36,8 +35,7 @@ def test_a_scan_10_mm_and_5_degrees_off_is_found_with_volume_width_and_offset_of
     assert np.array_equal(again.T_work_scan, found.T_work_scan)
 
 
-@needs_open3d
-@pytest.mark.dear
+@pytest.mark.needs("open3d")
 def test_a_scan_of_something_else_is_refused() -> None:
     points = np.random.default_rng(1).uniform(-30.0, 30.0, (3000, 3))
     with pytest.raises(InputError, match=r"`scan` (does not lie on|lies .* mm off) "):

@@ -241,7 +241,6 @@ def test_the_order_by_nested_dissection_leaves_less_fill_than_the_order_of_the_m
     assert fill[1] < 0.4 * fill[0]
 
 
-@pytest.mark.dear
 def test_unknowns_all_at_one_place_are_still_ordered() -> None:
     matrix = csc_array(eye_array(50))
     assert sorted(nested_dissection(matrix, coordinates=np.zeros((50, 3))).tolist()) == list(range(50))

@@ -58,7 +58,6 @@ def test_from_the_middle_of_a_disc_every_segment_is_as_near_and_one_point_may_st
     assert (point_distances(border, np.zeros((5, 2))) == point_distances(border, np.zeros((1, 2)))).all()
 
 
-@pytest.mark.dear
 @settings(max_examples=10, deadline=None)
 @given(seed=st.integers(0, 10_000), rows=st.integers(1, 70), columns=st.integers(1, 70))
 def test_with_outside_pixels_for_segments_it_is_the_distance_transform_of_the_binary_image(

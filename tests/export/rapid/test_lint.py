@@ -89,7 +89,6 @@ def test_the_judge_refuses_the_guard_as_it_was(tmp_path: Path) -> None:
     assert any(finding["code"] == "duplicate" for finding in found)
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize(
     ("part", "mode"), [("patches/tricuspid_leaflet_disc_r6.ply", "io"), ("patches/lv_lateral_disc_r15.ply", "analog")]
 )

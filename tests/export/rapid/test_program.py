@@ -321,7 +321,6 @@ def test_no_part_name_changes_a_line_of_code(name: str) -> None:
     assert all(text.isascii() for _, text in write(part_name=name).modules)
 
 
-@pytest.mark.dear
 @given(st.text(max_size=300))
 @settings(max_examples=30, deadline=None)
 def test_no_text_at_all_changes_a_line_of_code(name: str) -> None:
@@ -452,7 +451,6 @@ angles = st.floats(-np.pi, np.pi)
 lengths = st.floats(-900.0, 900.0)
 
 
-@pytest.mark.dear
 @given(frame=st.tuples(angles, angles, angles, lengths, lengths, lengths), seed=st.integers(0, 2**32 - 1))
 @settings(max_examples=25, deadline=None)
 def test_any_placement_and_any_poses_read_back_as_written(frame: tuple[float, ...], seed: int) -> None:

@@ -289,7 +289,6 @@ CODE = [
 ]
 
 
-@pytest.mark.dear
 @given(st.sampled_from(CODE))
 @settings(max_examples=150, deadline=None)
 def test_no_letter_sign_or_bracket_can_be_lost_unnoticed(place: tuple[str, int]) -> None:
@@ -302,7 +301,6 @@ PATH = dict(PROGRAM.modules)[P]
 NUMBERS = [match.span() for match in re.finditer(r"-?\d+\.\d{4,}", PATH) if match.start() > PATH.index("PROC main")]
 
 
-@pytest.mark.dear
 @given(st.sampled_from(NUMBERS), st.integers(0, 9), st.data())
 @settings(max_examples=100, deadline=None)
 def test_no_digit_that_matters_can_change_unnoticed(span: tuple[int, int], digit: int, data: st.DataObject) -> None:

@@ -119,7 +119,6 @@ def wavy(seed: int, *, count: int = 60) -> PoseStream:
     return stream(tips, quaternions=tilted(lean), stops=stops)
 
 
-@pytest.mark.dear
 def test_a_straight_line_is_written_with_its_ends_alone() -> None:
     found = thinned(stream(line((0.0, 0.0, 0.0), (50.0, 20.0, 5.0), count=137)))
     np.testing.assert_array_equal(found.poses, [0, 136])

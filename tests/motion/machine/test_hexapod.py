@@ -113,7 +113,6 @@ def test_the_distance_of_two_segments_is_right_where_they_cross_or_run_side_by_s
     assert found[0, 0] == pytest.approx(wanted, abs=1e-12)
 
 
-@pytest.mark.dear
 def test_the_margins_of_a_hundred_thousand_poses_are_those_of_a_plain_loop() -> None:
     # Thick legs, and then nothing but them and the singularity, so that each limit is the nearest one somewhere.
     thick = hexapod_noun(leg_diameter_mm=40.0, plate_cone_deg=16.0)

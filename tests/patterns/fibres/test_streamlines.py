@@ -56,7 +56,6 @@ def _circles(*, rings: int = 40, jitter_seed: int | None = 1) -> DirectionField:
     return prescribed_field(surface, symmetry=2, singularities=middle, preferences=[AlongRim(weight=1e4)])
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize("divisions", [(2, 1), (40, 20)])
 def test_on_a_plate_rows_are_straight_and_one_spacing_apart(divisions: tuple[int, int]) -> None:
     surface = plate((20.0, 10.0), divisions, jitter_seed=None if divisions == (2, 1) else 1)
@@ -122,7 +121,6 @@ def test_strokes_never_cross_and_follow_the_field(made: str) -> None:
     assert lengths[np.degrees(off) > 2.0].sum() < 0.02 * lengths.sum()
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize("made", MADE)
 def test_strokes_are_apart_over_the_surface_and_leave_no_wide_gap(made: str) -> None:
     surface, spacing = MADE[made]().surface, 1.1
@@ -204,7 +202,6 @@ def test_a_part_too_short_for_any_stroke_is_refused() -> None:
         _strokes(_along(surface, 1.0, 0.0, 0.0), spacing=1.0)
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize("name", ["lv_lateral_rect_40x30", "aortic_root_band_6mm"])
 def test_on_a_real_patch_strokes_cover_it_cross_nowhere_and_follow_the_curvature(name: str) -> None:
     part = prepare(load(shared(f"patches/{name}.ply"), unit="mm"))[0]

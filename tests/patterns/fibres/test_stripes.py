@@ -224,7 +224,6 @@ def test_another_laying_is_refused() -> None:
         FibrePattern(laying="woven")
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize("name", ["lv_lateral_rect_40x30", "aortic_root_band_6mm"])
 def test_on_a_real_patch_rows_are_even_cover_it_cross_nowhere_and_follow_the_curvature(name: str) -> None:
     part = prepare(load(shared(f"patches/{name}.ply"), unit="mm"))[0]

@@ -19,7 +19,6 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in files}
 
 
-@pytest.mark.dear
 def test_a_bundle_is_planned_again_to_the_same_bytes_without_the_files_that_it_was_of(
     printed: Path, tmp_path: Path
 ) -> None:
@@ -41,7 +40,6 @@ def test_seconds_stand_beside_the_manifest(printed: Path) -> None:
     assert "timings_s" not in json.loads((printed / "plan.json").read_text())
 
 
-@pytest.mark.dear
 @pytest.mark.usefixtures("brief_proofs")
 def test_a_backend_of_a_comparison_is_planned_again_on_the_surface_of_all_of_them(
     compared: Path, tmp_path: Path
@@ -89,7 +87,6 @@ def called(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
     return int(ended.value.code or 0)
 
 
-@pytest.mark.dear
 @pytest.mark.usefixtures("brief_proofs")
 def test_the_command_says_whether_the_bytes_are_the_same(
     compared: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

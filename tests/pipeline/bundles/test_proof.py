@@ -109,7 +109,6 @@ def test_evidence_that_cannot_be_read_is_a_finding_and_stays(copy: Path) -> None
     assert "flown" in (copy / "evidence.json").read_text()
 
 
-@pytest.mark.dear
 def test_overwriting_loses_nothing_that_a_person_recorded(copy: Path) -> None:
     record_seen(check_bundle(copy), "dry", note="fine", when=WHEN)
     before = (copy / "evidence.json").read_bytes()

@@ -132,7 +132,6 @@ def test_a_print_as_planned_changes_no_byte_of_the_path(bundle: Path, tmp_path: 
     assert any("nothing is significant" in note for note in told.notes)
 
 
-@pytest.mark.dear
 def test_a_second_print_is_held_against_what_was_wanted_and_corrected_further(bundle: Path, tmp_path: Path) -> None:
     fed(bundle, appraisal(bundle, lambda starts, _: np.full(starts.size, 0.9)), tmp_path)
     again = appraisal(tmp_path / "fed", lambda starts, _: np.full(starts.size, 0.96))
@@ -156,7 +155,6 @@ def test_a_late_valve_is_commanded_earlier(bundle: Path, tmp_path: Path) -> None
     assert found == pytest.approx(planned.fed.correction.opening / cell.process.speed)
 
 
-@pytest.mark.dear
 def test_a_bundle_with_feedback_is_planned_again_to_the_same_bytes(bundle: Path, tmp_path: Path) -> None:
     fed(bundle, appraisal(bundle, lambda starts, _: np.linspace(0.7, 0.9, starts.size)), tmp_path)
     (tmp_path / "appraisal.json").unlink()

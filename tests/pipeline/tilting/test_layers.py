@@ -39,7 +39,6 @@ def device(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     return folder / "device", plan_stack(job, folder / "device")
 
 
-@pytest.mark.dear
 def test_each_layer_is_printed_in_attitudes_of_its_own_in_which_nothing_overhangs(
     device: tuple[Path, StackRecord],
 ) -> None:
@@ -57,7 +56,6 @@ def test_each_layer_is_printed_in_attitudes_of_its_own_in_which_nothing_overhang
     assert told.finished.printed.mean == pytest.approx(1.0, abs=0.04)
 
 
-@pytest.mark.dear
 def test_one_program_prints_the_attitudes_of_all_layers_with_a_pause_between_layers(
     device: tuple[Path, StackRecord],
 ) -> None:
@@ -80,7 +78,6 @@ def test_one_program_prints_the_attitudes_of_all_layers_with_a_pause_between_lay
     assert printed + PAUSE - 20.0 < program.print_s < printed + PAUSE + 20.0
 
 
-@pytest.mark.dear
 def test_the_folder_checks_and_says_how_its_program_is_loaded(device: tuple[Path, StackRecord]) -> None:
     folder, told = device
     found = check_folder(folder)
@@ -101,7 +98,6 @@ def test_the_folder_checks_and_says_how_its_program_is_loaded(device: tuple[Path
         assert f"geoLastAttitude, 1 to {first + second}, ends it behind that attitude" in said
 
 
-@pytest.mark.dear
 def test_the_report_says_which_attitudes_print_each_layer(device: tuple[Path, StackRecord]) -> None:
     folder, told = device
     first, second = (layer.attitudes or 0 for layer in told.layers)
@@ -111,7 +107,6 @@ def test_the_report_says_which_attitudes_print_each_layer(device: tuple[Path, St
     assert f"<td>{first + 1} to {first + second}</td>" in page
 
 
-@pytest.mark.dear
 def test_what_was_changed_in_the_program_of_all_layers_is_found(
     device: tuple[Path, StackRecord], tmp_path: Path
 ) -> None:
@@ -127,7 +122,6 @@ def test_what_was_changed_in_the_program_of_all_layers_is_found(
     assert f"nobody is asked before the table comes to attitude {number}" in run.reason
 
 
-@pytest.mark.dear
 def test_a_table_that_comes_near_the_arm_between_two_layers_is_refused(
     device: tuple[Path, StackRecord],
 ) -> None:
@@ -141,7 +135,6 @@ def test_a_table_that_comes_near_the_arm_between_two_layers_is_refused(
         layer_moves(jobs, near)
 
 
-@pytest.mark.dear
 def test_check_proves_anew_that_the_table_keeps_clear_of_the_arm_between_two_layers(
     device: tuple[Path, StackRecord], tmp_path: Path
 ) -> None:
@@ -160,7 +153,6 @@ def test_check_proves_anew_that_the_table_keeps_clear_of_the_arm_between_two_lay
     assert "table's plate may come within 0.0 mm of the" in found.reason
 
 
-@pytest.mark.dear
 def test_check_finds_another_distance_than_that_which_is_told_of_the_table_between_layers(
     device: tuple[Path, StackRecord], tmp_path: Path
 ) -> None:
@@ -177,7 +169,6 @@ def test_check_finds_another_distance_than_that_which_is_told_of_the_table_betwe
     assert float(again) == pytest.approx(kept, abs=1e-9)
 
 
-@pytest.mark.dear
 def test_a_full_check_proves_anew_that_the_table_keeps_clear_of_the_arm_between_two_attitudes(
     device: tuple[Path, StackRecord], tmp_path: Path
 ) -> None:
@@ -209,7 +200,6 @@ def signed(folder: Path, *names: str) -> None:
     manifest.write_text(json.dumps(told))
 
 
-@pytest.mark.dear
 def test_the_table_moves_with_the_layers_below_on_the_part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[tuple[list[str], float]] = []
     proof = sweeping.table_motion_clearance

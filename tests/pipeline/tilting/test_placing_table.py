@@ -45,7 +45,6 @@ def paths(tmp_path_factory: pytest.TempPathFactory) -> Plan:
     return plan(job(tmp_path_factory.mktemp("paths")))
 
 
-@pytest.mark.dear
 def test_the_lines_put_into_the_cell_file_give_the_plan_that_was_verified(proposal: Proposal, tmp_path: Path) -> None:
     assert proposal.table is not None
     assert not proposal.map_before.complete
@@ -61,7 +60,6 @@ def test_the_lines_put_into_the_cell_file_give_the_plan_that_was_verified(propos
         np.testing.assert_allclose(one.joint_path.joints, other.joint_path.joints, atol=1e-6)
 
 
-@pytest.mark.dear
 def test_a_proposal_says_where_the_table_goes_and_in_how_many_attitudes_it_was_verified(proposal: Proposal) -> None:
     assert proposal.table is not None
     said = proposal_text(proposal)
@@ -76,7 +74,6 @@ def test_a_proposal_says_where_the_table_goes_and_in_how_many_attitudes_it_was_v
     )
 
 
-@pytest.mark.dear
 def test_poses_as_seen_at_rest_are_where_the_arm_goes_in_each_attitude(paths: Plan) -> None:
     placement = paths.workpiece.placement
     assert placement is not None
@@ -91,7 +88,6 @@ def test_poses_as_seen_at_rest_are_where_the_arm_goes_in_each_attitude(paths: Pl
     assert np.diff(seen.runs).min() >= 0
 
 
-@pytest.mark.dear
 def test_part_and_table_move_as_one(paths: Plan) -> None:
     before = paths.workpiece.cell
     assert before.table is not None

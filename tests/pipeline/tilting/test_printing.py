@@ -57,7 +57,6 @@ def planned(tmp_path_factory: pytest.TempPathFactory) -> Plan:
     return plan(job)
 
 
-@pytest.mark.dear
 def test_every_attitude_has_its_own_placement_and_all_lay_the_paths_together(planned: Plan) -> None:
     assert planned.tilting is not None
     assert planned.joined is not None
@@ -73,7 +72,6 @@ def test_every_attitude_has_its_own_placement_and_all_lay_the_paths_together(pla
         assert "how exactly the table takes its attitude and holds it" in robot.clearance.not_checked
 
 
-@pytest.mark.dear
 def test_the_bundle_reads_back_and_what_is_changed_in_it_is_found(planned: Plan, tmp_path: Path) -> None:
     folder = tmp_path / "cap"
     told = save_plan(planned, folder)
@@ -100,7 +98,6 @@ def test_the_bundle_reads_back_and_what_is_changed_in_it_is_found(planned: Plan,
     assert any(finding.file.startswith("part-1/") for finding in check_bundle(thinner).findings)
 
 
-@pytest.mark.dear
 def test_the_replay_lays_every_bead_under_the_tip_where_the_part_stands_then(planned: Plan) -> None:
     shown = replay(planned)
     assert shown.table is not None
@@ -122,7 +119,6 @@ def test_the_replay_lays_every_bead_under_the_tip_where_the_part_stands_then(pla
     assert apart.max() < 1.0
 
 
-@pytest.mark.dear
 def test_the_replay_moves_part_and_table_on_the_course_that_is_proven_and_in_its_time(planned: Plan) -> None:
     shown, tilting, noun = replay(planned).table, planned.tilting, planned.workpiece.cell.table
     assert shown is not None
@@ -148,7 +144,6 @@ def test_the_replay_moves_part_and_table_on_the_course_that_is_proven_and_in_its
     assert np.abs(np.diff(shown.solids[:, 0], axis=0)).max() > 0.0
 
 
-@pytest.mark.dear
 def test_poses_on_a_surface_that_was_prepared_before_are_the_same(planned: Plan) -> None:
     workpiece = planned.workpiece
     known = posed_surface(workpiece.surface, workpiece.body)
@@ -160,7 +155,6 @@ def test_poses_on_a_surface_that_was_prepared_before_are_the_same(planned: Plan)
         np.testing.assert_array_equal(getattr(once, name), getattr(again, name))
 
 
-@pytest.mark.dear
 def test_in_silico_all_attitudes_lay_together_what_the_runs_of_the_plan_ask_for(planned: Plan, tmp_path: Path) -> None:
     folder = tmp_path / "cap"
     save_plan(planned, folder)
@@ -181,7 +175,6 @@ def test_in_silico_all_attitudes_lay_together_what_the_runs_of_the_plan_ask_for(
     assert apart.max() < steps[poses.laid].max()
 
 
-@pytest.mark.dear
 def test_in_silico_an_edited_attitude_shows_and_an_edited_program_of_all_is_refused(
     planned: Plan, tmp_path: Path
 ) -> None:

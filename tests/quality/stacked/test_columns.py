@@ -95,7 +95,6 @@ def test_columns_leave_through_a_side_that_leans_in_over_the_triangles_beside_it
     assert 0.03 < (out[clear] > 0.0).mean() < 0.05
 
 
-@pytest.mark.dear
 def test_a_layer_lies_on_every_column_between_the_sides_of_a_band_whose_rim_bends() -> None:
     part, height, number = prepare(load(shared("patches/aortic_root_band_6mm.ply"), unit="mm"))[0], 0.375, 7
     feet, ground, over = column_feet(part, count=COUNT), Ground(part), (number + 0.5) * height

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,19 +13,13 @@ from geoprint.errors import InputError
 from geoprint.report import SlicedView, seams_figure, sliced_figure, stack_report, thickness_figure
 from geoprint.report.stacked.page import stack_scene_data
 from geoprint.report.stacked.slice_figure import bead_outlines
-from tests.report.browser import Page, opened_browser
+from tests.report.browser import Page
 from tests.report.report_cases import circles, dome
 from tests.report.stack_cases import LAYERS, RADII, compared_stacks, flow, paths, stack
 from tests.report.test_browser import CHANGED, HOSTILE, changed, coloured, settled
 from tests.report.test_page import Reader
 
 SLIDER = "[name=part0-layers]"
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Page]:
-    with opened_browser() as page:
-        yield page
 
 
 @pytest.fixture(scope="module")

@@ -207,7 +207,6 @@ def test_the_bomb_of_the_shared_data_is_refused() -> None:
         load(shared("broken/x_zip_200MB_zeros.zip"), unit="mm")
 
 
-@pytest.mark.dear
 def test_plan_json_gives_part_and_body_the_units_of_their_own_files(tmp_path: Path) -> None:
     side = (
         '<object id="1"><mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="30" y="0" z="0"/>'

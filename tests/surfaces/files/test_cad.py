@@ -15,7 +15,7 @@ from geoprint.surfaces.files import cad, load, load_file, native
 from geoprint.surfaces.repair import prepare
 from tests.shared_data import shared
 
-pytestmark = pytest.mark.skipif(importlib.util.find_spec("cascadio") is None, reason="geoprint[cad] is not installed")
+pytestmark = pytest.mark.needs("cascadio")
 
 # Flag and name of a length unit in the header of an IGES file, and its millimetres.
 UNITS = {"MM": (2, 1.0), "IN": (1, 25.4), "M": (6, 1000.0), "CM": (10, 10.0)}
@@ -52,7 +52,6 @@ def iges_plate(unit: str, *, size: tuple[float, float] = (40.0, 30.0), rise: flo
     )
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize("unit", list(UNITS))
 def test_an_iges_file_has_the_size_that_its_unit_says(tmp_path: Path, unit: str) -> None:
     millimetres = UNITS[unit][1]
@@ -71,7 +70,6 @@ def test_another_unit_than_that_of_the_file_is_refused(tmp_path: Path) -> None:
         load_file(tmp_path / "plate.igs", unit="in")
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize(
     ("name", "mesh"),
     [("heart_lv_anterior_nurbs", "lv_anterior_disc_r30"), ("heart_lv_apex_nurbs", "lv_apex_disc_r20")],
@@ -86,7 +84,6 @@ def test_a_heart_patch_is_the_same_from_step_and_iges_and_near_its_mesh(name: st
     assert face_areas(step).sum() == pytest.approx(face_areas(iges).sum(), rel=1e-3)
 
 
-@pytest.mark.dear
 def test_the_faces_of_a_solid_become_one_closed_surface_that_faces_out() -> None:
     solid, report = prepare(load(shared("cad/screw.step"), unit=None))
     assert report.topology == "closed, genus 0"

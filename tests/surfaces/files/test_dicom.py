@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,10 +22,7 @@ from tests.surfaces.files.volumes import affine, ball_labels, dicom_bytes, item,
 if TYPE_CHECKING:
     from pydicom.dataset import Dataset
 
-pytestmark = pytest.mark.skipif(
-    any(find_spec(package) is None for package in ("nibabel", "pydicom", "skimage")),
-    reason="geoprint[medical] is not installed",
-)
+pytestmark = pytest.mark.needs("nibabel", "pydicom", "skimage")
 # Odd numbers of voxels, so that frames do not begin with a byte.
 CUBES, SLABS = (1.1, 1.1, 1.1), (0.9, 0.9, 3.0)
 

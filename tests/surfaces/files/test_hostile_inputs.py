@@ -53,7 +53,6 @@ def test_a_crafted_case_is_refused_or_repaired_as_expected(name: str) -> None:
     assert any(words in sentence for sentence in told)
 
 
-@pytest.mark.dear
 @pytest.mark.parametrize("name", ["x_count_too_large.stl", "x_zip_200MB_zeros.zip", "x_pinhole.ply"])
 def test_a_process_with_little_memory_and_time_is_enough(name: str, tmp_path: Path) -> None:
     check(name, planned(shared(f"broken/{name}"), "--unit", "mm", out=tmp_path / "out"), tmp_path / "out")
@@ -70,7 +69,6 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> 
     return call
 
 
-@pytest.mark.dear
 def test_a_nasty_file_name_is_harmless_in_every_file_that_is_written(
     run: Callable[..., tuple[int, str]], tmp_path: Path
 ) -> None:
@@ -121,7 +119,6 @@ def test_references_to_other_files_are_not_followed(tmp_path: Path) -> None:
     assert len(load(tmp_path / "part.ply", unit="mm").faces) == len(meshes.plate().faces)
 
 
-@pytest.mark.dear
 def test_a_memory_limit_ends_in_status_six(tmp_path: Path) -> None:
     save_ply(meshes.plate((40.0, 30.0), (20, 15), jitter_seed=1), tmp_path / "plate.ply")
     command = [sys.executable, "-m", "geoprint", "plan", str(tmp_path / "plate.ply"), "--out", str(tmp_path / "out")]

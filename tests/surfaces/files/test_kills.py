@@ -87,7 +87,6 @@ def kill_often(folder: Path, *, times: int) -> None:
     assert handles() == before
 
 
-@pytest.mark.dear
 def test_whatever_kills_it_nothing_is_left(tmp_path: Path) -> None:
     kill_often(tmp_path, times=KILLS)
 

@@ -18,7 +18,6 @@ from geoprint.surfaces.repair import prepare
 from tests.meshes import sphere, spherical_cap
 from tests.shared_data import shared
 
-needs_scan = pytest.mark.skipif(importlib.util.find_spec("open3d") is None, reason="geoprint[scan] is not installed")
 NOISE = 0.05
 
 
@@ -38,7 +37,7 @@ def saved(path: Path, table: FloatArray) -> Path:
     return path
 
 
-@needs_scan
+@pytest.mark.needs("open3d")
 def test_a_noisy_cap_becomes_the_cap(tmp_path: Path) -> None:
     cap = spherical_cap(radius=30.0, angle=0.5, rings=40)
     loaded = load_file(saved(tmp_path / "cap.xyz", sampled(cap, 4000)), unit="mm")
@@ -54,7 +53,7 @@ def test_a_noisy_cap_becomes_the_cap(tmp_path: Path) -> None:
     assert 0.5 * NOISE < float(notes["residual_mean"]) < 1.2 * NOISE
 
 
-@needs_scan
+@pytest.mark.needs("open3d")
 @pytest.mark.parametrize("kind", ["xyz", "pwn", "ascii.ply", "binary.ply"])
 def test_normals_are_taken_from_every_kind_of_file_and_closed_scans_are_closed(tmp_path: Path, kind: str) -> None:
     points = sampled(sphere(radius=20.0, subdivisions=4), 3000, noise=0.01)
@@ -77,7 +76,7 @@ def test_normals_are_taken_from_every_kind_of_file_and_closed_scans_are_closed(t
     assert np.abs(np.linalg.norm(surface.vertices, axis=1) - 20.0).max() < 0.2
 
 
-@needs_scan
+@pytest.mark.needs("open3d")
 def test_colours_are_not_taken_for_normals_and_the_same_file_gives_the_same_surface(tmp_path: Path) -> None:
     points = sampled(spherical_cap(radius=30.0, angle=0.4, rings=20), 1500)
     path = saved(tmp_path / "cap.xyz", np.column_stack([points, np.full((len(points), 3), 200.0)]))
@@ -87,7 +86,7 @@ def test_colours_are_not_taken_for_normals_and_the_same_file_gives_the_same_surf
     assert np.array_equal(one.surface.faces, other.surface.faces)
 
 
-@needs_scan
+@pytest.mark.needs("open3d")
 def test_a_hole_in_the_scan_stays_a_hole(tmp_path: Path) -> None:
     cap = spherical_cap(radius=30.0, angle=0.5, rings=40)
     points = sampled(cap, 4000)
@@ -95,7 +94,7 @@ def test_a_hole_in_the_scan_stays_a_hole(tmp_path: Path) -> None:
     assert describe(prepare(load(saved(tmp_path / "ring.xyz", around), unit="mm"))[0]) == "annulus"
 
 
-@needs_scan
+@pytest.mark.needs("open3d")
 @pytest.mark.parametrize("count", [300, 1000, 3000])
 def test_points_that_fill_a_block_are_refused(tmp_path: Path, count: int) -> None:
     points = np.random.default_rng(1).uniform(0.0, 40.0, (count, 3))
@@ -103,14 +102,14 @@ def test_points_that_fill_a_block_are_refused(tmp_path: Path, count: int) -> Non
         load(saved(tmp_path / "block.xyz", points), unit="mm")
 
 
-@needs_scan
+@pytest.mark.needs("open3d")
 def test_a_scan_whose_noise_is_as_large_as_its_spacing_is_read(tmp_path: Path) -> None:
     cap = spherical_cap(radius=30.0, angle=0.5, rings=40)
     loaded = load_file(saved(tmp_path / "cap.xyz", sampled(cap, 4000, noise=0.4)), unit="mm")
     assert closest(cap, loaded.surface.vertices)[1].mean() < 0.2
 
 
-@needs_scan
+@pytest.mark.needs("open3d")
 def test_a_sheet_with_a_cloud_about_it_is_refused(tmp_path: Path) -> None:
     random = np.random.default_rng(3)
     sheet = random.uniform(0.0, 40.0, (2000, 3)) * [1.0, 1.0, 0.0]
@@ -126,7 +125,7 @@ def test_estimated_normals_are_those_of_the_sphere_and_all_on_one_side() -> None
     assert along.min() > np.cos(np.radians(12.0))
 
 
-@needs_scan
+@pytest.mark.needs("open3d")
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
@@ -143,7 +142,7 @@ def test_a_file_without_enough_points_is_refused(tmp_path: Path, content: str, s
         load(tmp_path / "a.xyz", unit="mm")
 
 
-@needs_scan
+@pytest.mark.needs("open3d")
 @pytest.mark.parametrize(
     ("header", "sentence"),
     [
@@ -169,7 +168,7 @@ def test_a_missing_package_names_the_extra(tmp_path: Path, monkeypatch: pytest.M
         load(path, unit="mm")
 
 
-@needs_scan
+@pytest.mark.needs("open3d")
 def test_a_sampled_heart_patch_lies_within_a_twentieth_of_a_millimetre(tmp_path: Path) -> None:
     patch = load(shared("patches/lv_lateral_disc_r15.ply"), unit="mm")
     surface = load(saved(tmp_path / "patch.xyz", sampled(patch, 5000)), unit="mm")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import builtins
 import gzip
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -22,10 +21,7 @@ from tests import meshes
 from tests.shared_data import shared
 from tests.surfaces.files.volumes import CENTRE, RADIUS, affine, ball_labels, save_nifti
 
-pytestmark = pytest.mark.skipif(
-    any(find_spec(package) is None for package in ("nibabel", "nrrd", "skimage")),
-    reason="geoprint[medical] is not installed",
-)
+pytestmark = pytest.mark.needs("nibabel", "nrrd", "skimage")
 BALL = 4 / 3 * np.pi * RADIUS**3
 CUBES, SLABS = (1.0, 1.0, 1.0), (0.8, 0.8, 3.0)
 
@@ -136,7 +132,6 @@ def test_a_label_is_chosen_among_those_there(
         load_file(tmp_path / "ball.nii", unit=None, label=label)
 
 
-@pytest.mark.dear
 def test_a_label_is_inspected_in_the_unit_that_the_volume_says(tmp_path: Path) -> None:
     grid = affine(CUBES)
     save_nifti(tmp_path / "ball.nii", ball_labels(grid, CUBES), grid)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -134,7 +133,7 @@ def test_the_kinds_of_vertices_on_a_box_with_an_open_side() -> None:
     assert not (creases(opened, shortest=100.0).kinds == ON_CREASE).any()
 
 
-@pytest.mark.skipif(find_spec("pyfqmr") is None, reason="geoprint[scan] is not installed")
+@pytest.mark.needs("pyfqmr")
 def test_decimation_gives_the_number_of_faces_and_changes_little() -> None:
     surface = sphere()
     made = decimate(surface, faces=300)
@@ -146,7 +145,7 @@ def test_decimation_gives_the_number_of_faces_and_changes_little() -> None:
     assert closest(large, 100.0 * made.vertices)[1].max() < 1.0
 
 
-@pytest.mark.skipif(find_spec("pyfqmr") is None, reason="geoprint[scan] is not installed")
+@pytest.mark.needs("pyfqmr")
 @pytest.mark.parametrize(
     ("faces", "sentence"), [(0, "cannot be decimated to 0"), (10**6, "cannot be decimated to"), (8, "the fewest faces")]
 )

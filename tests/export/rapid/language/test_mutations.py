@@ -265,7 +265,6 @@ def test_the_program_itself_is_right(program: Modules) -> None:
     assert read_task(tuple(program.items()), signals=SIGNALS).open_names == ()
 
 
-@pytest.mark.dear
 def test_each_of_two_hundred_mutations_is_found(program: Modules) -> None:
     chance = random.Random(18)  # noqa: S311
     mutants = {kind: list(make(program)) for kind, make in KINDS.items()}
