@@ -201,7 +201,8 @@ def _geoprint(*arguments: str) -> None:
 
 def _record(path: Path, found: Mapping[str, object]) -> None:
     known: dict[str, object] = json.loads(path.read_text(encoding="utf-8")) if path.exists() else {}
-    kept = {name: (known | found)[name] for name in CASES if name in known | found}
+    every = {**known, **found}
+    kept = {name: every[name] for name in CASES if name in every}
     path.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
 
 

@@ -167,7 +167,7 @@ class Recording:
         with self._clock.charging(_instance(fixturedef, request)):
             return (yield)
 
-    @pytest.hookimpl(trylast=True)
+    @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_call(self, item: pytest.Item) -> None:
         """Note what a test shares with others, whoever set it up."""
         request: pytest.FixtureRequest = getattr(item, "_request")  # noqa: B009  (pytest has no public place for it)
@@ -194,8 +194,10 @@ class Recording:
             "uses": {name: [*used] for name, used in self._clock.uses.items()},
             "collected": [*self._collected],
         }
-        if hasattr(session.config, "workeroutput"):
-            session.config.workeroutput["processor times"] = measured  # pyright: ignore[reportAttributeAccessIssue]
+        # Only workers have one.
+        output: dict[str, object] | None = getattr(session.config, "workeroutput", None)
+        if output is not None:
+            output["processor times"] = measured
             return
         self._take(measured)
         times = shared_out(self._whole.own, self._whole.uses)

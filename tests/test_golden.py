@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
-from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -50,16 +49,15 @@ def test_a_result_is_what_it_was_when_it_was_recorded(name: str, shared_plans: S
 def test_the_comparison_notices_a_figure_a_key_an_instruction_a_column_and_a_file() -> None:
     recorded = RECORDED["small"]
 
-    def changed(file: str, part: str, change: Any) -> list[str]:
-        found = deepcopy(recorded)
-        found[file][part] = change(found[file][part])
-        return differences(found, recorded)
+    def changed(file: str, part: str, value: object) -> list[str]:
+        return differences({**recorded, file: {**recorded[file], part: value}}, recorded)
 
-    (said,) = changed("plan.json", "figures", lambda figures: figures | {"paths.deposit_mm": 25.5})
+    plan = recorded["plan.json"]
+    (said,) = changed("plan.json", "figures", {**plan["figures"], "paths.deposit_mm": 25.5})
     assert said.startswith("plan.json: paths.deposit_mm is 25.5 instead of 24.99")
-    assert changed("plan.json", "keys", lambda keys: keys[1:]) == ["plan.json: another structure"]
-    assert changed("rapid/GeoPrint.mod", "instructions", lambda words: [*words, "MoveJ2"])
-    assert changed("poses.csv", "columns", lambda columns: columns + ",more")
+    assert changed("plan.json", "keys", plan["keys"][1:]) == ["plan.json: another structure"]
+    assert changed("rapid/GeoPrint.mod", "instructions", [*recorded["rapid/GeoPrint.mod"]["instructions"], "MoveX"])
+    assert changed("poses.csv", "columns", "x,y,z")
     missing = {name: each for name, each in recorded.items() if name != "targets.csv"}
     assert differences(missing, recorded) == ["only in one of them: targets.csv"]
 

@@ -9,12 +9,12 @@ from typing import Any
 
 import pytest
 
-from benchmarks.golden import GOLDEN
 from benchmarks.schemas import FOLDER, schemas
 from geoprint.account import PlanRecord, as_json, read_record
 from geoprint.errors import VerificationError
 
-SMALL = GOLDEN / "small" / "plan.json"
+# A plan of a disc of 4 mm, as one version of geoprint wrote it.
+SMALL = Path(__file__).with_name("small_plan.json")
 
 
 @pytest.mark.parametrize("name", [*schemas()])

@@ -145,9 +145,7 @@ def test_what_is_told_of_a_fit_holds_for_errors_that_are_alike_along_the_outline
     assert (np.diag(covariance_of(alone, slopes, np.arange(count), count=count, unit=1.0)) > np.diag(told)).all()
 
 
-@pytest.mark.parametrize(
-    ("part", "seed"), [(FLAT, 3), (FLAT, 4), (APEX, 3), (APEX, 4), (ROWS, 1), (ROWS, 2), (ON_HEART, 1)]
-)
+@pytest.mark.parametrize(("part", "seed"), [(FLAT, 3), (APEX, 4), (ROWS, 1), (ON_HEART, 1)])
 def test_a_camera_is_placed_by_the_outline_within_what_is_told(part: str, seed: int) -> None:
     found = placed_by_outline(part, seed=seed)
     assert found.off <= found.within < 3.0

@@ -16,6 +16,8 @@ from geoprint.guide import Page, pages, picture_bytes
 
 ROOT = Path(__file__).parents[2]
 PAGES = [page for page in pages() if page.name != "names"]
+# Pages that go on with what an earlier one has written.
+AFTER = {"checked": ["your-cell"], "controller": ["your-cell"]}
 # Largest picture [bytes], and most lines of a page: two screens and its tables.
 LARGEST, LONGEST = 120_000, 120
 
@@ -48,6 +50,14 @@ def test_its_blocks_run_in_order(
     page: Page, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(folder)
+    for before in AFTER.get(page.name, ()):
+        if not (folder / f"{before}.done").exists():
+            run_blocks(next(each for each in PAGES if each.name == before), folder, monkeypatch, capsys)
+    run_blocks(page, folder, monkeypatch, capsys)
+
+
+def run_blocks(page: Page, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """Write the files of a page, and run its Python blocks and its commands."""
     # What a page registers is gone when it ends.
     monkeypatch.setattr(known._KNOWN, "_own", dict(known._KNOWN._own))  # pyright: ignore[reportPrivateUsage]
     names: dict[str, object] = {"__name__": "__main__"}
@@ -60,6 +70,7 @@ def test_its_blocks_run_in_order(
             status = run(line, monkeypatch)
             expected = (2, 3, 4) if block.word == "refused" else (0,)
             assert status in expected, f"{page.name}: {line}\n{capsys.readouterr().err}"
+    (folder / f"{page.name}.done").touch()
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

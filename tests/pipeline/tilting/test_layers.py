@@ -28,6 +28,10 @@ from tests.pipeline.tilting.test_printing import cell, part
 PAUSE = 20.0
 
 
+# What does not depend on where the paths come from.
+of_one_backend = pytest.mark.parametrize("device", ["heat"], indirect=True)
+
+
 @pytest.fixture(scope="module", params=["heat", "lscm"])
 def device(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, StackRecord]:
     folder = tmp_path_factory.mktemp("layers")
@@ -107,6 +111,7 @@ def test_the_report_says_which_attitudes_print_each_layer(device: tuple[Path, St
     assert f"<td>{first + 1} to {first + second}</td>" in page
 
 
+@of_one_backend
 def test_what_was_changed_in_the_program_of_all_layers_is_found(
     device: tuple[Path, StackRecord], tmp_path: Path
 ) -> None:
@@ -122,6 +127,7 @@ def test_what_was_changed_in_the_program_of_all_layers_is_found(
     assert f"nobody is asked before the table comes to attitude {number}" in run.reason
 
 
+@of_one_backend
 def test_a_table_that_comes_near_the_arm_between_two_layers_is_refused(
     device: tuple[Path, StackRecord],
 ) -> None:
@@ -135,6 +141,7 @@ def test_a_table_that_comes_near_the_arm_between_two_layers_is_refused(
         layer_moves(jobs, near)
 
 
+@of_one_backend
 def test_check_proves_anew_that_the_table_keeps_clear_of_the_arm_between_two_layers(
     device: tuple[Path, StackRecord], tmp_path: Path
 ) -> None:
@@ -153,6 +160,7 @@ def test_check_proves_anew_that_the_table_keeps_clear_of_the_arm_between_two_lay
     assert "table's plate may come within 0.0 mm of the" in found.reason
 
 
+@of_one_backend
 def test_check_finds_another_distance_than_that_which_is_told_of_the_table_between_layers(
     device: tuple[Path, StackRecord], tmp_path: Path
 ) -> None:
@@ -169,6 +177,7 @@ def test_check_finds_another_distance_than_that_which_is_told_of_the_table_betwe
     assert float(again) == pytest.approx(kept, abs=1e-9)
 
 
+@of_one_backend
 def test_a_full_check_proves_anew_that_the_table_keeps_clear_of_the_arm_between_two_attitudes(
     device: tuple[Path, StackRecord], tmp_path: Path
 ) -> None:
