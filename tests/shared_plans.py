@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import fcntl
+import hashlib
 import pickle
 import re
 import shutil
 from collections.abc import Callable
 from pathlib import Path
-from typing import TypeVar, cast, final
+from typing import TYPE_CHECKING, TypeVar, cast, final
 
 import pytest
 
 from tests.processor_times import Clock
+
+if TYPE_CHECKING:
+    from geoprint.model import Surface
+    from geoprint.results import Plan
 
 T = TypeVar("T")
 
@@ -38,6 +43,22 @@ class SharedPlans:
 
         self._once(name, path, write)
         return cast("T", pickle.loads(path.read_bytes()))  # noqa: S301  (written by this run of the tests)
+
+    def plan(self, surface: Surface, **asked: object) -> Plan:
+        """Return the plan of a surface [mm] with these keys of a job; the same ones are planned once."""
+        # These bring most of geoprint along, which few tests need.
+        from geoprint.config import job_of
+        from geoprint.pipeline import plan
+        from geoprint.surfaces.files import save_ply
+
+        digest = hashlib.sha256(surface.vertices.tobytes() + surface.faces.tobytes() + repr(asked).encode()).hexdigest()
+
+        def make() -> Plan:
+            path = self._folder / f"{digest[:16]}.ply"
+            save_ply(surface, path)
+            return plan(job_of(surface=path, unit="mm", **asked))
+
+        return self.value(f"plan {digest[:16]}", make)
 
     def folder(self, name: str, write: Callable[[Path], object]) -> Path:
         """Return a folder, which is written once in a run for each name; the function makes it."""

@@ -9,12 +9,11 @@ import pytest
 from geoprint.account import record_plan
 from geoprint.account.cautions import notes_of, warnings_of, wide_needle_notes
 from geoprint.account.records.robot import BendRecord, RobotRecord
-from geoprint.config import job_of, load_cell
+from geoprint.config import load_cell
 from geoprint.model import Cell
-from geoprint.pipeline import plan
 from geoprint.results import Plan
-from geoprint.surfaces.files import save_ply
 from tests.meshes import plate
+from tests.shared_plans import SharedPlans
 
 
 def cell_with(*, width: float, standoff: float, height: float) -> Cell:
@@ -45,10 +44,8 @@ def test_a_needle_wider_than_the_spacing_is_said_with_one_that_is_not(
 
 
 @pytest.fixture(scope="module")
-def planned(tmp_path_factory: pytest.TempPathFactory) -> Plan:
-    path = tmp_path_factory.mktemp("cautions") / "plate.ply"
-    save_ply(plate((12.0, 12.0), (8, 8)), path)
-    return plan(job_of(surface=path, unit="mm", spacing=3.0, place="demo"))
+def planned(shared_plans: SharedPlans) -> Plan:
+    return shared_plans.plan(plate((12.0, 12.0), (8, 8)), spacing=3.0, place="demo")
 
 
 def attitude(robot: RobotRecord, *, closer: int, soonest: float) -> RobotRecord:

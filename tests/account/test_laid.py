@@ -9,18 +9,14 @@ import pytest
 from geoprint.account import record_plan
 from geoprint.account.prints.laid import laid_share, laid_warnings
 from geoprint.account.records.plan import PlanRecord
-from geoprint.config import job_of
-from geoprint.pipeline import plan
 from geoprint.results import Plan
-from geoprint.surfaces.files import save_ply
 from tests.meshes import plate
+from tests.shared_plans import SharedPlans
 
 
 @pytest.fixture(scope="module")
-def planned(tmp_path_factory: pytest.TempPathFactory) -> Plan:
-    path = tmp_path_factory.mktemp("laid") / "plate.ply"
-    save_ply(plate((12.0, 12.0), (8, 8)), path)
-    return plan(job_of(surface=path, unit="mm", spacing=3.0, place="demo"))
+def planned(shared_plans: SharedPlans) -> Plan:
+    return shared_plans.plan(plate((12.0, 12.0), (8, 8)), spacing=3.0, place="demo")
 
 
 def _slowed(planned: Plan, *, times: float, mode: str = "io") -> Plan:

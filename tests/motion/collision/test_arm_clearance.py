@@ -75,8 +75,10 @@ def by_coal(box: Box, joints: FloatArray) -> float:
     return least * MILLIMETRES_PER_METRE
 
 
-def lid_over_the_arm(gap: float) -> Box:
-    """Return a lid at a distance [mm] from the arm at its closest, by Coal."""
+@pytest.fixture(scope="module")
+def over_the_arm() -> Box:
+    """Return a lid 0.9 mm from the arm at its closest, by Coal."""
+    gap = 0.9
     lid = ABOVE
     for _ in range(4):
         lid = replace(lid, centre=lid.centre - np.array([0.0, 0.0, by_coal(lid, PATH.joints) - gap]))
@@ -84,20 +86,17 @@ def lid_over_the_arm(gap: float) -> Box:
     return lid
 
 
-LID = lid_over_the_arm(0.9)
-
-
-def test_near_miss_of_the_forearm_is_not_reported_and_has_its_known_distance():
-    found = check_cell(obstacles=(LID,), kept=0.8)
+def test_near_miss_of_the_forearm_is_not_reported_and_has_its_known_distance(over_the_arm: Box):
+    found = check_cell(obstacles=(over_the_arm,), kept=0.8)
 
     assert found.arm_smallest == pytest.approx(0.9, abs=0.03)
     assert found.arm_at is not None
     assert "arm's link 3 to obstacle lid" in found.arm_at
 
 
-def test_forearm_nearer_than_the_clearance_is_refused_by_link_obstacle_place_and_distance():
+def test_forearm_nearer_than_the_clearance_is_refused_by_link_obstacle_place_and_distance(over_the_arm: Box):
     with pytest.raises(ClearanceError, match=r"the arm's link 3 comes within 0\.9\d mm of the obstacle lid") as caught:
-        check_cell(obstacles=(LID,), kept=0.95)
+        check_cell(obstacles=(over_the_arm,), kept=0.95)
 
     details = caught.value.details
     assert (details["solid"], details["against"]) == ("arm's link 3", "obstacle lid")
@@ -106,21 +105,21 @@ def test_forearm_nearer_than_the_clearance_is_refused_by_link_obstacle_place_and
 
 
 @pytest.mark.parametrize(("kept", "touching"), [(0.8, False), (0.95, True)])
-def test_the_look_ahead_tells_of_the_rows_what_the_proof_refuses(kept: float, touching: bool):  # noqa: FBT001
+def test_the_look_ahead_tells_of_the_rows_what_the_proof_refuses(over_the_arm: Box, kept: float, touching: bool):  # noqa: FBT001
     check = ClearanceCheck(
         ARM, tool=CELL.tool, process=replace(CELL.process, clearance=kept), T_base_work=T_BASE_WORK, part=plate(),
-        body=None, obstacles=(LID,),
+        body=None, obstacles=(over_the_arm,),
     )  # fmt: skip
     found = check.arm_touches(PATH.joints)
 
     assert bool(found.any()) is touching
     assert not found.all()
-    near = [by_coal(LID, row[None]) < 0.95 + 0.1 for row in PATH.joints[found]]
+    near = [by_coal(over_the_arm, row[None]) < 0.95 + 0.1 for row in PATH.joints[found]]
     assert all(near)
 
 
-def test_box_that_blocks_the_forearm_is_refused_by_its_depth():
-    box = replace(LID, centre=LID.centre - np.array([0.0, 0.0, 5.9]))
+def test_box_that_blocks_the_forearm_is_refused_by_its_depth(over_the_arm: Box):
+    box = replace(over_the_arm, centre=over_the_arm.centre - np.array([0.0, 0.0, 5.9]))
 
     with pytest.raises(ClearanceError, match=r"the arm's link 3 reaches \d\.\d\d mm into the obstacle lid") as caught:
         check_cell(obstacles=(box,))
