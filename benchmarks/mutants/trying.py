@@ -202,7 +202,9 @@ def _forked(tree: Path, tests: tuple[str, ...]) -> int:
         for name in [name for name in sys.modules if name.split(".")[0] in {"geoprint", "benchmarks", "tests"}]:
             del sys.modules[name]
         status = int(
-            pytest.main(["-q", "-x", "-m", "not fuzz", "--tb=line", "-p", "no:cacheprovider", *_QUIET, *tests])
+            pytest.main(
+                ["-q", "-x", "-m", "not fuzz", "--tb=line", "-p", "no:dash", "-p", "no:cacheprovider", *_QUIET, *tests]
+            )
         )
         sys.stdout.flush()
     except BaseException:  # Whatever it is, this process must not go on as its parent would.
