@@ -408,8 +408,16 @@ def swap_rows(lines: list[str], random: Random) -> tuple[list[str], int] | None:
     return [*lines[:row], lines[row + 1], lines[row], *lines[row + 2 :]], row + 1
 
 
-def drop(lines: list[str], pattern: str, random: Random) -> tuple[list[str], int] | None:
-    fit = [row for row, line in enumerate(lines) if re.search(pattern, line)]
+def first_of_its_name(lines: list[str], row: int) -> bool:
+    """Whether a trigger is declared for the first time: without a later one, the first switches at about its place."""
+    name = lines[row].split(",")[0]
+    return not any(line.startswith(f"{name},") for line in lines[:row])
+
+
+def drop(
+    lines: list[str], pattern: str, random: Random, *, only: Callable[[list[str], int], bool] = lambda *_: True
+) -> tuple[list[str], int] | None:
+    fit = [row for row, line in enumerate(lines) if re.search(pattern, line) and only(lines, row)]
     if not fit:
         return None
     row = random.choice(fit)
@@ -442,7 +450,7 @@ KINDS: dict[str, tuple[str, Mutation]] = {
     "33-character name": ("GeoPrint", on_lines(MOVE, lambda line, _: line.replace("tGeoNozzle", "t" * 33))),
     "wrong quaternion": (
         "GeoPrint", on_lines(MOVE, lambda line, random: nudged(line, random, pattern=COMPONENT, by=1e-4))),
-    "dropped trigger": ("GeoPrint", lambda lines, random: drop(lines, TRIGGER, random)),
+    "dropped trigger": ("GeoPrint", lambda lines, random: drop(lines, TRIGGER, random, only=first_of_its_name)),
     "trigger not pulled": (
         "GeoPrint", on_lines("TriggL", lambda line, _: re.sub(r"TriggL (.*,)tGeo.*?,([a-z])", r"MoveL \1\2", line))),
     "shifted signal": (
