@@ -415,9 +415,9 @@ def first_of_its_name(lines: list[str], row: int) -> bool:
 
 
 def drop(
-    lines: list[str], pattern: str, random: Random, *, only: Callable[[list[str], int], bool] = lambda *_: True
+    lines: list[str], pattern: str, random: Random, *, only: Callable[[list[str], int], bool] | None = None
 ) -> tuple[list[str], int] | None:
-    fit = [row for row, line in enumerate(lines) if re.search(pattern, line) and only(lines, row)]
+    fit = [row for row, line in enumerate(lines) if re.search(pattern, line) and (only is None or only(lines, row))]
     if not fit:
         return None
     row = random.choice(fit)
