@@ -13,19 +13,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 PATCH = (
-    "data/heart_apex_patch.ply",
-    "--unit",
-    "mm",
-    "--at",
-    "8",
-    "0",
-    "-60",
-    "--radius",
-    "8",
-    "--spacing",
-    "3",
+    "data/heart_apex_patch.ply", "--unit", "mm", "--at", "8", "0", "-60", "--radius", "8", "--spacing", "3",
     "--no-robot",
-)
+)  # fmt: skip
 # What a robot needs is compiled by one process, what these commands need by the other.
 ROBOT = """
 import sys

@@ -223,6 +223,8 @@ def _verdict(tree: Path, trial: Trial, *, status: int, late: bool, limit: float)
         rest = f", {trial.left_out} more left out" if trial.left_out else ""
         return SURVIVED, f"{len(trial.tests)} tests{rest}"
     found = re.search(r"^(FAILED|ERROR) (\S+)", said, re.MULTILINE)
-    if status in {pytest.ExitCode.TESTS_FAILED, pytest.ExitCode.INTERRUPTED} and found:
+    # A file that cannot be collected ends as an interruption, or as a test of it that is not found.
+    ended = {pytest.ExitCode.TESTS_FAILED, pytest.ExitCode.INTERRUPTED, pytest.ExitCode.USAGE_ERROR}
+    if status in ended and found:
         return KILLED, found[2]
     return UNSEEN, f"the tests ended with status {status}: {' '.join(said.split())[-200:]}"
