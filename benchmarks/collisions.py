@@ -25,10 +25,11 @@ from __future__ import annotations
 import argparse
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import MappingProxyType
 
 import numpy as np
 
@@ -53,6 +54,12 @@ from geoprint.pipeline import plan
 
 PARTS = (DATA / "heart_flat_patch.ply", DATA / "heart_apex_patch.ply", DATA / "plate.ply")
 SPACING = 3.0
+# In the smoke run: a small disc of the plate [mm].
+SMOKE_DISC: Mapping[str, object] = MappingProxyType(
+    {"patch": {"at": [0.0, 0.0, 0.0], "radius": 4.0}, "spacing": 4.0, "max_tilt": 0.0}
+)
+# How parts are planned.
+PLANNED: Mapping[str, object] = MappingProxyType({"spacing": SPACING})
 # Which layer of half a millimetre is planned, and how deep the tip goes through the top of what lies below it [mm].
 LAYERS = 3
 TIP_DEPTHS = (0.05, 0.3, 1.0)
@@ -65,12 +72,13 @@ def main() -> None:
     parser.add_argument("--parts", nargs="+", type=Path, default=PARTS, metavar="FILE", help="meshes [mm]")
     parser.add_argument("--layer-cases", type=int, default=100, help="the same where printed layers are in the way")
     parser.add_argument("--table-cases", type=int, default=48, help="the same over tables, of obstacles and of tables")
-    parser.add_argument("--smoke", action="store_true", help="a few cases on one part, to see that the script runs")
+    parser.add_argument(
+        "--smoke", action="store_true", help="a case of the first two tables, to see that the script runs"
+    )
     arguments = parser.parse_args()
     if arguments.smoke:
-        lines = [table([DATA / "plate.ply"], cases=3, spacing=12.0)]
-        lines += [layer_table([DATA / "plate.ply"], cases=2, spacing=12.0)]
-        lines += [tilted_table(TABLES[:1], cases=2, spacing=12.0)]
+        # Tables that tilt are planned and tried by tests/benchmarks/test_planted_tables.py.
+        lines = [of([DATA / "plate.ply"], cases=1, keys=SMOKE_DISC) for of in (table, layer_table)]
     else:
         lines = [
             table(arguments.parts, cases=arguments.cases),
@@ -81,12 +89,12 @@ def main() -> None:
         print(line, flush=True)
 
 
-def table(parts: Sequence[Path], *, cases: int, spacing: float = SPACING) -> Iterator[str]:
-    """Yield a line for each part, and for what was missed or wrongly reported."""
+def table(parts: Sequence[Path], *, cases: int, keys: Mapping[str, object] = PLANNED) -> Iterator[str]:
+    """Yield a line for each part, planned by keys of a job, and for what was missed or wrongly reported."""
     yield row("part", "largest lean", "collisions found", "near misses reported", "tip 0.05 mm low", "s a check")
     yield rule(6)
     for index, part in enumerate(parts):
-        scene = scene_of(part, spacing=spacing)
+        scene = scene_of(part, **keys)
         random = np.random.default_rng(index)
         count = cases // len(parts) + (index < cases % len(parts))
         start = time.perf_counter()
@@ -100,13 +108,13 @@ def table(parts: Sequence[Path], *, cases: int, spacing: float = SPACING) -> Ite
         yield from (f"  wrongly reported: {name} x{times}" for name, times in Counter(wrong).items())
 
 
-def layer_table(parts: Sequence[Path], *, cases: int, spacing: float = SPACING) -> Iterator[str]:
+def layer_table(parts: Sequence[Path], *, cases: int, keys: Mapping[str, object] = PLANNED) -> Iterator[str]:
     """Yield a line for each part, of which a layer is planned, and for what was missed or wrongly reported."""
     yield ""
     yield row("part, layer", "printed layers found", "near misses reported", "s a check")
     yield rule(4)
     for index, part in enumerate(parts):
-        scene = scene_of(part, spacing=spacing, thickness=LAYERS * 0.5, layer=LAYERS)
+        scene = scene_of(part, thickness=LAYERS * 0.5, layer=LAYERS, **keys)
         scene.check_without_layers()
         random = np.random.default_rng(100 + index)
         count = cases // len(parts) + (index < cases % len(parts))
@@ -144,7 +152,7 @@ def layers_beside(scene: Scene, *, count: int, random: np.random.Generator) -> I
             yield name, with_lump(scene.planned.workpiece.ground, obstacle)
 
 
-def tilted_table(kinds: Sequence[str], *, cases: int, spacing: float = SPACING) -> Iterator[str]:
+def tilted_table(kinds: Sequence[str], *, cases: int, keys: Mapping[str, object] = PLANNED) -> Iterator[str]:
     """Yield a line for each attitude of each kind of table, and for what was missed or wrongly reported."""
     yield ""
     yield row(
@@ -153,7 +161,7 @@ def tilted_table(kinds: Sequence[str], *, cases: int, spacing: float = SPACING) 
     )  # fmt: skip
     yield rule(7)
     for kind in kinds:
-        scenes = scenes_over(kind, spacing=spacing)
+        scenes = scenes_over(kind, **keys)
         for index, scene in enumerate(scenes):
             random = np.random.default_rng(200 + index)
             share = len(kinds) * len(scenes)
@@ -180,18 +188,23 @@ def tilted_table(kinds: Sequence[str], *, cases: int, spacing: float = SPACING) 
             yield from (f"  wrongly reported: {name} x{times}" for name, times in Counter(wrong + wrong_tables).items())
 
 
-def scene_of(part: Path, *, spacing: float = SPACING, **keys: object) -> Scene:
-    """Plan a part, with the lamp on the tool; a thickness and a layer may be named."""
-    job = job_of(surface=part, unit="mm", spacing=spacing, place="demo", backend="fast-marching", **keys)
+def scene_of(part: Path, **keys: object) -> Scene:
+    """Plan a part by keys of a job, with the lamp on the tool."""
+    job = job_of(surface=part, unit="mm", place="demo", backend="fast-marching", **keys)
     planned = plan(job)
     return scene_at(planned, planned.robot[0])
 
 
-def scenes_over(kind: str, *, spacing: float = SPACING) -> tuple[Scene, Scene]:
-    """Plan the apex over a kind of table, and return it as it stands in the first attitude and in a middle one."""
+def scenes_over(kind: str, **keys: object) -> tuple[Scene, Scene]:
+    """Plan the apex over a kind of table, and return it as it stands in the first attitude and in a middle one.
+
+    Args:
+        kind: of table.
+        keys: of the job.
+    """
     with TemporaryDirectory() as folder:
         cell = cell_with(kind, Path(folder))
-        job = job_of(surface=APEX, unit="mm", spacing=spacing, place="demo", backend="fast-marching", cell=cell)
+        job = job_of(surface=APEX, unit="mm", place="demo", backend="fast-marching", cell=cell, **keys)
         planned = plan(job)
     return scene_at(planned, planned.robot[0]), scene_at(planned, planned.robot[len(planned.robot) // 2])
 

@@ -105,16 +105,19 @@ def main() -> None:
     parser.add_argument("--parts", nargs="+", type=Path, default=[DATA / "heart_apex_patch.ply"], metavar="FILE")
     parser.add_argument("--spacing", type=float, default=1.0, metavar="MM")
     parser.add_argument("--windows", type=int, default=3, metavar="N", help="stretches of each part")
-    parser.add_argument("--smoke", action="store_true", help="one stretch, one iteration, at 2 mm")
+    parser.add_argument("--smoke", action="store_true", help="one stretch, one iteration, at 4 mm")
     arguments = parser.parse_args()
-    spacing, count = (2.0, 1) if arguments.smoke else (arguments.spacing, arguments.windows)
+    spacing, count = (4.0, 1) if arguments.smoke else (arguments.spacing, arguments.windows)
     for line in table("part", "run", "length", "as it was", "eased", "reference", "eased over it", "largest lean"):
         print(line)
     for part in arguments.parts:
-        found = [(stretch, _eased(stretch)) for stretch in stretches(part, spacing=spacing)]
-        turned = [(stretch, eased) for stretch, eased in found if eased is not stretch.path]
-        left = [(stretch, eased) for stretch, eased in found if eased is stretch.path]
-        for stretch, eased in (*turned[:count], *left[:1]):
+        turned, left = list[tuple[Stretch, JointPath]](), list[tuple[Stretch, JointPath]]()
+        for stretch in stretches(part, spacing=spacing):
+            eased = _eased(stretch)
+            (left if eased is stretch.path else turned).append((stretch, eased))
+            if arguments.smoke and turned:
+                break
+        for stretch, eased in (*turned[:count], *(() if arguments.smoke else left[:1])):
             print(_row(part.stem, stretch, eased, iterations=1 if arguments.smoke else ITERATIONS), flush=True)
 
 

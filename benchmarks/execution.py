@@ -28,7 +28,7 @@ from geoprint.export.rapid import Executed
 from geoprint.pipeline import plan
 
 SPACING = 1.5
-SMOKE_SPACING = 3.0
+SMOKE_SPACING = 8.0
 PLATE = Path(__file__).parents[1] / "data" / "plate.ply"
 COLUMNS = (
     "part", "backend", "targets", "motion, um", "move time, ms", "run time, %", "outputs, um", "statements", "executed",

@@ -24,10 +24,13 @@ from itertools import islice
 import numpy as np
 
 from benchmarks.parts.closed_loop import BOUNDS, closed_loop, measured_as_known, plant_of
+from benchmarks.parts.print_scans import RAYS, SIDE
 from benchmarks.parts.tables import row, rule
 from geoprint.deposition.feedback import corrected
 
 SEEDS, PRINTS, NOISES = 10, 3, 100
+# In the smoke run: lines of sight to either side of a scan, and places of a triangle by which the truth is found.
+SMOKE_RAYS, SMOKE_SIDE = 60, 3
 # With which deviation a part of a run is known in the second table, and what all parts share.
 DEVIATION, COMMON = 0.04, 0.005
 
@@ -38,23 +41,34 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=SEEDS, metavar="N", help="dispensers")
     parser.add_argument("--smoke", action="store_true", help="the smallest case only, to see that the script runs")
     arguments = parser.parse_args()
-    for line in loops(1 if arguments.smoke else arguments.seeds, prints=2 if arguments.smoke else PRINTS):
+    smoke: bool = arguments.smoke
+    seeds, prints = (1, 1) if smoke else (arguments.seeds, PRINTS)
+    rays, side = (SMOKE_RAYS, SMOKE_SIDE) if smoke else (RAYS, SIDE)
+    for line in loops(seeds, prints=prints, rays=rays, side=side):
         print(line, flush=True)
     print()
-    for line in silence(5 if arguments.smoke else NOISES):
+    for line in silence(1 if smoke else NOISES):
         print(line, flush=True)
 
 
-def loops(seeds: int, *, prints: int) -> Iterator[str]:
-    """Yield a Markdown table: the error of the thickness from print to print."""
+def loops(seeds: int, *, prints: int, rays: int, side: int) -> Iterator[str]:
+    """Yield a Markdown table: the error of the thickness from print to print.
+
+    Args:
+        seeds: dispensers.
+        prints: of each.
+        rays: lines of sight to either side of a scan.
+        side: places of each triangle, along either side, by which the truth is found.
+    """
     yield row("seed", *(f"print {number}" for number in range(1, prints + 1)), "taken out", "valve earlier", "left")
     yield rule(prints + 4)
     shares: list[float] = []
     for seed in range(seeds):
-        made = list(islice(closed_loop(plant_of(seed), seed=seed), prints))
+        made = list(islice(closed_loop(plant_of(seed), seed=seed, rays=rays, side=side), prints))
         shares.append(made[-1].error / made[0].error)
-        causes = dict.fromkeys(change.name for each in made[:-1] for change in each.told.changes)
-        last = made[-2].told
+        # What the last one teaches no print has shown; a single print teaches nevertheless.
+        taught = [each.told for each in made[:-1] or made]
+        causes, last = dict.fromkeys(change.name for told in taught for change in told.changes), taught[-1]
         yield row(
             str(seed),
             *(f"{each.error:.1%}" for each in made),

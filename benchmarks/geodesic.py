@@ -85,7 +85,7 @@ class Sizes:
 
 
 FULL = Sizes(accuracy=30_000, spacing=100_000, order=(5_000, 20_000, 80_000), timed=(10_000, 100_000, 1_000_000))
-SMOKE = Sizes(accuracy=1_500, spacing=3_000, order=(500, 1_000, 2_000), timed=(1_000, 2_000))
+SMOKE = Sizes(accuracy=300, spacing=1_000, order=(200, 400, 800), timed=(200, 400))
 
 
 def main() -> None:

@@ -35,12 +35,13 @@ from geoprint.surfaces.repair import prepare
 from geoprint.surfaces.repair.crossings import crossings
 
 DATA = Path(__file__).parents[1] / "data"
-OWN = ("heart_flat_patch.ply", "heart_apex_patch.ply")
+OWN, SMOKE_OWN = ("heart_flat_patch.ply", "heart_apex_patch.ply"), ("plate.ply",)
 SAMPLES = 20_000
 SEED = 22
+SMOKE_SAMPLES = 500
 # Edges of the part for the judge [mm], and so many of its triangles with the nearest middles are looked at: in a crease
 # 3 mm over the part the closest one may not be among fewer.
-EDGE = 0.4
+EDGE, SMOKE_EDGE = 0.4, 2.0
 NEAREST = 48
 # A lower bottom is the part itself [mm].
 SMALLEST = 1e-9
@@ -58,24 +59,28 @@ def main() -> None:
     )
     parser.add_argument("--thickness", type=float, default=3.2, metavar="MM")
     parser.add_argument("--height", type=float, default=0.4, metavar="MM", help="of a layer")
-    parser.add_argument("--smoke", action="store_true", help="two layers of 1 mm on coarse parts")
+    parser.add_argument("--smoke", action="store_true", help="a layer on a plate, coarsely judged")
     arguments = parser.parse_args()
-    thickness, wanted = (2.0, 1.0) if arguments.smoke else (arguments.thickness, arguments.height)
+    smoke: bool = arguments.smoke
+    thickness, wanted = (0.5, 0.5) if smoke else (arguments.thickness, arguments.height)
+    samples, edge = (SMOKE_SAMPLES, SMOKE_EDGE) if smoke else (SAMPLES, EDGE)
     count, height = whole_layers(thickness, height=wanted)
-    _print_areas(count, height, edges=EDGES[:2] if arguments.smoke else EDGES)
-    _print_paths(thickness, shells=islice(path_shells(), 1 if arguments.smoke else None))
+    _print_areas(count, height, edges=EDGES[:1] if smoke else EDGES, most=1 if smoke else None)
+    _print_paths(thickness, shells=islice(path_shells(), 1 if smoke else None))
     print(*table(*HEADINGS), sep="\n", flush=True)
-    for file in [*(DATA / name for name in OWN), *arguments.parts]:
+    for file in [*(DATA / name for name in (SMOKE_OWN if smoke else OWN)), *arguments.parts]:
         part = prepare(load(file, unit="mm"))[0]
-        for side, printed in (("outside", part), ("turned over", turned_over(part))):
-            for over in (height, count * height):
-                print(_row(printed, side, over, height), flush=True)
+        for side, printed in (("outside", part), ("turned over", turned_over(part)))[: 1 if smoke else None]:
+            for over in sorted({height, count * height}):
+                print(_row(printed, side, over, height, samples=samples, edge=edge), flush=True)
 
 
-def _print_areas(count: int, height: float, *, edges: Sequence[float]) -> None:
+def _print_areas(count: int, height: float, *, edges: Sequence[float], most: int | None) -> None:
+    """Print the table of areas, of at most so many shells of each edge."""
     print(*table("shell", "edge over radius", "layers", "area off the formula, worst", "irregular"), sep="\n")
     for edge in edges:
-        for even, uneven in zip(shells(edge), shells(edge, jitter_seed=JITTER_SEED), strict=True):
+        pairs = zip(shells(edge), shells(edge, jitter_seed=JITTER_SEED), strict=True)
+        for even, uneven in islice(pairs, most):
             off = [_worst(shell, count, height) for shell in (even, uneven)]
             print(row(even.name, f"{edge:g}", str(count), *(f"{one:+.2%}" for one in off)), flush=True)
     flat = flat_shell()
@@ -95,8 +100,17 @@ def _print_paths(thickness: float, *, shells: Iterable[PathShell]) -> None:
         print(row(shell.name, str(count), *(f"{one:+.2%}" for one in worst)), flush=True)
 
 
-def _row(part: Surface, side: str, over: float, height: float) -> str:
-    """Return what is said of the top of a layer, which lies between it and what is a height lower."""
+def _row(part: Surface, side: str, over: float, height: float, *, samples: int, edge: float) -> str:
+    """Return what is said of the top of a layer, which lies between it and what is a height lower.
+
+    Args:
+        part: that is printed on.
+        side: its name.
+        over: how far the top is over the part [mm].
+        height: of a layer [mm].
+        samples: places of each surface that are judged.
+        edge: of the part for the judge [mm].
+    """
     begun = time.process_time()
     try:
         level = layer_level(part, over, height=height)
@@ -106,9 +120,9 @@ def _row(part: Surface, side: str, over: float, height: float) -> str:
     except GeoprintError as error:
         return row(part.name, side, f"{over:.3g} mm", str(error)[:110].replace("|", "/"), *[""] * 6)
     pushed = Surface(part.vertices + over * vertex_normals(part), part.faces, part.name)
-    fine, lower = refine(part, edge_length=EDGE), refine(below, edge_length=EDGE)
+    fine, lower = refine(part, edge_length=edge), refine(below, edge_length=edge)
     shares = [
-        (np.abs(_away(ground, _places(each)) - wanted) > 0.02 * height).mean()
+        (np.abs(_away(ground, _places(each, samples)) - wanted) > 0.02 * height).mean()
         for each, ground, wanted in ((level, fine, over), (level, lower, height), (pushed, fine, over))
     ]
     crossing = len(np.unique(crossings(level, depth=1e-9).pairs))
@@ -125,12 +139,12 @@ def _flipped(level: Surface, part: Surface) -> int:
     return int((upright <= 0.0).sum())
 
 
-def _places(surface: Surface) -> FloatArray:
-    """Return places drawn evenly from a surface [mm]."""
+def _places(surface: Surface, samples: int) -> FloatArray:
+    """Return so many places drawn evenly from a surface [mm]."""
     random = np.random.default_rng(SEED)
     areas = face_areas(surface)
-    faces = random.choice(len(areas), SAMPLES, p=areas / areas.sum())
-    return np.einsum("kc,kcx->kx", random.dirichlet(np.ones(3), SAMPLES), surface.vertices[surface.faces[faces]])
+    faces = random.choice(len(areas), samples, p=areas / areas.sum())
+    return np.einsum("kc,kcx->kx", random.dirichlet(np.ones(3), samples), surface.vertices[surface.faces[faces]])
 
 
 def _away(part: Surface, places: FloatArray) -> FloatArray:

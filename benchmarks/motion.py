@@ -84,13 +84,13 @@ def main() -> None:
         print(line)
     for line in agreement(arm, count=1000 if smoke else 100_000):
         print(line)
-    for line in rotation(arm, counts=(200, 400) if smoke else (1_000, 10_000, 100_000), dense=20 if smoke else 120):
+    for line in rotation(arm, counts=(200, 400) if smoke else (1_000, 10_000, 100_000), dense=5 if smoke else 120):
         print(line, flush=True)
-    for line in even_speed(cell, arm, noises=(0.05,) if smoke else (0.0, 0.05, 0.1)):
+    for line in even_speed(cell, arm, noises=(0.05,) if smoke else (0.0, 0.05, 0.1), smoke=smoke):
         print(line, flush=True)
-    for line in bodies(cell, arm, count=400 if smoke else 100_000):
+    for line in bodies(cell, arm, count=100 if smoke else 100_000):
         print(line, flush=True)
-    for line in stages(cell, arm, counts=(200, 400) if smoke else (1_000, 10_000, 100_000)):
+    for line in stages(cell, arm, counts=(40, 80) if smoke else (1_000, 10_000, 100_000)):
         print(line, flush=True)
 
 

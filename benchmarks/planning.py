@@ -32,7 +32,7 @@ def main() -> None:
     parser.add_argument("--spacing", type=float, default=1.0, help="mm between neighbouring paths")
     parser.add_argument("--smoke", action="store_true", help="the smallest case only, to see that the script runs")
     arguments = parser.parse_args()
-    part, spacing = (SMOKE_PART, 4.0) if arguments.smoke else (PART, arguments.spacing)
+    part, spacing = (SMOKE_PART, 12.0) if arguments.smoke else (PART, arguments.spacing)
     planned = plan(job_of(surface=DATA / part, unit="mm", spacing=spacing, place="demo"))
     total = sum(seconds for _, seconds in planned.timings)
     print(f"{part} at {spacing:g} mm: {len(planned.workpiece.surface.faces)} faces, {planned.poses.count} poses")

@@ -36,7 +36,7 @@ from geoprint.export.rapid.made import signals_of
 from geoprint.model import Cell, FloatArray, JointPath, Placement, PoseStream, Program, SignalMode, Targets, Trajectory
 from geoprint.motion.arm import Arm
 
-COUNTS = (1_000, 10_000, 100_000)
+COUNTS, SMOKE_COUNT = (1_000, 10_000, 100_000), 100
 RUN = 400  # poses of a run
 STEP = 0.4  # between poses [mm]
 SPEED = 20.0  # of the tip [mm/s]
@@ -53,7 +53,7 @@ def main() -> None:
         for line in programs(arguments.parts):
             print(line, flush=True)
         return
-    counts = COUNTS[:1] if arguments.smoke else COUNTS
+    counts = (SMOKE_COUNT,) if arguments.smoke else COUNTS
     head = (
         "poses", "mode", "lines", "modules", "export, s", "of that reading, s", "executing, s", "without executing, s",
         "export, s / 100k lines", "memory, MB", "of that executing, MB",
@@ -61,13 +61,17 @@ def main() -> None:
     print(row(*head))
     print(row(*("---" for _ in head)))
     context = multiprocessing.get_context("spawn")
-    modes: tuple[SignalMode, ...] = ("io", "analog")
+    modes: tuple[SignalMode, ...] = ("analog",) if arguments.smoke else ("io", "analog")
     for count in counts:
         for mode in modes:
-            with context.Pool(1) as pool:
-                program, whole, memory = pool.apply(export, (count, mode))
-            with context.Pool(1) as pool:
-                reading, executing, alone = pool.apply(execution, (program, count, mode))
+            if arguments.smoke:
+                program, whole, memory = export(count, mode)
+                reading, executing, alone = execution(program, count, mode)
+            else:
+                with context.Pool(1) as pool:
+                    program, whole, memory = pool.apply(export, (count, mode))
+                with context.Pool(1) as pool:
+                    reading, executing, alone = pool.apply(execution, (program, count, mode))
             lines = _lines(program)
             print(
                 row(

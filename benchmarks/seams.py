@@ -24,7 +24,7 @@ from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import prepare_workpiece
 
 DATA = Path(__file__).parents[1] / "data"
-OWN = ("heart_flat_patch.ply", "heart_apex_patch.ply")
+OWN, SMOKE_OWN = ("heart_flat_patch.ply", "heart_apex_patch.ply"), ("plate.ply",)
 # Nearer starts than so many spacings count as stacked.
 APART = 2.0
 HEADINGS = (
@@ -48,14 +48,14 @@ def main() -> None:
     parser.add_argument("--thickness", type=float, default=4.0, metavar="MM", help="in layers of the packaged cell")
     parser.add_argument("--height", type=float, default=0.5, metavar="MM", help="of a layer, as the cell has it")
     parser.add_argument("--spacing", type=float, default=1.5, metavar="MM")
-    parser.add_argument("--smoke", action="store_true", help="three layers of one part")
+    parser.add_argument("--smoke", action="store_true", help="two layers of a plate")
     arguments = parser.parse_args()
-    thickness = 1.5 if arguments.smoke else arguments.thickness
+    thickness, spacing = (1.0, 6.0) if arguments.smoke else (arguments.thickness, arguments.spacing)
     count, _ = whole_layers(thickness, height=arguments.height)
     print(*table(*HEADINGS), sep="\n", flush=True)
-    for file in [*(DATA / name for name in OWN[: 1 if arguments.smoke else None]), *arguments.parts]:
-        layers = [_runs(file, layer, thickness, arguments.spacing) for layer in range(1, count + 1)]
-        print(_row(file, layers, arguments.spacing), flush=True)
+    for file in [*(DATA / name for name in (SMOKE_OWN if arguments.smoke else OWN)), *arguments.parts]:
+        layers = [_runs(file, layer, thickness, spacing) for layer in range(1, count + 1)]
+        print(_row(file, layers, spacing), flush=True)
 
 
 def _runs(file: Path, layer: int, thickness: float, spacing: float) -> list[_Run]:

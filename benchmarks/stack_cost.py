@@ -23,6 +23,8 @@ from benchmarks.parts.tables import row, table
 from geoprint.config import load_cell, packaged_cell_text
 
 DATA = Path(__file__).parents[1] / "data"
+SMOKE_DISC = ("--at", "0", "0", "0", "--radius", "4", "--no-robot")
+PRINTED = ("--place", "demo", "--on-slowdown", "follow")
 CELL = "irb120-slim45"
 PAUSE_S = 0.2
 KB_PER_MB = 1024.0
@@ -45,21 +47,23 @@ def main() -> None:
     parser.add_argument("--spacing", type=float, default=0.8, metavar="MM")
     parser.add_argument("--layers", type=int, default=10, metavar="N")
     parser.add_argument("--backend", default="heat", metavar="NAME")
-    parser.add_argument("--smoke", action="store_true", help="two layers, 2 mm apart")
+    parser.add_argument("--smoke", action="store_true", help="one layer of a disc of the plate")
     arguments = parser.parse_args()
-    spacing, layers = (2.0, 2) if arguments.smoke else (arguments.spacing, arguments.layers)
+    part, spacing, layers = arguments.part, arguments.spacing, arguments.layers
+    if arguments.smoke:
+        part, spacing, layers = DATA / "plate.ply", 4.0, 1
     with tempfile.TemporaryDirectory() as folder:
         cell = Path(folder, "cell.toml")
         cell.write_text(packaged_cell_text(CELL), encoding="utf-8")
         thickness = layers * load_cell(cell).process.layer_height
         command = [
-            sys.executable, "-m", "geoprint", "plan", str(arguments.part), "--unit", "mm", "--backend",
-            arguments.backend, "--spacing", f"{spacing:g}", "--cell", str(cell), "--place", "demo", "--on-slowdown",
-            "follow",
+            sys.executable, "-m", "geoprint", "plan", str(part), "--unit", "mm", "--backend",
+            arguments.backend, "--spacing", f"{spacing:g}", "--cell", str(cell),
+            *(SMOKE_DISC if arguments.smoke else PRINTED),
         ]  # fmt: skip
         skin = _cost([*command, "--out", f"{folder}/skin"])
         stack = _cost([*command, "--thickness", f"{thickness:g}", "--out", f"{folder}/stack"])
-    print(*table(arguments.part.stem, "processor time", "clock", "memory"), sep="\n")
+    print(*table(part.stem, "processor time", "clock", "memory"), sep="\n")
     for name, cost in (("one skin", skin), (f"{layers} layers", stack)):
         print(row(name, f"{cost.processor:.1f} s", f"{cost.clock:.1f} s", f"{cost.memory:.0f} MB"))
     print(row("over the skin", *(f"{more / less:.1f}" for more, less in zip(stack, skin, strict=True))))

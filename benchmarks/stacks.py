@@ -41,7 +41,7 @@ def main() -> None:
     parser.add_argument("--height", type=float, default=0.4, metavar="MM", help="of a layer")
     parser.add_argument("--spacing", type=float, default=0.4, metavar="MM")
     parser.add_argument("--backend", default="heat", metavar="NAME")
-    parser.add_argument("--smoke", action="store_true", help="two coarse layers of a small plate")
+    parser.add_argument("--smoke", action="store_true", help="a coarse layer of a small plate")
     arguments = parser.parse_args()
     for line in table(*COLUMNS):
         print(line, flush=True)
@@ -50,9 +50,9 @@ def main() -> None:
             text = _row(
                 part,
                 Path(folder),
-                thickness=1.0 if arguments.smoke else arguments.thickness,
+                thickness=0.5 if arguments.smoke else arguments.thickness,
                 height=0.5 if arguments.smoke else arguments.height,
-                spacing=2.0 if arguments.smoke else arguments.spacing,
+                spacing=3.0 if arguments.smoke else arguments.spacing,
                 backend=arguments.backend,
             )
             print(text, flush=True)
@@ -60,7 +60,7 @@ def main() -> None:
 
 def _formulas(folder: Path, *, smoke: bool) -> list[Path]:
     """Write the parts by formula, and return where they are."""
-    made = [plate((12.0, 10.0), (12, 10))]
+    made = [plate((6.0, 5.0), (6, 5))] if smoke else [plate((12.0, 10.0), (12, 10))]
     if not smoke:
         made += [
             spherical_cap(radius=20.0, angle=0.5, rings=40),

@@ -47,9 +47,9 @@ def main() -> None:
     parser.add_argument(
         "--picture", type=Path, metavar="FILE", help="draw the margins over all directions (PNG or SVG)"
     )
-    parser.add_argument("--smoke", action="store_true", help="a thousand poses")
+    parser.add_argument("--smoke", action="store_true", help="a hundred poses")
     arguments = parser.parse_args()
-    count: int = 1000 if arguments.smoke else arguments.poses
+    count: int = 100 if arguments.smoke else arguments.poses
     for line in table("H-840", "taken for", "found"):
         print(line)
     for axis, travel in TRAVEL.items():

@@ -173,7 +173,7 @@ def _parts(folder: Path, files: Sequence[Path]) -> dict[str, Path]:
 
 
 def _smoke_parts() -> dict[str, Path]:
-    return {title: DATA / OWN[title] for title in ("plate", PICTURED)}
+    return {PICTURED: DATA / OWN[PICTURED]}
 
 
 def _measured(title: str, file: Path, *, smoke: bool, picture: Path | None) -> Row:

@@ -51,7 +51,7 @@ def main() -> None:
     parser.add_argument("--height", type=float, default=1.3, metavar="MM", help="of a layer")
     parser.add_argument("--spacing", type=float, default=1.5, metavar="MM")
     parser.add_argument("--picture", type=Path, metavar="FILE", help="of layers and angles (.png)")
-    parser.add_argument("--smoke", action="store_true", help="one height, and three layers of the ball")
+    parser.add_argument("--smoke", action="store_true", help="one height, and two layers of the ball")
     asked = parser.parse_args()
     for line in _carried(HEIGHTS[:1] if asked.smoke else HEIGHTS):
         print(line, flush=True)
@@ -61,7 +61,7 @@ def main() -> None:
         )  # fmt: skip
         if asked.labels is None:
             one = _ball(Path(folder))
-        height, spacing = (3.4, 3.0) if asked.smoke else (asked.height, asked.spacing)
+        height, spacing = (4.5, 4.0) if asked.smoke else (asked.height, asked.spacing)
         layers = _through(one, Path(folder), height=height, spacing=spacing)
     if asked.picture is not None:
         asked.picture.write_bytes(through_picture(layers))

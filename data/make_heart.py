@@ -237,17 +237,24 @@ def flipped(mesh: Mesh) -> Mesh:
     opposite = mesh.faces[sides].sum(axis=2) - pairs.sum(axis=1)[:, None]
     facing = angles(mesh.vertices, opposite[:, 0], pairs) + angles(mesh.vertices, opposite[:, 1], pairs)
     excess = facing - np.pi - FLIP_GAIN
-    taken, known = np.zeros(len(mesh.vertices), dtype=np.bool_), {(a, b) for a, b in edges(mesh.faces).tolist()}
-    faces = mesh.faces.copy()
-    for edge in np.argsort(-excess, kind="stable")[: int((excess > 0).sum())]:
+    worst = np.argsort(-excess, kind="stable")[: int((excess > 0).sum())]
+    # No edge may come to lie where there is one already.
+    doubled = np.isin(numbers(np.sort(opposite[worst], axis=1), mesh), numbers(edges(mesh.faces), mesh))
+    taken, faces = np.zeros(len(mesh.vertices), dtype=np.bool_), mesh.faces.copy()
+    for edge in worst[~doubled]:
         around = np.concatenate([pairs[edge], opposite[edge]])
-        if taken[around].any() or tuple(np.sort(opposite[edge]).tolist()) in known:
+        if taken[around].any():
             continue
         taken[around] = True
         # Each of the two faces gives up the end of the edge that the other one keeps.
         for face, lost, gained in zip(sides[edge], pairs[edge], opposite[edge, ::-1], strict=True):
             faces[face] = np.where(faces[face] == lost, gained, faces[face])
     return replace(mesh, faces=faces)
+
+
+def numbers(pairs: IntArray, mesh: Mesh) -> IntArray:
+    """Return a number for each pair of vertices, the lower one first."""
+    return pairs[:, 0] * len(mesh.vertices) + pairs[:, 1]
 
 
 def angles(vertices: FloatArray, corner: IntArray, pairs: IntArray) -> FloatArray:

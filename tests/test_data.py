@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
+import runpy
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -49,6 +48,12 @@ PATCHES = {
 @cache
 def part(name: str) -> Surface:
     return load(DATA / name, unit="mm")
+
+
+def run_script(name: str, out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Run a script of the folder here, as the command that its beginning names does."""
+    monkeypatch.setattr("sys.argv", [name, "--out", str(out)])
+    runpy.run_path(str(DATA / name), run_name="__main__")
 
 
 def corner_angles(surface: Surface) -> FloatArray:
@@ -177,8 +182,8 @@ def test_the_plate_is_a_flat_rectangle_facing_up() -> None:
 
 
 @pytest.mark.needs("skimage")
-def test_making_the_parts_again_gives_the_same_surfaces(tmp_path: Path) -> None:
-    subprocess.run([sys.executable, str(DATA / "make_heart.py"), "--out", str(tmp_path)], check=True)
+def test_making_the_parts_again_gives_the_same_surfaces(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run_script("make_heart.py", tmp_path, monkeypatch)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(TOPOLOGY)
     for name in TOPOLOGY:
         again, kept = load(tmp_path / name, unit="mm"), part(name)
@@ -204,9 +209,11 @@ def test_recommend_judges_each_print_of_the_paper_as_it_came_out(case: str) -> N
         assert words in text
 
 
-def test_the_cells_of_the_paper_say_what_table_1_says_and_nothing_else_of_their_own(tmp_path: Path) -> None:
+def test_the_cells_of_the_paper_say_what_table_1_says_and_nothing_else_of_their_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     table = {"a": (20e3, 10), "b": (10e3, 10), "c": (10e3, 20)}
-    subprocess.run([sys.executable, str(DATA / "make_paper_cells.py"), "--out", str(tmp_path)], check=True)
+    run_script("make_paper_cells.py", tmp_path, monkeypatch)
     packaged = load_cell(None)
     for case, (pressure, rounds) in table.items():
         path = DATA / f"paper_case_{case}.toml"

@@ -17,6 +17,7 @@ import pytest
 
 from geoprint import cli
 from geoprint.guide import pages
+from tests.guide.here import working_here
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -43,9 +44,9 @@ def test_the_python_blocks_run_one_after_the_other_as_a_script(scripted: tuple[P
     runs, length, volume, seconds, targets, lost = re.fullmatch(
         r"(\d+) runs of (\d+) mm, (\d+) mm3\n(\d+) s, (\d+) targets, 0 findings\nslices leave (\d+)% uncovered\n", said
     ).groups()  # pyright: ignore[reportOptionalMemberAccess]
-    assert int(runs) == 10
-    # A layer of half a millimetre, paths two apart, laid with 20 mm/s.
-    assert int(volume) == pytest.approx(int(length), abs=1)
+    assert int(runs) == 5
+    # A layer of half a millimetre, paths four apart, laid with 20 mm/s.
+    assert int(volume) == pytest.approx(2 * int(length), abs=2)
     assert int(seconds) > int(length) / 20.0
     assert int(targets) > 100
     assert 25 <= int(lost) <= 45
@@ -111,7 +112,7 @@ def test_the_examples_run_one_after_the_other(
     monkeypatch.chdir(tmp_path)
     for line in lines:
         monkeypatch.setattr("sys.argv", shlex.split(line, comments=True))
-        with pytest.raises(SystemExit) as ended:
+        with working_here(), pytest.raises(SystemExit) as ended:
             cli.main()
         assert not ended.value.code, f"{line}: {capsys.readouterr().err}"
     written = {path.name for path in tmp_path.iterdir()} - {"data"}

@@ -35,7 +35,7 @@ from geoprint.results import Plan
 
 BACKENDS = ("heat", "lscm")
 SPACING = 2.0
-SMOKE_SPACING = 6.0
+SMOKE_SPACING = 9.0
 ANALOG = {"mode": '"analog"', "flow": '"aoFlow"', "flow_per_mm3_s": "0.1", "flow_lag_s": "0.05"}
 VACUUM = {"vacuum": '"doVacuum"'}
 
@@ -50,7 +50,7 @@ def main() -> None:
     arguments = parser.parse_args()
     folder: Path | None = None if arguments.smoke else arguments.parts
     parts = [Path("data/plate.ply")] if folder is None else sorted((folder / "patches").glob("*.ply"))
-    count = 20 if arguments.smoke else arguments.stops
+    count = 4 if arguments.smoke else arguments.stops
     tried = {**PROMISES, "stops": partial(stops, seed=arguments.seed, count=count)}
     for line in table("part", "backend", "cell", "targets", *tried, "lines executed", "mutants found"):
         print(line, flush=True)

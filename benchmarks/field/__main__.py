@@ -27,7 +27,7 @@ from geoprint.errors import GeoprintError
 from geoprint.surfaces.files import load, save_ply
 
 DATA = Path(__file__).parents[2] / "data"
-SPACING, SMOKE_SPACING = 1.0, 4.0
+SPACING, SMOKE_SPACING = 1.0, 8.0
 # Points of other planners' paths may lie so far beside the part, over the spacing: chords of curves do.
 BESIDE = 0.2
 FACES = 8_000
@@ -50,7 +50,7 @@ def main() -> None:
     parser.add_argument("--parts", nargs="+", type=Path, default=[], metavar="FILE", help="meshes [mm] besides")
     parser.add_argument("--spacing", type=float, default=SPACING, metavar="MM")
     parser.add_argument("--keep", action="store_true", help=f"write {KEPT.name}; not with --parts")
-    parser.add_argument("--smoke", action="store_true", help="the plate at 4 mm, to see that the script runs")
+    parser.add_argument("--smoke", action="store_true", help="the plate at 8 mm, to see that the script runs")
     arguments = parser.parse_args()
     spacing: float = SMOKE_SPACING if arguments.smoke else arguments.spacing
     if arguments.keep and (arguments.parts or arguments.smoke or spacing != SPACING):

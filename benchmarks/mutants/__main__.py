@@ -60,11 +60,11 @@ def main() -> None:
     parser.add_argument("--tests", nargs="*", metavar="PATH", help="files or folders of tests that are recorded")
     parser.add_argument("--limit", type=float, default=120.0, metavar="S", help="seconds that a mutant may take")
     parser.add_argument("--seconds", type=float, metavar="S", help="in which all ends; records nothing")
-    parser.add_argument("--smoke", action="store_true", help="two mutants of one small module")
+    parser.add_argument("--smoke", action="store_true", help="a mutant of one small module")
     arguments = parser.parse_args()
     modules = ["geoprint/motion/collision/sides.py"] if arguments.smoke else arguments.modules or SAFETY
     tests: list[str] | None = ["tests/motion/collision/test_sides.py"] if arguments.smoke else arguments.tests
-    count: int = 2 if arguments.smoke else arguments.count
+    count: int = 1 if arguments.smoke else arguments.count
     seconds: float = arguments.seconds or math.inf
     limit: float = min(arguments.limit, seconds / 10)
     end = time.monotonic() + seconds

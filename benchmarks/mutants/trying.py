@@ -108,7 +108,7 @@ def _run(
     root: Path, waiting: list[tuple[Trial, Path]], *, scratch: Path, limit: float, processors: int, end: float
 ) -> Iterator[tuple[Trial, str, str, Path]]:
     """Fork a process for each trial, so many at once, and yield how it ended."""
-    free = [copied(root, scratch / f"tree-{number}") for number in range(processors)]
+    free = [copied(root, scratch / f"tree-{number}") for number in range(min(processors, len(waiting)))]
     running: dict[int, tuple[Trial, Path, Path, float]] = {}
     left = list(waiting)
     while left or running:

@@ -30,7 +30,7 @@ from geoprint.model import PASCAL_PER_KPA
 PARTS = ("heart_flat_patch.ply", "heart_apex_patch.ply")
 SEED = 1
 # Pixels for each mm in the smoke run: half as many.
-SMOKE_SCALE = 4.0
+SMOKE_SCALE = 3.0
 
 
 def main() -> None:
@@ -52,11 +52,11 @@ def main() -> None:
     for lines in (assumptions(), distances(found, scale=fixed.scale), layers(found)):
         for line in lines:
             print(line, flush=True)
-    counts = (1, 1) if arguments.smoke else (arguments.repeats, arguments.samples)
+    counts, scale = ((1, 1), SMOKE_SCALE) if arguments.smoke else ((arguments.repeats, arguments.samples), None)
     for what, drawn, count in zip(
         ("fixed, other noise", "all that is plausible"), (repeats, draws), counts, strict=True
     ):
-        for line in counted(what, list(drawn(own, count=count, seed=arguments.seed))):
+        for line in counted(what, list(drawn(own, count=count, seed=arguments.seed, scale=scale))):
             print(line, flush=True)
 
 

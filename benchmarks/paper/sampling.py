@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import final
 
@@ -64,7 +65,7 @@ class Share:
         )
 
 
-def draws(studios: Sequence[Studio], *, count: int, seed: int) -> Iterator[Draw]:
+def draws(studios: Sequence[Studio], *, count: int, seed: int, scale: float | None = None) -> Iterator[Draw]:
     """Yield printings drawn from all that is plausible, and what came of each; parts take turns.
 
     The first ones are the same however many are asked for.
@@ -73,25 +74,27 @@ def draws(studios: Sequence[Studio], *, count: int, seed: int) -> Iterator[Draw]
         studios: one a part.
         count: how many.
         seed: of what is drawn, and of the noise.
+        scale: pixels for each mm, where it is not to be that of the printing.
 
     Raises:
         InputError: a photograph is of one colour.
     """
     for number in range(count):
         printing = drawn_printing(np.random.default_rng([seed, number]))
-        yield _draw(studios[number % len(studios)], printing, seed=_noise(seed, number))
+        yield _draw(studios[number % len(studios)], printing, seed=_noise(seed, number), scale=scale)
 
 
-def repeats(studios: Sequence[Studio], *, count: int, seed: int) -> Iterator[Draw]:
+def repeats(studios: Sequence[Studio], *, count: int, seed: int, scale: float | None = None) -> Iterator[Draw]:
     """Yield the printing that is fixed beforehand again and again, each with other noise; parts take turns.
 
     Args:
         studios: one a part.
         count: how many.
         seed: of the noise.
+        scale: pixels for each mm, where it is not to be that of the printing.
     """
     for number in range(count):
-        yield _draw(studios[number % len(studios)], fixed_printing(), seed=_noise(seed, number))
+        yield _draw(studios[number % len(studios)], fixed_printing(), seed=_noise(seed, number), scale=scale)
 
 
 def order_text(found: Compared) -> str:
@@ -128,7 +131,8 @@ def orders(several: Sequence[Draw]) -> list[tuple[str, int]]:
     return sorted(Counter(each.order for each in several).items(), key=lambda each: (-each[1], each[0]))
 
 
-def _draw(studio: Studio, printing: Printing, *, seed: int) -> Draw:
+def _draw(studio: Studio, printing: Printing, *, seed: int, scale: float | None) -> Draw:
+    printing = printing if scale is None else replace(printing, scale=scale)
     found = compared(studio, printing, seed=seed)
     return Draw(studio.name, printing, order_text(found), found.as_paper, found.best)
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import cache
-from typing import NamedTuple
+from functools import cache, cached_property, partial
+from typing import final
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from benchmarks.parts.print_scans import (
 from geoprint.appraisal.scanned import COVERED_SHARE, PlannedDeposit, measured_print, registered
 from geoprint.deposition.feedback import Correction, FlowBounds, MeasuredRuns, corrected
 from geoprint.model import FloatArray
-from geoprint.silico import Plant, Sensor, ValveTimes, looking_at, plant_beads, scanned
+from geoprint.silico import LaidBeads, Plant, Sensor, ValveTimes, looking_at, plant_beads, scanned
 from geoprint.surfaces import face_areas, mean_normal
 
 # The flow within which the packaged cells set it, and how far the valve can be commanded earlier and later [mm].
@@ -33,16 +33,22 @@ VISCOSITY, VALVE_LAG, SLUMP = 1.3, 0.5, 0.05
 WIDTH_NOISE = 0.015
 
 
-class Print(NamedTuple):
-    """One print of a loop.
+@final
+class Print:
+    """One print of a loop, which is scanned when somebody asks what that tells.
 
     Attributes:
         error: root mean square of the thickness over its cells off the wanted one, over the layer's height.
-        told: the correction that its scan gives.
     """
 
-    error: float
-    told: Correction
+    def __init__(self, error: float, correction: Callable[[], Correction]) -> None:
+        self.error = error
+        self._correction = correction
+
+    @cached_property
+    def told(self) -> Correction:
+        """The correction that its scan gives."""
+        return self._correction()
 
 
 def plant_of(seed: int) -> Plant:
@@ -61,7 +67,7 @@ def plant_of(seed: int) -> Plant:
 
 
 @cache
-def wanted_thickness() -> tuple[FloatArray, FloatArray]:
+def wanted_thickness(side: int | None = None) -> tuple[FloatArray, FloatArray]:
     """Return (c, 3) middles of cells about as large as a spacing, and the (c,) thickness wanted there [mm].
 
     That is what a dispenser without errors lays.
@@ -72,28 +78,30 @@ def wanted_thickness() -> tuple[FloatArray, FloatArray]:
     faces = random.choice(len(areas), round(float(areas.sum()) / SPACING**2), p=areas / areas.sum())
     places: FloatArray = np.einsum("kc,kcx->kx", random.dirichlet(np.ones(3), faces.size), corners[faces])
     beads = plant_beads(poses, surface, Plant(), height=HEIGHT, valve=ValveTimes(), random=random)
-    return places, true_thickness(places, surface, beads)
+    return places, true_thickness(places, surface, beads, side=side)
 
 
-def closed_loop(plant: Plant, *, seed: int) -> Iterator[Print]:
+def closed_loop(plant: Plant, *, seed: int, rays: int = RAYS, side: int | None = None) -> Iterator[Print]:
     """Yield print after print, each with what the one before taught.
 
     Args:
         plant: that prints.
         seed: of the noise of prints and scans.
+        rays: lines of sight to either side of a scan.
+        side: places of each triangle, along either side, by which the truth is found, where they are not to be SIDE.
     """
     surface, poses = planned_patch()
     random = np.random.default_rng([seed, 2])
     up, middle = mean_normal(surface), surface.vertices.mean(axis=0)
-    view = looking_at(middle, place=middle + AWAY * up / np.linalg.norm(up), focal=FOCAL, size=(RAYS, RAYS))
+    view = looking_at(
+        middle, place=middle + AWAY * up / np.linalg.norm(up), focal=FOCAL * rays / RAYS, size=(rays, rays)
+    )
     deposit = PlannedDeposit(poses, spacing=SPACING, height=HEIGHT)
-    places, wanted = wanted_thickness()
+    places, wanted = wanted_thickness(side)
     covered = wanted >= COVERED_SHARE * HEIGHT
-    factors, valve = None, ValveTimes()
-    while True:
-        flow = poses.flow if factors is None else poses.flow * factors.at(poses.runs, poses.arcs)
-        beads = plant_beads(replace(poses, flow=flow), surface, plant, height=HEIGHT, valve=valve, random=random)
-        off = (true_thickness(places, surface, beads) - wanted)[covered]
+
+    def correction(beads: LaidBeads, factors: Correction | None, valve: ValveTimes) -> Correction:
+        """Return what a scan tells of beads that were laid with these factors and times."""
         scan = scanned(surface, beads, Sensor(view, NOISE, MISSING), T_work_scan=np.eye(4), random=random)
         found = registered(scan.points, surface, deposit, start=np.eye(4))
         parts = measured_print(scan.points, found, surface, deposit).parts
@@ -110,9 +118,17 @@ def closed_loop(plant: Plant, *, seed: int) -> Iterator[Print]:
             opened=valve.opening,
             shut=valve.shutting,
         )
-        factors = corrected(measured, bounds=BOUNDS)
+        return corrected(measured, bounds=BOUNDS)
+
+    factors, valve = None, ValveTimes()
+    while True:
+        flow = poses.flow if factors is None else poses.flow * factors.at(poses.runs, poses.arcs)
+        beads = plant_beads(replace(poses, flow=flow), surface, plant, height=HEIGHT, valve=valve, random=random)
+        off = (true_thickness(places, surface, beads, side=side) - wanted)[covered]
+        made = Print(float(np.sqrt(np.mean(off**2))) / HEIGHT, partial(correction, beads, factors, valve))
+        yield made
+        factors = made.told
         valve = ValveTimes(factors.opening, factors.shutting)
-        yield Print(float(np.sqrt(np.mean(off**2))) / HEIGHT, factors)
 
 
 def measured_as_known(off: float, deviation: float, *, common: float, seed: int) -> MeasuredRuns:

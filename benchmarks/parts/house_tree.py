@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import ast
 import tomllib
+from collections import deque
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, final
+from typing import Any, cast, final
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = "geoprint"
@@ -204,7 +205,8 @@ def read_module(path: Path, *, root: Path) -> Module:
     text = path.read_text(encoding="utf-8")
     tree = ast.parse(text)
     name = ".".join(path.relative_to(root).with_suffix("").parts).removesuffix(".__init__")
-    functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
+    nodes = _statements(tree)
+    functions = [node for node in nodes if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)]
     bound = {
         each.asname or each.name: (node.module, each.name)
         for node in tree.body
@@ -215,7 +217,7 @@ def read_module(path: Path, *, root: Path) -> Module:
         name,
         path,
         lines=len(text.splitlines()),
-        code=_code_lines(text, tree),
+        code=_code_lines(text, nodes),
         functions=[(node.name, (node.end_lineno or 0) - node.lineno + 1) for node in functions],
         classes=[node.name for node in tree.body if isinstance(node, ast.ClassDef)],
         public=_public(tree),
@@ -240,7 +242,7 @@ def _public(tree: ast.Module) -> Sequence[str]:
 
 
 def _imports(node: ast.AST, *, at_use: bool) -> Iterator[Import]:
-    for child in ast.iter_child_nodes(node):
+    for child in _below(node):
         if isinstance(child, ast.If) and isinstance(child.test, ast.Name) and child.test.id == "TYPE_CHECKING":
             continue
         if isinstance(child, ast.ImportFrom) and child.module and within(child.module, PACKAGE):
@@ -248,9 +250,27 @@ def _imports(node: ast.AST, *, at_use: bool) -> Iterator[Import]:
         yield from _imports(child, at_use=at_use or isinstance(child, ast.FunctionDef))
 
 
-def _code_lines(text: str, tree: ast.Module) -> int:
+def _statements(tree: ast.Module) -> Sequence[ast.AST]:
+    """Return a module, its statements and what holds some of them, in the order of `ast.walk`."""
+    found: list[ast.AST] = []
+    ahead = deque[ast.AST]([tree])
+    while ahead:
+        found.append(ahead.popleft())
+        ahead.extend(_below(found[-1]))
+    return found
+
+
+def _below(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield statements right below a node, and what holds some; expressions, of which there are far more, do not."""
+    for name in node._fields:
+        value: object = getattr(node, name, None)
+        if isinstance(value, list) and value and isinstance(value[0], ast.stmt | ast.excepthandler | ast.match_case):
+            yield from cast("list[ast.AST]", value)
+
+
+def _code_lines(text: str, nodes: Sequence[ast.AST]) -> int:
     told: set[int] = set()
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(node, clean=False):
             told.update(range(node.body[0].lineno, (node.body[0].end_lineno or 0) + 1))
     lines = enumerate(text.splitlines(), start=1)

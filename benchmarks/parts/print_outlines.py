@@ -118,7 +118,19 @@ def photographed(part: str, *, seed: int) -> tuple[OutlinedPrint, Viewpoint, Flo
         part: its name.
         seed: of the camera, the light and the noise.
     """
-    printed, random = outlined_print(part), np.random.default_rng(seed)
+    printed = outlined_print(part)
+    return (printed, *photograph_of(printed, seed=seed))
+
+
+def photograph_of(printed: OutlinedPrint, *, seed: int, size: tuple[int, int] = SIZE) -> tuple[Viewpoint, FloatArray]:
+    """Return a camera that looks at a print from somewhere, and the (h, w) photograph that it takes.
+
+    Args:
+        printed: what it looks at.
+        seed: of the camera, the light and the noise.
+        size: of the photograph [pixels].
+    """
+    random = np.random.default_rng(seed)
     scene = united([printed.surface, *printed.beside])
     middle = 0.5 * (scene.vertices.min(axis=0) + scene.vertices.max(axis=0))
     radius = float(np.linalg.norm(scene.vertices - middle, axis=1).max())
@@ -131,12 +143,12 @@ def photographed(part: str, *, seed: int) -> tuple[OutlinedPrint, Viewpoint, Flo
     away = radius * random.uniform(*AWAY)
     view = looking_at(
         middle + 0.05 * radius * random.standard_normal(3), place=middle + away * toward,
-        focal=FILLED * 0.5 * min(SIZE) * away / radius, size=SIZE, turn=random.uniform(-np.pi, np.pi),
+        focal=FILLED * 0.5 * min(size) * away / radius, size=size, turn=random.uniform(-np.pi, np.pi),
     )  # fmt: skip
     beads = laid_beads(printed.poses, printed.surface, height=HEIGHT, faults=FAULTS, random=random)
     light = Lighting(up + 0.25 * random.standard_normal(3))
     grey = pictured(scene, beads, view, light, random=random)
-    return printed, view, np.rint(255.0 * grey) / 255.0
+    return view, np.rint(255.0 * grey) / 255.0
 
 
 def true_camera(view: Viewpoint) -> Camera:
@@ -155,7 +167,21 @@ def placed_by_outline(part: str, *, seed: int) -> OutlinedPhotograph:
     Raises:
         InputError: the outline places none.
     """
-    printed, view, grey = photographed(part, seed=seed)
+    return placement_of(*photographed(part, seed=seed), seed=seed)
+
+
+def placement_of(printed: OutlinedPrint, view: Viewpoint, grey: FloatArray, *, seed: int) -> OutlinedPhotograph:
+    """Return how well the outline in a photograph places its camera, and what is then measured.
+
+    Args:
+        printed: what it shows.
+        view: its camera.
+        grey: (h, w) of it.
+        seed: of the fiducials that somebody clicks.
+
+    Raises:
+        InputError: the outline places none.
+    """
     width = bead_width(grey)
     beads = beads_of(grey, paired_edges(grey, width=width))
     truth = true_camera(view)

@@ -102,11 +102,12 @@ def _away(middle: FloatArray, random: np.random.Generator) -> FloatArray:
     return transforms.rigid(turn, middle + OFF_MM * direction - turn @ middle)
 
 
-def true_thickness(places: FloatArray, surface: Surface, beads: LaidBeads) -> FloatArray:
-    """Return the true mean thickness of the cells of the surface that are nearest to places."""
+def true_thickness(places: FloatArray, surface: Surface, beads: LaidBeads, *, side: int | None = None) -> FloatArray:
+    """Return the true mean thickness of the cells of the surface that are nearest to places, SIDE places to a side."""
+    side = SIDE if side is None else side
     corners = surface.vertices[surface.faces]
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    first, second = (each.ravel() for each in np.meshgrid(*[(np.arange(SIDE) + 0.5) / SIDE] * 2))
+    first, second = (each.ravel() for each in np.meshgrid(*[(np.arange(side) + 0.5) / side] * 2))
     far = np.sqrt(first)
     # A square is laid onto a triangle so that areas keep their shares.
     weights = np.column_stack([1.0 - far, far * (1.0 - second), far * second])

@@ -27,16 +27,26 @@ PATCHES = ("lv_lateral_disc_r15", "lv_anterior_disc_r30")
 MAX_TILT = float(np.radians(15.0))
 
 
-def even_speed(cell: Cell, arm: Arm, *, noises: tuple[float, ...]) -> Iterator[str]:
-    """Yield a table of the deposit within 1 % of the set speed, for noise [degrees] on the normals of real patches."""
+def even_speed(cell: Cell, arm: Arm, *, noises: tuple[float, ...], smoke: bool = False) -> Iterator[str]:
+    """Yield a table of the deposit within 1 % of the set speed, for noise [degrees] on the normals of real patches.
+
+    Args:
+        cell: with the process.
+        arm: of the cell, with its tool.
+        noises: [degrees].
+        smoke: whether only the first patch is printed, widely spaced.
+    """
     columns = ("noise", "on slowdown", "at speed", "on ramps", "lean largest, mean", "not at speed")
     yield from table(f"patch at {cell.process.speed:g} mm/s", *columns)
-    for name in PATCHES:
+    for name in PATCHES[: 1 if smoke else None]:
         path = PATCH_FOLDER / f"{name}.ply"
         if not path.exists():
             yield row(name, *("not here" for _ in columns))
             continue
-        stage, job = Stages(lambda _: None), job_of(surface=path, unit="mm", spacing=1.0, place="demo")
+        stage, job = (
+            Stages(lambda _: None),
+            job_of(surface=path, unit="mm", spacing=4.0 if smoke else 1.0, place="demo"),
+        )
         paths = cover(job, prepare_workpiece(job, stage, backends=[job.backend]), stage)
         for noise in noises:
             joint_path, lean = _trembling(paths, arm, noise=noise)

@@ -28,7 +28,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from benchmarks.parts.tables import row, table
-from benchmarks.whole.costs import TREE, cost_of, least
+from benchmarks.whole.costs import TREE, Cost, cost_of, costs_of, least
 from benchmarks.whole.figures import Pair, save
 from benchmarks.whole.picture import PICTURE, speed_picture
 from benchmarks.whole.works import PEERS, WORKS, Peer, Work, inner
@@ -77,7 +77,7 @@ def whole(works: Sequence[Work], before: Path, *, repeats: int, smoke: bool) -> 
         if smoke and not work.small:
             continue
         arguments = work.small if smoke else work.arguments
-        if not work.fresh:
+        if not (work.fresh or smoke):
             for tree in (before, TREE):
                 cost_of(arguments, tree)  # Compiles.
         pairs = [[cost_of(arguments, tree, fresh=work.fresh) for tree in (before, TREE)] for _ in range(repeats)]
@@ -90,13 +90,19 @@ def whole(works: Sequence[Work], before: Path, *, repeats: int, smoke: bool) -> 
 def beside(peers: Sequence[Peer], found: list[Pair], *, repeats: int, smoke: bool) -> Iterator[str]:
     """Yield the table of this tree beside peers, and add to what was found."""
     yield from table("work", "size", "geoprint, s", "peer", "s", "geoprint / peer", "geoprint, MB", "peer, MB")
+    present = [
+        peer
+        for peer in peers
+        if all(importlib.util.find_spec(library) is not None for library in peer.library.split(" + "))
+    ]
+    smallest = iter(_smallest(present) if smoke else [])
     for peer in peers:
-        if any(importlib.util.find_spec(library) is None for library in peer.library.split(" + ")):
+        if peer not in present:
             yield row(peer.name, "-", "-", f"{peer.library} is not installed", *["-"] * 4)
             continue
         pairs: list[Pair] = []
         for size in peer.sizes[:1] if smoke else peer.sizes:
-            pairs.append(_pair(peer, size, repeats=repeats))
+            pairs.append(next(smallest) if smoke else _measured(peer, size, repeats=repeats))
             yield _line(pairs[-1])
         found += pairs
         if len(pairs) > 1:
@@ -105,8 +111,20 @@ def beside(peers: Sequence[Peer], found: list[Pair], *, repeats: int, smoke: boo
             yield row(peer.name, "exponent", f"{own:.2f}", peer.library, f"{other:.2f}", *[""] * 3)
 
 
-def _pair(peer: Peer, size: int, *, repeats: int) -> Pair:
+def _measured(peer: Peer, size: int, *, repeats: int) -> Pair:
     own, other = (least([cost_of(inner(code, size), TREE) for _ in range(repeats)]) for code in (peer.own, peer.code))
+    return _pair(peer, size, own, other)
+
+
+def _smallest(peers: Sequence[Peer]) -> list[Pair]:
+    """Return what all peers take at their smallest sizes, once and in a single process."""
+    codes = [inner(code, peer.sizes[0])[1] for peer in peers for code in (peer.own, peer.code)]
+    costs = costs_of(codes, TREE)
+    pairs = zip(costs[::2], costs[1::2], strict=True)
+    return [_pair(peer, peer.sizes[0], *pair) for peer, pair in zip(peers, pairs, strict=True)]
+
+
+def _pair(peer: Peer, size: int, own: Cost, other: Cost) -> Pair:
     return Pair(peer.name, peer.library, size, own.clock, other.clock, own.memory, other.memory)
 
 

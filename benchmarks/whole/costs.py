@@ -40,6 +40,26 @@ def cost_of(arguments: Sequence[str], tree: Path, *, fresh: bool = False) -> Cos
     Raises:
         RuntimeError: it failed; says with what.
     """
+    cost, inner = _run(arguments, tree, fresh=fresh)
+    return inner[-1] if inner else cost
+
+
+def costs_of(codes: Sequence[str], tree: Path) -> list[Cost]:
+    """Run several pieces of inner work in one process, each with names of its own, and return what each took.
+
+    Args:
+        codes: each says its own cost.
+        tree: to import from.
+
+    Raises:
+        RuntimeError: one of them failed; says with what.
+    """
+    program = f"for code in {list(codes)!r}:\n    exec(code, {{'__name__': '__main__'}})"
+    return _run(("-c", program), tree, fresh=False)[1]
+
+
+def _run(arguments: Sequence[str], tree: Path, *, fresh: bool) -> tuple[Cost, list[Cost]]:
+    """Run a piece of work, and return what the process took and what it said itself."""
     with TemporaryDirectory() as folder:
         environment = os.environ | {"PYTHONPATH": str(tree), FOLDER: folder_of_parts().name}
         environment |= {"NUMBA_CACHE_DIR": folder} if fresh else {}
@@ -55,10 +75,9 @@ def cost_of(arguments: Sequence[str], tree: Path, *, fresh: bool = False) -> Cos
         text = said.read_text(encoding="utf-8", errors="replace")
     if process.returncode:
         raise RuntimeError(f"{' '.join(command)[:200]} in {tree} ended with {process.returncode}: {text[-2000:]}")
-    inner = [line for line in text.splitlines() if line.startswith(INNER)]
-    if inner:
-        return Cost(*map(float, inner[-1].removeprefix(INNER).split()))
-    return Cost(os.times().elapsed - start.elapsed, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024.0)
+    cost = Cost(os.times().elapsed - start.elapsed, used.ru_utime + used.ru_stime, used.ru_maxrss / 1024.0)
+    inner = [line.removeprefix(INNER).split() for line in text.splitlines() if line.startswith(INNER)]
+    return cost, [Cost(*map(float, figures)) for figures in inner]
 
 
 def least(costs: Sequence[Cost]) -> Cost:

@@ -21,6 +21,7 @@ from geoprint.model import FloatArray, Fluid, Tool, comparable
 
 # Nodes of the quadrature along a taper; its error is below 1e-9 from needle to barrel.
 TAPER_NODES = 16
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(TAPER_NODES)
 # Shares by which a shear and, above it, a pressure may miss.
 SHEAR_TOLERANCE = 1e-13
 PRESSURE_TOLERANCE = 1e-11
@@ -164,12 +165,11 @@ def _log_shear(fluid: Fluid, logarithm: FloatArray) -> FloatArray:
 
 def _budget(fluid: Fluid, bore: Bore, stress: FloatArray) -> PressureBudget:
     """Return the pressures in needle and taper from the stress at the needle's wall."""
-    nodes, weights = np.polynomial.legendre.leggauss(TAPER_NODES)
     # Evenly in the logarithm of the radius, in which the stress falls as an exponential.
     widening = np.log(bore.wide_radius / bore.radius)
-    logs = 0.5 * widening * (1.0 + nodes)
+    logs = 0.5 * widening * (1.0 + _NODES)
     shear = shear_at(fluid, stress)[:, None] * np.exp(-3.0 * logs)
-    along = wall_stress(fluid, shear) @ weights * widening / np.tan(bore.half_angle)
+    along = wall_stress(fluid, shear) @ _WEIGHTS * widening / np.tan(bore.half_angle)
     return PressureBudget(needle=2.0 * stress * bore.length / bore.radius, taper=along)
 
 

@@ -20,8 +20,8 @@ from tests.meshes import spherical_cap
 @pytest.fixture(scope="module")
 def compared(tmp_path_factory: pytest.TempPathFactory) -> Comparison:
     path = tmp_path_factory.mktemp("part") / "cap.ply"
-    save_ply(spherical_cap(radius=15.0, angle=1.0, rings=14, jitter_seed=1), path)
-    return compare(job_of(surface=path, unit="mm", spacing=3.0, robot=False))
+    save_ply(spherical_cap(radius=15.0, angle=1.0, rings=10, jitter_seed=1), path)
+    return compare(job_of(surface=path, unit="mm", spacing=3.0, robot=False), backends=["heat", "fast-marching"])
 
 
 @pytest.fixture(scope="module")
@@ -48,12 +48,6 @@ def test_samples_and_figures_are_written_when_asked_and_the_table_reads_back_as_
         ):  # fmt: skip
             np.testing.assert_allclose(found[column], values, atol=5e-7, rtol=0.0)
         assert found["ratio"].std() / found["ratio"].mean() == pytest.approx(measured.cv, abs=1e-6)
-
-
-def test_neither_is_written_unasked(compared: Comparison, tmp_path: Path) -> None:
-    save_comparisons([compared], tmp_path / "out")
-    names = {path.name for path in (tmp_path / "out").rglob("*")}
-    assert not names & {"spacing.csv", "figures"}
 
 
 def test_every_sample_lies_on_the_run_of_poses_csv_that_its_row_names(compared: Comparison, written: Path) -> None:

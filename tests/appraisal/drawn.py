@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
-from scipy.spatial import KDTree
 
 from geoprint.model import FloatArray, PoseStream
 
@@ -15,16 +16,20 @@ def drawn(size: tuple[int, int], lines: list[tuple[FloatArray, float]], *, noise
 
     Ends are round: half a width longer than the polyline.
     """
-    columns, rows = np.meshgrid(np.arange(size[0]), np.arange(size[1]))
-    pixels = np.column_stack([columns.ravel(), rows.ravel()]).astype(np.float64)
-    cover = np.zeros(len(pixels))
+    cover = np.zeros((size[1], size[0]))
     for corners, width in lines:
-        reached = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
-        arcs = np.arange(0.0, reached[-1] + 0.25, 0.25)
-        fine = np.column_stack([np.interp(arcs, reached, corners[:, axis]) for axis in (0, 1)])
-        away, _ = KDTree(fine).query(pixels)
-        cover = np.maximum(cover, np.clip(0.5 + width / 2.0 - away, 0.0, 1.0))
-    grey = BACK + (FORE - BACK) * cover.reshape(size[1], size[0])
+        reach = 0.5 + width / 2.0
+        for start, end in pairwise(corners):
+            # Beyond its reach a line covers nothing.
+            first = np.clip(np.floor(np.minimum(start, end) - reach), 0.0, size).astype(np.int64)
+            last = np.clip(np.ceil(np.maximum(start, end) + reach) + 1.0, 0.0, size).astype(np.int64)
+            there = slice(first[1], last[1]), slice(first[0], last[0])
+            rows, columns = np.mgrid[there]
+            off, ahead = np.stack([columns, rows], axis=-1) - start, end - start
+            share = np.clip(off @ ahead / max(float(ahead @ ahead), 1e-12), 0.0, 1.0)
+            away = np.linalg.norm(off - share[..., None] * ahead, axis=-1)
+            cover[there] = np.maximum(cover[there], np.clip(reach - away, 0.0, 1.0))
+    grey = BACK + (FORE - BACK) * cover
     return np.clip(grey + noise * np.random.default_rng(7).standard_normal(grey.shape), 0.0, 1.0)
 
 

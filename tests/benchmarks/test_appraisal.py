@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.appraisal import known_answers, scans
+from benchmarks.parts import print_scans
 
 
 def test_the_first_known_answer_comes_back_within_a_tenth_of_a_millimetre() -> None:
@@ -16,7 +17,12 @@ def test_the_first_known_answer_comes_back_within_a_tenth_of_a_millimetre() -> N
 
 
 @pytest.mark.needs("open3d")
-def test_the_first_scan_is_registered_and_measured_as_well_as_promised() -> None:
+def test_the_first_scan_is_registered_and_measured_as_well_as_promised(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # Half as many points, and a fifth of the places by which the truth is found.
+    for name, value in (("RAYS", 184), ("FOCAL", 850.0), ("SIDE", 5)):
+        monkeypatch.setattr(print_scans, name, value)
     *_, line = scans(1, smoke=True)
     what, _, seeds, shift, turn, _, _, thickness, volume, cells = (cell.strip() for cell in line.split("|")[1:-1])
     assert (what, seeds) == ("nothing", "1")

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
 
 from benchmarks.destruction.__main__ import cells, planned
 from benchmarks.destruction.mutants import MUTANTS, Mutant
 from benchmarks.destruction.promises import PROMISES
 from benchmarks.destruction.subject import Subject, subject_of
-
-PLATE = Path(__file__).parents[2] / "data" / "plate.ply"
+from geoprint.surfaces.files import save_ply
+from tests.meshes import plate
 
 
 @pytest.fixture(scope="module", params=cells())
 def subject(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Subject:
     cell = tmp_path_factory.mktemp("cell") / f"{request.param}.toml"
     cell.write_text(cells()[request.param], encoding="utf-8")
-    return subject_of(planned(PLATE, backend="heat", cell=cell))
+    # Three runs: a first, a middle and a last one.
+    part = cell.with_suffix(".ply")
+    save_ply(plate((24.0, 24.0), (8, 8), jitter_seed=1), part)
+    return subject_of(planned(part, backend="heat", cell=cell, spacing=4.0))
 
 
 @pytest.mark.parametrize("promise", PROMISES)

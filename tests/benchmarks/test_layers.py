@@ -10,8 +10,7 @@ from benchmarks.parts.shells import SPACING, TUBE_LENGTH, PathShell, flat_shell,
 CAPS_AND_TUBES = {shell.name: shell for shell in path_shells()}
 
 
-@pytest.mark.parametrize("layer", [1, 4])
-@pytest.mark.parametrize("name", CAPS_AND_TUBES)
+@pytest.mark.parametrize(("name", "layer"), [*zip(CAPS_AND_TUBES, (4, 1, 1, 4), strict=True)])
 def test_area_paths_and_volume_of_a_layer_are_those_of_the_formula(name: str, layer: int) -> None:
     assert CAPS_AND_TUBES[name].off(layer, thickness=2.0) == pytest.approx((0.0, 0.0, 0.0), abs=0.005)
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.mutants import trying
 from benchmarks.mutants.__main__ import drawn, nearest, summary
 from benchmarks.mutants.reaching import Record, reaching_tests, records
 from benchmarks.mutants.syntax import Mutant, kernel_lines, mutants_of, top_lines
@@ -31,7 +32,9 @@ TINY = {
     "geoprint/__init__.py": "",
     "geoprint/one.py": (
         "SCALE = 2\n\n\ndef tenfold(x):\n    return 5 * SCALE * x\n\n\ndef loose(x):\n    return x + 1\n\n\n"
-        "def endless(x):\n    while x < 3:\n        x += 1\n    return x\n"
+        # Sleeps, so that what never ends takes no processor time.
+        "def endless(x):\n    import time\n\n    while x < 3:\n        x += 1\n        time.sleep(0.001)\n"
+        "    return x\n"
     ),
     "tests/test_one.py": (
         "import pytest\n\nfrom geoprint import one\n\n\n@pytest.fixture(scope='module')\n"
@@ -44,9 +47,13 @@ TINY = {
 
 @pytest.fixture
 def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return a tiny package with its tests, which are kept apart from what the user keeps and asks of pytest."""
+    """Return a tiny package with its tests, which are kept apart from what the user keeps and asks of pytest.
+
+    The libraries of the project, which they do not need, are not imported before the processes fork.
+    """
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "kept"))
     monkeypatch.setenv("PYTEST_ADDOPTS", "tests/test_of_another_tree.py")
+    monkeypatch.setattr(trying, "LIBRARIES", ("numpy", "no_such_library"))
     for name, text in TINY.items():
         path = tmp_path / "tree" / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -136,7 +143,9 @@ def test_what_tests_reach_is_recorded_once_for_the_same_bytes(tree: Path) -> Non
     assert "tests/test_one.py::test_known" in records(tree, ["tests/test_one.py"], module="geoprint/one.py")[0].seconds
 
 
-def test_tests_that_pytest_refuses_to_run_cannot_be_recorded(tree: Path) -> None:
+def test_tests_that_pytest_refuses_to_run_cannot_be_recorded(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # Nothing is run, and so no plugin is needed but the one that records.
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     settings = tree / "pyproject.toml"
     settings.write_text(settings.read_text() + 'addopts = "--no-such-option"\n', encoding="utf-8")
     with pytest.raises(RuntimeError, match=r"tests/test_one\.py could not be recorded"):
@@ -175,7 +184,8 @@ def test_mutants_are_killed_or_survive_in_copies_and_outcomes_are_kept(tree: Pat
     (tree / "tests/test_one.py").write_text("def test_nothing():\n    pass\n", encoding="utf-8")
     trials[1:] = []
     assert outcomes("third") == {"5 * SCALE -> 5 + SCALE": (SURVIVED, "1 tests")}
-    (tree / "tests/test_one.py").write_text("def test_long():\n    while True:\n        pass\n", encoding="utf-8")
+    forever = "import time\n\n\ndef test_long():\n    while True:\n        time.sleep(1.0)\n"
+    (tree / "tests/test_one.py").write_text(forever, encoding="utf-8")
     assert outcomes("fourth", limit=3.0) == {"5 * SCALE -> 5 + SCALE": (LATE, "not done within 3 s")}
     # A time-out is not kept: it may be the machine's.
     assert outcomes("fifth", limit=1.0) == {"5 * SCALE -> 5 + SCALE": (LATE, "not done within 1 s")}

@@ -76,16 +76,20 @@ def test_the_distances_between_the_edge_images_are_a_metric(found: Compared) -> 
 
 
 def test_a_seed_tells_everything_and_another_gives_other_photographs(studio: Studio, found: Compared) -> None:
-    again = compared(studio, SMALL, seed=SEED)
-    assert again.distances == found.distances
-    assert (again.thickness, again.bare, again.unevenness) == (found.thickness, found.bare, found.unevenness)
-    other = prints_of(studio, SMALL, seed=SEED + 1)
-    assert not np.array_equal(other[0].grey, found.prints[0].grey)
+    # The first case, and the one that its flow is told by.
+    two = replace(studio, cases=(studio.cases[0], studio.cases[-1]))
+    again, other = (prints_of(two, SMALL, seed=seed)[0] for seed in (SEED, SEED + 1))
+    first = found.prints[0]
+    np.testing.assert_array_equal(again.grey, first.grey)
+    np.testing.assert_array_equal(again.beads.widths, first.beads.widths)
+    shown = edge_image(again.grey, width=SMALL.scale * first.case.cell.tool.inner_diameter)
+    np.testing.assert_array_equal(shown, found.edges[0])
+    assert not np.array_equal(other.grey, first.grey)
 
 
 def test_the_layer_holds_what_the_beads_hold_apart_from_what_lies_beyond_the_rim(studio: Studio) -> None:
-    # Beads of case B, thin enough to end before the rim.
-    thin = replace(SMALL, fill=0.5, valve_open=0.0, valve_close=0.0)
+    # Beads of case B, thin enough to end before the rim; nobody looks at their pictures.
+    thin = replace(SMALL, fill=0.5, valve_open=0.0, valve_close=0.0, scale=0.5)
     beads = prints_of(studio, thin, seed=SEED)[1].beads
     angle = np.radians(thin.angle_deg)
     held = 0.0
@@ -107,14 +111,15 @@ def test_case_b_leaves_gaps_and_case_a_too_much(found: Compared) -> None:
 def test_a_patch_of_a_real_heart_prints_likewise_and_fits_the_picture() -> None:
     part = shared("patches/lv_anterior_disc_r30.ply")
     real = studio_of(part, body=part)
-    corners = real.view(SMALL.scale).pixels(real.patch.vertices)
+    smaller = replace(SMALL, scale=2.5)
+    corners = real.view(smaller.scale).pixels(real.patch.vertices)
     assert corners.min() > 0.0
-    assert corners.max() < SMALL.scale * real.across - 1.0
-    found = compared(real, SMALL, seed=SEED)
+    assert corners.max() < smaller.scale * real.across - 1.0
+    found = compared(real, smaller, seed=SEED)
     a, b, c = found.thickness
     assert a > 1.3 > c > 0.8 > b
     assert found.best == "C"
-    assert max(sizes(found)) / SMALL.scale < 3.0 * real.cases[0].spacing
+    assert max(sizes(found)) / smaller.scale < 3.0 * real.cases[0].spacing
 
 
 def test_pressure_drives_as_much_as_the_material_s_index_says(studio: Studio) -> None:

@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from benchmarks.collisions import scenes_over
+from benchmarks.attitudes import APEX, cell_with
 from benchmarks.parts.planted_cylinders import Patches, facing, table_cylinders
-from benchmarks.parts.planted_scenes import BEYOND, Scene
+from benchmarks.parts.planted_scenes import BEYOND, Scene, scene_at
 from benchmarks.parts.planted_tables import (
     is_refused_in_motion,
     is_refused_over,
@@ -17,7 +17,7 @@ from benchmarks.parts.planted_tables import (
     tables_beside,
     tables_in_the_way,
 )
-from geoprint import transforms
+from geoprint import job_of, plan, transforms
 from geoprint.model import Cylinder, FloatArray, Hexapod, Surface, TiltTurn
 from geoprint.motion.machine import table_machine
 from tests.motion.machine.tables import hexapod_noun, tilt_turn_noun
@@ -76,12 +76,19 @@ def test_a_point_that_faces_a_direction_is_met_by_it_from_outside() -> None:
 
 
 @pytest.fixture(scope="module")
-def scene() -> Scene:
-    return scenes_over("hexapod", spacing=12.0)[0]
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Scene:
+    """A disc of the apex over a hexapod, on which one short run is printed."""
+    cell = cell_with("hexapod", tmp_path_factory.mktemp("cell"))
+    disc = {"at": [1.5, 0.0, -57.5], "radius": 3.0}
+    job = job_of(
+        surface=APEX, patch=disc, unit="mm", spacing=3.0, place="demo", backend="fast-marching", cell=cell
+    )  # fmt: skip
+    planned = plan(job)
+    return scene_at(planned, planned.robot[0])
 
 
 def test_distance_of_a_table_is_that_of_a_point_by_point_search(scene: Scene) -> None:
-    spot = scene.sweep.spot("cone", np.random.default_rng(4))
+    spot = scene.sweep.spot("cone", np.random.default_rng(6))
     T_base_work = scene.robot.placement.T_base_work
     for away, along in ((3.0, spot.outward), (6.0, spot.along)):
         ends = spot.place + away * spot.outward + np.outer([0.0, 4.0], along)
@@ -104,9 +111,9 @@ def tube(ends: FloatArray, *, radius: float) -> Surface:
 
 
 def test_tables_in_the_way_are_found(scene: Scene) -> None:
-    planted = list(tables_in_the_way(scene, count=4, random=np.random.default_rng(3)))
+    grazing, *_, deep = tables_in_the_way(scene, count=4, random=np.random.default_rng(3))
 
-    assert [name for name, table in planted if not is_refused_over(scene, table)] == []
+    assert [name for name, table in (grazing, deep) if not is_refused_over(scene, table)] == []
 
 
 def test_a_table_two_tenths_of_a_millimetre_beyond_the_clearance_is_not_reported(scene: Scene) -> None:

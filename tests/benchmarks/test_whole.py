@@ -17,12 +17,12 @@ from benchmarks.whole.works import PEERS, Peer, Work
 def test_a_process_costs_its_clock_and_what_the_processor_did() -> None:
     asleep, busy = (
         cost_of(("-c", code), TREE)
-        for code in ("import time; time.sleep(1.0)", "import time\nwhile time.process_time() < 1.0: pass")
+        for code in ("import time; time.sleep(0.3)", "import time\nwhile time.process_time() < 0.3: pass")
     )
 
-    assert asleep.clock >= 1.0
+    assert asleep.clock >= 0.3
     assert asleep.processor < busy.processor
-    assert busy.processor >= 1.0
+    assert busy.processor >= 0.3
     assert asleep.memory > 1.0
 
 

@@ -32,8 +32,8 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> 
     return call
 
 
-def test_place_prints_where_to_stand_and_writes_nothing(run: Run, part: Path, tmp_path: Path) -> None:
-    status, stdout, stderr = run("place", part, "--unit", "mm", "--spacing", 5, "--height", 40, "--json")
+def test_place_prints_where_to_stand_and_writes_nothing(run: Run, small: Path, tmp_path: Path) -> None:
+    status, stdout, stderr = run("place", small, "--unit", "mm", "--spacing", 3, "--height", 40, "--json")
     assert status == 0, stderr
     found = json.loads(stdout)
     assert found["position_mm"][2] == 40.0
@@ -49,9 +49,17 @@ def part(tmp_path: Path) -> Path:
     return path
 
 
-def test_plan_writes_a_bundle_and_prints_json_when_asked(run: Run, part: Path, tmp_path: Path) -> None:
+@pytest.fixture
+def small(tmp_path: Path) -> Path:
+    """Return a part that is planned in a second."""
+    path = tmp_path / "plate.ply"
+    save_ply(plate((16.0, 12.0), (8, 6), jitter_seed=1), path)
+    return path
+
+
+def test_plan_writes_a_bundle_and_prints_json_when_asked(run: Run, small: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    status, stdout, stderr = run("plan", part, "--unit", "mm", "--step", "1/5", "--no-robot", "--out", out, "--json")
+    status, stdout, stderr = run("plan", small, "--unit", "mm", "--step", "1/5", "--no-robot", "--out", out, "--json")
     assert status == 0, stderr
     found = json.loads(stdout)
     assert found["paths"]["levels"] == 5
@@ -59,6 +67,12 @@ def test_plan_writes_a_bundle_and_prints_json_when_asked(run: Run, part: Path, t
     assert {path.name for path in out.iterdir()} == {
         "job.toml", "manifest.json", "part.ply", "plan.json", "poses.csv", "surface.ply", "timings.json",
     }  # fmt: skip
+
+
+@pytest.fixture
+def alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Compare in this process: one beside it, as tests/pipeline/test_beside.py asks for, takes seconds to start."""
+    monkeypatch.setattr("geoprint.cli.planning.PROCESSES", 1)
 
 
 @pytest.mark.parametrize("command", ["plan", "compare"])
@@ -78,9 +92,11 @@ def test_the_version_is_shown(run: Run) -> None:
     assert (status, stdout.strip()) == (0, version("geoprint"))
 
 
-def test_compare_prints_the_table_and_writes_both(run: Run, part: Path, tmp_path: Path) -> None:
+@pytest.mark.usefixtures("alone")
+def test_compare_prints_the_table_and_writes_both(run: Run, small: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    status, stdout, stderr = run("compare", part, "--unit", "mm", "--rounds", "3", "--place", "demo", "--out", out)
+    asked = ("--rounds", "2", "--max-tilt", "0", "--place", "demo", "--out", out)
+    status, stdout, stderr = run("compare", small, "--unit", "mm", *asked)
     assert status == 0, stderr
     assert stdout == ""
     assert "covers plate.ply" in stderr or "cover plate.ply" in stderr
@@ -93,12 +109,15 @@ def test_compare_prints_the_table_and_writes_both(run: Run, part: Path, tmp_path
         "report.html",
     ]
     assert (out / "heat" / "rapid" / "GeoPrint.mod").is_file()
+    # Samples are for those who ask.
+    assert not [*out.rglob("spacing.csv")]
 
 
-def test_compare_adds_samples_and_figures_when_asked(run: Run, part: Path, tmp_path: Path) -> None:
+@pytest.mark.usefixtures("alone")
+def test_compare_adds_samples_and_figures_when_asked(run: Run, small: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    asked = ("--rounds", "4", "--no-robot", "--backends", "heat", "--samples", "--figures", "--out", out)
-    status, _, stderr = run("compare", part, "--unit", "mm", *asked)
+    asked = ("--rounds", "3", "--no-robot", "--backends", "heat", "--samples", "--figures", "--out", out)
+    status, _, stderr = run("compare", small, "--unit", "mm", *asked)
     assert status == 0, stderr
     assert (out / "heat" / "spacing.csv").is_file()
     assert (out / "figures" / "spacing-map.svg").is_file()
@@ -160,8 +179,8 @@ def test_a_file_that_is_no_mesh_is_refused(run: Run, tmp_path: Path, content: by
     assert "Traceback" not in stderr
 
 
-def test_an_existing_result_is_kept_unless_it_may_be_replaced(run: Run, part: Path, tmp_path: Path) -> None:
-    common = ("plan", part, "--unit", "mm", "--rounds", "4", "--no-robot", "--out", tmp_path / "out")
+def test_an_existing_result_is_kept_unless_it_may_be_replaced(run: Run, small: Path, tmp_path: Path) -> None:
+    common = ("plan", small, "--unit", "mm", "--rounds", "2", "--no-robot", "--out", tmp_path / "out")
     assert run(*common)[0] == 0
     before = (tmp_path / "out" / "poses.csv").read_bytes()
     status, _, stderr = run(*common)

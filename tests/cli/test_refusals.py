@@ -57,6 +57,8 @@ def test_what_a_person_thinks_of_first_is_asked_for_first(
     status: int,
     complaint: str,
 ) -> None:
+    # A process beside this one takes seconds to start, and plans nothing here.
+    monkeypatch.setattr("geoprint.cli.planning.PROCESSES", 1)
     out = [] if line.startswith("place") else ["--out", "out"]
     assert refused(monkeypatch, folder, *line.split(), *out) == status
     assert complaint in capsys.readouterr().err

@@ -15,6 +15,7 @@ from geoprint.account import read_record
 from geoprint.account.records.simulated import SimulatedRecord
 from geoprint.config import job_of
 from geoprint.pipeline import check_bundle, plan, save_plan
+from geoprint.pipeline.appraised import simulated
 from geoprint.surfaces.files import save_ply
 from tests.meshes import plate
 from tests.pipeline.test_checking import cell_text
@@ -112,7 +113,12 @@ def test_a_program_with_another_number_of_targets_is_refused_in_one_sentence(
     assert "holds no module; restore the program, or plan again." in stderr
 
 
-def test_scan_and_photograph_are_written_to_be_appraised(run: Run, bundle: Path, tmp_path: Path) -> None:
+def test_scan_and_photograph_are_written_to_be_appraised(
+    run: Run, bundle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Beads are 20 pixels wide.
+    monkeypatch.setattr(simulated, "PHOTOGRAPH_PIXELS", 400)
+    monkeypatch.setattr(simulated, "SCAN_PIXELS", 100)
     out = tmp_path / "out"
     status, stdout, stderr = run(bundle, "--spread", 0.5, "--viscosity", 1.1, "--seed", 3, "--out", out, "--json")
     assert status == 0, stderr

@@ -85,7 +85,8 @@ def test_a_reader_that_is_gone_is_no_failure() -> None:
     os.close(writing)
     assert (shown.returncode, shown.stderr) == (0, "")
     with Path("/dev/full").open("w", encoding="utf-8") as full:
-        done = subprocess.run(asked, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+        script = [*GEOPRINT, "completion", "bash"]
+        done = subprocess.run(script, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
     assert done.returncode == 7
     assert "the result cannot be printed on stdout" in done.stderr
 

@@ -138,14 +138,16 @@ def test_the_file_that_geoprint_brings_names_every_key_and_each_of_its_lines_is_
 
 def test_a_job_is_planned_with_the_keys_of_its_file_and_the_options_of_the_command(tmp_path: Path) -> None:
     save_ply(plate((16.0, 12.0)), tmp_path / "part.ply")
-    path = written(tmp_path, SMALL + 'backend = "lscm"\nrobot = false\nmax_tilt = 3.0\non_slowdown = "follow"\n')
+    path = written(
+        tmp_path, SMALL + 'backend = "fast-marching"\nrobot = false\nmax_tilt = 3.0\non_slowdown = "follow"\n'
+    )
     out = tmp_path / "out"
     done = CliRunner().invoke(app, ["plan", str(path), "--out", str(out), "--spacing", "3", "--json"])
     assert done.exit_code == 0, done.output
     assert all(
         f'"{key}": {value}' in done.stdout
         for key, value in (
-            ("backend", '"lscm"'), ("robot", "false"), ("max_tilt_deg", "3.0"), ("on_slowdown", '"follow"'),
+            ("backend", '"fast-marching"'), ("robot", "false"), ("max_tilt_deg", "3.0"), ("on_slowdown", '"follow"'),
             ("spacing_mm", "3.0"), ("name", '"part.ply"'),
         )
     )  # fmt: skip

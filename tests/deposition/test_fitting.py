@@ -83,10 +83,10 @@ def test_flow_that_falls_with_pressure_is_refused() -> None:
         fit_fluid(MeasuredFlow(THREE, 1e5 / THREE), NEEDLE, model="power-law")
 
 
-@pytest.mark.parametrize("seed", [0, 1, 4])
-def test_a_parameter_that_the_lines_do_not_determine_is_named(seed: int) -> None:
+@pytest.mark.parametrize(("seed", "spread"), [(0, "spreads without bound"), (6, "spreads by a factor of ")])
+def test_a_parameter_that_the_lines_do_not_determine_is_named(seed: int, spread: str) -> None:
     noisy = measured(Fluid(100.0, 0.5), THREE, noise=0.1, generator=np.random.default_rng(seed))
-    with pytest.raises(InputError, match=r"do not determine the (consistency|index|yield stress): its 95 % interval"):
+    with pytest.raises(InputError, match=rf"do not determine the yield stress: its 95 % interval {spread}"):
         fit_fluid(noisy, NEEDLE, model="herschel-bulkley")
 
 

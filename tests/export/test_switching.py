@@ -122,7 +122,7 @@ def test_a_valve_that_would_be_told_to_open_in_the_run_before_is_refused() -> No
 @given(
     st.floats(0.0, 0.08), st.floats(0.0, 0.3), st.floats(0.0, 0.08), st.floats(0.0, 0.08)
 )  # fmt: skip
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=8, deadline=None)
 def test_whatever_the_lags_material_flows_on_exactly_the_deposits_and_the_lamp_never_alone(
     opening: float, closing: float, lead: float, tail: float
 ) -> None:

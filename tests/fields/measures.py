@@ -37,9 +37,10 @@ def turns_around(field: DirectionField) -> Mapping[int, float]:
         for number, face in enumerate(surface.faces)
         for corner in range(3)
     }
+    places = {start: place for (start, _), place in ahead.items()}
     found: dict[int, float] = {}
     for vertex in inner_vertices(surface).tolist():
-        number, corner = next(place for (start, _), place in ahead.items() if start == vertex)
+        number, corner = places[vertex]
         first, polar, seen = number, 0.0, list[float]()
         while True:
             face = surface.faces[number]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 import pytest
@@ -128,16 +129,21 @@ def test_around_one_singularity_of_index_1_on_a_disc_it_runs_in_circles(symmetry
         assert (np.einsum("mx,mx->m", field.directions()[:, 0], around) > 0.0).all()
 
 
+@cache
+def unit_disc(*, faces: int, style: str) -> Surface:
+    return triangulated(
+        Shape((circle(1.0),), lambda flat: np.column_stack([flat, np.zeros(len(flat))])),
+        name="disc", faces=faces, style=style,
+    )  # fmt: skip
+
+
 def singular_disc(*, faces: int, style: str, index: float, symmetry: int) -> tuple[float, float]:
     """Return mean edge [mm] and root mean square error [rad] of a field about a vertex off the middle of a disc.
 
     On the unit disc a field of index I at a turns by I (arg(z - a) - arg(1 - conj(a) z)): harmonic, and its conjugate
     is 0 on the rim, along which only the sum of its turning is given.
     """
-    disc = triangulated(
-        Shape((circle(1.0),), lambda flat: np.column_stack([flat, np.zeros(len(flat))])),
-        name="disc", faces=faces, style=style,
-    )  # fmt: skip
+    disc = unit_disc(faces=faces, style=style)
     inner = inner_vertices(disc)
     vertex = int(inner[np.argmin(np.linalg.norm(disc.vertices[inner] - [0.3, 0.15, 0.0], axis=1))])
     field = prescribed_field(disc, symmetry=symmetry, singularities=singularities((vertex, index)))
@@ -154,10 +160,10 @@ def test_off_the_middle_of_a_disc_it_converges_to_the_formula(
     style: str, least: float, index: float, symmetry: int
 ) -> None:
     edges, errors = np.array(
-        [singular_disc(faces=faces, style=style, index=index, symmetry=symmetry) for faces in (1000, 4000, 16000)]
+        [singular_disc(faces=faces, style=style, index=index, symmetry=symmetry) for faces in (500, 2000, 8000)]
     ).T
     assert np.polyfit(np.log(edges), np.log(errors), 1)[0] > least
-    assert errors[-1] < np.radians(0.06)
+    assert errors[-1] < np.radians(0.1)
 
 
 def cone(*, sine: float, rings: int, jitter_seed: int | None = None) -> Surface:
@@ -185,14 +191,14 @@ def cone_formula(surface: Surface, *, index: float, sine: float) -> FloatArray:
 @pytest.mark.parametrize(("index", "symmetry"), [(0.0, 1), (0.0, 4), (0.5, 2), (0.25, 4), (-1.0, 1)])
 def test_on_a_cone_it_turns_evenly_around_the_tip(index: float, symmetry: int) -> None:
     errors: list[float] = []
-    for rings in (8, 16, 32):
+    for rings in (8, 16, 24):
         part = cone(sine=0.7, rings=rings, jitter_seed=3)
         asked = singularities((0, index)) if index else NONE
         field = prescribed_field(part, symmetry=symmetry, singularities=asked)
         kept = np.linalg.norm(part.vertices[part.faces].mean(axis=1), axis=1) > 5.0
         errors.append(float(off_turned(field, cone_formula(part, index=index, sine=0.7), kept).max()))
     assert errors[-1] < np.radians(0.5)
-    assert np.polyfit(np.log([8, 16, 32]), np.log(errors), 1)[0] < -1.0
+    assert np.polyfit(np.log([8, 16, 24]), np.log(errors), 1)[0] < -1.0
 
 
 @pytest.mark.parametrize("symmetry", SYMMETRIES)

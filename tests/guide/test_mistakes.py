@@ -15,9 +15,11 @@ import pytest
 from geoprint import cli
 from geoprint.config import packaged_cell_text
 from geoprint.guide import page_named
+from tests.brief_proofs import FEW
 
 ROOT = Path(__file__).parents[2]
 PLATE = "data/plate.ply --unit mm"
+SMALL = f"{PLATE} --at 0 0 0 --radius 4 --spacing 3"
 TWO_SOURCES = """\
 surface = "data/heart.ply"
 unit = "mm"
@@ -63,7 +65,7 @@ def two_sources(folder: Path) -> None:
 
 
 def older_bundle(folder: Path) -> None:
-    run(f"plan {PLATE} --spacing 10 --place demo --out old")
+    run(f"plan {SMALL} --place demo --out old")
     plan = folder / "old" / "plan.json"
     plan.write_text(re.sub(r"\"schema\": \d+", '"schema": 1', plan.read_text()))
 
@@ -81,12 +83,12 @@ MISTAKES: dict[str, tuple[Callable[[Path], None], str, str]] = {
     "wrong unit": (nothing, "plan data/plate.ply --unit m --spacing 1 --no-robot --out out", r"`--unit mm`"),
     "without a rim": (nothing, "plan data/heart.ply --unit mm --spacing 5 --no-robot --out out", r"--from point:X,Y,Z"),
     "spacing too large": (nothing, f"plan {PLATE} --spacing 50 --no-robot --out out", r"choose a spacing below 30 mm"),
-    "out of reach": (far_cell, f"plan {PLATE} --spacing 8 --cell far.toml --place demo --out out", OUT_OF_REACH),
-    "`part_mm`": (cell_without_part, f"plan {PLATE} --spacing 10 --cell touched.toml --out out", r"part_mm"),
+    "out of reach": (far_cell, f"plan {SMALL} --cell far.toml --place demo --out out", OUT_OF_REACH),
+    "`part_mm`": (cell_without_part, f"plan {SMALL} --cell touched.toml --out out", r"part_mm"),
     "wrong label": (labels, "inspect labels.nii --label 7", r"holds 2 .*`--label N`"),
     "key is missing": (
         cell_without_stand_off,
-        f"plan {PLATE} --spacing 8 --cell lacking.toml --place demo --out out",
+        f"plan {SMALL} --cell lacking.toml --place demo --out out",
         r"standoff_mm.*`geoprint init`",
     ),
     "two sources": (two_sources, "plan two.toml --out out", r"give each its own"),
@@ -113,6 +115,10 @@ def test_a_mistake_ends_in_a_sentence_that_names_the_next_step(
     prepare(tmp_path)
     if mistake == "extra is not installed":
         monkeypatch.setitem(sys.modules, "nibabel", None)
+    if mistake == "out of reach":
+        # Fewer poses than a real part needs; they are searched as finely as ever, and every change is tried.
+        for name, count in FEW.items():
+            monkeypatch.setattr(f"geoprint.motion.reach.exhaustion.{name}", count)
     capsys.readouterr()
 
     status = run(line)

@@ -7,17 +7,18 @@ from importlib import import_module
 
 import pytest
 
-from benchmarks.parts.house_tree import House
 from geoprint.guide import page_named
 from geoprint.guide.names import STAGES, public_names
+from tests.house.whole import whole_house
+from tests.shared_plans import SharedPlans
 
 TEXT = page_named("names").text
 # Rooms that are not for scripts: the command line, this guide, figures of plain values, and what holds no names.
 ASIDE = {"geoprint.cli", "geoprint.guide", "geoprint.report", "geoprint.motion", "geoprint.robots"}
 
 
-def test_every_room_with_names_is_a_stage() -> None:
-    house = House()
+def test_every_room_with_names_is_a_stage(shared_plans: SharedPlans) -> None:
+    house = whole_house(shared_plans)
     rooms = {name for name in house.rooms if house.is_room(name) and name.count(".") == 1}
     assert rooms - ASIDE <= STAGES.keys()
 

@@ -12,12 +12,13 @@ import pytest
 from benchmarks.guide.pictures import PICTURES
 from geoprint import cli
 from geoprint.backends import known
-from geoprint.guide import Page, pages, picture_bytes
+from geoprint.guide import Page, page_named, pages, picture_bytes
+from tests.guide.here import working_here
 
 ROOT = Path(__file__).parents[2]
 PAGES = [page for page in pages() if page.name != "names"]
-# Pages that go on with what an earlier one has written.
-AFTER = {"checked": ["your-cell"], "controller": ["your-cell"]}
+# Pages that go on with what another one has written, behind that one.
+GO_ON = {"your-cell": ("calibrate", "fine-lines", "controller", "checked", "simulate")}
 # Largest picture [bytes], and most lines of a page: two screens and its tables.
 LARGEST, LONGEST = 120_000, 120
 
@@ -45,15 +46,19 @@ def run(line: str, monkeypatch: pytest.MonkeyPatch) -> int:
     return int(ended.value.code or 0)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_its_blocks_run_in_order(
+def begun() -> list[Page]:
+    """Return the pages that go on with no other."""
+    return [page for page in PAGES if not any(page.name in others for others in GO_ON.values())]
+
+
+@pytest.mark.parametrize("page", begun(), ids=lambda page: page.name)
+def test_its_blocks_run_in_order_and_so_do_those_of_pages_that_go_on_with_it(
     page: Page, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(folder)
-    for before in AFTER.get(page.name, ()):
-        if not (folder / f"{before}.done").exists():
-            run_blocks(next(each for each in PAGES if each.name == before), folder, monkeypatch, capsys)
-    run_blocks(page, folder, monkeypatch, capsys)
+    with working_here():
+        for each in (page, *map(page_named, GO_ON.get(page.name, ()))):
+            run_blocks(each, folder, monkeypatch, capsys)
 
 
 def run_blocks(page: Page, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -70,7 +75,6 @@ def run_blocks(page: Page, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys
             status = run(line, monkeypatch)
             expected = (2, 3, 4) if block.word == "refused" else (0,)
             assert status in expected, f"{page.name}: {line}\n{capsys.readouterr().err}"
-    (folder / f"{page.name}.done").touch()
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

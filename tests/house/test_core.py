@@ -5,18 +5,26 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
+import pytest
+
 from benchmarks.parts.house_tree import ROOT, House
+from geoprint.cli.application import run
+from tests.house.whole import whole_house
+from tests.shared_plans import SharedPlans
 
 HOUSE = House()
 # What the extras `cad`, `medical`, `photo` and `scan` install.
 EXTRAS = ("cascadio", "nibabel", "nrrd", "pydicom", "skimage", "cv2", "open3d", "pyfqmr")
-# Refuses to import the modules that its first argument lists, then runs the command line with the rest.
+# Refuses to import the modules that its first argument lists, then runs the commands that the others have, and prints
+# how each ended and what it said. Nothing works beside it, where nothing would be hidden.
 ALONE = """
-import json, sys
+import contextlib, io, json, sys
 
-hidden = json.loads(sys.argv.pop(1))
+hidden, *commands = map(json.loads, sys.argv[1:])
 
 class Hiding:
     def find_spec(self, name, path=None, target=None):
@@ -24,71 +32,98 @@ class Hiding:
             raise ImportError(f"{name} is hidden")
 
 sys.meta_path.insert(0, Hiding())
-from geoprint.cli import main
-main()
+from geoprint.cli import main, planning
+
+planning.PROCESSES = 1
+ends = []
+for command in commands:
+    sys.argv[1:] = command
+    with contextlib.redirect_stderr(io.StringIO()) as said:
+        try:
+            main()
+        except SystemExit as end:
+            ends.append([end.code, said.getvalue()])
+print(json.dumps(ends))
 """
 
-# Plans where what the first argument names, a comma between two, cannot be imported.
-WITHOUT = """
-import sys
-sys.modules |= dict.fromkeys(sys.argv.pop(1).split(","))
-from geoprint.cli import main
-main()
-"""
+
+@dataclass(frozen=True)
+class Alone:
+    """What was written with everything optional hidden.
+
+    Attributes:
+        folder: of what was written.
+        ends: status and words of each command, by its name.
+    """
+
+    folder: Path
+    ends: Mapping[str, tuple[int, str]]
 
 
-def run(*arguments: str) -> subprocess.CompletedProcess[str]:
-    hidden = json.dumps([*HOUSE.optional, *EXTRAS])
-    command = [sys.executable, "-c", ALONE, hidden, *arguments]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=300)
-
-
-def test_it_compares_and_writes_checked_programs_with_everything_optional_hidden(tmp_path: Path) -> None:
-    part = ["data/plate.ply", "--unit", "mm", "--spacing", "6", "--place", "demo"]
-
-    done = run("compare", *part, "--out", str(tmp_path / "compared"))
-
-    assert done.returncode == 0, done.stderr
-    assert (tmp_path / "compared" / "report.html").is_file()
-    assert len(list((tmp_path / "compared").glob("*/rapid/*.mod"))) >= 2
-
-    done = run("plan", *part, "--backend", "fast-marching", "--out", str(tmp_path / "plan"))
-
-    assert done.returncode == 0, done.stderr
-    assert list((tmp_path / "plan" / "rapid").glob("*.mod"))
-
-
-def test_what_is_hidden_is_really_hidden_and_asked_for_by_name(tmp_path: Path) -> None:
-    cloud = tmp_path / "cloud.xyz"
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory: pytest.TempPathFactory) -> Alone:
+    """Compare, plan and inspect in one process in which everything optional is hidden."""
+    folder = tmp_path_factory.mktemp("alone")
+    cloud = folder / "cloud.xyz"
     cloud.write_text("0 0 0\n" * 300, encoding="ascii")
+    disc = ["--at", "0", "0", "0", "--radius", "5", "--spacing", "3"]
+    part = ["data/plate.ply", "--unit", "mm", *disc, "--place", "demo", "--out"]
+    commands = {
+        "compare": ["compare", *part, str(folder / "compared")],
+        "plan": ["plan", *part, str(folder / "plan"), "--backend", "fast-marching"],
+        "inspect": ["inspect", str(cloud), "--unit", "mm"],
+    }
+    given = map(json.dumps, ([*HOUSE.optional, *EXTRAS], *commands.values()))
+    done = subprocess.run(
+        [sys.executable, "-c", ALONE, *given], cwd=ROOT, capture_output=True, text=True, check=False, timeout=300
+    )
+    assert done.returncode == 0, done.stderr
+    ends = json.loads(done.stdout.splitlines()[-1])
+    return Alone(folder, dict(zip(commands, map(tuple, ends), strict=True)))
 
-    done = run("inspect", str(cloud), "--unit", "mm")
 
-    assert done.returncode != 0
-    assert "point_clouds is hidden" in done.stderr
+def test_it_compares_and_writes_checked_programs_with_everything_optional_hidden(alone: Alone) -> None:
+    for command in ("compare", "plan"):
+        status, said = alone.ends[command]
+        assert status == 0, said
+    assert (alone.folder / "compared" / "report.html").is_file()
+    assert len(list((alone.folder / "compared").glob("*/rapid/*.mod"))) >= 2
+    assert list((alone.folder / "plan" / "rapid").glob("*.mod"))
 
 
-def test_every_hidden_module_is_there() -> None:
-    assert [name for name in HOUSE.optional if name not in HOUSE.modules] == []
+def test_what_is_hidden_is_really_hidden_and_asked_for_by_name(alone: Alone) -> None:
+    status, said = alone.ends["inspect"]
+    assert status != 0
+    assert "point_clouds is hidden" in said
 
 
-def test_what_the_core_needs_is_followed_to_where_it_is_made() -> None:
-    needed = HOUSE.needed("geoprint.pipeline.plan", "geoprint.pipeline.compare", "geoprint.pipeline.save_comparisons")
+def test_every_hidden_module_is_there(shared_plans: SharedPlans) -> None:
+    modules = whole_house(shared_plans).modules
+    assert [name for name in HOUSE.optional if name not in modules] == []
+
+
+def test_what_the_core_needs_is_followed_to_where_it_is_made(shared_plans: SharedPlans) -> None:
+    needed = whole_house(shared_plans).needed(
+        "geoprint.pipeline.plan", "geoprint.pipeline.compare", "geoprint.pipeline.save_comparisons"
+    )
     assert {"geoprint.backends.marching.backend", "geoprint.export.rapid.program"} < set(needed)
     assert not set(HOUSE.optional) & set(needed)
 
 
-def test_without_second_libraries_the_same_program_is_written_and_said_not_to_be_confirmed(tmp_path: Path) -> None:
+def test_without_second_libraries_the_same_program_is_written_and_said_not_to_be_confirmed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(ROOT)
     said = dict[str, str]()
-    for missing in ("toppra,pinocchio", "no_such_package"):
-        arguments = ["plan", "data/plate.ply", "--unit", "mm", "--spacing", "12", "--place", "demo", "--verbose"]
-        command = [sys.executable, "-c", WITHOUT, missing, *arguments, "--out", str(tmp_path / missing)]
-        done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=300)
-        assert done.returncode == 0, done.stderr
-        said[missing] = done.stdout + done.stderr
-    without, usual = (tmp_path / missing for missing in said)
+    for found in ("both", "neither"):
+        if found == "neither":
+            for library in ("toppra", "pinocchio"):
+                monkeypatch.setitem(sys.modules, library, None)
+        plan = "plan data/plate.ply --unit mm --at 0 0 0 --radius 5 --spacing 3 --place demo --verbose --out"
+        assert run([*plan.split(), str(tmp_path / found)]) == 0
+        said[found] = capsys.readouterr().err
     for file in ("rapid/GeoPrint.mod", "rapid/GeoCell.mod", "trajectory.csv", "targets.csv"):
-        assert (without / file).read_bytes() == (usual / file).read_bytes()
+        assert (tmp_path / "neither" / file).read_bytes() == (tmp_path / "both" / file).read_bytes()
     for word in ("the speeds, by a second library (toppra", "the kinematics, by a second library (pin"):
-        assert f"not checked: {word} is not installed)" in said["toppra,pinocchio"]
-        assert word not in said["no_such_package"]
+        assert f"not checked: {word} is not installed)" in said["neither"]
+        assert word not in said["both"]

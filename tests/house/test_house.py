@@ -7,12 +7,12 @@ from pathlib import Path
 
 from benchmarks.house import table
 from benchmarks.parts.house_tree import ROOT, House
+from tests.house.whole import whole_house
+from tests.shared_plans import SharedPlans
 
-HOUSE = House()
 
-
-def test_nothing_imports_upwards() -> None:
-    assert list(HOUSE.upwards()) == []
+def test_nothing_imports_upwards(shared_plans: SharedPlans) -> None:
+    assert list(whole_house(shared_plans).upwards()) == []
 
 
 def test_an_import_upwards_is_found(tmp_path: Path) -> None:
@@ -36,7 +36,7 @@ def test_an_import_upwards_is_found(tmp_path: Path) -> None:
     }
 
 
-def test_the_table_has_a_row_for_each_package() -> None:
-    names = {line.split("|")[1].strip() for line in table(HOUSE)}
+def test_the_table_has_a_row_for_each_package(shared_plans: SharedPlans) -> None:
+    names = {line.split("|")[1].strip() for line in table(whole_house(shared_plans))}
     folders = {path.parent for path in (ROOT / "geoprint").rglob("*.py")}
     assert names >= {".".join(path.relative_to(ROOT / "geoprint").parts) or "geoprint" for path in folders}

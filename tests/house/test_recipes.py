@@ -52,6 +52,14 @@ def size(file: Path) -> None:
     """Say how many bytes a file has."""
     typer.echo(f"{file.stat().st_size} bytes")
 '''
+# Runs commands one after another, each a line of words.
+ONE_BY_ONE = """
+import sys
+from geoprint.cli.application import run
+
+for line in sys.argv[1:]:
+    assert run(line.split()) == 0, line
+"""
 FUTURE = "from __future__ import annotations\n"
 
 
@@ -130,14 +138,6 @@ def contents(tree: Path) -> dict[str, bytes]:
     }
 
 
-def run(tree: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    done = subprocess.run(
-        [sys.executable, "-m", *arguments], cwd=tree, capture_output=True, text=True, check=False, timeout=300
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done
-
-
 @pytest.fixture(scope="module")
 def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the package with what numba compiled for it, which would take a minute again."""
@@ -158,28 +158,44 @@ def compiled(path: Path) -> Path:
     return Path(os.environ["NUMBA_CACHE_DIR"], name)
 
 
-@pytest.mark.parametrize("kind", RECIPES)
-def test_a_recipe_touches_only_the_files_that_it_names_and_imports_nothing_upwards(tree: Path, kind: str) -> None:
+@pytest.fixture(scope="module")
+def touched(tree: Path) -> Mapping[str, set[str]]:
+    """Return the files of the tree that each recipe touched, which is followed then."""
+    found = dict[str, set[str]]()
     before = contents(tree)
+    for kind, recipe in RECIPES.items():
+        followed(recipe, tree)
+        after = contents(tree)
+        found[kind] = {path for path in after if before.get(path) != after[path]}
+        before = after
+    return found
 
-    followed(RECIPES[kind], tree)
 
-    after = contents(tree)
-    touched = {path for path in after if before.get(path) != after[path]}
-    assert touched == {path.replace("NAME", RECIPES[kind].name) for path in named_files(kind)}
+@pytest.mark.parametrize("kind", RECIPES)
+def test_a_recipe_touches_only_the_files_that_it_names(touched: Mapping[str, set[str]], kind: str) -> None:
+    assert touched[kind] == {path.replace("NAME", RECIPES[kind].name) for path in named_files(kind)}
+
+
+@pytest.mark.usefixtures("touched")
+def test_what_the_recipes_made_imports_nothing_upwards(tree: Path) -> None:
     assert list(House(tree).upwards()) == []
 
 
+@pytest.mark.usefixtures("touched")
 def test_what_the_recipes_made_works(tree: Path) -> None:
     plate = load(ROOT / "data" / "plate.ply", unit="mm")
-    part = tree / "part.tri"
-    np.savetxt(part, plate.vertices[plate.faces].reshape(-1, 9))
+    np.savetxt(tree / "part.tri", plate.vertices[plate.faces].reshape(-1, 9))
+    small = "--at 0 0 0 --radius 4 --spacing 3"
+    commands = ("--help", "size part.tri", f"plan part.tri --unit mm --place demo {small} --out plan")
 
-    assert "  size " in run(tree, "geoprint", "--help").stdout
-    assert run(tree, "geoprint", "size", str(part)).stdout == f"{part.stat().st_size} bytes\n"
-    small = ["--at", "0", "0", "0", "--radius", "4", "--spacing", "2"]
-    run(tree, "geoprint", "plan", str(part), "--unit", "mm", "--place", "demo", *small, "--out", "plan")
+    done = subprocess.run(
+        [sys.executable, "-c", ONE_BY_ONE, *commands],
+        cwd=tree, capture_output=True, text=True, check=False, timeout=300,
+    )  # fmt: skip
 
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "  size " in done.stdout
+    assert done.stdout.endswith(f"\n{(tree / 'part.tri').stat().st_size} bytes\n")
     tips = np.loadtxt(tree / "plan" / "tips.txt")
     assert len(tips) == len((tree / "plan" / "targets.csv").read_text(encoding="utf-8").splitlines()) - 1
     np.testing.assert_allclose(tips.mean(axis=0)[:2], 0.0, atol=1.0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -25,8 +27,13 @@ PART = meshes.plate((20.0, 12.0), (10, 6))
 HEIGHT = 0.5
 
 
+@cache
+def _level(over: float) -> Surface:
+    return layer_level(PART, over, height=HEIGHT)
+
+
 def _cut(shape: Surface, over: float, part: Surface = PART) -> Surface:
-    level = layer_level(part, over, height=HEIGHT)
+    level = _level(over) if part is PART else layer_level(part, over, height=HEIGHT)
     return cut(part, level, TargetShape(shape, part), height=over, tolerance=0.1 * HEIGHT)
 
 
@@ -70,7 +77,7 @@ def test_a_box_as_wide_as_the_part_leaves_all_of_it() -> None:
     box = meshes.blocks([[[1]]], x=[0.0, 20.0], y=[0.0, 12.0], z=[0.0, 3.0])
     assert _area(_cut(box, 1.25)) == pytest.approx(240.0, rel=0.005)
     wide = meshes.blocks([[[1]]], x=[-5.0, 25.0], y=[-5.0, 15.0], z=[-1.0, 3.0])
-    level = layer_level(PART, 1.25, height=HEIGHT)
+    level = _level(1.25)
     assert cut(PART, level, TargetShape(wide, PART), height=1.25, tolerance=0.05) is level
 
 
@@ -84,16 +91,16 @@ def test_over_a_cap_a_ball_leaves_a_cap() -> None:
 
 
 def test_a_saddle_and_a_bowl_keep_their_layers_within_a_box() -> None:
-    flat = meshes.plate((16.0, 16.0), (32, 32))
-    x, y = flat.vertices[:, 0] - 8.0, flat.vertices[:, 1] - 8.0
+    flat = meshes.plate((10.0, 10.0), (20, 20))
+    x, y = flat.vertices[:, 0] - 5.0, flat.vertices[:, 1] - 5.0
     saddle = Surface(np.column_stack([x, y, (x**2 - y**2) / 24.0]), flat.faces, "saddle")
-    box = meshes.blocks([[[1]]], x=[-4.0, 4.0], y=[-4.0, 4.0], z=[-9.0, 9.0])
+    box = meshes.blocks([[[1]]], x=[-2.5, 2.5], y=[-2.5, 2.5], z=[-9.0, 9.0])
     for part in (saddle, turned_over(saddle)):
         found = _cut(box, 1.25, part)
         upright = found.vertices[found.faces].mean(axis=1)
-        assert np.abs(found.vertices[:, :2]).max() == pytest.approx(4.0, abs=0.06)
+        assert np.abs(found.vertices[:, :2]).max() == pytest.approx(2.5, abs=0.06)
         # A surface over a square of the plane, as steep as the saddle at most.
-        assert 64.0 < _area(found) < 64.0 * 1.1
+        assert 25.0 < _area(found) < 25.0 * 1.1
         assert len(upright) == len(found.faces)
 
 
@@ -109,7 +116,7 @@ def test_a_feather_ends_each_layer_where_the_thickness_is_its_middle() -> None:
     from_rim = np.minimum(np.minimum(x, 20.0 - x), np.minimum(y, 12.0 - y))
     target = TargetThickness(fine, 2.0 * np.minimum(from_rim / 4.0, 1.0))
     for over in (0.25, 1.75):
-        found = cut(PART, layer_level(PART, over, height=HEIGHT), target, height=over, tolerance=0.05)
+        found = cut(PART, _level(over), target, height=over, tolerance=0.05)
         away = 4.0 * over / 2.0
         assert _area(found) == pytest.approx((20.0 - 2.0 * away) * (12.0 - 2.0 * away), rel=0.01)
 

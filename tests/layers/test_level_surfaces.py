@@ -12,6 +12,7 @@ from geoprint.layers.nets import net, several_sheets
 from geoprint.model import FloatArray, Surface
 from geoprint.surfaces import (
     boundary_loops,
+    clipped,
     closest,
     component_labels,
     edge_lengths,
@@ -61,12 +62,12 @@ def test_over_a_plate_it_is_the_plate() -> None:
     assert np.median(edge_lengths(level)) == pytest.approx(0.5, rel=0.2)
 
 
-@pytest.mark.parametrize(("height", "inner"), [(2.0, False), (2.0, True)])
-def test_over_a_cap_it_is_a_cap(height: float, *, inner: bool) -> None:
+@pytest.mark.parametrize("inner", [False, True])
+def test_over_a_cap_it_is_a_cap(*, inner: bool) -> None:
     part = meshes.spherical_cap(radius=10.0, angle=0.9, rings=24)
     before = float(face_areas(part).sum())
-    level = _level(turned_over(part) if inner else part, height)
-    radius = 10.0 - height if inner else 10.0 + height
+    level = _level(turned_over(part) if inner else part, 2.0)
+    radius = 8.0 if inner else 12.0
     assert face_areas(level).sum() == pytest.approx(before * (radius / 10.0) ** 2, rel=0.002)
     np.testing.assert_allclose(np.linalg.norm(level.vertices, axis=1), radius, atol=0.02)
     # The rim is ruled by the normals: as far from the pole as below.
@@ -75,9 +76,9 @@ def test_over_a_cap_it_is_a_cap(height: float, *, inner: bool) -> None:
 
 
 def test_over_a_cylinder_it_is_a_cylinder() -> None:
-    part = meshes.cylinder_patch(radius=10.0, angle=1.2, length=8.0, divisions=(40, 6))
+    part = meshes.cylinder_patch(radius=10.0, angle=0.8, length=6.0, divisions=(27, 5))
     level = _level(part, 1.5)
-    assert face_areas(level).sum() == pytest.approx(1.2 * 11.5 * 8.0, rel=0.002)
+    assert face_areas(level).sum() == pytest.approx(0.8 * 11.5 * 6.0, rel=0.002)
     assert _judged(part, level, height=1.5) < 1e-3
 
 
@@ -94,9 +95,9 @@ def test_the_area_of_a_shell_comes_to_its_formula_with_the_square_of_the_edge(*,
 
 
 def _ridge(angle_deg: float) -> Surface:
-    """Return two plates of 8 by 12 mm that meet in a ridge along y; both fall from it."""
-    flat = meshes.plate((16.0, 12.0), (16, 12))
-    across = flat.vertices[:, 0] - 8.0
+    """Return two plates of 5 by 6 mm that meet in a ridge along y; both fall from it."""
+    flat = meshes.plate((10.0, 6.0), (10, 6))
+    across = flat.vertices[:, 0] - 5.0
     slope = np.radians(angle_deg)
     vertices = np.column_stack([across * np.cos(slope), flat.vertices[:, 1], -np.abs(across) * np.sin(slope)])
     return Surface(vertices, flat.faces, "ridge")
@@ -108,29 +109,29 @@ def test_a_ridge_is_rounded_and_a_groove_keeps_its_crease(angle_deg: float) -> N
     over = _level(ridge, 1.0)
     assert _judged(ridge, over, height=1.0) < 1e-3
     arc = 2.0 * np.radians(angle_deg)
-    assert face_areas(over).sum() == pytest.approx(12.0 * (16.0 + arc), rel=0.003)
+    assert face_areas(over).sum() == pytest.approx(6.0 * (10.0 + arc), rel=0.005)
     groove = turned_over(ridge)
     within = _level(groove, 1.0)
     assert _judged(groove, within, height=1.0) < 1e-3
-    assert face_areas(within).sum() == pytest.approx(12.0 * (16.0 - 2.0 * np.tan(arc / 2.0)), rel=0.003)
+    assert face_areas(within).sum() == pytest.approx(6.0 * (10.0 - 2.0 * np.tan(arc / 2.0)), rel=0.005)
     deepest = within.vertices[np.abs(within.vertices[:, 0]) < 0.05]
     assert deepest[:, 2].max() == pytest.approx(-1.0 / np.cos(arc / 2.0), abs=0.02)
 
 
 def test_a_hole_stays_a_hole_and_a_closed_part_closed() -> None:
     ring = meshes.annulus(inner=4.0, outer=9.0, divisions=(60, 10))
-    over = _level(ring, 0.8)
+    over = _level(ring, 0.8, edge=1.0)
     assert len(boundary_loops(over)) == 2
     assert face_areas(over).sum() == pytest.approx(face_areas(ring).sum(), rel=1e-3)
-    ball = meshes.sphere(radius=6.0, subdivisions=4)
+    ball = meshes.sphere(radius=3.0, subdivisions=3)
     shell = _level(ball, 0.8)
     assert (euler_characteristic(shell), len(boundary_loops(shell))) == (2, 0)
-    assert face_areas(shell).sum() == pytest.approx(4.0 * np.pi * 6.8**2, rel=0.005)
+    assert face_areas(shell).sum() == pytest.approx(4.0 * np.pi * 3.8**2, rel=0.01)
 
 
 def test_a_bowl_of_half_as_much_again_as_the_thickness_is_filled() -> None:
-    bowl = turned_over(meshes.spherical_cap(radius=4.5, angle=1.2, rings=30))
-    assert _judged(bowl, _level(bowl, 3.0, edge=0.3), height=3.0) < 1e-3
+    bowl = turned_over(meshes.spherical_cap(radius=3.0, angle=1.2, rings=20))
+    assert _judged(bowl, _level(bowl, 2.0, edge=0.3), height=2.0) < 1e-3
 
 
 def test_pieces_stay_pieces() -> None:
@@ -170,11 +171,18 @@ def test_a_cell_is_crossed_by_one_sheet() -> None:
         assert np.unique(sides, axis=0, return_counts=True)[1].max() <= 2
 
 
+def _cut_out(whole: Surface) -> Surface:
+    """Return what of a disc lies about its middle, and of a band a quarter."""
+    away = whole.vertices - whole.vertices.mean(axis=0)
+    rims = len(boundary_loops(whole))
+    return clipped(whole, (away[:, :2] if rims == 2 else np.linalg.norm(away, axis=1)[:, None] - 7.0))
+
+
 @pytest.mark.parametrize("name", ["interventricular_groove_disc_r20", "lv_apex_disc_r20", "aortic_root_band_6mm"])
 def test_over_hearts_a_layer_is_as_high_as_it_shall_be(name: str) -> None:
-    part = load(shared(f"patches/{name}.ply"), unit="mm")
+    part = _cut_out(load(shared(f"patches/{name}.ply"), unit="mm"))
     for height in (0.2, 3.0):
-        level = level_surface(part, height=height, edge_length=0.4, tolerance=0.01 * LAYER)
+        level = level_surface(part, height=height, edge_length=0.5, tolerance=0.01 * LAYER)
         assert _judged(part, level, height=height) < 1e-3
         assert len(boundary_loops(level)) == len(boundary_loops(part))
 

@@ -32,7 +32,7 @@ def test_more_layers_than_anybody_prints_are_refused() -> None:
 
 
 def test_layers_between_levels_fill_a_shell() -> None:
-    part = meshes.spherical_cap(radius=12.0, angle=0.7, rings=20)
+    part = meshes.spherical_cap(radius=6.0, angle=0.7, rings=20)
     count, height = whole_layers(1.9, height=0.5)
     volume = 0.0
     for number in range(count):
@@ -41,5 +41,5 @@ def test_layers_between_levels_fill_a_shell() -> None:
         np.testing.assert_allclose(distances, (number + 0.5) * height, atol=1e-6)
         volume += float(face_areas(level).sum()) * height
     # A shell of a sphere: the mean of the squared radius over its thickness.
-    share = (13.9**3 - 12.0**3) / (3.0 * 12.0**2)
+    share = (7.9**3 - 6.0**3) / (3.0 * 6.0**2)
     assert volume == pytest.approx(share * float(face_areas(part).sum()), rel=0.005)

@@ -5,14 +5,16 @@ from __future__ import annotations
 import json
 import re
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.account import calibration_summary, calibration_text, outcome_text, record_plan, run_sheet
+from geoprint.account import calibration_summary, calibration_text, outcome_text, record_plan, run_sheet, summary
 from geoprint.config import PACKAGED_CELLS, job_of, load_cell, packaged_cell_text
 from geoprint.errors import ClearanceError, InputError, UsageError
 from geoprint.motion.arm import Arm
@@ -25,6 +27,8 @@ from tests.meshes import plate
 
 CORNERS = "name,x,y,z\na,-50,50,0\nb,50,50,0\nc,50,-50,0\nd,-50,-50,0\nmiddle,0,0,0\nfar,200,0,0\n"
 TOUCHED = "name,x,y,z\na,250.1,50,30\nb,350,50.1,30\nc,350,-50,30.1\nd,250,-50.1,30\n"
+# What a plan says where it knows the surface worse than a third of its stand-off.
+WORSE = "of the stand-off: `geoprint calibrate --part`"
 
 
 def written(folder: Path, name: str, text: str) -> Path:
@@ -42,6 +46,13 @@ def tables(tmp_path: Path) -> tuple[Path, Path]:
 def part(tmp_path: Path) -> Path:
     path = tmp_path / "plate.ply"
     save_ply(plate((40.0, 30.0), (20, 15)), path)
+    return path
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Path:
+    path = tmp_path / "small.ply"
+    save_ply(plate((16.0, 12.0), (8, 6)), path)
     return path
 
 
@@ -212,7 +223,7 @@ def calibrated_cell(tables: tuple[Path, Path], *, noise: float) -> Path:
     touched, model = tables
     base = touched.with_name("base.toml")
     base.write_text(
-        packaged_cell_text(PACKAGED_CELLS[0]).replace('source = "demo"', 'source = "demo"\npart_mm = [-20, -15, 20]')
+        packaged_cell_text(PACKAGED_CELLS[0]).replace('source = "demo"', 'source = "demo"\npart_mm = [-8, -6, 20]')
     )
     found = calibrate_cell(touched, model=model, cell=base, part=None, unit=None, noise=noise)
     out = touched.with_name("calibrated.toml")
@@ -232,9 +243,9 @@ def stated(tables: tuple[Path, Path], **keys: list[float]) -> Path:
 
 
 def test_a_calibrated_cell_that_does_not_state_the_parts_place_makes_programs_that_run_only_dry_and_say_so(
-    tables: tuple[Path, Path], part: Path, tmp_path: Path
+    tables: tuple[Path, Path], small: Path, tmp_path: Path
 ) -> None:
-    planned = plan(job_of(surface=part, unit="mm", spacing=5.0, cell=stated(tables)))
+    planned = plan(job_of(surface=small, unit="mm", spacing=4.0, cell=stated(tables)))
     save_plan(planned, tmp_path / "out")
     (robot,) = planned.robot
     assert robot.program.dry_run
@@ -257,19 +268,21 @@ def test_a_calibrated_cell_that_does_not_state_the_parts_place_makes_programs_th
 
 
 def test_a_part_whose_place_is_stated_prints_there_and_the_run_sheet_says_where(
-    tables: tuple[Path, Path], part: Path, tmp_path: Path
+    tables: tuple[Path, Path], small: Path, tmp_path: Path
 ) -> None:
-    cell = stated(tables, part_mm=[-20.0, -15.0, 20.0], part_rpy_deg=[0.0, 0.0, 90.0])
-    planned = plan(job_of(surface=part, unit="mm", spacing=5.0, cell=cell))
+    cell = stated(tables, part_mm=[6.0, -8.0, 20.0], part_rpy_deg=[0.0, 0.0, 90.0])
+    planned = plan(job_of(surface=small, unit="mm", spacing=4.0, cell=cell))
     save_plan(planned, tmp_path / "out")
     assert planned.robot
     assert not planned.robot[0].program.dry_run
     assert "NOT KNOWN" not in outcome_text(record_plan(planned))
     sheet = " ".join(run_sheet(check_bundle(tmp_path / "out")).split())
-    assert (
-        "part on the fixture, as stated: its origin at (-20.00, -15.00, 20.00) mm, turned (0.00, 0.00, 90.00)" in sheet
-    )
-    assert json.loads((tmp_path / "out" / "plan.json").read_text())["robot"][0]["motion"]["placement_missing"] == []
+    assert "part on the fixture, as stated: its origin at (6.00, -8.00, 20.00) mm, turned (0.00, 0.00, 90.00)" in sheet
+    motion = json.loads((tmp_path / "out" / "plan.json").read_text())["robot"][0]["motion"]
+    assert motion["placement_missing"] == []
+    # Below a third of the stand-off nothing is said of how well the surface is known.
+    assert WORSE not in outcome_text(record_plan(planned))
+    check_known(motion, noise=0.05)
 
 
 def test_a_turn_without_a_place_is_refused(tables: tuple[Path, Path]) -> None:
@@ -285,20 +298,20 @@ def test_a_calibration_says_that_the_parts_place_is_still_to_be_stated(tables: t
         assert calibration_summary(found)["part_stated"] is not said
 
 
-def test_a_plan_refuses_a_part_that_is_known_worse_than_its_stand_off(tables: tuple[Path, Path], part: Path) -> None:
+def test_a_plan_refuses_a_part_that_is_known_worse_than_its_stand_off(tables: tuple[Path, Path], small: Path) -> None:
     cell = calibrated_cell(tables, noise=0.4)
-    with pytest.raises(ClearanceError, match=r"open where plate\.ply stands.*stand-off of 0\.3 mm.*--part"):
-        plan(job_of(surface=part, unit="mm", spacing=5.0, cell=cell))
+    with pytest.raises(ClearanceError, match=r"open where small\.ply stands.*stand-off of 0\.3 mm.*--part"):
+        plan(job_of(surface=small, unit="mm", spacing=4.0, cell=cell))
 
 
-def test_a_plan_warns_above_a_third_of_the_stand_off_and_is_silent_below(
-    tables: tuple[Path, Path], part: Path, tmp_path: Path
-) -> None:
-    for noise, warned in ((0.2, True), (0.05, False)):
-        planned = plan(job_of(surface=part, unit="mm", spacing=5.0, cell=calibrated_cell(tables, noise=noise)))
-        assert ("of the stand-off: `geoprint calibrate --part`" in outcome_text(record_plan(planned))) is warned
-        save_plan(planned, tmp_path / str(noise))
-        motion = json.loads((tmp_path / str(noise) / "plan.json").read_text())["robot"][0]["motion"]
-        # The plate's corners, 20 and 15 mm from the middle of the square: a quarter and two turns over 100 mm.
-        assert motion["surface_uncertainty_mm"] == pytest.approx(noise * np.sqrt(0.25 + 625.0 / 1e4), rel=0.01)
-        assert motion["surface_within_mm"] == pytest.approx(1.96 * motion["surface_uncertainty_mm"], rel=1e-3)
+def test_a_plan_warns_above_a_third_of_the_stand_off(tables: tuple[Path, Path], small: Path) -> None:
+    planned = plan(job_of(surface=small, unit="mm", spacing=4.0, cell=calibrated_cell(tables, noise=0.2)))
+    assert WORSE in outcome_text(record_plan(planned))
+    check_known(json.loads(json.dumps(summary(planned)))["robot"][0]["motion"], noise=0.2)
+
+
+def check_known(motion: Mapping[str, Any], *, noise: float) -> None:
+    """Check what is told of the small plate, the middle of which lies over that of the square."""
+    # Its corners, 8 and 6 mm from there: a quarter and two turns over 100 mm.
+    assert motion["surface_uncertainty_mm"] == pytest.approx(noise * np.sqrt(0.25 + 100.0 / 1e4), rel=0.01)
+    assert motion["surface_within_mm"] == pytest.approx(1.96 * motion["surface_uncertainty_mm"], rel=1e-3)

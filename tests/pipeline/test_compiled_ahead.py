@@ -98,7 +98,7 @@ def test_a_plan_calls_the_loops_as_they_were_compiled_ahead_of_it(tmp_path: Path
     assert all(compiled)
 
     cap = tmp_path / "cap.ply"
-    save_ply(spherical_cap(radius=30.0, angle=0.25, rings=6), cap)
+    save_ply(spherical_cap(radius=30.0, angle=0.2, rings=4), cap)
     plan(job_of(surface=cap, unit="mm", spacing=3.0, place="demo"))
 
     assert [signatures(kernel) for kernel in LATE] == compiled

@@ -16,6 +16,7 @@ from geoprint.pipeline.choice import check_options
 from geoprint.results import Plan
 from geoprint.surfaces.files import save_ply
 from tests.meshes import cylinder_patch, disc, plate
+from tests.pipeline.layers_here import planning_here
 
 HELIX = "[helix]\naxis = [0.0, 1.0, 0.0]\nangle = 0.0\n"
 THROUGH = "[through]\ninner_deg = 60.0\nouter_deg = -60.0\n"
@@ -23,9 +24,7 @@ THROUGH = "[through]\ninner_deg = 60.0\nouter_deg = -60.0\n"
 
 def _asked(folder: Path, field: str, **keys: object) -> dict[str, object]:
     """Return the keys of a job over a part of a tube of 20 mm, in layers of 0.5 mm."""
-    save_ply(
-        cylinder_patch(radius=20.0, angle=0.8, length=14.0, divisions=(20, 16), jitter_seed=1), folder / "tube.ply"
-    )
+    save_ply(cylinder_patch(radius=20.0, angle=0.5, length=9.0, divisions=(12, 10), jitter_seed=1), folder / "tube.ply")
     (folder / "own.toml").write_text(field)
     return {
         "surface": folder / "tube.ply", "unit": "mm", "spacing": 1.5, "thickness": 2.0, "pattern": "fibres",
@@ -47,24 +46,22 @@ def _angles(paths: Plan) -> FloatArray:
     return np.concatenate(found)
 
 
-@pytest.mark.parametrize("backend", ["heat", "lscm"])
-def test_strokes_of_each_layer_wind_at_the_angle_of_its_depth(backend: str, tmp_path: Path) -> None:
-    asked = _asked(tmp_path, HELIX + THROUGH, backend=backend)
-    for layer, wanted in ((1, 45.0), (3, -15.0), (4, -45.0)):
-        found = _angles(plan(job_of(**asked, layer=layer)))
+def test_strokes_of_each_layer_wind_at_the_angle_of_its_depth(tmp_path: Path) -> None:
+    asked = _asked(tmp_path, HELIX + THROUGH)
+    for backend, layer, wanted in (("heat", 1, 45.0), ("lscm", 3, -15.0), ("heat", 4, -45.0)):
+        found = _angles(plan(job_of(**asked, backend=backend, layer=layer)))
         assert found.mean() == pytest.approx(wanted, abs=0.5)
         assert np.abs(found - wanted).mean() < 1.0
 
 
 def test_lines_turn_by_so_many_degrees_each_mm_from_those_of_the_part(tmp_path: Path) -> None:
     asked = _asked(tmp_path, HELIX.replace("angle = 0.0", "angle = 20.0") + "[through]\nturn_deg_per_mm = 10.0\n")
-    for layer in (1, 4):
-        found = _angles(plan(job_of(**asked, layer=layer)))
-        assert found.mean() == pytest.approx(20.0 + 10.0 * (layer - 0.5) * 0.5, abs=0.5)
+    # In the middle of the fourth layer, 1.75 mm over the part.
+    assert _angles(plan(job_of(**asked, layer=4))).mean() == pytest.approx(20.0 + 17.5, abs=0.5)
 
 
 def test_a_singularity_stands_in_all_layers_where_it_is_on_the_part(tmp_path: Path) -> None:
-    save_ply(disc(radius=10.0, rings=12, jitter_seed=1), tmp_path / "disc.ply")
+    save_ply(disc(radius=7.0, rings=9, jitter_seed=1), tmp_path / "disc.ply")
     circles = "[[preferences]]\nrim = true\n[[singularities]]\nplace = [2.0, 1.0, 0.0]\nindex = 1.0\n"
     (tmp_path / "own.toml").write_text(circles)
     job = job_of(
@@ -86,7 +83,8 @@ def test_stacks_and_comparisons_of_layers_follow_it_and_are_planned_again_to_the
         "surface": tmp_path / "plate.ply", "unit": "mm", "spacing": 2.0, "thickness": 1.0, "pattern": "fibres",
         "field": tmp_path / "own.toml", "robot": False,
     }  # fmt: skip
-    told = plan_stack(job_of(**asked), tmp_path / "device")
+    with planning_here():
+        told = plan_stack(job_of(**asked), tmp_path / "device")
     assert [layer.pattern for layer in told.layers] == ["fibres", "fibres"]
     for _, compared in compare(job_of(**asked, layer=2), backends=["lscm", "heat"]).planned:
         line = compared.plan.toolpath.curves.xyz(compared.plan.workpiece.surface, 0)

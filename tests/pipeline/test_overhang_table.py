@@ -13,7 +13,9 @@ from geoprint.account.records.comparison import PartRecord, PlannedRecord
 from geoprint.config import TILTING_CELL, packaged_cell_text
 from geoprint.guide import pages
 from geoprint.quality import overhang
-from geoprint.results import Plan
+from geoprint.results import Comparison, Plan
+from geoprint.surfaces.files import save_ply
+from tests.meshes import cylinder_patch, spherical_cap
 
 PART = Path(__file__).parents[2] / "data" / "heart_apex_patch.ply"
 
@@ -24,10 +26,28 @@ def tilting_cell(folder: Path, kind: str) -> Path:
     return path
 
 
-@pytest.mark.parametrize("backend", ["heat", "lscm"])
-def test_a_tilt_turn_table_leaves_nothing_overhanging_and_all_of_it_printed_once(backend: str, tmp_path: Path) -> None:
-    cell = tilting_cell(tmp_path, "tilt-turn")
-    planned = plan(job_of(surface=PART, unit="mm", spacing=2.0, backend=backend, robot=False, cell=cell))
+@pytest.fixture(scope="module")
+def over_tilt_turn(tmp_path_factory: pytest.TempPathFactory) -> Plan:
+    cell = tilting_cell(tmp_path_factory.mktemp("table"), "tilt-turn")
+    return plan(job_of(surface=PART, unit="mm", spacing=4.0, backend="heat", robot=False, cell=cell))
+
+
+@pytest.fixture(scope="module")
+def cap(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A cap that is steeper at its rim than a hexapod can bring up."""
+    path = tmp_path_factory.mktemp("part") / "cap.ply"
+    save_ply(spherical_cap(radius=12.0, angle=1.1, rings=6), path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def over_hexapod(cap: Path, tmp_path_factory: pytest.TempPathFactory) -> Comparison:
+    cell = tilting_cell(tmp_path_factory.mktemp("table"), "hexapod")
+    return compare(job_of(surface=cap, unit="mm", spacing=4.0, robot=False, cell=cell), backends=["heat", "lscm"])
+
+
+def test_a_tilt_turn_table_leaves_nothing_overhanging_and_all_of_it_printed_once(over_tilt_turn: Plan) -> None:
+    planned = over_tilt_turn
     told = record_overhang(planned)
     assert told.share > 0.2
     assert told.table is not None
@@ -51,10 +71,10 @@ def test_the_guides_example_overhangs_at_rest_as_the_page_says_and_nowhere_in_it
     assert words in " ".join(next(page.text for page in pages() if page.name == "overhang").split())
 
 
-def test_a_hexapod_tells_what_it_cannot_bring_up(tmp_path: Path) -> None:
-    cell = tilting_cell(tmp_path, "hexapod")
-    planned = plan(job_of(surface=PART, unit="mm", spacing=3.0, backend="heat", robot=False, cell=cell))
-    told = record_overhang(planned)
+def test_a_hexapod_tells_what_it_cannot_bring_up(over_hexapod: Comparison) -> None:
+    ((name, outcome), _) = over_hexapod.planned
+    assert name == "heat"
+    told = record_overhang(outcome.plan)
     assert told.table is not None
     # It tilts by up to 15 degrees to any side: what is steeper than critical by more than that misses by the rest.
     assert told.largest_deg - told.critical_deg - 15.5 <= told.table.missing_deg <= told.largest_deg - told.critical_deg
@@ -63,10 +83,9 @@ def test_a_hexapod_tells_what_it_cannot_bring_up(tmp_path: Path) -> None:
     assert all(len(one.axes) == 6 for one in told.table.attitudes)
 
 
-def test_a_row_of_the_report_stands_only_where_the_cell_has_a_table(tmp_path: Path) -> None:
-    cell = tilting_cell(tmp_path, "tilt-turn")
-    job = job_of(surface=PART, unit="mm", spacing=4.0, backend="heat", robot=False)
-    found = [record_overhang(plan(each)) for each in (job, job.model_copy(update={"cell": cell}))]
+def test_a_row_of_the_report_stands_only_where_the_cell_has_a_table(over_tilt_turn: Plan) -> None:
+    without = plan(job_of(surface=PART, unit="mm", spacing=4.0, backend="heat", robot=False))
+    found = [record_overhang(each) for each in (without, over_tilt_turn)]
     rows = [PlannedRecord.model_construct(backend="heat", overhang=one) for one in found]
     still, tilted = (overhang_rows([row]) for row in rows)
     assert [row.quantity for row in tilted[: len(still)]] == [row.quantity for row in still]
@@ -79,13 +98,12 @@ def test_a_row_of_the_report_stands_only_where_the_cell_has_a_table(tmp_path: Pa
     assert table_sentences(rows) == [f"Overhang: {found[1].length_mm:.0f} mm at rest with heat and {left}."]
 
 
-def test_compare_says_what_a_hexapod_leaves_with_each_backend(tmp_path: Path) -> None:
-    job = job_of(surface=PART, unit="mm", spacing=4.0, robot=False, cell=tilting_cell(tmp_path, "hexapod"))
-    compared = compare(job, backends=["heat", "lscm"])
-    record = tell_comparison([compared]).record.parts[0]
+def test_compare_says_what_a_hexapod_leaves_with_each_backend(over_hexapod: Comparison) -> None:
+    record = tell_comparison([over_hexapod]).record.parts[0]
     assert isinstance(record, PartRecord)
     (said,) = [text for text in record.verdict if text.startswith("Overhang: ")]
-    for name, outcome in compared.planned:
+    assert [name for name, _ in over_hexapod.planned] == ["heat", "lscm"]
+    for name, outcome in over_hexapod.planned:
         told = record_overhang(outcome.plan)
         assert told.table is not None
         assert 0.0 < told.table.length_mm < told.length_mm
@@ -96,11 +114,13 @@ def test_compare_says_what_a_hexapod_leaves_with_each_backend(tmp_path: Path) ->
 
 
 def test_a_layer_over_a_table_is_divided_among_attitudes_of_its_own(tmp_path: Path) -> None:
-    cell = tilting_cell(tmp_path, "tilt-turn")
-    job = job_of(surface=PART, unit="mm", spacing=4.0, backend="heat", robot=False, cell=cell, thickness=1.0)
+    cell, arch = tilting_cell(tmp_path, "tilt-turn"), tmp_path / "arch.ply"
+    save_ply(cylinder_patch(radius=4.0, angle=1.6, length=4.0, divisions=(8, 4)), arch)
+    job = job_of(surface=arch, unit="mm", spacing=1.5, backend="lscm", robot=False, cell=cell, thickness=1.0)
     first, second = (plan(job.model_copy(update={"layer": number})) for number in (1, 2))
     for planned in (first, second):
         assert planned.tilting is not None
+        assert len(planned.tilting.attitudes) > 1
         assert planned.tilting.overhanging == 0.0
         assert sum(planned.tilting.lengths) == pytest.approx(deposited_length(planned), rel=0.01)
     # The second lies outside the first, and is longer.
@@ -113,14 +133,13 @@ def deposited_length(planned: Plan) -> float:
     return overhang(planned.poses, up=planned.workpiece.upright[2], critical=1e-6).length
 
 
-def test_the_time_of_a_driven_table_is_what_the_program_gives_each_of_its_motions(tmp_path: Path) -> None:
-    own = tilting_cell(tmp_path, "tilt-turn")
-    driven = tmp_path / "driven.toml"
-    driven.write_text(f'{own.read_text()}control = "external axes"\nmechanical_unit = "STN1"\n')
-    jobs = [
-        job_of(surface=PART, unit="mm", spacing=4.0, backend="heat", robot=False, cell=cell) for cell in (own, driven)
-    ]
-    free, given = (plan(job).tilting for job in jobs)
+def test_the_time_of_a_driven_table_is_what_the_program_gives_each_of_its_motions(
+    over_tilt_turn: Plan, tmp_path: Path
+) -> None:
+    driven = tilting_cell(tmp_path, "tilt-turn")
+    driven.write_text(f'{driven.read_text()}control = "external axes"\nmechanical_unit = "STN1"\n')
+    job = job_of(surface=PART, unit="mm", spacing=4.0, backend="heat", robot=False, cell=driven)
+    free, given = over_tilt_turn.tilting, plan(job).tilting
     assert free is not None
     assert given is not None
     # The slowest axis turns by 360 degrees at 90 a second, at the share of the cell: a quarter.

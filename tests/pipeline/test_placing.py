@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Generator
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from geoprint.account import proposal_summary, proposal_text
 from geoprint.account.proposal import proposal_lines
 from geoprint.config import job_of, load_cell, packaged_cell_text
 from geoprint.errors import PlanError, UsageError
+from geoprint.motion.placing import placement_search
 from geoprint.pipeline import plan, propose_placement
 from geoprint.pipeline.placing import higher_home, room_of
 from geoprint.results import Proposal
@@ -23,10 +25,19 @@ POSITION = "demo_position_mm = [300, 0, 50]"
 TURN = "# demo_rpy_deg = [0, 0, 0]"
 
 
+@pytest.fixture(scope="module", autouse=True)
+def coarse_grid() -> Generator[None]:
+    """Begin the search at fewer places: how good the best one is, is told in tests/motion/placing."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in (("GRID_STEP", 100.0), ("GRID_YAWS", 4), ("GRID_SPINS", 6), ("STARTS", 2)):
+            patch.setattr(placement_search, name, value)
+        yield
+
+
 @pytest.fixture(scope="module")
 def part(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("part") / "cap.ply"
-    save_ply(spherical_cap(radius=40.0, angle=0.5, rings=12, jitter_seed=1), path)
+    save_ply(spherical_cap(radius=40.0, angle=0.2, rings=5, jitter_seed=1), path)
     return path
 
 

@@ -71,8 +71,8 @@ def laid(planned: Plan, runs: tuple[int, int]) -> np.ndarray:
 @pytest.mark.parametrize("backend", list(BACKENDS))
 def test_each_patch_is_as_even_and_lies_as_when_it_is_planned_alone(ball: Path, backend: str) -> None:
     regions = [disc_at(place, radius) for place, radius in zip(PLACES, RADII, strict=True)]
-    together = plan(job(ball, *regions, backend=backend))
-    alone = plan(job(ball, regions[1], backend=backend))
+    together = plan(job(ball, *regions, backend=backend, spacing=2.5, middle="plain"))
+    alone = plan(job(ball, regions[1], backend=backend, spacing=2.5, middle="plain"))
     found, (only,) = record_plan(together).patches[1], record_plan(alone).patches
     assert found.spacing.cv == pytest.approx(only.spacing.cv, rel=1e-9)
     assert found.area_mm2 == pytest.approx(only.area_mm2, rel=1e-12)
@@ -204,7 +204,7 @@ def lowest_between(planned: Plan) -> float:
 
 def test_one_program_prints_two_patches_and_says_so(ball: Path, tmp_path: Path) -> None:
     regions = [disc_at(place, radius) for place, radius in zip(PLACES, RADII, strict=True)]
-    planned = plan(job(ball, *regions, spacing=2.0, robot=True, place="demo"))
+    planned = plan(job(ball, *regions, spacing=2.5, robot=True, place="demo", middle="plain"))
     assert planned.robot
     assert "patch 2: " in outcome_text(record_plan(planned))
     assert lowest_between(planned) > RADIUS + 1.0
@@ -225,7 +225,7 @@ def test_one_program_prints_two_patches_and_says_so(ball: Path, tmp_path: Path) 
 
 def test_the_report_names_every_patch_and_the_bundle_has_its_chart(ball: Path) -> None:
     regions = [disc_at(place, radius) for place, radius in zip(PLACES, RADII, strict=True)]
-    compared = compare(job(ball, *regions, spacing=2.0), backends=["lscm"])
+    compared = compare(job(ball, *regions, spacing=2.5, resolution=100, middle="plain"), backends=["lscm"])
     told, plans = tell_comparison([compared]), [outcome.plan for _, outcome in compared.planned]
     (part,) = told.record.parts
     assert isinstance(part, PartRecord)

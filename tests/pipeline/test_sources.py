@@ -24,7 +24,8 @@ from geoprint.surfaces.files import save_ply
 from tests.meshes import annulus, cylinder_patch, disc, plate, sphere
 
 # A band 7.6 mm wide: fronts from both rims meet where the fourth level would lie 0.2 spacings from itself.
-BAND = annulus(inner=12.0, outer=19.6)
+INNER, OUTER = 4.0, 11.6
+BAND = annulus(inner=INNER, outer=OUTER)
 
 
 def saved(folder: Path, surface: Surface) -> Path:
@@ -41,12 +42,16 @@ def distances(found: Plan) -> FloatArray:
     return found.contours.distance.values
 
 
-@pytest.mark.parametrize("backend", ["heat", "fast-marching", "lscm"])
-def test_distance_is_measured_from_what_was_asked_for(tmp_path: Path, backend: str) -> None:
+@pytest.mark.parametrize(
+    ("backend", "sources"),
+    # What a source means is the same for all of them; its distance each measures itself, inwards and outwards.
+    [("heat", ("loops:1", "near:0,3,0")), ("fast-marching", ("loops:1", "loops:2")), ("lscm", ("loops:1", "loops:2"))],
+)
+def test_distance_is_measured_from_what_was_asked_for(tmp_path: Path, backend: str, sources: tuple[str, ...]) -> None:
     # The exact distance on the flat ring is that of the radii.
-    ring = annulus(inner=12.0, outer=19.6)
-    for source, radius in (("loops:1", 19.6), ("loops:2", 12.0), ("near:0,11,0", 12.0)):
-        found = planned(tmp_path, ring, source=source, backend=backend)
+    for source in sources:
+        radius = OUTER if source == "loops:1" else INNER
+        found = planned(tmp_path, BAND, source=source, backend=backend, middle="plain")
         radii = np.linalg.norm(found.workpiece.surface.vertices, axis=1)
         np.testing.assert_allclose(distances(found), np.abs(radii - radius), atol=0.12)
 
@@ -96,15 +101,16 @@ def test_of_a_band_one_rim_covers_more_than_both_and_is_taken(tmp_path: Path) ->
     assert list(tried) == ["border", "loops:1", "loops:2"]
     (taken,) = (each for each in tried.values() if each.taken)
     # Each is what planning from it alone finds, and none is better.
+    planned_alone = {source: planned(tmp_path, BAND, source=source, middle="plain") for source in tried}
     for source, each in tried.items():
-        alone = planned(tmp_path, BAND, source=source, middle="plain")
+        alone = planned_alone[source]
         assert alone.uniformity is not None
         assert (alone.uniformity.uncovered, alone.uniformity.overlap) == (each.gap, each.overlap)
         assert alone.toolpath.curves.count == each.runs
         assert taken.gap + taken.overlap <= each.gap + each.overlap + 0.001
     assert taken.source != "border"
     assert tried["border"].gap + tried["border"].overlap > taken.gap + taken.overlap + 0.005
-    np.testing.assert_array_equal(distances(best), distances(planned(tmp_path, BAND, source=taken.source)))
+    np.testing.assert_array_equal(distances(best), distances(planned_alone[taken.source]))
     told = json.loads(json.dumps(summary(best)))
     assert [source["taken"] for source in told["sources"]] == [each.taken for each in tried.values()]
     assert any(
@@ -113,30 +119,30 @@ def test_of_a_band_one_rim_covers_more_than_both_and_is_taken(tmp_path: Path) ->
 
 
 def test_of_a_disc_the_border_stays_and_of_a_ball_one_of_two_poles_is_taken(tmp_path: Path) -> None:
-    flat = planned(tmp_path, disc(radius=12.0), source="best")
+    flat = planned(tmp_path, disc(radius=8.0), source="best")
     assert [each.source.partition(":")[0] for each in flat.workpiece.tried] == ["border", "point"]
     assert [each.taken for each in flat.workpiece.tried] == [True, False]
-    ball = planned(tmp_path, sphere(radius=10.0, subdivisions=3), source="best", backend="fast-marching")
+    ball = planned(tmp_path, sphere(radius=6.0, subdivisions=2), source="best", backend="fast-marching")
     poles = np.array([[float(value) for value in each.source[6:].split(",")] for each in ball.workpiece.tried])
-    assert np.linalg.norm(poles[0] - poles[1]) == pytest.approx(20.0, abs=0.1)
+    assert np.linalg.norm(poles[0] - poles[1]) == pytest.approx(12.0, abs=0.1)
 
 
 def test_each_patch_has_its_own_source(tmp_path: Path) -> None:
     shifted = Surface(BAND.vertices + np.array([50.0, 0.0, 0.0]), BAND.faces)
     both = united([BAND, shifted])
-    places = [[15.0, 0.0, 0.0], [65.0, 0.0, 0.0]]
+    places = [[8.0, 0.0, 0.0], [58.0, 0.0, 0.0]]
     boxes = [[-25, -25, -1, 25, 25, 1], [25, -25, -1, 75, 25, 1]]
     patches: list[dict[str, object]] = [{"at": at, "box": box} for at, box in zip(places, boxes, strict=True)]
     patches[0]["source"] = "loops:2"
-    job = job_of(surface=saved(tmp_path, both), unit="mm", spacing=2.0, robot=False, patches=patches)
-    found = plan(job)
+    asked = {"unit": "mm", "spacing": 2.0, "robot": False, "backend": "fast-marching", "middle": "plain"}
+    found = plan(job_of(surface=saved(tmp_path, both), patches=patches, **asked))
     values, (x, y, _) = distances(found), found.workpiece.surface.vertices.T
     first = x < 25.0
-    np.testing.assert_allclose(values[first], np.hypot(x, y)[first] - 12.0, atol=0.12)
+    np.testing.assert_allclose(values[first], np.hypot(x, y)[first] - INNER, atol=0.12)
     assert values[~first].max() == pytest.approx(3.8, abs=0.2)
     # What is sought for one is not sought for the other.
     patches[0]["source"] = "best"
-    sought = plan(job_of(surface=saved(tmp_path, both), unit="mm", spacing=2.0, robot=False, patches=patches))
+    sought = plan(job_of(surface=saved(tmp_path, both), patches=patches, **asked))
     assert {each.patch for each in sought.workpiece.tried} == {1}
     with pytest.raises(FieldError, match=r"patch 1, about .*: there is no loop 4"):
         seed_of(
@@ -145,7 +151,9 @@ def test_each_patch_has_its_own_source(tmp_path: Path) -> None:
 
 
 def test_a_comparison_measures_all_backends_from_one_best_source(tmp_path: Path) -> None:
-    found = compare(job_of(surface=saved(tmp_path, BAND), unit="mm", spacing=2.0, robot=False, source="best"))
+    found = compare(
+        job_of(surface=saved(tmp_path, BAND), unit="mm", spacing=2.0, robot=False, source="best", middle="plain")
+    )
     assert sum(each.taken for each in found.workpiece.tried) == 1
     assert len({id(one.plan.workpiece.seed) for _, one in found.planned}) == 1
     assert set(BACKENDS) >= {name for name, _ in found.planned}

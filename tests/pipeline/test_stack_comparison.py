@@ -16,7 +16,8 @@ from geoprint.config import job_of
 from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.pipeline import check_folder, compare_stacks
 from geoprint.surfaces.files import save_ply
-from tests.meshes import plate, torus
+from tests.meshes import plate, sphere
+from tests.pipeline.layers_here import planning_here
 
 FINISHED = FinishedRecord(
     mean=1.001,
@@ -93,9 +94,10 @@ def _status(monkeypatch: pytest.MonkeyPatch, line: str) -> int:
 def test_stacks_of_backends_stand_side_by_side(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    save_ply(plate((20.0, 12.0), (20, 12)), tmp_path / "plate.ply")
-    command = f"compare {tmp_path}/plate.ply --unit mm --spacing 3.0 --thickness 1.0 --no-robot --out {tmp_path}/both"
-    assert _status(monkeypatch, f"{command} --json") == 0
+    save_ply(plate((12.0, 8.0), (12, 8)), tmp_path / "plate.ply")
+    command = f"compare {tmp_path}/plate.ply --unit mm --spacing 2.0 --thickness 1.0 --no-robot --out {tmp_path}/both"
+    with planning_here():
+        assert _status(monkeypatch, f"{command} --json") == 0
     told = StackComparisonRecord.model_validate_json(capsys.readouterr().out)
     assert [row.backend for row in told.backends] == ["lscm", "heat"]
     assert told.layers == 2
@@ -117,17 +119,17 @@ def test_stacks_of_backends_stand_side_by_side(
 
 
 def test_what_cannot_be_compared_as_stacks_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    save_ply(torus(major=4.0, minor=1.5), tmp_path / "ring.ply")
-    job = job_of(surface=tmp_path / "ring.ply", unit="mm", spacing=1.0, thickness=1.0, robot=False)
+    save_ply(sphere(radius=3.0, subdivisions=2), tmp_path / "ball.ply")
+    job = job_of(surface=tmp_path / "ball.ply", unit="mm", spacing=1.5, thickness=0.5, robot=False)
     with pytest.raises(UsageError, match="needs a thickness or a target and no layer"):
         compare_stacks(job.model_copy(update={"thickness": None}), tmp_path / "out")
     with pytest.raises(UsageError, match="no backend"):
         compare_stacks(job, tmp_path / "out", backends=["heet"])
-    with pytest.raises(FieldError, match=r"layer 1: "):
+    with planning_here(), pytest.raises(FieldError, match=r"layer 1: "):
         compare_stacks(job, tmp_path / "out", backends=["lscm"])
     assert not (tmp_path / "out").exists()
     command = (
-        f"compare {tmp_path}/ring.ply {tmp_path}/ring.ply --unit mm --spacing 1 --thickness 1 --out {tmp_path}/out"
+        f"compare {tmp_path}/ball.ply {tmp_path}/ball.ply --unit mm --spacing 1 --thickness 1 --out {tmp_path}/out"
     )
     assert _status(monkeypatch, command) == 2
-    assert _status(monkeypatch, command.replace(f"{tmp_path}/ring.ply ", "", 1) + " --samples") == 2
+    assert _status(monkeypatch, command.replace(f"{tmp_path}/ball.ply ", "", 1) + " --samples") == 2

@@ -1,4 +1,7 @@
-"""The processes that plan layers hold no more than they need."""
+"""The processes that plan layers: they hold no more than they need, end as they should, and change nothing.
+
+But for the last test they import of the pipeline only what starts and ends them: all of it takes each of them 3 s.
+"""
 
 from __future__ import annotations
 
@@ -10,9 +13,23 @@ from pathlib import Path
 
 import pytest
 
+from geoprint.config import job_of
+from geoprint.pipeline import plan_stack
 from geoprint.pipeline.processes.ending import FORSAKEN as ABANDONED
-from geoprint.pipeline.processes.layer_by_layer import layer_processes
+from geoprint.surfaces.files import save_ply
+from tests.meshes import plate
+from tests.pipeline.layers_here import planning_here
 
+# Processes that a script starts run its beginning, too.
+ALONE = """
+import sys, types
+from pathlib import Path
+import geoprint
+
+pipeline = types.ModuleType("geoprint.pipeline")
+pipeline.__path__ = [str(Path(geoprint.__file__).parent / "pipeline")]
+sys.modules["geoprint.pipeline"] = pipeline
+"""
 # Arrays of 2 MB, each freed but the last: a heap that has grown around them cannot shrink below that one.
 COUNT, MB = 100, 2
 HELD = f"""
@@ -35,7 +52,7 @@ def kept():
 def _given_back(code: str) -> float:
     """Return how much of the arrays a process gives back [MB]."""
     found = subprocess.run(
-        [sys.executable, "-c", f"{HELD}\n{code}\nprint(kept())"], capture_output=True, text=True, check=True
+        [sys.executable, "-c", f"{ALONE}\n{HELD}\n{code}\nprint(kept())"], capture_output=True, text=True, check=True
     )
     return float(found.stdout)
 
@@ -48,9 +65,23 @@ def test_large_arrays_go_back_as_soon_as_they_are_free() -> None:
     assert _given_back("") < 0.5 * MB * (COUNT - 1)
 
 
-def test_no_layer_is_planned_in_the_process_of_another() -> None:
+# More layers than there are processes at a time, one after another.
+NUMBERED = f"""{ALONE}
+import os
+from geoprint.pipeline.processes.layer_by_layer import layer_processes
+
+if __name__ == "__main__":
     with layer_processes() as pool:
-        assert len({pool.submit(_process).result() for _ in range(3)}) == 3
+        print(*(pool.submit(os.getpid).result() for _ in range(3)))
+"""
+
+
+def test_no_layer_is_planned_in_the_process_of_another(tmp_path: Path) -> None:
+    script = tmp_path / "numbered.py"
+    script.write_text(NUMBERED)
+    done = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True)
+    numbers = done.stdout.split()
+    assert (len(numbers), len(set(numbers))) == (3, 3)
 
 
 # Says which process works, and then works longer than anybody waits.
@@ -74,7 +105,7 @@ if __name__ == "__main__":
 )
 def test_who_is_killed_leaves_no_process_behind(tmp_path: Path, module: str, pool: str, arguments: str) -> None:
     script = tmp_path / "forsaken.py"
-    script.write_text(FORSAKEN.format(module=module, pool=pool, arguments=arguments))
+    script.write_text(ALONE + FORSAKEN.format(module=module, pool=pool, arguments=arguments))
     with subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, text=True) as started:
         assert started.stdout is not None
         worker = Path("/proc", started.stdout.readline().strip())
@@ -104,7 +135,7 @@ if __name__ == "__main__":
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_a_process_that_is_stopped_while_it_imports_ends_without_a_word(tmp_path: Path) -> None:
     script = tmp_path / "stopped.py"
-    script.write_text(STOPPED)
+    script.write_text(ALONE + STOPPED)
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True)
     assert (done.stdout, done.stderr) == (f"{ABANDONED}\n", "")
 
@@ -117,8 +148,11 @@ def _runs(process: Path) -> bool:
         return False
 
 
-def _process() -> int:
-    """Return the number of this process."""
-    import os
-
-    return os.getpid()
+def test_layers_have_the_same_bytes_as_if_one_process_planned_them(tmp_path: Path) -> None:
+    save_ply(plate((8.0, 6.0), (8, 6)), tmp_path / "plate.ply")
+    job = job_of(surface=tmp_path / "plate.ply", unit="mm", spacing=2.0, thickness=0.5, robot=False)
+    found = plan_stack(job, tmp_path / "apart")
+    with planning_here():
+        assert plan_stack(job, tmp_path / "here") == found
+    one, other = (tmp_path / name / "manifest.json" for name in ("apart", "here"))
+    assert one.read_bytes() == other.read_bytes()

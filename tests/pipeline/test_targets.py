@@ -19,8 +19,10 @@ from geoprint.pipeline.workpiece.targets import read_target, target_over
 from geoprint.surfaces import closest, face_areas, part_of, turned_over
 from geoprint.surfaces.files import save_ply
 from tests.meshes import blocks, plate, sphere, wedge
+from tests.pipeline.layers_here import planning_here
 
 PART = plate((20.0, 12.0), (10, 6))
+SMALL = plate((10.0, 6.0), (5, 3))
 BOX = blocks([[[1]]], x=[-1.0, 21.0], y=[-1.0, 13.0], z=[-1.0, 1.0])
 
 
@@ -164,11 +166,10 @@ def test_a_layer_over_a_trough_is_planned_in_its_pieces_over_the_ones_below(tmp_
 
 @pytest.mark.parametrize("kind", ["shape", "table"])
 def test_a_bundle_with_a_target_is_planned_again_to_the_same_bytes(tmp_path: Path, kind: str) -> None:
-    rows = ("0,0,0,1", "20,0,0,2", "20,12,0,2", "0,12,0,1")
-    target = (
-        _saved(tmp_path, wedge(length=20.0, width=12.0, height=2.0)) if kind == "shape" else _table(tmp_path, *rows)
-    )
-    job = _job(tmp_path, target=target, layer=2)
+    rows = ("0,0,0,1", "10,0,0,2", "10,6,0,2", "0,6,0,1")
+    shape = wedge(length=10.0, width=6.0, height=2.0)
+    target = _saved(tmp_path, shape) if kind == "shape" else _table(tmp_path, *rows)
+    job = _job(tmp_path, part=SMALL, target=target, layer=2, middle="plain")
     save_plan(plan(job), tmp_path / "first")
     target.unlink()
     (tmp_path / "part.ply").unlink()
@@ -186,11 +187,13 @@ def test_a_bundle_with_a_target_is_planned_again_to_the_same_bytes(tmp_path: Pat
 
 
 def test_of_a_wedge_the_layers_without_room_are_left_out_and_told(tmp_path: Path) -> None:
-    job = _job(tmp_path, target=_saved(tmp_path, wedge(length=20.0, width=12.0, height=2.0)))
-    told = plan_stack(job.model_copy(update={"spacing": 4.0}), tmp_path / "device")
-    assert [layer.folder for layer in told.layers] == ["layer-01", "layer-02", "layer-03"]
+    job = _job(tmp_path, part=SMALL, target=_saved(tmp_path, wedge(length=10.0, width=6.0, height=1.5)))
+    with planning_here():
+        told = plan_stack(job, tmp_path / "device")
+    assert [layer.folder for layer in told.layers] == ["layer-01", "layer-02"]
     (left_out,) = told.left_out
-    assert left_out.number == 4
-    assert "layer 4: nothing of it is as wide as the spacing of 4 mm" in left_out.reason
-    assert [layer.area_mm2 for layer in told.layers] == pytest.approx([210.0, 150.0, 90.0], rel=0.01)
-    assert told.target_mm3 == pytest.approx(240.0, rel=0.003)
+    assert left_out.number == 3
+    assert "layer 3: nothing of it is as wide as the spacing of 2 mm" in left_out.reason
+    # The middles of the layers, 0.25 and 0.75 mm high, lie within the wedge from 1.67 and 5 mm on.
+    assert [layer.area_mm2 for layer in told.layers] == pytest.approx([50.0, 30.0], rel=0.01)
+    assert told.target_mm3 == pytest.approx(45.0, rel=0.003)

@@ -32,7 +32,7 @@ def planned_with(refusal: ClearanceError, *, times: int, folder: Path, monkeypat
         return check(*values, **settings)
 
     monkeypatch.setattr(ClearanceCheck, "__call__", refused_at_first)
-    save_ply(spherical_cap(radius=30.0, angle=0.4, rings=8), folder / "cap.ply")
+    save_ply(spherical_cap(radius=30.0, angle=0.3, rings=6), folder / "cap.ply")
     cell = folder / "analog.toml"
     analog = 'mode = "analog"\nflow = "aoFlow"\nflow_per_mm3_s = 0.1'
     text = packaged_cell_text("irb120-bent45").replace("# demo_rpy_deg", "demo_rpy_deg")

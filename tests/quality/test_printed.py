@@ -126,8 +126,9 @@ def test_what_strays_along_a_run_fades_with_the_stated_length(rows: tuple[PoseSt
     assert node_counts(some, errors).size == 6
 
 
-@pytest.mark.parametrize("radius", [np.inf, 12.0])
-@pytest.mark.parametrize("errors", [PrintErrors(), PrintErrors(correlation=2.0, repeatability=0.04)])
+@pytest.mark.parametrize(
+    ("radius", "errors"), [(12.0, PrintErrors()), (np.inf, PrintErrors(correlation=2.0, repeatability=0.04))]
+)
 def test_the_interval_holds_95_of_100_prints_that_are_made_and_measured_otherwise(
     radius: float, errors: PrintErrors
 ) -> None:
@@ -135,7 +136,7 @@ def test_the_interval_holds_95_of_100_prints_that_are_made_and_measured_otherwis
     stated = expected_print(measured, errors, poses).cv
     lines = lines_of(poses, shape, spacing=1.0)
     assert planned_cv(lines, shape) == pytest.approx(measured.cv, abs=1e-4)
-    cvs = reprinted(lines, errors, shape, prints=1500, rng=np.random.default_rng(11))
+    cvs = reprinted(lines, errors, shape, prints=1000, rng=np.random.default_rng(11))
     assert 0.93 <= ((cvs >= stated.low) & (cvs <= stated.high)).mean() <= 0.97
     assert stated.mean == pytest.approx(cvs.mean(), rel=0.03)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -47,6 +48,7 @@ def rolled(stream: PoseStream, *, radius: float, angle: float) -> PoseStream:
     return deposited(pieces, range(len(pieces)))
 
 
+@cache
 def exact_contours(name: str) -> tuple[Surface, PoseStream, float]:
     """Return a surface, the level curves of its distance from the border by formula, and their spacing."""
     if name == "plate":
@@ -64,10 +66,15 @@ def exact_contours(name: str) -> tuple[Surface, PoseStream, float]:
     return spherical_cap(radius=30.0, angle=1.0, rings=32), deposited(circles, range(len(circles))), 2.0
 
 
+@cache
+def measured_contours(name: str) -> Uniformity:
+    surface, stream, spacing = exact_contours(name)
+    return uniformity(stream, surface, spacing=spacing)
+
+
 @pytest.mark.parametrize("name", ["plate", "cylinder", "cone", "cap"])
 def test_exact_contours_are_one_spacing_apart(name: str) -> None:
-    surface, stream, spacing = exact_contours(name)
-    found = uniformity(stream, surface, spacing=spacing)
+    found = measured_contours(name)
     assert found.mean == pytest.approx(1.0, abs=0.002)
     assert found.cv <= 0.003
     assert found.bounded == 0.0
@@ -190,7 +197,7 @@ def test_refining_the_surface_changes_nothing() -> None:
 
 def test_too_little_work_is_told_and_bounded() -> None:
     surface, stream, spacing = exact_contours("cap")
-    whole = uniformity(stream, surface, spacing=spacing)
+    whole = measured_contours("cap")
     little = uniformity(stream, surface, spacing=spacing, windows=100_000)
     assert little.bounded > 0.3
     assert little.unknown > 0.5

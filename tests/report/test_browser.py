@@ -18,7 +18,7 @@ HOSTILE = "</script><script>window.hacked=1</script><img src=x onerror='window.h
 CHANGED, SAME = 0.004, 0.001
 STAGE, SECOND, SLIDER, PLAY = ".view:not([hidden]) .stage", ".view:nth-child(2) .stage", "#part0-time", ".play"
 # How long the replay of the cases takes [s].
-SECONDS = 6.0
+SECONDS = 4.0
 START_OVER = """(() => {
     document.activeElement.blur();
     const play = document.querySelector('.play');
@@ -328,7 +328,8 @@ def test_the_replay_plays_through_at_every_speed_and_again_while_controls_change
     page.run(f"document.querySelector('[name=part0-frame][value={frame}]').click()")
     page.run("(() => { const box = document.querySelector('[name=part0-robot]'); if (!box.checked) box.click() })()")
     last = settled(page)
-    for speed in (1, 5, 50):
+    # At real speed once: what is in the way of the controls then is so in either frame.
+    for speed in (1, 5, 50) if frame == "robot" else (5, 50):
         played(page, speed=speed)
         restored(page, last)
     page.drag(SLIDER, to=-0.1)
@@ -346,9 +347,10 @@ def box_of(page: Page, trace: int) -> NDArray[np.float64]:
     return np.array(found, dtype=np.float64)
 
 
-def tilting(browser: Page, folder: Path) -> Page:
+@pytest.fixture(scope="module")
+def tilting(browser: Page, tmp_path_factory: pytest.TempPathFactory) -> Page:
     """The page of the dome over a table, with the robot shown."""
-    path = folder / "tilting.html"
+    path = tmp_path_factory.mktemp("tilting") / "tilting.html"
     path.write_bytes(html_report([tilting_part(seconds=SECONDS)], title="Tilting"))
     browser.resize(width=390, height=844)
     page = opened(browser, path)
@@ -356,8 +358,8 @@ def tilting(browser: Page, folder: Path) -> Page:
     return page
 
 
-def test_part_and_table_move_along_while_the_table_does(browser: Page, tmp_path: Path) -> None:
-    page, one = tilting(browser, tmp_path), tilting_part(seconds=SECONDS)
+def test_part_and_table_move_along_while_the_table_does(tilting: Page) -> None:
+    page, one = tilting, tilting_part(seconds=SECONDS)
     moving = one.backends[0].replay
     assert moving is not None
     assert moving.table is not None
@@ -382,8 +384,8 @@ def test_part_and_table_move_along_while_the_table_does(browser: Page, tmp_path:
     assert page.errors() == []
 
 
-def test_part_and_table_stand_in_each_attitude_as_long_as_it_is_printed(browser: Page, tmp_path: Path) -> None:
-    page = tilting(browser, tmp_path)
+def test_part_and_table_stand_in_each_attitude_as_long_as_it_is_printed(tilting: Page) -> None:
+    page = tilting
     # Seen from the middle of the dome's box, and the middle of the block under it.
     low, high = -HEIGHT / 2.0, HEIGHT / 2.0
     rest = np.array([[-RADIUS, RADIUS], [-RADIUS, RADIUS], [low, high]]), [0.0, 0.0, low - 15.0]

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import re
+from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -31,24 +33,45 @@ def drawn(*panels: CoveragePanel) -> dict[str, bytes]:
     return paper_figures(plate(), panels, R_view_work=np.eye(3), spacing=6.0)
 
 
+@cache
+def even() -> dict[str, bytes]:
+    """Return the figures of one panel whose runs are all as far apart as wanted."""
+    return drawn(panel((1.0, 1.0, 1.0), title="backend 0 of $3"))
+
+
+@cache
+def side_by_side(count: int) -> dict[str, bytes]:
+    """Return the figures of several panels."""
+    return drawn(*(panel((0.9, 1.0, 1.1), title=f"backend {i} of $3") for i in range(count)))
+
+
+@cache
+def coloured() -> dict[str, bytes]:
+    """Return the figures of one panel: the lowest run too close, the next too far, and the uppermost unmeasured."""
+    return drawn(panel((0.8, 1.2, np.nan)))
+
+
 def image(png: bytes) -> FloatArray:
     return np.asarray(imread(io.BytesIO(png)), dtype=np.float64)
 
 
-@pytest.mark.parametrize("count", [1, 2, 3])
-def test_nothing_reaches_the_edge_of_the_figures_and_their_bytes_repeat(count: int) -> None:
-    panels = [panel((0.9, 1.0, 1.1), title=f"backend {i} of $3") for i in range(count)]
-    files = drawn(*panels)
+@pytest.mark.parametrize("count", [1, 3])
+def test_nothing_reaches_the_edge_of_the_figures(count: int) -> None:
+    files = even() if count == 1 else side_by_side(count)
     assert set(files) == NAMES
-    assert drawn(*panels) == files
     for name in ("spacing-map.png", "spacing-histogram.png"):
         found = image(files[name])
         for edge in (found[0], found[-1], found[:, 0], found[:, -1]):
             np.testing.assert_allclose(edge[:, :3], 1.0)
 
 
+def test_the_bytes_of_the_figures_repeat() -> None:
+    drawn_again = side_by_side.__wrapped__
+    assert drawn_again(3) == side_by_side(3)
+
+
 def test_an_svg_has_the_width_of_a_column_or_page_and_neither_date_nor_letters_that_a_machine_may_lack() -> None:
-    alone, three = drawn(panel((1.0, 1.0, 1.0))), drawn(*[panel((1.0, 1.0, 1.0))] * 3)
+    alone, three = even(), side_by_side(3)
     for files, name, width in (
         (alone, "spacing-map.svg", 3.5), (three, "spacing-map.svg", 7.2), (three, "spacing-histogram.svg", 3.5),
     ):  # fmt: skip
@@ -61,20 +84,18 @@ def test_an_svg_has_the_width_of_a_column_or_page_and_neither_date_nor_letters_t
 
 
 def test_a_run_of_one_shade_is_one_line_of_the_svg_and_a_change_of_shade_cuts_it() -> None:
-    def lines(ratios: FloatArray) -> int:
-        one = panel((1.0, 1.0, 1.0))
-        changed = CoveragePanel(one.title, one.caption, one.places, one.offsets, ratios, NO_GAPS)
-        text = drawn(changed)["spacing-map.svg"].decode()
+    def lines(files: dict[str, bytes]) -> int:
+        text = files["spacing-map.svg"].decode()
         return text.split('id="PolyCollection_1"')[1].split("</g>")[0].count("<path ")
 
-    even = np.ones(150)
-    assert lines(even) == 3
+    assert lines(even()) == 3
     # The middle run turns from exact to too far halfway.
-    assert lines(np.where((np.arange(150) >= 75) & (np.arange(150) < 100), 1.1, 1.0)) == 5
+    one, number = panel((1.0, 1.0, 1.0)), np.arange(150)
+    assert lines(drawn(replace(one, ratios=np.where((number >= 75) & (number < 100), 1.1, 1.0)))) == 5
 
 
 def test_the_map_shows_paths_too_close_red_too_far_blue_and_unmeasured_ones_grey() -> None:
-    found = image(drawn(panel((0.8, 1.2, np.nan)))["spacing-map.png"])
+    found = image(coloured()["spacing-map.png"])
     # Below the panel stands the colour scale, which is red and blue itself.
     part = found[: int(0.6 * len(found)), :, :3]
     red = (part[..., 0] > part[..., 2] + 0.2).any(axis=1)
@@ -88,12 +109,10 @@ def test_the_map_shows_paths_too_close_red_too_far_blue_and_unmeasured_ones_grey
 
 
 def test_the_histogram_of_even_paths_stands_in_one_bin_and_that_of_uneven_ones_does_not() -> None:
-    def columns(ratios: FloatArray) -> int:
-        one = panel((1.0, 1.0, 1.0))
-        changed = CoveragePanel(one.title, one.caption, one.places, one.offsets, ratios, NO_GAPS)
-        pixels = image(drawn(changed)["spacing-histogram.png"])[250:, 250:, :3]
+    def columns(files: dict[str, bytes]) -> int:
+        pixels = image(files["spacing-histogram.png"])[250:, 250:, :3]
         line = (pixels[..., 0] > 0.7) & (pixels[..., 1] < 0.5) & (pixels[..., 2] < 0.3)
         return int(np.ptp(np.flatnonzero(line.any(axis=0))))
 
-    assert 0 < columns(np.ones(150)) < 40
-    assert columns(np.linspace(0.8, 1.2, 150)) > 500
+    assert 0 < columns(even()) < 40
+    assert columns(coloured()) > 500

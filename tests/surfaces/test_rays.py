@@ -30,11 +30,11 @@ def slow(surface: Surface, starts: FloatArray, directions: FloatArray) -> FloatA
 def test_they_meet_what_a_search_over_all_triangles_meets() -> None:
     cap = spherical_cap(radius=20.0, angle=1.0, rings=6, jitter_seed=2)
     random = np.random.default_rng(5)
-    starts = random.normal(size=(150, 3)) * 30.0
-    directions = cap.vertices.mean(axis=0) + 12.0 * random.normal(size=(150, 3)) - starts
+    starts = random.normal(size=(60, 3)) * 30.0
+    directions = cap.vertices.mean(axis=0) + 12.0 * random.normal(size=(60, 3)) - starts
     hits = first_hits(cap, starts, directions)
     expected = slow(cap, starts, directions)
-    assert 20 < hits.met.sum() < 150
+    assert 10 < hits.met.sum() < 60
     assert np.array_equal(hits.met, np.isfinite(expected))
     assert hits.distances == pytest.approx(expected[hits.met], rel=1e-9)
     places = hits.points.xyz(cap)

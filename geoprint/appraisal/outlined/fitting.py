@@ -63,17 +63,24 @@ class _Matched:
         slopes: (k, 6) by how much more for a turn [rad] about the middle and a shift [mm], in the camera's coordinates.
         order: (k,) that the edges have in the picture's outline.
         middle: (3,) of the part, in the camera's coordinates [mm].
-        mutual: root mean square distance of both outlines from each other [pixels].
+        own: all of the part's outline, also what is not matched.
+        away: (j,) distance of its places from the nearest edges [pixels].
+        across: (j,) the same, across these edges [pixels].
     """
 
     off: FloatArray
     slopes: FloatArray
     order: IntArray
     middle: FloatArray
-    mutual: float
+    own: PartOutline
+    away: FloatArray
+    across: FloatArray
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, off="float: k", slopes="float: k 6", order="int: k", middle="float: 3")
+        freeze_arrays(
+            self, off="float: k", slopes="float: k 6", order="int: k", middle="float: 3", away="float: j",
+            across="float: j",
+        )  # fmt: skip
 
 
 @final
@@ -115,7 +122,9 @@ class OutlineFit:
             if float(np.sqrt(((matched.slopes @ step) ** 2).mean())) < SETTLED:
                 break
         matched = self._matched(pose, places=places)
-        return None if matched is None else FittedPose(pose, matched.mutual)
+        if matched is None:
+            return None
+        return FittedPose(pose, _mutual(matched, self.seen, most=self.most_off))
 
     def within(self, pose: FittedPose, *, places: int) -> float:
         """Return within what a place of the part is seen with 95 % confidence, the largest of all places [pixels].
@@ -157,9 +166,8 @@ class OutlineFit:
             return None
         off = ((own.pixels - self.seen.pixels[nearest]) * normals).sum(axis=1)
         middle = T[:3, :3] @ self._middle + T[:3, 3]
-        across = np.einsum("ki,kij->kj", normals[used], _slopes(apply(T, own.places[used]), middle, self.lens))
-        mutual = _mutual(own, self.seen, away=away, off=off, most=self.most_off)
-        return _Matched(off[used], across, nearest[used], middle, mutual)
+        slopes = np.einsum("ki,kij->kj", normals[used], _slopes(apply(T, own.places[used]), middle, self.lens))
+        return _Matched(off[used], slopes, nearest[used], middle, own, away, off)
 
 
 def _step(matched: _Matched) -> FloatArray:
@@ -172,13 +180,14 @@ def _step(matched: _Matched) -> FloatArray:
     return step * min(1.0, LONGEST_SHIFT * float(matched.middle[2]) / max(float(np.linalg.norm(step[3:])), 1e-12))
 
 
-def _mutual(own: PartOutline, seen: PictureOutline, *, away: FloatArray, off: FloatArray, most: float) -> float:
+def _mutual(matched: _Matched, seen: PictureOutline, *, most: float) -> float:
     """Return the root mean square distance of two outlines, across them where places are opposite each other."""
+    own = matched.own
     tree = KDTree(own.pixels)
     back, nearest = (np.asarray(each) for each in tree.query(seen.pixels))
     gap = 2.0 * float(np.median(np.asarray(tree.query(own.pixels, k=2)[0])[:, 1]))
     across = ((seen.pixels - own.pixels[nearest]) * own.outward[nearest]).sum(axis=1)
-    there = np.where(away <= np.abs(off) + NEAR, off, away)
+    there = np.where(matched.away <= np.abs(matched.across) + NEAR, matched.across, matched.away)
     here = np.where(back <= np.abs(across) + gap + NEAR, across, back)
     squares = [float((np.minimum(np.abs(each), most) ** 2).mean()) for each in (there, here)]
     return float(np.sqrt(0.5 * sum(squares)))

@@ -11,8 +11,8 @@ from geoprint.motion.collision.clearance import (
 from geoprint.motion.collision.contact import (
     NOT_TESTED as NOT_TESTED,
     CollisionWorld as CollisionWorld,
-    InflatedSolids as InflatedSolids,
     collision_control as collision_control,
+    inflated_solids as inflated_solids,
 )
 from geoprint.motion.collision.link_solids import link_solids as link_solids
 from geoprint.motion.collision.scene import CheckedWorld as CheckedWorld

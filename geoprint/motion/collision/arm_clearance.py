@@ -10,6 +10,7 @@ what ends below its foot, and link 1 turns above it.
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import final
 
 import numpy as np
@@ -19,7 +20,7 @@ from geoprint.errors import ClearanceError
 from geoprint.model import BoolArray, Box, ControllerPath, FloatArray, freeze_arrays
 from geoprint.motion.arm import Arm
 from geoprint.motion.collision.closest import Trees, smallest_arm_distance, worst_hit
-from geoprint.motion.collision.contact import ARM_REACHES, CollisionWorld, InflatedSolids
+from geoprint.motion.collision.contact import ARM_REACHES, CollisionWorld, InflatedSolids, inflated_solids
 from geoprint.motion.collision.link_solids import Link, link_solids
 from geoprint.motion.collision.outside import refuse_links_inside
 from geoprint.motion.collision.surroundings import Target, box_target, solid_target
@@ -280,13 +281,14 @@ def arm_control(model: str) -> str:
     post = box_target(Box("control", np.zeros(3), np.array([1.0, 2.0, 3.0])), T_work_base=np.eye(4))
     links = link_solids(model)
     for link in links:
-        CollisionWorld(_inflated(link.solids, kept=0.5), targets=(post,))
+        kept = (0.5,) * len(link.solids)
+        CollisionWorld(InflatedSolids(link.solids, kept=kept, reaches=ARM_REACHES), targets=(post,))
     count = sum(len(link.solids) for link in links) * len(ARM_REACHES) * 2 * 2
     return f"links of the {model}: {count} known hits and misses found right"
 
 
 def _inflated(solids: tuple[Solid, ...], *, kept: float) -> InflatedSolids:
-    return InflatedSolids(solids, kept=(kept,) * len(solids), reaches=ARM_REACHES)
+    return inflated_solids(solids, (kept,) * len(solids), ARM_REACHES)
 
 
 def _motion(path: ControllerPath, arm: Arm, *, T_work_base: FloatArray) -> ArmMotion:
@@ -298,6 +300,7 @@ def _motion(path: ControllerPath, arm: Arm, *, T_work_base: FloatArray) -> ArmMo
     return ArmMotion(poses[:, :-1], corners[:, :-1], tool)
 
 
+@lru_cache(maxsize=8)
 def with_whole_needle(tool: tuple[Solid, ...]) -> tuple[Solid, ...]:
     """Join the tip to the needle: it may come close to the part, but to no link."""
     tip, needle, *rest = tool

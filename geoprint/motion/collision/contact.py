@@ -7,6 +7,7 @@ are known. All happens in the frame of the targets: the work frame, or that of t
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import count
 from threading import Lock
 from typing import final
@@ -92,6 +93,15 @@ class InflatedSolids:
             polygon = np.cos(np.pi / sides_of(solid))
             self.radii[index] = [profile[:, 1].max() / polygon for profile in profiles]
             _control_sides(self.objects[-1], solid, inflations=inflations, radii=self.radii[index].tolist())
+
+
+# FCL takes a tenth of a second for the links of an arm and two for a tool, and every check of the same cell needs them.
+@lru_cache(maxsize=64)
+def inflated_solids(
+    solids: tuple[Solid, ...], kept: tuple[float, ...], reaches: tuple[float, ...] = REACHES
+) -> InflatedSolids:
+    """Return inflated solids, which all worlds share that ask for the very same ones."""
+    return InflatedSolids(solids, kept=kept, reaches=reaches)
 
 
 @final

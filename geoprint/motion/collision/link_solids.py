@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import final
 from xml.etree import ElementTree as ET
 
@@ -29,6 +30,7 @@ class Link:
     solids: tuple[Solid, ...]
 
 
+@lru_cache(maxsize=8)
 def link_solids(model: str, *, urdf: str | None = None, flange: str = FLANGE_FRAME) -> tuple[Link, ...]:
     """Read the collision shapes of an arm from its URDF.
 

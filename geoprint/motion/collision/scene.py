@@ -10,7 +10,7 @@ import numpy as np
 from geoprint.errors import InputError
 from geoprint.model import Box, FloatArray, Obstacle, Process, Surface, Tool
 from geoprint.motion.collision.closest import ranking_trees
-from geoprint.motion.collision.contact import CollisionWorld, InflatedSolids
+from geoprint.motion.collision.contact import CollisionWorld, InflatedSolids, inflated_solids
 from geoprint.motion.collision.surroundings import Target, mesh_target, obstacle_target
 from geoprint.motion.collision.sweep import Placements
 from geoprint.motion.collision.tip_zone import TipZone
@@ -72,7 +72,7 @@ class CheckedWorld:
         )
         standing = [obstacle_target(one, T_work_base=T_work_base) for one in obstacles]
         beside = [target for target, one in zip(standing, obstacles, strict=True) if not stands_on(one)]
-        self.tool: InflatedSolids = InflatedSolids(solids, kept=self.kept) if known is None else known.tool
+        self.tool: InflatedSolids = inflated_solids(solids, self.kept) if known is None else known.tool
         self.targets: tuple[Target, ...] = (*self.bodies, *standing)
         self.base_targets: tuple[Target, ...] = (*self.bodies, *beside)
         self.nominal: CollisionWorld = CollisionWorld(

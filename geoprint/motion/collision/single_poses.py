@@ -14,7 +14,7 @@ from geoprint import transforms
 from geoprint.model import BoolArray, FloatArray, Obstacle, Process, Surface, Tool
 from geoprint.motion.arm import Arm
 from geoprint.motion.collision.arm_clearance import LINKS_APART_FROM_TOOL, pairs_of_links, with_whole_needle
-from geoprint.motion.collision.contact import NOT_TESTED, CollisionWorld, InflatedSolids
+from geoprint.motion.collision.contact import NOT_TESTED, CollisionWorld, InflatedSolids, inflated_solids
 from geoprint.motion.collision.link_solids import link_solids
 from geoprint.motion.collision.scene import stands_on
 from geoprint.motion.collision.surroundings import Target, mesh_target, obstacle_target, solid_target
@@ -126,4 +126,4 @@ def _free(world: CollisionWorld, poses: FloatArray) -> BoolArray:
 
 def _inflated(solids: tuple[Solid, ...], *, kept: float) -> InflatedSolids:
     each = tuple(kept if solid.reach_below > 0.0 else 0.0 for solid in solids)
-    return InflatedSolids(solids, kept=each, reaches=(0.0,))
+    return inflated_solids(solids, each, (0.0,))

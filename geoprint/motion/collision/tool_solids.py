@@ -24,6 +24,7 @@ by its stand-off; what lies below the tip plane is the subject of `tip_zone`.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from math import atan2, ceil, inf, pi, sqrt
 from typing import final
 
@@ -91,6 +92,7 @@ class Solid:
         return (self.start + self.end) / 2
 
 
+@lru_cache(maxsize=8)
 def tool_solids(tool: Tool) -> tuple[Solid, ...]:
     """Return tip, needle, cone, barrel and bracket, and the lamp where the tool has one whose place is known.
 

@@ -23,8 +23,8 @@ from geoprint.motion.arm import BRANCHES, JOINTS, Arm, about_nozzle
 from geoprint.motion.collision import (
     NOT_TESTED,
     CollisionWorld,
-    InflatedSolids,
     box_target,
+    inflated_solids,
     link_solids,
     mesh_target,
     tool_solids,
@@ -235,7 +235,7 @@ def _hits(path: JointPath, arm: Arm, *, scene: Scene) -> bool:
     boxes = [box_target(box, T_work_base=T_work_base) for box in scene.obstacles]
     solids = tool_solids(scene.tool)
     world = CollisionWorld(
-        InflatedSolids(solids, kept=(0.0,) + (scene.process.clearance,) * (len(solids) - 1), reaches=(CLEAR,)),
+        inflated_solids(solids, (0.0,) + (scene.process.clearance,) * (len(solids) - 1), (CLEAR,)),
         targets=(*surfaces, *boxes),
     )
     reaches = np.full((rows.size, len(solids)), CLEAR)
@@ -249,7 +249,7 @@ def _hits(path: JointPath, arm: Arm, *, scene: Scene) -> bool:
         # The base stands on what ends below its foot, and link 1 turns above it.
         targets = (*surfaces, *(boxes if link.joint > 1 else beside))
         kept = (scene.process.clearance,) * len(link.solids)
-        moving = CollisionWorld(InflatedSolids(link.solids, kept=kept, reaches=(CLEAR,)), targets=targets)
+        moving = CollisionWorld(inflated_solids(link.solids, kept, (CLEAR,)), targets=targets)
         if moving.touches(frames[:, link.joint], reaches=np.full((rows.size, len(kept)), CLEAR)).any():
             return True
     return False

@@ -19,7 +19,7 @@ from geoprint.motion.collision import (
     SMALLEST_ROOM,
     CheckedWorld,
     CollisionWorld,
-    InflatedSolids,
+    inflated_solids,
     tool_solids,
 )
 
@@ -66,7 +66,7 @@ class NozzleRoom:
         solids = tool_solids(tool)[:ROUND_SOLIDS]
         kept = tuple(process.clearance if solid.reach_below > 0.0 else 0.0 for solid in solids)
         self._zones = scene.zones
-        self._world = CollisionWorld(InflatedSolids(solids, kept=kept, reaches=(MARGIN,)), targets=scene.targets)
+        self._world = CollisionWorld(inflated_solids(solids, kept, (MARGIN,)), targets=scene.targets)
         self._radius = tool.needle_diameter / 2.0
         self._standoff = standoff
 

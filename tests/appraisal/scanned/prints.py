@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.appraisal.scanned import PlannedDeposit
+from geoprint.appraisal.scanned.target import ScanTarget
 from geoprint.model import FloatArray
 from geoprint.silico import Faults, Sensor, SilicoScan, laid_beads, looking_at, scanned
 from tests.appraisal.drawn import rows_on_plate, stream
@@ -17,7 +20,13 @@ PLATE = plate((40.0, 30.0), (20, 15))
 # Every other row runs back, so that beads to the left of all are not the same as a plate that is shifted.
 POSES = stream([row[:: 1 - 2 * (number % 2)] for number, row in enumerate(rows_on_plate())], flow=FLOW)
 DEPOSIT = PlannedDeposit(POSES, spacing=SPACING, height=HEIGHT)
-VIEW = looking_at(np.array([20.0, 15.0, 0.0]), place=np.array([20.0, 15.0, 300.0]), focal=1500.0, size=(220, 170))
+VIEW = looking_at(np.array([20.0, 15.0, 0.0]), place=np.array([20.0, 15.0, 300.0]), focal=750.0, size=(110, 85))
+
+
+@cache
+def target_of(*, spread: float = 1.0, offset: float = 0.0) -> ScanTarget:
+    """Return the plate with beads that are as wide and as far to the left as this."""
+    return ScanTarget(PLATE, DEPOSIT, spread=spread, offset=offset)
 
 
 def pose(*, turn: tuple[float, float, float] = (0.0, 0.0, 0.0), shift: tuple[float, float, float]) -> FloatArray:

@@ -85,7 +85,7 @@ def test_parts_of_runs_are_about_two_spacings_long_and_of_one_run_each() -> None
 
 
 def test_however_long_a_plan_is_its_parts_are_bounded() -> None:
-    rows = rows_on_plate(spacing=0.02, count=400)
+    rows = rows_on_plate(spacing=0.02, count=400, length=6.0)
     many = PlannedDeposit(stream(rows, flow=0.01), spacing=0.05, height=0.2)
     assert many.parts.max() < 2000 + 400
     assert POSES.count == 6 * 31

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -13,20 +15,20 @@ from geoprint.appraisal.scanned.target import ScanTarget
 from geoprint.errors import InputError
 from geoprint.model import FloatArray
 from geoprint.silico import Break, Faults
-from tests.appraisal.scanned.prints import DEPOSIT, PLATE, pose, scan_of
+from tests.appraisal.scanned.prints import DEPOSIT, PLATE, pose, scan_of, target_of
 
 STANDS = pose(turn=(0.01, -0.008, 0.012), shift=(0.3, -0.25, 0.4))
 
 
 def found_by(points: FloatArray, *, spread: float = 1.0, offset: float = 0.0) -> tuple[Adjusted, Registration]:
-    target = ScanTarget(PLATE, DEPOSIT, spread=spread, offset=offset)
-    one = adjusted(points, target, start=np.eye(4), steps=40)
+    one = adjusted(points, target_of(spread=spread, offset=offset), start=np.eye(4), steps=40)
     covariance = one.covariance[:6, :6]
     return one, Registration(
         one.T_work_scan, one.middle, covariance, one.loose, float(one.shares[0]), spread, offset, one.noise, one.used
     )
 
 
+@cache
 def measured(faults: Faults, *, spread: float = 1.0, offset: float = 0.0) -> MeasuredPrint:
     scan = scan_of(faults, T_work_scan=STANDS)
     _, found = found_by(scan.points, spread=spread, offset=offset)

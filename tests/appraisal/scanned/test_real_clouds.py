@@ -24,7 +24,8 @@ def test_every_cloud_opens(name: str) -> None:
 
 
 @pytest.mark.needs("open3d")
-@pytest.mark.parametrize("name", ["cgal_fin90_with_PCA_normals.xyz", "cgal_kitten.xyz", "cgal_oni.pwn"])
+@pytest.mark.usefixtures("in_one_process")
+@pytest.mark.parametrize("name", ["cgal_fin90_with_PCA_normals.xyz", "cgal_oni.pwn"])
 def test_a_cloud_registers_to_itself_moved(name: str) -> None:
     # Their unit is nobody's; in inches they are as large as a part.
     path = shared(f"clouds/{name}")
@@ -41,6 +42,7 @@ def test_a_cloud_registers_to_itself_moved(name: str) -> None:
 
 
 @pytest.mark.needs("open3d")
+@pytest.mark.usefixtures("in_one_process")
 @pytest.mark.parametrize("name", ["cgal_blobby.xyz", "trimesh_points_cloudcompare.xyz"])
 def test_a_cloud_that_is_no_surface_is_refused_as_a_part(name: str) -> None:
     with pytest.raises(InputError, match=r"too sparse or no surface|points at different places"):

@@ -40,12 +40,12 @@ def driven() -> TiltTurn:
 TABLES = {"hexapod": hexapod_noun, "tilt-turn": tilt_turn_noun, "external axes": driven}
 
 
-def own_program(number: int, table: Hexapod | TiltTurn, *, pause: float = 0.0) -> OwnProgram:
-    """The rings, printed in one attitude of a table."""
+def own_program(number: int, table: Hexapod | TiltTurn) -> OwnProgram:
+    """The rings, printed in one attitude of a table; after a layer comes half a minute."""
     machine, up = table_machine(table), np.array([UPS[number - 1]])
     T_table_plate = machine.plates(up / np.linalg.norm(up))[0]
     placement = tilted_placement(machine, PLACEMENT, T_table_plate=T_table_plate, number=number)
-    cell = replace(CELL, table=table, process=replace(CELL.process, layer_pause=pause))
+    cell = replace(CELL, table=table, process=replace(CELL.process, layer_pause=30.0))
     program, _ = proven_program(
         orders(placement=placement), cell=cell, placement=placement, part_name="rings", surface_within=0.2,
         tips_at=tips_of(stream()), spacing=2.0,
@@ -62,7 +62,7 @@ def attitudes(kind: str = "tilt-turn") -> tuple[OwnProgram, ...]:
 @cache
 def layered(kind: str = "tilt-turn") -> tuple[OwnProgram, ...]:
     """Two layers: the first in two attitudes, the second in one; half a minute between them."""
-    first, second = (own_program(number, TABLES[kind](), pause=30.0) for number in (1, 2))
+    first, second, _ = attitudes(kind)
     return (
         replace(first, folder="layer-01/part-1"),
         replace(second, folder="layer-01/part-2"),

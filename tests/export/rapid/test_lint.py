@@ -90,14 +90,15 @@ def test_the_judge_refuses_the_guard_as_it_was(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("part", "mode"), [("patches/tricuspid_leaflet_disc_r6.ply", "io"), ("patches/lv_lateral_disc_r15.ply", "analog")]
+    ("part", "mode", "spacing"),
+    [("patches/tricuspid_leaflet_disc_r6.ply", "io", 2.0), ("patches/lv_lateral_disc_r15.ply", "analog", 5.0)],
 )
-def test_programs_for_real_parts_have_no_error(part: str, mode: str, tmp_path: Path) -> None:
+def test_programs_for_real_parts_have_no_error(part: str, mode: str, spacing: float, tmp_path: Path) -> None:
     text = packaged_cell_text("irb120-bent45").replace('mode = "io"', f'mode = "{mode}"')
     for key in ("flow", "flow_per_mm3_s", "vacuum"):
         text = text.replace(f"# {key} =", f"{key} =")
     (tmp_path / "cell.toml").write_text(text)
-    job = job_of(surface=shared(part), unit="mm", spacing=1.5, cell=tmp_path / "cell.toml", place="demo")
+    job = job_of(surface=shared(part), unit="mm", spacing=spacing, cell=tmp_path / "cell.toml", place="demo")
     (robot,) = plan(job).robot
     (tmp_path / "rapid").mkdir()
     assert errors(robot.program, tmp_path / "rapid") == []

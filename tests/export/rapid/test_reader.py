@@ -3,17 +3,27 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from dataclasses import dataclass, replace
+from functools import cache
 
 import pytest
 from hypothesis import assume, given, settings, strategies as st
 
 from geoprint.errors import VerificationError
+from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.program import rapid_program
 from geoprint.export.rapid.verify import verify_program
 from geoprint.model import Placement, Program
 from tests.export.export_cases import CELL, DEMONSTRATION, PLACEMENT, events, orders, stream, tips_of
+
+
+@pytest.fixture(scope="module", autouse=True)
+def parsed_once() -> Generator[None]:
+    """Parse a text once, however many programs have it: a damage is in one module, the others stay as they are."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("geoprint.export.rapid.verify.parse_module", cache(parse_module))
+        yield
 
 
 def within(placement: Placement) -> float | None:
@@ -290,7 +300,7 @@ CODE = [
 
 
 @given(st.sampled_from(CODE))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_no_letter_sign_or_bracket_can_be_lost_unnoticed(place: tuple[str, int]) -> None:
     module, index = place
     with pytest.raises(VerificationError):
@@ -302,7 +312,7 @@ NUMBERS = [match.span() for match in re.finditer(r"-?\d+\.\d{4,}", PATH) if matc
 
 
 @given(st.sampled_from(NUMBERS), st.integers(0, 9), st.data())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_no_digit_that_matters_can_change_unnoticed(span: tuple[int, int], digit: int, data: st.DataObject) -> None:
     index = data.draw(st.integers(span[0], PATH.index(".", span[0]) + 3))
     assume(PATH[index].isdigit() and PATH[index] != str(digit))

@@ -57,6 +57,11 @@ def layers(cell: Cell = CELL, placement: Placement = PLACEMENT) -> tuple[OwnProg
 
 
 def stacked(own: tuple[OwnProgram, ...]) -> Files:
+    return dict(_stacked(own))
+
+
+@cache
+def _stacked(own: tuple[OwnProgram, ...]) -> tuple[tuple[str, str], ...]:
     first = own[0]
     made = [
         stacked_layer(
@@ -64,7 +69,7 @@ def stacked(own: tuple[OwnProgram, ...]) -> Files:
         )
         for number, one in enumerate(own, start=1)
     ]
-    return dict(stack_files(made, cell=first.cell, placement=first.placement, part_name="rings"))
+    return stack_files(made, cell=first.cell, placement=first.placement, part_name="rings")
 
 
 def judged(change: Callable[[Files], object], own: tuple[OwnProgram, ...] | None = None) -> JudgedStack:
@@ -94,8 +99,9 @@ def ran(files: Mapping[str, str], own: tuple[OwnProgram, ...], **data: float | b
     return controller.execution()
 
 
-@pytest.mark.parametrize("placement", [PLACEMENT, DEMONSTRATION], ids=["known", "unknown"])
-@pytest.mark.parametrize("cell", [CELL, PAUSING], ids=["no pause", "pause"])
+@pytest.mark.parametrize(
+    ("cell", "placement"), [(CELL, PLACEMENT), (PAUSING, DEMONSTRATION)], ids=["no pause, known", "pause, unknown"]
+)
 def test_a_stack_is_its_layers_one_after_another(cell: Cell, placement: Placement) -> None:
     own = layers(cell, placement)
     proof = verify_stack(stacked(own), own)

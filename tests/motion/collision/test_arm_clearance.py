@@ -149,8 +149,13 @@ def test_links_inside_a_closed_body_are_refused_although_no_surface_is_near():
         )
 
 
-def test_arm_stands_on_its_table_but_not_in_a_box():
-    found = check_cell(obstacles=(TABLE,))
+@pytest.fixture(scope="module")
+def on_its_table() -> Clearance:
+    return check_cell(obstacles=(TABLE,))
+
+
+def test_arm_stands_on_its_table_but_not_in_a_box(on_its_table: Clearance):
+    found = on_its_table
     step = Box("step", np.array([0.0, 0.0, 5.0]), np.array([100.0, 100.0, 20.0]))
 
     assert "arm's base and link 1, likewise, against part plate" in found.checked
@@ -159,8 +164,8 @@ def test_arm_stands_on_its_table_but_not_in_a_box():
         check_cell(obstacles=(TABLE, step))
 
 
-def test_checked_and_not_checked_name_the_arm_and_the_lamp():
-    without = check_cell()
+def test_checked_and_not_checked_name_the_arm_and_the_lamp(on_its_table: Clearance):
+    without = on_its_table
     lamp = Lamp(transforms.rigid(np.eye(3), np.array([0.0, 30.0, 5.0])), length=40.0, diameter=20.0)
     with_lamp = check_cell(cell=replace(CELL, tool=replace(CELL.tool, lamp=lamp)))
 

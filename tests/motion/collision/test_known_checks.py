@@ -9,7 +9,7 @@ import pytest
 
 from geoprint import transforms
 from geoprint.errors import ClearanceError
-from geoprint.model import Box, Cylinder, FloatArray, Obstacle, Tool
+from geoprint.model import Box, Clearance, Cylinder, FloatArray, Obstacle, Tool
 from geoprint.motion.arm import Arm
 from geoprint.motion.collision import ClearanceCheck, contact
 from geoprint.motion.collision.closest import ranking_trees, smallest_distance
@@ -37,23 +37,30 @@ def checked(
     )  # fmt: skip
 
 
-def test_a_check_with_what_another_prepared_finds_the_same() -> None:
+@pytest.fixture(scope="module")
+def own() -> tuple[ClearanceCheck, Clearance]:
+    """A check that has prepared all by itself, and what it finds."""
+    path, _, poses = printed_line()
+    check = checked(POST)
+    return check, check(path, poses=poses)
+
+
+def test_a_check_with_what_another_prepared_finds_the_same(own: tuple[ClearanceCheck, Clearance]) -> None:
     path, _, poses = printed_line()
     elsewhere = checked(T_base_work=T_BASE_WORK @ transforms.rigid(np.eye(3), np.array([0.0, 30.0, 0.0])))
 
-    own, taken = (checked(POST, known=known)(path, poses=poses) for known in (None, elsewhere))
+    taken = checked(POST, known=elsewhere)(path, poses=poses)
 
-    assert astuple(taken) == astuple(own)
-    assert any("against hub" in each for each in own.checked)
+    assert astuple(taken) == astuple(own[1])
+    assert any("against hub" in each for each in taken.checked)
 
 
-def test_what_stands_only_where_the_second_check_looks_is_found() -> None:
+def test_what_stands_only_where_the_second_check_looks_is_found(own: tuple[ClearanceCheck, Clearance]) -> None:
     path, _, poses = printed_line()
-    first = checked(POST)
-    assert first(path, poses=poses).smallest > 0.0
+    assert own[1].smallest > 0.0
 
     with pytest.raises(ClearanceError, match=r"into the obstacle box"):
-        checked(BESIDE, known=first)(path, poses=poses)
+        checked(BESIDE, known=own[0])(path, poses=poses)
 
 
 def test_what_is_new_is_controlled_and_nothing_twice(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -65,29 +72,31 @@ def test_what_is_new_is_controlled_and_nothing_twice(monkeypatch: pytest.MonkeyP
         control(*values, name=name, **others)  # pyright: ignore[reportArgumentType]
 
     monkeypatch.setattr(contact, "_expect", noted)
-    first = checked(POST)
+    # One that nothing in this process has inflated yet.
+    tool = replace(CELL.tool)
+    first = checked(POST, tool=tool)
     assert {"part plate", "hub", "plate"} <= set(named)
     named.clear()
 
-    checked(POST, known=first)
+    checked(POST, tool=tool, known=first)
 
     # The hub stands elsewhere as the part sees it, and is another target each time.
     assert set(named) == {"hub"}
 
 
-def test_of_another_tool_nothing_is_taken() -> None:
+def test_of_another_tool_nothing_is_taken(own: tuple[ClearanceCheck, Clearance]) -> None:
     path, _, poses = printed_line()
     slim = replace(CELL.tool, needle_diameter=0.7)
     of_the_slim = checked(tool=slim)
 
-    found = checked(known=of_the_slim)(path, poses=poses)
+    wide = checked(POST, known=of_the_slim)
 
-    assert found.tip_margin == checked()(path, poses=poses).tip_margin
-    assert checked(known=of_the_slim).scene.tool is not of_the_slim.scene.tool
+    assert wide(path, poses=poses).tip_margin == own[1].tip_margin
+    assert wide.scene.tool is not of_the_slim.scene.tool
     assert checked(tool=slim, known=of_the_slim).scene.tool is of_the_slim.scene.tool
 
 
-@pytest.mark.parametrize("away", [12.0, 20.0, 29.0, 45.0, 80.0])
+@pytest.mark.parametrize("away", [12.0, 29.0, 80.0])
 def test_a_target_left_out_as_farther_than_the_nearest_is_farther(away: float) -> None:
     solids = tool_solids(CELL.tool)
     line = np.column_stack([np.linspace(0.0, 20.0, 41), np.zeros(41), np.zeros(41)])

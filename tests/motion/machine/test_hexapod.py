@@ -36,7 +36,7 @@ def test_the_default_reaches_what_its_maker_publishes_within_2_percent(axis: str
     assert high == pytest.approx(TRAVEL[axis], rel=0.02)
 
 
-@settings(deadline=None, max_examples=200)
+@settings(deadline=None, max_examples=50)
 @given(st.tuples(*[st.floats(-40.0, 40.0)] * 3), st.tuples(*[st.floats(-0.4, 0.4)] * 3))
 def test_the_legs_of_a_pose_lead_back_to_it(shift: tuple[float, ...], turn: tuple[float, ...]) -> None:
     machine = hexapod()
@@ -113,13 +113,13 @@ def test_the_distance_of_two_segments_is_right_where_they_cross_or_run_side_by_s
     assert found[0, 0] == pytest.approx(wanted, abs=1e-12)
 
 
-def test_the_margins_of_thousands_of_poses_are_those_of_a_plain_loop() -> None:
+def test_the_margins_of_a_thousand_poses_are_those_of_a_plain_loop() -> None:
     # Thick legs, and then nothing but them and the singularity, so that each limit is the nearest one somewhere.
     thick = hexapod_noun(leg_diameter_mm=40.0, plate_cone_deg=16.0)
     loose = hexapod_noun(leg_mm=[20.0, 900.0], base_cone_deg=89.9, plate_cone_deg=89.9, leg_diameter_mm=1.0)
-    near, far = random_poses(3_000, shift=30.0, turn=0.25), random_poses(2_000, shift=60.0, turn=1.6, seed=1)
+    near, far = random_poses(600, shift=30.0, turn=0.25), random_poses(400, shift=60.0, turn=1.6, seed=1)
     nearest: Counter[str] = Counter()
-    for noun, poses in ((thick, near), (thick, far), (loose, random_poses(1_000, shift=60.0, turn=1.2, seed=2))):
+    for noun, poses in ((thick, near), (thick, far), (loose, random_poses(200, shift=60.0, turn=1.2, seed=2))):
         rest = Loop(noun, np.eye(4))
         left = [Loop(noun, each).left(rest) for each in poses]
         wanted = [min(1.0, *each.values()) for each in left]

@@ -53,6 +53,13 @@ def at(x: float, y: float, z: float, *, yaw_deg: float = 0.0) -> Stand:
     return Stand(np.array([x, y, z]), np.array([0.0, 0.0, np.radians(yaw_deg)]))
 
 
+@pytest.fixture
+def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Begin the climb from a grid of a few places, for what does not depend on how fine it is."""
+    monkeypatch.setattr("geoprint.motion.placing.placement_search.GRID_STEP", 100.0)
+    monkeypatch.setattr("geoprint.motion.placing.placement_search.GRID_YAWS", 4)
+
+
 def test_margins_are_the_distances_to_what_is_refused() -> None:
     arm_ = arm()
     limits = np.degrees(arm_.robot.limits)
@@ -96,6 +103,7 @@ def test_body_stands_on_the_table_too_but_may_rise_above_home() -> None:
     assert room(obstacles=()).lowest(at(300, 0, 61)) == np.inf
 
 
+@pytest.mark.usefixtures("coarse")
 def test_line_is_placed_with_more_margin_than_before_and_is_reached_there() -> None:
     start, arm_, poses = at(430, 0, 5), arm(), line()
     before = reach_margin(poses, arm_, T_base_work=start.T_base_fixture)
@@ -111,7 +119,7 @@ def test_line_is_placed_with_more_margin_than_before_and_is_reached_there() -> N
 
 def test_margin_of_a_candidate_is_that_of_its_motion_over_all_poses() -> None:
     arm_, poses = arm(), line(count=161)
-    best = search_placement(poses, arm_, T_fixture_work=np.eye(4), start=at(300, 0, 50), room=room())[0]
+    best = search_placement(poses, arm_, T_fixture_work=np.eye(4), start=at(300, 0, 50), room=room(), height=50.0)[0]
     turn = transforms.rigid(
         np.array([[np.cos(best.spin), -np.sin(best.spin), 0], [np.sin(best.spin), np.cos(best.spin), 0], [0, 0, 1.0]]),
         np.zeros(3),
@@ -121,10 +129,12 @@ def test_margin_of_a_candidate_is_that_of_its_motion_over_all_poses() -> None:
     assert best.margin == pytest.approx(smallest_margin(joints, arm_, deposit=poses.deposit).angle)
 
 
+@pytest.mark.usefixtures("coarse")
 def test_height_is_kept_and_tilt_is_bounded_where_they_are_given() -> None:
     found = search_placement(
-        line(), arm(), T_fixture_work=np.eye(4), start=at(300, 0, 50), room=room(), height=20.0, tilt=np.radians(15.0)
-    )
+        line(), arm(), T_fixture_work=np.eye(4), start=at(300, 0, 50), room=room(), height=20.0,
+        tilt=np.radians(15.0),
+    )  # fmt: skip
     for candidate in found:
         assert candidate.stand.position[2] == 20.0
         assert np.hypot(*candidate.stand.rpy[:2]) <= np.radians(15.0) + 1e-9
@@ -132,7 +142,9 @@ def test_height_is_kept_and_tilt_is_bounded_where_they_are_given() -> None:
 
 def test_part_that_fits_nowhere_and_empty_stream_are_refused() -> None:
     with pytest.raises(InputError, match="finds no place within the arm's reach"):
-        search_placement(line(), arm(), T_fixture_work=np.eye(4), start=at(300, 0, 50), room=room(ceiling=-10.0))
+        search_placement(
+            line(), arm(), T_fixture_work=np.eye(4), start=at(300, 0, 50), room=room(ceiling=-10.0), height=0.0
+        )
     nothing = line(count=1)
     empty = replace(
         nothing,

@@ -27,10 +27,10 @@ def test_rows_of_a_cap_of_85_degrees_overhang_where_the_range_ends(range_deg: fl
     assert np.degrees(found.missing) == pytest.approx(np.repeat(expected, 361), abs=1e-4)
 
 
-@pytest.mark.parametrize("name", ["lv_apex_disc_r20", "mitral_annulus_band_8mm", "aortic_root_band_6mm"])
+@pytest.mark.parametrize("name", ["lv_apex_disc_r20", "mitral_annulus_band_8mm"])
 def test_a_real_part_overhangs_no_more_where_the_table_can_prevent_it(name: str) -> None:
     file = shared(f"patches/{name}.ply")
-    planned = plan(job_of(surface=file, unit="mm", spacing=2.0, robot=False))
+    planned = plan(job_of(surface=file, unit="mm", spacing=4.0, robot=False))
     poses, rest = planned.poses, planned.workpiece.upright[2]
     critical = planned.workpiece.cell.process.overhang
     before = overhang(poses, up=rest, critical=critical)

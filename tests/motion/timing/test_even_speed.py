@@ -13,7 +13,7 @@ from geoprint.model import FloatArray, JointPath, Slowdown, Trajectory
 from geoprint.motion.timing import Slowed, largest_even_speed, retime, slowed_shares, timed_targets
 from tests.motion.cells import bent_cell
 from tests.motion.joint_paths import line, stream
-from tests.motion.timing.test_spacing import hairpin
+from tests.motion.timing.test_spacing import hairpin, timed_hairpin
 
 CELL = bent_cell()
 ROBOT, PROCESS = CELL.robot, CELL.process
@@ -107,7 +107,7 @@ def test_targets_of_a_bend_bound_the_speed_too() -> None:
 
 def test_the_speed_that_targets_allow_leaves_nothing_to_lower_and_a_higher_one_does() -> None:
     path = hairpin(4.0)
-    slower = timed_targets(path, ROBOT, process=PROCESS).trajectory.slowdowns
+    slower = timed_hairpin(4.0).trajectory.slowdowns
     assert [each.limit for each in slower] == ["targets"]
     largest = even_speed(path, slowdowns=slower)
     found = timed_targets(path, ROBOT, process=replace(PROCESS, speed=largest)).trajectory

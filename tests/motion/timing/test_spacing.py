@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from geoprint.model import Bend, FloatArray, JointPath, Slowdown, Trajectory
 from geoprint.motion.controller import written_targets
 from geoprint.motion.timing import joints_at, largest_jerk, retime, timed_targets
 from geoprint.motion.timing.spacing import (
+    TimedTargets,
     _place_lowered,  # pyright: ignore[reportPrivateUsage]
     _run_lowered,  # pyright: ignore[reportPrivateUsage]
 )
@@ -37,13 +40,18 @@ def hairpin(angle: float) -> JointPath:
     )  # fmt: skip
 
 
+@cache
+def timed_hairpin(angle: float) -> TimedTargets:
+    return timed_targets(hairpin(angle), ROBOT, process=PROCESS)
+
+
 def test_a_run_whose_targets_come_too_soon_is_lowered_until_they_do_not() -> None:
     path = hairpin(4.0)
     fast = retime(path, ROBOT, process=PROCESS)
     (close, *_) = (bend for bend in written_targets(path, fast, process=PROCESS).bends if bend.kind == "close")
     assert close.shortest < 0.012
 
-    trajectory, targets = timed_targets(path, ROBOT, process=PROCESS)
+    trajectory, targets = timed_hairpin(4.0)
     assert [bend for bend in targets.bends if bend.kind == "close"] == []
     assert np.diff(trajectory.pose_times[targets.poses]).min() >= 0.012 - 1e-9
     (slow,) = trajectory.slowdowns
@@ -57,8 +65,7 @@ def test_a_run_whose_targets_come_too_soon_is_lowered_until_they_do_not() -> Non
 
 @pytest.mark.parametrize("angle", [3.1, 5.0])
 def test_a_run_is_lowered_no_farther_than_its_targets_need(angle: float) -> None:
-    path = hairpin(angle)
-    trajectory, targets = timed_targets(path, ROBOT, process=PROCESS)
+    trajectory, targets = timed_hairpin(angle)
     (slow,) = trajectory.slowdowns
     assert [bend for bend in targets.bends if bend.kind == "close"] == []
     # By the shortest move among the targets of the set speed it would be 10 mm/s.
@@ -77,7 +84,7 @@ def test_targets_at_both_ends_of_moves_that_are_wide_stand_outside_of_the_bend(a
 
 def test_a_run_whose_targets_have_time_keeps_its_speed() -> None:
     path = hairpin(1.0)
-    trajectory, targets = timed_targets(path, ROBOT, process=PROCESS)
+    trajectory, targets = timed_hairpin(1.0)
     assert trajectory.slowdowns == ()
     assert targets.moved.size > 0
     assert trajectory.duration == retime(path, ROBOT, process=PROCESS).duration
@@ -85,7 +92,7 @@ def test_a_run_whose_targets_have_time_keeps_its_speed() -> None:
 
 def test_written_speeds_give_the_time_of_each_move_over_the_length_of_the_controllers_path() -> None:
     path = hairpin(1.0)
-    trajectory, targets = timed_targets(path, ROBOT, process=PROCESS)
+    trajectory, targets = timed_hairpin(1.0)
     places = path.poses.tips[targets.poses].copy()
     places[targets.moved] = targets.places
     steps = np.diff(places, axis=0)
@@ -150,7 +157,7 @@ def test_with_follow_only_the_place_is_lowered_where_targets_come_too_soon() -> 
     legs = (np.abs(path.poses.arcs[1:] - slow.arc) > 3.0) & (path.poses.arcs[1:] > 2.0) & (path.poses.arcs[1:] < 18.0)
     np.testing.assert_allclose(speeds[legs], PROCESS.speed, rtol=1e-6)
     assert trajectory.share_at_speed > 0.7
-    assert timed_targets(path, ROBOT, process=PROCESS).trajectory.share_at_speed == 0.0
+    assert timed_hairpin(4.0).trajectory.share_at_speed == 0.0
 
 
 def close_bend(*, arc: float = 50.0, shortest: float = 0.0108, run: int = 0) -> Bend:

@@ -19,6 +19,7 @@ from geoprint.account.records.robot import BendRecord
 from geoprint.account.texts.checking import check_text
 from geoprint.errors import UsageError, VerificationError
 from geoprint.pipeline import check_bundle, plan, record_seen, save_plan
+from geoprint.results import Plan
 
 WHEN = datetime(2026, 3, 4, 15, 6, 7, tzinfo=UTC)
 
@@ -109,11 +110,11 @@ def test_evidence_that_cannot_be_read_is_a_finding_and_stays(copy: Path) -> None
     assert "flown" in (copy / "evidence.json").read_text()
 
 
-def test_overwriting_loses_nothing_that_a_person_recorded(copy: Path) -> None:
+def test_overwriting_loses_nothing_that_a_person_recorded(copy: Path, printed_plan: Plan) -> None:
     record_seen(check_bundle(copy), "dry", note="fine", when=WHEN)
     before = (copy / "evidence.json").read_bytes()
     # The same program counts on; another one keeps the entry as that of another.
-    save_plan(plan(geoprint.job_from(copy)), copy, overwrite=True)
+    save_plan(printed_plan, copy, overwrite=True)
     assert (copy / "evidence.json").read_bytes() == before
     assert "run dry: seen 2026-03-04: fine" in check_text(check_bundle(copy))
     save_plan(plan(geoprint.job_from(copy, robot=False)), copy, overwrite=True)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +30,8 @@ from geoprint.export import json_bytes
 from geoprint.model import FloatArray
 from geoprint.pipeline import compare, job_from, plan, save_plan
 from geoprint.pipeline.appraised.given import read_plan
+from geoprint.pipeline.feeding import with_feedback
+from geoprint.results import Plan
 from geoprint.surfaces.files import save_ply
 from tests.meshes import plate
 
@@ -35,19 +39,26 @@ ANALOG = 'mode = "analog"\nflow = "aoFlow"\nflow_per_mm3_s = 0.1'
 NOTHING = EstimateRecord(value=1.0, deviation=0.01)
 
 
-@pytest.fixture(scope="module", params=["heat", "lscm"])
-def bundle(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the bundle of a plate whose cell sets the flow along the path."""
-    folder = tmp_path_factory.mktemp("fed")
-    save_ply(plate((40.0, 30.0), (20, 15)), folder / "plate.ply")
+@pytest.fixture(scope="module", params=["heat"])
+def planned(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Plan:
+    """Return the plan of a plate with two runs, whose cell sets the flow along the path."""
+    folder = tmp_path_factory.mktemp("planned")
+    save_ply(plate((20.0, 16.0), (8, 6)), folder / "plate.ply")
     text = packaged_cell_text("irb120-bent45").replace('mode = "io"', ANALOG)
     (folder / "analog.toml").write_text(text, encoding="utf-8")
     job = job_of(
         surface=folder / "plate.ply", unit="mm", spacing=4.0, backend=request.param, robot=False,
         cell=folder / "analog.toml",
     )  # fmt: skip
-    save_plan(plan(job), folder / "plan")
-    return folder / "plan"
+    return plan(job)
+
+
+@pytest.fixture(scope="module")
+def bundle(planned: Plan, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the bundle of that plan."""
+    folder = tmp_path_factory.mktemp("fed") / "plan"
+    save_plan(planned, folder)
+    return folder
 
 
 def appraisal(bundle: Path, share: Callable[[FloatArray, FloatArray], FloatArray]) -> ScanAppraisalRecord:
@@ -111,11 +122,25 @@ def fed(bundle: Path, told: ScanAppraisalRecord, folder: Path) -> PlanRecord:
     return save_plan(plan(job_from(bundle, feedback=written(folder, told))), folder / "fed")
 
 
-def test_what_a_print_lacks_is_commanded_on_top_and_told(bundle: Path, tmp_path: Path) -> None:
-    told = fed(bundle, appraisal(bundle, lambda starts, _: np.full(starts.size, 0.8)), tmp_path)
+def feeding(planned: Plan, told: ScanAppraisalRecord) -> Plan:
+    """Return a plan with the feedback, as the last stage of its paths adds it; they are not planned again."""
+    text = json_bytes(as_json(told)).decode()
+    return with_feedback(replace(planned, workpiece=replace(planned.workpiece, feedback_text=text)))
+
+
+@pytest.fixture(scope="module")
+def lacking(bundle: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of the bundle whose last print had four fifths of its volume everywhere."""
+    folder = tmp_path_factory.mktemp("lacking")
+    fed(bundle, appraisal(bundle, lambda starts, _: np.full(starts.size, 0.8)), folder)
+    return folder / "fed"
+
+
+def test_what_a_print_lacks_is_commanded_on_top_and_told(bundle: Path, lacking: Path) -> None:
+    told = read_record(lacking / "plan.json", PlanRecord)
     assert told.feedback is not None
     assert [change.cause for change in told.feedback.changes] == ["constant"]
-    before, after = read_plan(bundle), read_plan(tmp_path / "fed")
+    before, after = read_plan(bundle), read_plan(lacking)
     assert after.poses.flow == pytest.approx(before.poses.flow)
     nominal = before.spacing * before.height
     commanded = (after.factors * after.poses.flow)[after.poses.deposit]
@@ -132,27 +157,29 @@ def test_a_print_as_planned_changes_no_byte_of_the_path(bundle: Path, tmp_path: 
     assert any("nothing is significant" in note for note in told.notes)
 
 
-def test_a_second_print_is_held_against_what_was_wanted_and_corrected_further(bundle: Path, tmp_path: Path) -> None:
-    fed(bundle, appraisal(bundle, lambda starts, _: np.full(starts.size, 0.9)), tmp_path)
-    again = appraisal(tmp_path / "fed", lambda starts, _: np.full(starts.size, 0.96))
-    assert min(part.factor for part in again.parts) == pytest.approx(1.0 / 0.9, rel=0.01)
-    (tmp_path / "more").mkdir()
-    told = fed(bundle, again, tmp_path / "more").feedback
+def test_a_second_print_is_held_against_what_was_wanted_and_corrected_further(
+    bundle: Path, lacking: Path, tmp_path: Path
+) -> None:
+    again = appraisal(lacking, lambda starts, _: np.full(starts.size, 0.96))
+    assert min(part.factor for part in again.parts) == pytest.approx(1.0 / 0.8, rel=0.01)
+    told = fed(bundle, again, tmp_path).feedback
     assert told is not None
-    assert told.least_factor == pytest.approx(1.0 / 0.9 / 0.96, rel=0.01)
+    assert told.least_factor == pytest.approx(1.0 / 0.8 / 0.96, rel=0.01)
 
 
-def test_a_late_valve_is_commanded_earlier(bundle: Path, tmp_path: Path) -> None:
+# What is fed depends on the paths alone, and not on who made them: one test takes those of the other backend.
+@pytest.mark.parametrize("planned", ["lscm"], indirect=True)
+def test_a_late_valve_is_commanded_earlier(planned: Plan, bundle: Path, tmp_path: Path) -> None:
     def late(starts: FloatArray, ends: FloatArray) -> FloatArray:
         return 1.0 - np.where(starts == 0.0, 0.8 / (ends - starts), 0.0)
 
     path = written(tmp_path, appraisal(bundle, late))
-    planned = plan(job_from(bundle, feedback=path))
-    assert planned.fed is not None
-    assert planned.fed.correction.opening == pytest.approx(0.8, abs=0.1)
-    cell = plan(job_from(bundle)).workpiece.cell
-    found = planned.workpiece.cell.signals.valve_open - cell.signals.valve_open
-    assert found == pytest.approx(planned.fed.correction.opening / cell.process.speed)
+    again = plan(job_from(bundle, feedback=path))
+    assert again.fed is not None
+    assert again.fed.correction.opening == pytest.approx(0.8, abs=0.1)
+    cell = planned.workpiece.cell
+    found = again.workpiece.cell.signals.valve_open - cell.signals.valve_open
+    assert found == pytest.approx(again.fed.correction.opening / cell.process.speed)
 
 
 def test_a_bundle_with_feedback_is_planned_again_to_the_same_bytes(bundle: Path, tmp_path: Path) -> None:
@@ -173,28 +200,22 @@ def test_a_bundle_with_feedback_is_planned_again_to_the_same_bytes(bundle: Path,
         job_from(tmp_path / "fed")
 
 
-def test_a_table_of_flow_that_was_changed_is_refused(bundle: Path, tmp_path: Path) -> None:
-    fed(bundle, appraisal(bundle, lambda starts, _: np.full(starts.size, 0.8)), tmp_path)
-    table = tmp_path / "fed" / "feedback.csv"
+def test_a_table_of_flow_that_was_changed_is_refused(lacking: Path, tmp_path: Path) -> None:
+    table = shutil.copytree(lacking, tmp_path / "fed") / "feedback.csv"
     table.write_bytes(table.read_bytes()[:-40])
     with pytest.raises(VerificationError, match=r"feedback\.csv"):
         read_plan(tmp_path / "fed")
 
 
-def test_feedback_on_other_paths_or_another_part_is_refused(bundle: Path, tmp_path: Path) -> None:
+def test_feedback_on_other_paths_or_another_part_is_refused(planned: Plan, bundle: Path, tmp_path: Path) -> None:
     told = appraisal(bundle, lambda starts, _: np.full(starts.size, 0.8))
-    path = written(tmp_path, told)
-    with pytest.raises(
-        InputError, match=r"the feedback: it is of \d+ runs, but \d+ are planned: plan with the settings"
-    ):
-        plan(job_from(bundle, feedback=path, spacing=3.0))
+    with pytest.raises(InputError, match=r"the feedback: it is of 2 runs, but \d+ are planned: plan with the settings"):
+        plan(job_from(bundle, feedback=written(tmp_path, told), spacing=2.5))
     longer = told.runs[0].model_copy(update={"length_mm": told.runs[0].length_mm + 0.5})
-    path = written(tmp_path, told.model_copy(update={"runs": (longer, *told.runs[1:])}))
     with pytest.raises(InputError, match=r"run 0 was .* mm long in print, but .* mm are planned"):
-        plan(job_from(bundle, feedback=path))
-    path = written(tmp_path, told.model_copy(update={"part_sha256": "f" * 64}))
+        feeding(planned, told.model_copy(update={"runs": (longer, *told.runs[1:])}))
     with pytest.raises(InputError, match=r"whose file is not that of plate\.ply: plan the part that was printed"):
-        plan(job_from(bundle, feedback=path))
+        feeding(planned, told.model_copy(update={"part_sha256": "f" * 64}))
 
 
 def test_a_cell_that_only_opens_its_valve_is_told_the_speed_that_lays_the_mean(bundle: Path, tmp_path: Path) -> None:
@@ -226,11 +247,12 @@ def test_what_is_no_appraisal_of_a_scan_is_refused(
 
 
 @pytest.mark.parametrize("wrong", [{"factor": 0.0}, {"deviation": -1.0}, {"end_mm": 0.0}])
-def test_figures_that_cannot_be_are_refused(bundle: Path, tmp_path: Path, wrong: dict[str, float]) -> None:
+def test_figures_that_cannot_be_are_refused(planned: Plan, bundle: Path, wrong: dict[str, float]) -> None:
     told = appraisal(bundle, lambda starts, _: np.ones(starts.size))
+    feeding(planned, told)
     parts = (told.parts[0].model_copy(update=wrong), *told.parts[1:])
     with pytest.raises(InputError, match=r"^the feedback: "):
-        plan(job_from(bundle, feedback=written(tmp_path, told.model_copy(update={"parts": parts}))))
+        feeding(planned, told.model_copy(update={"parts": parts}))
 
 
 def test_feedback_is_of_one_plan_and_no_comparison(bundle: Path, tmp_path: Path) -> None:

@@ -23,24 +23,22 @@ from geoprint.pipeline.bundles.again import job_from
 from geoprint.pipeline.folders.layer_moves import layer_moves
 from geoprint.pipeline.folders.stack_program import own_programs
 from geoprint.pipeline.tilting import sweeping
-from tests.pipeline.tilting.test_printing import cell, part
+from tests.pipeline.layers_here import planning_here
+from tests.pipeline.tilting.test_printing import SPACING, cell, part
 
 PAUSE = 20.0
 
 
-# What does not depend on where the paths come from.
-of_one_backend = pytest.mark.parametrize("device", ["heat"], indirect=True)
-
-
-@pytest.fixture(scope="module", params=["heat", "lscm"])
-def device(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, StackRecord]:
+@pytest.fixture(scope="module")
+def device(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, StackRecord]:
     folder = tmp_path_factory.mktemp("layers")
     path = cell(folder)
     path.write_text(path.read_text().replace("# layer_pause_s = 60", f"layer_pause_s = {PAUSE:g}"))
     job = job_of(
-        surface=part(folder), unit="mm", spacing=3.0, backend=request.param, place="demo", cell=path, thickness=1.0,
+        surface=part(folder), unit="mm", spacing=SPACING, backend="heat", place="demo", cell=path, thickness=1.0,
     )  # fmt: skip
-    return folder / "device", plan_stack(job, folder / "device")
+    with planning_here():
+        return folder / "device", plan_stack(job, folder / "device")
 
 
 def test_each_layer_is_printed_in_attitudes_of_its_own_in_which_nothing_overhangs(
@@ -111,7 +109,6 @@ def test_the_report_says_which_attitudes_print_each_layer(device: tuple[Path, St
     assert f"<td>{first + 1} to {first + second}</td>" in page
 
 
-@of_one_backend
 def test_what_was_changed_in_the_program_of_all_layers_is_found(
     device: tuple[Path, StackRecord], tmp_path: Path
 ) -> None:
@@ -127,7 +124,6 @@ def test_what_was_changed_in_the_program_of_all_layers_is_found(
     assert f"nobody is asked before the table comes to attitude {number}" in run.reason
 
 
-@of_one_backend
 def test_a_table_that_comes_near_the_arm_between_two_layers_is_refused(
     device: tuple[Path, StackRecord],
 ) -> None:
@@ -141,7 +137,6 @@ def test_a_table_that_comes_near_the_arm_between_two_layers_is_refused(
         layer_moves(jobs, near)
 
 
-@of_one_backend
 def test_check_proves_anew_that_the_table_keeps_clear_of_the_arm_between_two_layers(
     device: tuple[Path, StackRecord], tmp_path: Path
 ) -> None:
@@ -160,7 +155,6 @@ def test_check_proves_anew_that_the_table_keeps_clear_of_the_arm_between_two_lay
     assert "table's plate may come within 0.0 mm of the" in found.reason
 
 
-@of_one_backend
 def test_check_finds_another_distance_than_that_which_is_told_of_the_table_between_layers(
     device: tuple[Path, StackRecord], tmp_path: Path
 ) -> None:
@@ -177,19 +171,21 @@ def test_check_finds_another_distance_than_that_which_is_told_of_the_table_betwe
     assert float(again) == pytest.approx(kept, abs=1e-9)
 
 
-@of_one_backend
 def test_a_full_check_proves_anew_that_the_table_keeps_clear_of_the_arm_between_two_attitudes(
     device: tuple[Path, StackRecord], tmp_path: Path
 ) -> None:
     folder = shutil.copytree(device[0] / "layer-01", tmp_path / "layer")
-    assert check_bundle(folder, full=True).findings == ()
     plan_file = folder / "plan.json"
     told = json.loads(plan_file.read_text())
-    told["robot"][1]["table"]["kept_mm"] += 0.02
+    kept = told["robot"][1]["table"]["kept_mm"]
+    told["robot"][1]["table"]["kept_mm"] = kept + 0.02
     plan_file.write_text(json.dumps(told))
     signed(folder, "plan.json")
+    # As it was told it is found again, and so is all else.
     (found,) = check_bundle(folder, full=True).findings
-    assert (found.file, found.reason[:25]) == ("plan.json", "robot.2.table.kept_mm is ")
+    said, again = found.reason.split(", checked again it is ")
+    assert (found.file, said) == ("plan.json", f"robot.2.table.kept_mm is {kept + 0.02}")
+    assert float(again) == pytest.approx(kept, abs=1e-3)
     setup = folder / "part-2" / "setup.json"
     cell_of = json.loads(setup.read_text())
     cell_of["cell"]["process"]["clearance"] = 500.0
@@ -219,7 +215,7 @@ def test_the_table_moves_with_the_layers_below_on_the_part(tmp_path: Path, monke
 
     monkeypatch.setattr(sweeping, "table_motion_clearance", noted)
     job = job_of(
-        surface=part(tmp_path), unit="mm", spacing=4.0, backend="heat", place="demo", cell=cell(tmp_path),
+        surface=part(tmp_path), unit="mm", spacing=SPACING, backend="lscm", place="demo", cell=cell(tmp_path),
         thickness=1.0, layer=2,
     )  # fmt: skip
     planned = plan(job)

@@ -16,11 +16,12 @@ from geoprint.motion.placing import Stand
 from geoprint.pipeline import plan, propose_placement
 from geoprint.pipeline.tilting import moved, poses_at_rest, table_stand
 from geoprint.results import Plan, Proposal
-from tests.pipeline.tilting.test_printing import cell, part
+from tests.pipeline.tilting.test_printing import SPACING, cell, part, plan_of_the_arch
+from tests.shared_plans import SharedPlans
 
 # Of the packaged cell, and too far from the arm.
 PART_LINE, TABLE_LINE = "demo_position_mm = [340, 0, 150]", "\nposition_mm = [340, 0, 120]\nrpy_deg = [0, 0, 90]\n"
-FAR_PART, FAR_TABLE = "demo_position_mm = [560, 0, 150]", "\nposition_mm = [560, 0, 120]\nrpy_deg = [0, 0, 90]\n"
+FAR_PART, FAR_TABLE = "demo_position_mm = [620, 0, 150]", "\nposition_mm = [620, 0, 120]\nrpy_deg = [0, 0, 90]\n"
 TURN_LINE = "# demo_rpy_deg = [0, 0, 0]"
 
 
@@ -31,7 +32,7 @@ def job(folder: Path, *changes: tuple[str, str]) -> Job:
         assert text.count(old) == 1
         text = text.replace(old, new)
     path.write_text(text)
-    return job_of(surface=part(folder), unit="mm", spacing=3.0, backend="heat", place="demo", cell=path)
+    return job_of(surface=part(folder), unit="mm", spacing=SPACING, backend="heat", place="demo", cell=path)
 
 
 @pytest.fixture(scope="module")
@@ -41,8 +42,8 @@ def proposal(tmp_path_factory: pytest.TempPathFactory) -> Proposal:
 
 
 @pytest.fixture(scope="module")
-def paths(tmp_path_factory: pytest.TempPathFactory) -> Plan:
-    return plan(job(tmp_path_factory.mktemp("paths")))
+def paths(shared_plans: SharedPlans, tmp_path_factory: pytest.TempPathFactory) -> Plan:
+    return plan_of_the_arch(shared_plans, tmp_path_factory.mktemp("paths"))
 
 
 def test_the_lines_put_into_the_cell_file_give_the_plan_that_was_verified(proposal: Proposal, tmp_path: Path) -> None:

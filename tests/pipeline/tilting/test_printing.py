@@ -21,7 +21,7 @@ from geoprint.model import FloatArray, Surface
 from geoprint.motion.arm import Arm
 from geoprint.motion.machine import table_machine
 from geoprint.paths import check_sum, posed_surface
-from geoprint.pipeline.appraised.simulated import simulated_print
+from geoprint.pipeline.appraised.simulated import SimulatedPrint, simulated_print
 from geoprint.pipeline.checking import check_bundle
 from geoprint.pipeline.saving import save_plan
 from geoprint.pipeline.standing import pose_stream
@@ -29,7 +29,11 @@ from geoprint.report import MOST_FRAMES
 from geoprint.results import Plan
 from geoprint.silico import Break, Faults
 from geoprint.surfaces.files import ply_bytes
-from tests.meshes import spherical_cap
+from tests.meshes import cylinder_patch
+from tests.shared_plans import SharedPlans
+
+# Of the paths on it [mm].
+SPACING = 2.0
 
 
 def cell(folder: Path) -> Path:
@@ -44,17 +48,37 @@ def cell(folder: Path) -> Path:
 
 
 def part(folder: Path) -> Path:
-    cap: Surface = spherical_cap(radius=12.0, angle=0.8)
-    path = folder / "cap.ply"
-    path.write_bytes(ply_bytes(cap))
+    """A small arch: both of its sides overhang at rest, and no attitude prints both of them."""
+    arch: Surface = cylinder_patch(radius=6.0, angle=1.4, length=6.0, divisions=(8, 6))
+    path = folder / "arch.ply"
+    path.write_bytes(ply_bytes(arch))
     return path
 
 
 @pytest.fixture(scope="module")
-def planned(tmp_path_factory: pytest.TempPathFactory) -> Plan:
-    folder = tmp_path_factory.mktemp("tilted")
-    job = job_of(surface=part(folder), unit="mm", spacing=3.0, backend="heat", place="demo", cell=cell(folder))
-    return plan(job)
+def planned(shared_plans: SharedPlans, tmp_path_factory: pytest.TempPathFactory) -> Plan:
+    return plan_of_the_arch(shared_plans, tmp_path_factory.mktemp("tilted"))
+
+
+def plan_of_the_arch(shared_plans: SharedPlans, folder: Path) -> Plan:
+    def make() -> Plan:
+        job = job_of(surface=part(folder), unit="mm", spacing=SPACING, backend="heat", place="demo", cell=cell(folder))
+        return plan(job)
+
+    return shared_plans.value("an arch over a table", make)
+
+
+@pytest.fixture(scope="module")
+def bundle(planned: Plan, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The bundle of the plan, of which a copy is taken before it is changed."""
+    folder = tmp_path_factory.mktemp("tilted") / "arch"
+    save_plan(planned, folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def simulated(bundle: Path) -> SimulatedPrint:
+    return simulated_print(bundle, faults=Faults(), seed=0)
 
 
 def test_every_attitude_has_its_own_placement_and_all_lay_the_paths_together(planned: Plan) -> None:
@@ -72,26 +96,24 @@ def test_every_attitude_has_its_own_placement_and_all_lay_the_paths_together(pla
         assert "how exactly the table takes its attitude and holds it" in robot.clearance.not_checked
 
 
-def test_the_bundle_reads_back_and_what_is_changed_in_it_is_found(planned: Plan, tmp_path: Path) -> None:
-    folder = tmp_path / "cap"
-    told = save_plan(planned, folder)
-    checked = check_bundle(folder)
+def test_the_bundle_reads_back_and_what_is_changed_in_it_is_found(planned: Plan, bundle: Path, tmp_path: Path) -> None:
+    checked = check_bundle(bundle)
     assert checked.findings == ()
     assert checked.joined is not None
     assert checked.joined.scenarios[:2] == ("dry", "printing")
     sheet = check_text(checked)
     assert "attitude by attitude" in sheet
-    assert f"{len(told.robot)} attitudes" in sheet
-    assert json.loads((folder / "plan.json").read_text())["joined"]["file"] == "rapid/GeoStack.pgf"
+    assert f"{len(planned.robot)} attitudes" in sheet
+    assert json.loads((bundle / "plan.json").read_text())["joined"]["file"] == "rapid/GeoStack.pgf"
     swapped = tmp_path / "swapped"
-    shutil.copytree(folder, swapped)
+    shutil.copytree(bundle, swapped)
     one, other = (swapped / "rapid" / f"part-{number}" / "GeoCell.mod" for number in (1, 2))
     first, second = one.read_bytes(), other.read_bytes()
     one.write_bytes(second)
     other.write_bytes(first)
     assert any("own program says" in finding.reason for finding in check_bundle(swapped).findings)
     thinner = tmp_path / "thinner"
-    shutil.copytree(folder, thinner)
+    shutil.copytree(bundle, thinner)
     poses = thinner / "part-1" / "poses.csv"
     lines = poses.read_text().split("\n")
     poses.write_text("\n".join([*lines[:2], *lines[3:]]))
@@ -155,11 +177,10 @@ def test_poses_on_a_surface_that_was_prepared_before_are_the_same(planned: Plan)
         np.testing.assert_array_equal(getattr(once, name), getattr(again, name))
 
 
-def test_in_silico_all_attitudes_lay_together_what_the_runs_of_the_plan_ask_for(planned: Plan, tmp_path: Path) -> None:
-    folder = tmp_path / "cap"
-    save_plan(planned, folder)
-    printed = simulated_print(folder, faults=Faults(), seed=0)
-    poses = planned.poses
+def test_in_silico_all_attitudes_lay_together_what_the_runs_of_the_plan_ask_for(
+    planned: Plan, simulated: SimulatedPrint
+) -> None:
+    printed, poses = simulated, planned.poses
     assert printed.runs.tolist() == np.unique(poses.runs[poses.deposit]).tolist()
     # Pieces of a run lie in several attitudes, and overlap: an output that follows the speed lays what is wanted, but
     # for what its lag takes from the start of each.
@@ -176,13 +197,11 @@ def test_in_silico_all_attitudes_lay_together_what_the_runs_of_the_plan_ask_for(
 
 
 def test_in_silico_an_edited_attitude_shows_and_an_edited_program_of_all_is_refused(
-    planned: Plan, tmp_path: Path
+    bundle: Path, simulated: SimulatedPrint, tmp_path: Path
 ) -> None:
-    folder = tmp_path / "cap"
-    save_plan(planned, folder)
+    folder, before = shutil.copytree(bundle, tmp_path / "arch"), simulated
     with pytest.raises(UsageError, match="breaks are of runs of one program"):
         simulated_print(folder, faults=Faults(breaks=(Break(0, 1.0, 2.0),)), seed=0)
-    before = simulated_print(folder, faults=Faults(), seed=0)
     slow(folder / "part-2" / "rapid")
     after = simulated_print(folder, faults=Faults(), seed=0)
     # The flow follows the speed, so that nearly as much is laid as before, on the runs of this attitude alone.

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -78,6 +79,38 @@ class Outcome:
 def bounded() -> None:
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
     resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
+
+
+# Runs commands one after the other, each of which would end the process, and tells status and text of each.
+IN_TURN = """
+import contextlib, io, json, sys
+from geoprint import cli
+for command in json.loads(sys.argv[1]):
+    sys.argv = ["geoprint", *command]
+    told, status = io.StringIO(), 0
+    with contextlib.redirect_stderr(told):
+        try:
+            cli.main()
+        except SystemExit as ended:
+            status = ended.code or 0
+    print(json.dumps([status, told.getvalue()]))
+"""
+
+
+def planned_in_turn(paths: Sequence[Path], *arguments: str, outs: Sequence[Path]) -> list[Outcome]:
+    """Plan files one after the other in one process, which has the time and the memory that one file may take."""
+    commands = [
+        ["plan", str(path), "--no-robot", "--rounds", "6", "--out", str(out), *arguments]
+        for path, out in zip(paths, outs, strict=True)
+    ]
+    done = subprocess.run(
+        [sys.executable, "-c", IN_TURN, json.dumps(commands)],
+        capture_output=True, text=True, check=False, preexec_fn=bounded, timeout=5 * SECONDS,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    told: list[tuple[int, str]] = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("[")]
+    assert len(told) == len(commands), done.stdout
+    return [Outcome(status, 0.0, text.strip()) for status, text in told]
 
 
 def planned(path: Path, *arguments: str, out: Path) -> Outcome:

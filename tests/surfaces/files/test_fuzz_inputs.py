@@ -22,7 +22,7 @@ from tests import meshes
 from tests.surfaces.files.test_archives import RELATIONS, model, packed
 from tests.surfaces.files.volumes import dicom_bytes, save_nifti, segmentation
 
-CASES = 500
+CASES = 150
 MANY_CASES = 20_000
 # What the damaged files, none larger than a few kB, may add to the memory of the process [kB].
 MEMORY_MARGIN = 400_000

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from geoprint.surfaces.files.native import MEMORY
 from tests.surfaces.files.test_cad import iges_plate
 
 pytestmark = [
@@ -24,13 +25,15 @@ pytestmark = [
     pytest.mark.skipif(sys.platform != "linux", reason="reads /proc"),
 ]
 SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGKILL)
-KILLS, MANY_KILLS = 6, 200
+KILLS, MANY_KILLS = 4, 200
 # The command takes about two seconds, its process for native code from one half of them on [s].
 LATEST = 3.0
 # What is killed has this long to be gone, however busy the machine is [s].
 GONE_WITHIN = 30.0
 # Its child works by then, however busy the machine is [s].
 STARTED_WITHIN = 60.0
+# Between two looks [s].
+LOOK = 0.05
 # Found again in the environment of every process that came of it.
 MARK = "GEOPRINT_TEST_KILLS"
 
@@ -48,6 +51,17 @@ def processes(mark: str) -> list[str]:
     return found
 
 
+def working_child(process: int) -> int | None:
+    """Return the child of a process that reads with native code, once it has bound itself to its parent."""
+    try:
+        tasks = list(Path(f"/proc/{process}/task").glob("*/children"))
+        numbers = [int(child) for task in tasks for child in task.read_text().split()]
+        # Its limits are what it sets next.
+        return next((child for child in numbers if str(MEMORY) in Path(f"/proc/{child}/limits").read_text()), None)
+    except OSError:
+        return None
+
+
 def handles() -> int:
     return len(list(Path("/proc/self/fd").iterdir()))
 
@@ -58,19 +72,28 @@ def killed(path: Path, *, which: signal.Signals, after: float | None, temporary:
     environment = {**os.environ, MARK: mark, "TMPDIR": str(temporary)}
     command = [sys.executable, "-m", "geoprint", "inspect", str(path)]
     running = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    until = time.monotonic() + (STARTED_WITHIN if after is None else after)
-    while time.monotonic() < until and not (after is None and len(processes(mark)) > 1):
-        time.sleep(0.02)
+    if after is not None:
+        time.sleep(after)
+    until, child = time.monotonic() + STARTED_WITHIN, None
+    while after is None and child is None and time.monotonic() < until:
+        time.sleep(LOOK)
+        child = working_child(running.pid)
+    if child is not None:
+        # As if its work took for ever.
+        os.kill(child, signal.SIGSTOP)
     running.send_signal(which)
     running.wait(timeout=GONE_WITHIN)
     until = time.monotonic() + GONE_WITHIN
     while processes(mark) and time.monotonic() < until:
-        time.sleep(0.02)
-    return [*processes(mark), *map(str, temporary.iterdir())]
+        time.sleep(LOOK)
+    left = processes(mark)
+    if left and child is not None:
+        os.kill(child, signal.SIGKILL)
+    return [*left, *map(str, temporary.iterdir())]
 
 
 def kill_often(folder: Path, *, times: int) -> None:
-    # A saddle that large keeps the tessellator busy for longer than any of them lives.
+    # A saddle that large keeps the tessellator busy for some seconds.
     (folder / "saddle.igs").write_text(iges_plate("MM", size=(1.9e3, 1.9e3), rise=1.9e3))
     moments: list[float | None] = [*np.random.default_rng(17).uniform(0.02, LATEST, times).tolist()]
     moments[: len(SIGNALS)] = [None] * len(SIGNALS)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+from collections.abc import Generator
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +13,12 @@ from scipy.spatial import KDTree
 from geoprint.errors import InputError, UsageError
 from geoprint.model import FloatArray, Surface
 from geoprint.surfaces import closest, describe, face_areas, face_normals
-from geoprint.surfaces.files import load, load_file
+from geoprint.surfaces.files import load, load_file, point_clouds
 from geoprint.surfaces.files.point_clouds import estimated_normals
 from geoprint.surfaces.repair import prepare
 from tests.meshes import sphere, spherical_cap
 from tests.shared_data import shared
+from tests.surfaces.files.lasting_worker import LastingWorker, lasting_worker
 
 NOISE = 0.05
 
@@ -37,10 +39,23 @@ def saved(path: Path, table: FloatArray) -> Path:
     return path
 
 
+@pytest.fixture(scope="module")
+def worker() -> Generator[LastingWorker]:
+    with lasting_worker() as started:
+        yield started
+
+
+@pytest.fixture
+def in_one_process(worker: LastingWorker, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let surfaces be laid through points by one process that lasts."""
+    monkeypatch.setattr(point_clouds, "run_worker", worker.run)
+
+
 @pytest.mark.needs("open3d")
+@pytest.mark.usefixtures("in_one_process")
 def test_a_noisy_cap_becomes_the_cap(tmp_path: Path) -> None:
     cap = spherical_cap(radius=30.0, angle=0.5, rings=40)
-    loaded = load_file(saved(tmp_path / "cap.xyz", sampled(cap, 4000)), unit="mm")
+    loaded = load_file(saved(tmp_path / "cap.xyz", sampled(cap, 2000)), unit="mm")
     surface, report = prepare(loaded.surface)
     assert report.topology == "disc"
     assert closest(cap, surface.vertices)[1].mean() < NOISE / 2
@@ -48,12 +63,13 @@ def test_a_noisy_cap_becomes_the_cap(tmp_path: Path) -> None:
     out = np.einsum("mx,mx->m", face_normals(surface), surface.vertices[surface.faces].mean(axis=1))
     assert (out > 0.0).all()
     notes = dict(loaded.notes)
-    assert notes["reconstructed_from_points"] == 4000
+    assert notes["reconstructed_from_points"] == 2000
     assert notes["normals"] == "estimated"
     assert 0.5 * NOISE < float(notes["residual_mean"]) < 1.2 * NOISE
 
 
 @pytest.mark.needs("open3d")
+@pytest.mark.usefixtures("in_one_process")
 @pytest.mark.parametrize("kind", ["xyz", "pwn", "ascii.ply", "binary.ply"])
 def test_normals_are_taken_from_every_kind_of_file_and_closed_scans_are_closed(tmp_path: Path, kind: str) -> None:
     points = sampled(sphere(radius=20.0, subdivisions=4), 3000, noise=0.01)
@@ -77,19 +93,25 @@ def test_normals_are_taken_from_every_kind_of_file_and_closed_scans_are_closed(t
 
 
 @pytest.mark.needs("open3d")
-def test_colours_are_not_taken_for_normals_and_the_same_file_gives_the_same_surface(tmp_path: Path) -> None:
-    points = sampled(spherical_cap(radius=30.0, angle=0.4, rings=20), 1500)
+def test_colours_are_not_taken_for_normals_and_the_same_file_gives_the_same_surface(
+    tmp_path: Path, worker: LastingWorker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    points = sampled(spherical_cap(radius=30.0, angle=0.4, rings=20), 1000)
     path = saved(tmp_path / "cap.xyz", np.column_stack([points, np.full((len(points), 3), 200.0)]))
-    one, other = load_file(path, unit="mm"), load_file(path, unit="mm")
+    # In a process of its own, as every file is read.
+    one = load_file(path, unit="mm")
+    monkeypatch.setattr(point_clouds, "run_worker", worker.run)
+    other = load_file(path, unit="mm")
     assert dict(one.notes)["normals"] == "estimated"
     assert np.array_equal(one.surface.vertices, other.surface.vertices)
     assert np.array_equal(one.surface.faces, other.surface.faces)
 
 
 @pytest.mark.needs("open3d")
+@pytest.mark.usefixtures("in_one_process")
 def test_a_hole_in_the_scan_stays_a_hole(tmp_path: Path) -> None:
     cap = spherical_cap(radius=30.0, angle=0.5, rings=40)
-    points = sampled(cap, 4000)
+    points = sampled(cap, 2000)
     around = points[np.linalg.norm(points - cap.vertices[0], axis=1) > 6.0]
     assert describe(prepare(load(saved(tmp_path / "ring.xyz", around), unit="mm"))[0]) == "annulus"
 
@@ -103,13 +125,15 @@ def test_points_that_fill_a_block_are_refused(tmp_path: Path, count: int) -> Non
 
 
 @pytest.mark.needs("open3d")
+@pytest.mark.usefixtures("in_one_process")
 def test_a_scan_whose_noise_is_as_large_as_its_spacing_is_read(tmp_path: Path) -> None:
     cap = spherical_cap(radius=30.0, angle=0.5, rings=40)
-    loaded = load_file(saved(tmp_path / "cap.xyz", sampled(cap, 4000, noise=0.4)), unit="mm")
+    loaded = load_file(saved(tmp_path / "cap.xyz", sampled(cap, 2000, noise=0.4)), unit="mm")
     assert closest(cap, loaded.surface.vertices)[1].mean() < 0.2
 
 
 @pytest.mark.needs("open3d")
+@pytest.mark.usefixtures("in_one_process")
 def test_a_sheet_with_a_cloud_about_it_is_refused(tmp_path: Path) -> None:
     random = np.random.default_rng(3)
     sheet = random.uniform(0.0, 40.0, (2000, 3)) * [1.0, 1.0, 0.0]
@@ -169,7 +193,8 @@ def test_a_missing_package_names_the_extra(tmp_path: Path, monkeypatch: pytest.M
 
 
 @pytest.mark.needs("open3d")
+@pytest.mark.usefixtures("in_one_process")
 def test_a_sampled_heart_patch_lies_within_a_twentieth_of_a_millimetre(tmp_path: Path) -> None:
     patch = load(shared("patches/lv_lateral_disc_r15.ply"), unit="mm")
-    surface = load(saved(tmp_path / "patch.xyz", sampled(patch, 5000)), unit="mm")
+    surface = load(saved(tmp_path / "patch.xyz", sampled(patch, 3000)), unit="mm")
     assert closest(patch, surface.vertices)[1].mean() < 0.05

@@ -62,7 +62,7 @@ def test_what_passes_through_by_less_than_the_depth_does_not_cross() -> None:
     assert len(crossings(surface, depth=0.11).pairs) == 0
 
 
-@given(seed=st.integers(0, 10_000), count=st.integers(2, 60))
+@given(seed=st.integers(0, 10_000), count=st.integers(2, 35))
 @settings(max_examples=25, deadline=None)
 def test_the_tree_finds_the_pairs_that_comparing_all_finds(seed: int, count: int) -> None:
     random = np.random.default_rng(seed)

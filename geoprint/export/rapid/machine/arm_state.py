@@ -19,10 +19,11 @@ def flange_matrix(tip: Pose, tool: Pose) -> FloatArray:
     return transforms.rigid(transforms.rotation_of(np.array([turn]))[0], np.array(place))
 
 
-def pose_of_matrix(T: FloatArray) -> Pose:
-    """Return a (4, 4) transform as a pose."""
-    turn = cast("Orient", tuple(transforms.quaternion_of(T[:3, :3]).tolist()))
-    return cast("Pos", tuple(T[:3, 3].tolist())), turn
+def poses_of_matrices(Ts: FloatArray) -> list[Pose]:
+    """Return (k, 4, 4) transforms as poses."""
+    places = cast("list[Pos]", list(map(tuple, Ts[:, :3, 3].tolist())))
+    turns = cast("list[Orient]", list(map(tuple, transforms.quaternion_of(Ts[:, :3, :3]).tolist())))
+    return list(zip(places, turns, strict=True))
 
 
 def tip_of(motion: Moving, state: State, tool: Pose) -> Pose:
@@ -30,7 +31,7 @@ def tip_of(motion: Moving, state: State, tool: Pose) -> Pose:
     if motion.tip is not None:
         return motion.tip if motion.tool == tool else compose(compose(motion.tip, inverted(motion.tool)), tool)
     joints = cast("tuple[float, ...]", motion.joints)
-    return compose(pose_of_matrix(state.arm.flange_poses(np.array([joints]))[0]), tool)
+    return compose(poses_of_matrices(state.arm.flange_poses(np.array([joints])))[0], tool)
 
 
 def joints_of(motion: Moving, state: State) -> tuple[float, ...]:

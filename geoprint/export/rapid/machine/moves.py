@@ -174,11 +174,11 @@ def _swept(state: State, start: tuple[float, ...], end: tuple[float, ...], tool:
     """Return how far the tip goes and turns as the joints move together, seen at a few places."""
     import numpy as np
 
-    from geoprint.export.rapid.machine.arm_state import pose_of_matrix
+    from geoprint.export.rapid.machine.arm_state import poses_of_matrices
 
     shares = np.linspace(0.0, 1.0, _SAMPLES + 1)[:, None]
     rows = np.array(start) + shares * (np.array(end) - np.array(start))
-    tips = [compose(pose_of_matrix(T), tool) for T in state.arm.flange_poses(rows)]
+    tips = [compose(pose, tool) for pose in poses_of_matrices(state.arm.flange_poses(rows))]
     length = sum(distance(a[0], b[0]) for a, b in pairwise(tips))
     return length, sum(angle(a[1], b[1]) for a, b in pairwise(tips))
 
