@@ -7,6 +7,7 @@ import re
 import signal
 import sys
 from collections.abc import Generator
+from contextlib import ExitStack
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
@@ -117,8 +118,11 @@ def browser() -> Generator[Page]:
     # Brings selenium along, which few tests need.
     from tests.report.browser import opened_browser
 
-    with opened_browser() as page:
-        yield page
+    with ExitStack() as opened:
+        yield opened.enter_context(opened_browser())
+        # What it took is known when it ends, in whatever test is the worker's last.
+        with _CLOCK.charging("the end of the browser", used=False):
+            opened.close()
 
 
 @pytest.fixture

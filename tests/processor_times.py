@@ -112,10 +112,10 @@ class Clock:
         self._last = 0.0
 
     @contextmanager
-    def charging(self, name: str) -> Generator[None]:
-        """Charge what is done here to a name, and not to what goes on around it."""
+    def charging(self, name: str, *, used: bool = True) -> Generator[None]:
+        """Charge what is done here to a name, and not to what goes on around it, which uses it or not."""
         self._turn()
-        if self._doing:
+        if self._doing and used:
             self.use(name)
         self._doing.append(name)
         try:

@@ -14,7 +14,8 @@ from typing import Any
 
 import pytest
 
-from benchmarks.golden import CASES, HASHES, STABLE, planned, stable
+from benchmarks.golden import CASES, HASHES, ROOT, STABLE, planned, stable
+from geoprint.cli.application import run
 from tests.shared_plans import SharedPlans
 
 RECORDED: dict[str, dict[str, Any]] = json.loads(STABLE.read_text(encoding="utf-8"))
@@ -47,8 +48,12 @@ def _allowed(key: str) -> float:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_a_result_is_what_it_was_when_it_was_recorded(name: str, shared_plans: SharedPlans) -> None:
-    folder = shared_plans.folder(f"golden {name}", lambda target: planned(name, target))
+def test_a_result_is_what_it_was_when_it_was_recorded(
+    name: str, shared_plans: SharedPlans, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Cases name files from where geoprint is.
+    monkeypatch.chdir(ROOT)
+    folder = shared_plans.folder(f"golden {name}", lambda target: planned(name, target, run=run))
     assert differences(stable(folder), RECORDED[name]) == []
 
 

@@ -11,33 +11,54 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from geoprint.account import StackRecord, check_summary, check_text, stack_text
+from geoprint.account.records.plan import PlanRecord
+from geoprint.account.records.rounding import read_record
 from geoprint.config import job_of
 from geoprint.errors import ClearanceError
+from geoprint.export import read_setup
 from geoprint.model import Surface
 from geoprint.motion.arm import Arm
-from geoprint.pipeline import check_bundle, check_folder, plan, plan_stack
+from geoprint.pipeline import check_bundle, check_folder, plan_stack
 from geoprint.pipeline.bundles.again import job_from
+from geoprint.pipeline.bundles.repeating import _table_findings  # pyright: ignore[reportPrivateUsage]
 from geoprint.pipeline.folders.layer_moves import layer_moves
 from geoprint.pipeline.folders.stack_program import own_programs
 from geoprint.pipeline.tilting import sweeping
+from geoprint.pipeline.workpiece import read_part
 from tests.pipeline.layers_here import planning_here
-from tests.pipeline.tilting.test_printing import SPACING, cell, part
+from tests.pipeline.tilting.test_printing import cell, part
 
 PAUSE = 20.0
 
 
 @pytest.fixture(scope="module")
-def device(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, StackRecord]:
+def asked() -> list[tuple[list[Surface], float]]:
+    """What of all that is planned for `device` moves with the table past the arm, and how far away it is to stay."""
+    return []
+
+
+@pytest.fixture(scope="module")
+def device(
+    asked: list[tuple[list[Surface], float]], tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Path, StackRecord]:
     folder = tmp_path_factory.mktemp("layers")
     path = cell(folder)
     path.write_text(path.read_text().replace("# layer_pause_s = 60", f"layer_pause_s = {PAUSE:g}"))
     job = job_of(
-        surface=part(folder), unit="mm", spacing=SPACING, backend="heat", place="demo", cell=path, thickness=1.0,
+        surface=part(folder), unit="mm", spacing=2.0, backend="heat", place="demo", cell=path, thickness=1.0,
     )  # fmt: skip
-    with planning_here():
+    proof = sweeping.table_motion_clearance
+
+    def noted(arm: Arm, *, surfaces: Sequence[Surface], kept: float, **others: Any) -> float:
+        asked.append((list(surfaces), kept))
+        return proof(arm, surfaces=surfaces, kept=kept, **others)
+
+    with planning_here(), pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sweeping, "table_motion_clearance", noted)
         return folder / "device", plan_stack(job, folder / "device")
 
 
@@ -109,7 +130,7 @@ def test_the_report_says_which_attitudes_print_each_layer(device: tuple[Path, St
     assert f"<td>{first + 1} to {first + second}</td>" in page
 
 
-def test_what_was_changed_in_the_program_of_all_layers_is_found(
+def test_what_was_changed_in_the_program_of_all_layers_or_is_told_wrong_of_it_is_found(
     device: tuple[Path, StackRecord], tmp_path: Path
 ) -> None:
     folder = shutil.copytree(device[0], tmp_path / "device")
@@ -118,10 +139,19 @@ def test_what_was_changed_in_the_program_of_all_layers_is_found(
     written = path.read_text()
     assert f"nGeoTable:={number};" in written
     path.write_text(written.replace(f"nGeoTable:={number};", "nGeoTable:=1;"))
-    text, run = check_folder(folder).findings
+    told = json.loads((folder / "stack.json").read_text())
+    kept = told["program"]["table_kept_mm"]
+    told["program"]["table_kept_mm"] = kept + 0.02
+    (folder / "stack.json").write_text(json.dumps(told))
+    signed(folder, "stack.json")
+    text, run, distance = check_folder(folder).findings
     assert text.file == "rapid/layer-02/part-1/GeoCell.mod"
     assert f"nGeoTable:={number};' here" in text.reason
     assert f"nobody is asked before the table comes to attitude {number}" in run.reason
+    assert distance.file == "stack.json"
+    said, again = distance.reason.split(", checked again it is ")
+    assert said == f"program.table_kept_mm is {kept + 0.02}"
+    assert float(again) == pytest.approx(kept, abs=1e-9)
 
 
 def test_a_table_that_comes_near_the_arm_between_two_layers_is_refused(
@@ -155,22 +185,6 @@ def test_check_proves_anew_that_the_table_keeps_clear_of_the_arm_between_two_lay
     assert "table's plate may come within 0.0 mm of the" in found.reason
 
 
-def test_check_finds_another_distance_than_that_which_is_told_of_the_table_between_layers(
-    device: tuple[Path, StackRecord], tmp_path: Path
-) -> None:
-    folder = shutil.copytree(device[0], tmp_path / "device")
-    told = json.loads((folder / "stack.json").read_text())
-    kept = told["program"]["table_kept_mm"]
-    told["program"]["table_kept_mm"] = kept + 0.02
-    (folder / "stack.json").write_text(json.dumps(told))
-    signed(folder, "stack.json")
-    (found,) = check_folder(folder).findings
-    assert found.file == "stack.json"
-    said, again = found.reason.split(", checked again it is ")
-    assert said == f"program.table_kept_mm is {kept + 0.02}"
-    assert float(again) == pytest.approx(kept, abs=1e-9)
-
-
 def test_a_full_check_proves_anew_that_the_table_keeps_clear_of_the_arm_between_two_attitudes(
     device: tuple[Path, StackRecord], tmp_path: Path
 ) -> None:
@@ -184,15 +198,18 @@ def test_a_full_check_proves_anew_that_the_table_keeps_clear_of_the_arm_between_
     # As it was told it is found again, and so is all else.
     (found,) = check_bundle(folder, full=True).findings
     said, again = found.reason.split(", checked again it is ")
-    assert (found.file, said) == ("plan.json", f"robot.2.table.kept_mm is {kept + 0.02}")
+    what, _, told_mm = said.rpartition(" ")
+    assert (found.file, what) == ("plan.json", "robot.2.table.kept_mm is")
+    assert float(told_mm) == pytest.approx(kept + 0.02, abs=1e-5)
     assert float(again) == pytest.approx(kept, abs=1e-3)
-    setup = folder / "part-2" / "setup.json"
-    cell_of = json.loads(setup.read_text())
-    cell_of["cell"]["process"]["clearance"] = 500.0
-    setup.write_text(json.dumps(cell_of))
-    signed(folder, "part-2/setup.json")
-    reasons = [one.reason for one in check_bundle(folder, full=True).findings if one.file == "part-2/setup.json"]
-    assert [reason for reason in reasons if "goes to attitude 2 of" in reason and "500.50 mm are to be kept" in reason]
+    # Nothing in the cell is half a metre away from all else.
+    rest, moved = (read_setup(folder / f"part-{number}" / "setup.json") for number in (1, 2))
+    far = replace(moved, cell=replace(moved.cell, process=replace(moved.cell.process, clearance=500.0)))
+    robots = read_record(plan_file, PlanRecord).robot
+    (refused,) = _table_findings(read_part(job_from(folder)), [rest, far], robots)
+    assert refused.file == "part-2/setup.json"
+    assert "goes to attitude 2 of" in refused.reason
+    assert "500.50 mm are to be kept" in refused.reason
 
 
 def signed(folder: Path, *names: str) -> None:
@@ -205,24 +222,21 @@ def signed(folder: Path, *names: str) -> None:
     manifest.write_text(json.dumps(told))
 
 
-def test_the_table_moves_with_the_layers_below_on_the_part(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[tuple[list[str], float]] = []
-    proof = sweeping.table_motion_clearance
-
-    def noted(arm: Arm, *, surfaces: Sequence[Surface], kept: float, **others: Any) -> float:
-        asked.append(([surface.name for surface in surfaces], kept))
-        return proof(arm, surfaces=surfaces, kept=kept, **others)
-
-    monkeypatch.setattr(sweeping, "table_motion_clearance", noted)
-    job = job_of(
-        surface=part(tmp_path), unit="mm", spacing=SPACING, backend="lscm", place="demo", cell=cell(tmp_path),
-        thickness=1.0, layer=2,
-    )  # fmt: skip
-    planned = plan(job)
-    process, place = planned.workpiece.cell.process, planned.workpiece.place
-    assert place is not None
-    assert len(asked) == len(planned.robot)
-    for names, kept in asked:
-        assert (names[0], names[-1]) == (planned.workpiece.base.name, planned.workpiece.ground.name)
-        assert kept == pytest.approx(process.clearance + place.height)
-    assert planned.workpiece.ground is place.ground
+def test_the_table_moves_with_the_layers_below_on_the_part(
+    device: tuple[Path, StackRecord], asked: list[tuple[list[Surface], float]]
+) -> None:
+    folder, told = device
+    first, second = (layer.attitudes or 0 for layer in told.layers)
+    clearance = own_programs(folder, told.layers)[0].cell.process.clearance
+    # Into each attitude of both layers, and from the first layer to the second.
+    layers = [0] * first + [1] * (len(asked) - first)
+    assert len(asked) > first + second
+    parts = [read_part(job_from(folder / layer.folder)) for layer in told.layers]
+    for (surfaces, kept), layer in zip(asked, layers, strict=True):
+        below = parts[layer].place
+        assert below is not None
+        assert (surfaces[0].name, surfaces[-1].name) == (parts[layer].base.name, below.ground.name)
+        np.testing.assert_allclose(surfaces[-1].vertices, below.ground.vertices, atol=1e-6)
+        assert kept == pytest.approx(clearance + below.height)
+    # The layer below lies on the part.
+    assert asked[-1][0][-1].vertices[:, 2].max() > asked[0][0][-1].vertices[:, 2].max() + 0.4

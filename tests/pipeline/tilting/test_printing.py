@@ -33,7 +33,7 @@ from tests.meshes import cylinder_patch
 from tests.shared_plans import SharedPlans
 
 # Of the paths on it [mm].
-SPACING = 2.0
+SPACING = 1.8
 
 
 def cell(folder: Path) -> Path:
