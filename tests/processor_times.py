@@ -22,6 +22,7 @@ from typing import Any, final
 import pytest
 
 RECORD = Path(__file__).with_suffix(".json")
+ROOT = RECORD.parents[1]
 # From here on a test is slow [s of processor time].
 SLOW = 1.0
 # What takes less is not written down [s]: the file is to change where something has changed.
@@ -206,6 +207,8 @@ class Recording:
             # Shards end at their own times.
             fcntl.flock(file, fcntl.LOCK_EX)
             known = json.loads(file.read() or "{}")
+            # Of files that are gone nothing is collected.
+            known = {name: time for name, time in known.items() if (ROOT / name.partition("::")[0]).exists()}
             text = json.dumps(refreshed(known, passed, collected=self._collected), indent=0)
             file.seek(0)
             file.write(text + "\n")

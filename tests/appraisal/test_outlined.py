@@ -32,10 +32,13 @@ from geoprint.appraisal import bead_width, beads_of, paired_edges, planned_runs
 from geoprint.appraisal.outlined import PictureOutline, PrintedLines, camera_by_outline, picture_outline, pose
 from geoprint.appraisal.outlined.covariance import covariance_of
 from geoprint.appraisal.outlined.part_outline import OutlinedPart
+from geoprint.appraisal.outlined.search import likely_poses
 from geoprint.errors import InputError
 from geoprint.model import FloatArray, Surface
 from geoprint.silico import Viewpoint, looking_at
+from geoprint.surfaces import mean_normal, united
 from geoprint.surfaces.files import load
+from geoprint.transforms import rotation_angle
 from tests.meshes import sphere
 from tests.shared_data import shared
 from tests.shared_plans import SharedPlans
@@ -194,13 +197,25 @@ def test_what_is_told_of_a_fit_holds_for_errors_that_are_alike_along_the_outline
     assert (np.diag(covariance_of(alone, slopes, np.arange(count), count=count, unit=1.0)) > np.diag(told)).all()
 
 
+def test_one_of_the_likeliest_poses_is_near_the_true_one(
+    on_body: OutlinedPrint, body_seen: tuple[Viewpoint, FloatArray]
+) -> None:
+    view, grey = body_seen
+    true, part = true_camera(view), OutlinedPart(united([on_body.surface, *on_body.beside]))
+    tried = likely_poses(picture_outline(grey), part, true.lens, facing=mean_normal(on_body.surface))
+    off = [np.degrees(rotation_angle(each[:3, :3] @ true.T_camera_work[:3, :3].T)) for each in tried[:10]]
+    # Directions that are tried are 10 degrees apart, turns about them 3.
+    assert min(off) < 8.0
+
+
 @pytest.mark.parametrize("part", [APEX, ROWS, ON_BODY])
 def test_a_camera_is_placed_by_the_outline_within_what_is_told(
     part: str, on_body: OutlinedPrint, body_seen: tuple[Viewpoint, FloatArray], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if part != APEX:
-        # Of these a quarter of the poses that are tried finds the right one.
+        # Of these a quarter of the poses that are fitted finds the right one.
         monkeypatch.setattr(pose, "COARSE", 25)
+        monkeypatch.setattr(pose, "FINE", 4)
     if part == ROWS:
         printed, view, grey = rows_seen()
     elif part == ON_BODY:

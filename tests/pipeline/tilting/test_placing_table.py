@@ -70,6 +70,8 @@ def test_a_proposal_says_where_the_table_goes_and_in_how_many_attitudes_it_was_v
     assert told["table"] == table_lines(proposal.table)
     # The table stands on something: it is as high as it was.
     assert proposal.table.position[2] == pytest.approx(120.0)
+    # It goes with the part, the middle of its plate below the part's.
+    assert proposal.table.position[:2].tolist() == pytest.approx(proposal.stand.position[:2].tolist(), abs=0.1)
     assert told["smallest_clearance_mm"] == pytest.approx(
         min(robot.clearance.smallest for robot in proposal.plan.robot), abs=1e-6
     )
