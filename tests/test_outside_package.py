@@ -12,7 +12,9 @@ from pathlib import Path
 
 import pytest
 
-from geoprint import backends, cli, patterns
+from geoprint import cli
+from geoprint.backends import known as known_backends
+from geoprint.patterns import known as known_patterns
 from tests.installed import installed
 
 ROOT = Path(__file__).parents[1]
@@ -49,7 +51,7 @@ save_comparisons([compare(job, backends=["edges", "heat"])], Path(sys.argv[2]))
 @pytest.fixture(autouse=True)
 def afresh(monkeypatch: pytest.MonkeyPatch) -> Generator[None]:
     """Forget what a test registers and imports from its folder."""
-    for registry in (backends.known._KNOWN, patterns.known._KNOWN):  # pyright: ignore[reportPrivateUsage]
+    for registry in (known_backends._KNOWN, known_patterns._KNOWN):  # pyright: ignore[reportPrivateUsage]
         monkeypatch.setattr(registry, "_own", dict(registry._own))  # pyright: ignore[reportPrivateUsage]
     yield
     for name in [name for name in sys.modules if name.partition(".")[0] == "geoprint_outside"]:
@@ -62,7 +64,7 @@ def run(monkeypatch: pytest.MonkeyPatch) -> Callable[..., int]:
 
     def runs(*arguments: str, path: Path) -> int:
         monkeypatch.chdir(path)
-        monkeypatch.syspath_prepend(path)
+        monkeypatch.syspath_prepend(path)  # pyright: ignore[reportUnknownMemberType]
         monkeypatch.setattr("sys.argv", ["geoprint", *arguments])
         with pytest.raises(SystemExit) as ended:
             cli.main()
@@ -110,7 +112,7 @@ def test_a_script_makes_them_known(site: Path, monkeypatch: pytest.MonkeyPatch) 
     shutil.rmtree(next(site.glob("*.dist-info")))
     (site / "script.py").write_text(SCRIPT)
     monkeypatch.chdir(site)
-    monkeypatch.syspath_prepend(site)
+    monkeypatch.syspath_prepend(site)  # pyright: ignore[reportUnknownMemberType]
     monkeypatch.setattr("sys.argv", ["script.py", "job.toml", "out"])
     runpy.run_path("script.py", run_name="__main__")
     found = {name: json.loads((site / "out" / name / "plan.json").read_text()) for name in ("edges", "heat")}

@@ -78,8 +78,8 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> Alone:
         [sys.executable, "-c", ALONE, *given], cwd=ROOT, capture_output=True, text=True, check=False, timeout=300
     )
     assert done.returncode == 0, done.stderr
-    ends = json.loads(done.stdout.splitlines()[-1])
-    return Alone(folder, dict(zip(commands, map(tuple, ends), strict=True)))
+    ends: list[tuple[int, str]] = [(status, said) for status, said in json.loads(done.stdout.splitlines()[-1])]
+    return Alone(folder, dict(zip(commands, ends, strict=True)))
 
 
 def test_it_compares_and_writes_checked_programs_with_everything_optional_hidden(alone: Alone) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.export.rapid.machine.state import Moving, State
-from geoprint.export.rapid.machine.values.poses import Orient, Pos, Pose, between, compose, inverted
+from geoprint.export.rapid.machine.values.poses import Pose, between, compose, inverted
 from geoprint.model import FloatArray
 
 
@@ -21,9 +21,8 @@ def flange_matrix(tip: Pose, tool: Pose) -> FloatArray:
 
 def poses_of_matrices(Ts: FloatArray) -> list[Pose]:
     """Return (k, 4, 4) transforms as poses."""
-    places = cast("list[Pos]", list(map(tuple, Ts[:, :3, 3].tolist())))
-    turns = cast("list[Orient]", list(map(tuple, transforms.quaternion_of(Ts[:, :3, :3]).tolist())))
-    return list(zip(places, turns, strict=True))
+    rows = zip(Ts[:, :3, 3].tolist(), transforms.quaternion_of(Ts[:, :3, :3]).tolist(), strict=True)
+    return [cast("Pose", (tuple(place), tuple(turn))) for place, turn in rows]
 
 
 def tip_of(motion: Moving, state: State, tool: Pose) -> Pose:
