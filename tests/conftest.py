@@ -24,6 +24,7 @@ from tests.processor_times import (
     shard_of,
 )
 from tests.shared_plans import SharedPlans, run_folder
+from tests.surfaces.files.lasting_worker import LastingWorker, lasting_worker
 
 if TYPE_CHECKING:
     from tests.report.browser import Page
@@ -123,6 +124,20 @@ def browser() -> Generator[Page]:
         # What it took is known when it ends, in whatever test is the worker's last.
         with _CLOCK.charging("the end of the browser", used=False):
             opened.close()
+
+
+@pytest.fixture(scope="module")
+def worker() -> Generator[LastingWorker]:
+    """A process for what native libraries do for the tests of a module."""
+    with lasting_worker() as started:
+        yield started
+
+
+@pytest.fixture
+def in_one_process(worker: LastingWorker, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let good files be tessellated, surfaces be laid through points, and scans be registered by one that lasts."""
+    for module in ("surfaces.files.cad", "surfaces.files.point_clouds", "appraisal.scanned.registering"):
+        monkeypatch.setattr(f"geoprint.{module}.run_worker", worker.run)
 
 
 @pytest.fixture

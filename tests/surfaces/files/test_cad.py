@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import re
-from collections.abc import Generator
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +14,6 @@ from geoprint.surfaces import closest, describe, face_areas, signed_volume
 from geoprint.surfaces.files import cad, load, load_file, native
 from geoprint.surfaces.repair import prepare
 from tests.shared_data import shared
-from tests.surfaces.files.lasting_worker import LastingWorker, lasting_worker
 
 pytestmark = pytest.mark.needs("cascadio")
 
@@ -52,18 +50,6 @@ def iges_plate(unit: str, *, size: tuple[float, float] = (40.0, 30.0), rise: flo
     return "".join(
         f"{line:<72}{key}{number:7d}\n" for key, lines in sections.items() for number, line in enumerate(lines, 1)
     )
-
-
-@pytest.fixture(scope="module")
-def worker() -> Generator[LastingWorker]:
-    with lasting_worker() as started:
-        yield started
-
-
-@pytest.fixture
-def in_one_process(worker: LastingWorker, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let good files be tessellated by one process that lasts."""
-    monkeypatch.setattr(cad, "run_worker", worker.run)
 
 
 @pytest.mark.usefixtures("in_one_process")

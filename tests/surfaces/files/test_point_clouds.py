@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Generator
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +17,7 @@ from geoprint.surfaces.files.point_clouds import estimated_normals
 from geoprint.surfaces.repair import prepare
 from tests.meshes import sphere, spherical_cap
 from tests.shared_data import shared
-from tests.surfaces.files.lasting_worker import LastingWorker, lasting_worker
+from tests.surfaces.files.lasting_worker import LastingWorker
 
 NOISE = 0.05
 
@@ -37,18 +36,6 @@ def sampled(surface: Surface, count: int, *, noise: float = NOISE) -> FloatArray
 def saved(path: Path, table: FloatArray) -> Path:
     np.savetxt(path, table, fmt="%.6f")
     return path
-
-
-@pytest.fixture(scope="module")
-def worker() -> Generator[LastingWorker]:
-    with lasting_worker() as started:
-        yield started
-
-
-@pytest.fixture
-def in_one_process(worker: LastingWorker, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let surfaces be laid through points by one process that lasts."""
-    monkeypatch.setattr(point_clouds, "run_worker", worker.run)
 
 
 @pytest.mark.needs("open3d")
