@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.parts.tables import row, rule
+from geoprint.account.metrics import COVERED_ONCE, THICKNESS
 from geoprint.config import job_of
 from geoprint.errors import GeoprintError
 from geoprint.model import FloatArray
@@ -39,13 +40,13 @@ def main() -> None:
     files: list[Path] = arguments.files or sorted(HEARTS.glob("*.*"))
     if arguments.smoke:
         files, arguments.radius = [SMOKE_PART], 5.0
-    print(row("body", "place [mm]", "patch", "area / flat disc", "spacing CV", "seconds"))
-    print(rule(6))
+    print(row("body", "place [mm]", "patch", "area / flat disc", THICKNESS.column, COVERED_ONCE.column, "seconds"))
+    print(rule(7))
     for path in files:
         try:
             places = spread_places(path)
         except GeoprintError as error:
-            print(row(path.name, "", f"not read: {error}", "", "", ""))
+            print(row(path.name, "", f"not read: {error}", *[""] * 4))
             continue
         for place in places[: 1 if arguments.smoke else PLACES]:
             print(planned_row(path, place, radius=arguments.radius, spacing=arguments.spacing), flush=True)
@@ -69,11 +70,14 @@ def planned_row(path: Path, place: FloatArray, *, radius: float, spacing: float)
     try:
         planned = plan(job)
     except GeoprintError as error:
-        return row(path.name, words, f"{type(error).__name__}: {error}", "", "", f"{time.perf_counter() - start:.1f}")
+        return row(
+            path.name, words, f"{type(error).__name__}: {error}", *[""] * 3, f"{time.perf_counter() - start:.1f}"
+        )
     found = planned.workpiece.preparations[0]
-    cv = "one level" if planned.uniformity is None else f"{planned.uniformity.cv:.2%}"
+    assert planned.uniformity is not None
+    even = f"{planned.uniformity.thickness.cv:.2%}", f"{planned.uniformity.covered_once:.2%}"
     share = found.area / (np.pi * radius**2)
-    return row(path.name, words, found.topology, f"{share:.3f}", cv, f"{time.perf_counter() - start:.1f}")
+    return row(path.name, words, found.topology, f"{share:.3f}", *even, f"{time.perf_counter() - start:.1f}")
 
 
 if __name__ == "__main__":

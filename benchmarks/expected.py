@@ -1,12 +1,13 @@
-"""What does the arm make of it? Planned and printed variation of the spacing, and whether the stated interval is true.
+"""What does the arm make of it? Planned and printed variation of the thickness; is the stated interval true?
 
     python -m benchmarks.expected [FILE ...] [--prints 10000] [--smoke]
 
 The first table plans the parts in data/ and any mesh files [mm], `SPACINGS` apart, with three backends, and tells what
 the packaged cell is expected to make of them. The second proves the interval: rings on a disc and on a dome of 12 mm
 radius are printed `--prints` times by `benchmarks.parts.reprints`, which shares nothing with geoprint's sampler (other
-seeds, errors on the points of the path, the spacing measured again by brute force); 93 to 97 % of these prints must lie
-within the interval that geoprint states. The last one shows which error changes spacing: each alone, on both.
+seeds, errors on the points of the path, the layer simulated again on a polar grid); 93 to 97 % of these prints must lie
+within the interval that geoprint states. The last one shows which error changes the thickness: each alone, on both, as
+geoprint expects it and as those prints have it.
 """
 
 from __future__ import annotations
@@ -17,10 +18,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.parts.reprints import Shape, lines_of, planned_cv, reprinted
+from benchmarks.parts.reprints import Layer, Lines, Shape, lines_of, planned_cv, reprinted
 from benchmarks.parts.rings import rings, shape_of, surface
 from benchmarks.parts.tables import row, table
 from geoprint.config import job_of
@@ -45,11 +47,14 @@ USUAL = PrintErrors()
 # Errors by what the tables call them.
 CASES = {
     "packaged cell": USUAL,
+    "packaged cell, part and needle exact": replace(USUAL, placement=0.0, placement_turn=0.0, needle_runout=0.0),
     "arm twice as good": replace(USUAL, repeatability=0.005, path_repeatability=0.015),
     "runs only, RP 0.05 mm": replace(NONE, repeatability=0.05),
+    "flow only, 2 %": replace(NONE, run_flow=USUAL.run_flow),
     "fading over 2 mm": replace(USUAL, correlation=2.0),
 }
 ALONE = {
+    "flow from run to run, 2 %": replace(NONE, run_flow=USUAL.run_flow),
     "runs, RP 0.01 mm": replace(NONE, repeatability=USUAL.repeatability),
     "along runs, RT 0.03 mm": replace(NONE, path_repeatability=USUAL.path_repeatability),
     "placement, 0.1 mm and 0.1 degrees": replace(
@@ -69,7 +74,11 @@ def main() -> None:
     own = [DATA / name for name in (OWN[:1] if arguments.smoke else OWN)]
     spacings = SMOKE_SPACINGS if arguments.smoke else SPACINGS
     prints, cases = (5, list(CASES)[:1]) if arguments.smoke else (arguments.prints, list(CASES))
-    tables = expected([*own, *arguments.parts], spacings=spacings), coverage(cases, prints=prints), alone()
+    tables = (
+        expected([*own, *arguments.parts], spacings=spacings),
+        coverage(cases, prints=prints),
+        alone(prints=max(prints // 10, 1)),
+    )
     for lines in tables:
         for line in lines:
             print(line, flush=True)
@@ -78,8 +87,8 @@ def main() -> None:
 def expected(parts: Sequence[Path], *, spacings: Sequence[float]) -> Iterator[str]:
     """Yield a Markdown table of planned and printed variation in percent."""
     yield from table(
-        "part", "spacing mm", "backend", "planned CV %", "printed CV %", "95 of 100 prints", "of it plan %",
-        "mend first", "s, of the plan %",
+        "part", "spacing mm", "backend", "planned thickness CV %", "printed CV %", "95 of 100 prints",
+        "of it plan %", "mend first", "s, of the plan %",
     )  # fmt: skip
     for part in parts:
         for spacing in spacings:
@@ -98,54 +107,69 @@ def expected(parts: Sequence[Path], *, spacings: Sequence[float]) -> Iterator[st
 def coverage(cases: Sequence[str], *, prints: int) -> Iterator[str]:
     """Yield a Markdown table: the share of independent prints within the stated interval."""
     yield from table(
-        "small part", "errors", "planned CV %", "printed CV %", "95 of 100 prints", f"mean of {prints} others",
-        "95 of 100 of them", "within the interval %", "s",
+        "small part", "errors", "planned CV %", "simulated again %", "printed CV %", "95 of 100 prints",
+        f"mean of {prints} others", "95 of 100 of them", "within the interval %", "s",
     )  # fmt: skip
     for name, radius in (("disc", np.inf), ("dome", DOME)):
-        shape, poses, measured = small_part(radius)
-        lines = lines_of(poses, shape, spacing=RING_SPACING)
+        part = small_part(radius)
+        planned, again = f"{100 * part.measured.thickness.cv:.3f}", f"{100 * planned_cv(part.lines, part.layer):.3f}"
         for called in cases:
             errors = CASES[called]
-            stated = expected_print(measured, errors, poses)
+            stated = expected_print(part, errors)
             begun = time.perf_counter()
-            cvs = reprinted(lines, errors, shape, prints=prints, rng=np.random.default_rng(SEED))
+            cvs = reprinted(part.lines, errors, part.layer, prints=prints, rng=np.random.default_rng(SEED))
             low, high = np.percentile(cvs, [2.5, 97.5]).tolist()
             _, least, most = stated.cv
             yield row(
-                name, called, *_figures(stated), f"{100 * cvs.mean():.3f}", f"{100 * low:.3f} - {100 * high:.3f}",
+                name, called, planned, again, *_figures(stated)[1:], f"{100 * cvs.mean():.3f}",
+                f"{100 * low:.3f} - {100 * high:.3f}",
                 f"{100 * ((cvs >= least) & (cvs <= most)).mean():.1f}", f"{time.perf_counter() - begun:.0f}",
             )  # fmt: skip
 
 
-def alone() -> Iterator[str]:
-    """Yield a Markdown table: what each error does by itself, in percent of the spacing."""
-    yield from table("error alone", *(f"{name}: printed CV %, planned {cv}" for name, cv in _plans()))
-    parts = [small_part(radius) for radius in (np.inf, DOME)]
+def alone(*, prints: int) -> Iterator[str]:
+    """Yield a Markdown table: what each error does by itself, as geoprint expects it and in other prints."""
+    parts = {"disc": small_part(np.inf), "dome": small_part(DOME)}
+    yield from table(
+        "error alone",
+        *(f"{name}: printed CV %, planned {100 * part.measured.thickness.cv:.3f}" for name, part in parts.items()),
+        *(f"{name}: mean of {prints} others" for name in parts),
+    )
     for called, errors in ALONE.items():
-        found = [expected_print(measured, errors, poses) for _, poses, measured in parts]
-        yield row(called, *(f"{100 * each.cv.mean:.3f}" for each in found))
+        stated = [expected_print(part, errors).cv.mean for part in parts.values()]
+        others = [
+            reprinted(part.lines, errors, part.layer, prints=prints, rng=np.random.default_rng(SEED)).mean()
+            for part in parts.values()
+        ]
+        yield row(called, *(f"{100 * cv:.3f}" for cv in (*stated, *others)))
+
+
+class SmallPart(NamedTuple):
+    """Rings on a disc or a dome: their stream and what geoprint measures; what others print of them."""
+
+    poses: PoseStream
+    measured: Uniformity
+    lines: Lines
+    layer: Layer
 
 
 @cache
-def small_part(radius: float) -> tuple[Shape, PoseStream, Uniformity]:
-    """Return rings on a disc (infinite radius) or a dome: shape, stream and measured spacing."""
-    shape = shape_of(radius)
+def small_part(radius: float) -> SmallPart:
+    """Return rings on a disc (infinite radius) or a dome."""
+    shape: Shape = shape_of(radius)
     poses = rings(shape, count=RINGS, spacing=RING_SPACING)
-    return shape, poses, uniformity(poses, surface(shape, reach=REACH, step=MESH_STEP), spacing=RING_SPACING)
+    return SmallPart(
+        poses,
+        uniformity(poses, surface(shape, reach=REACH, step=MESH_STEP), spacing=RING_SPACING),
+        lines_of(poses, shape, spacing=RING_SPACING),
+        Layer(shape, reach=REACH, spacing=RING_SPACING),
+    )
 
 
-def expected_print(measured: Uniformity, errors: PrintErrors, poses: PoseStream) -> Printed:
-    """Return what geoprint expects of prints of a small part."""
-    found = printed(measured.spans, errors, spacing=RING_SPACING, poses=poses)
-    if found is None:
-        raise SystemExit("the small part has no spacing: this is a defect of the benchmark.")
-    return found
-
-
-def _plans() -> Iterator[tuple[str, str]]:
-    for name, radius in (("disc", np.inf), ("dome", DOME)):
-        shape, poses, _ = small_part(radius)
-        yield name, f"{100 * planned_cv(lines_of(poses, shape, spacing=RING_SPACING), shape):.3f}"
+def expected_print(part: SmallPart, errors: PrintErrors) -> Printed:
+    """Return what geoprint expects of prints of a small part with a constant flow."""
+    measured = part.measured
+    return printed(*measured.layer(follows=False), measured.sides, errors, poses=part.poses)
 
 
 def _figures(found: Printed) -> tuple[str, str, str]:

@@ -5,11 +5,11 @@
 Every part is cut as finely as heat wants it, and gets three fields of lines: the smoothest along its rim (none where it
 is closed), the smoothest along its longest axis, and the smoothest along the smallest principal curvature. A row for
 each and each laying: starts, and closed strokes among them; how many were too short to be laid; their mean length; the
-share of the area within 0.55 spacings of a stroke, and that within 0.45 of two; the variation of the spacing to the
-left and to the right over all, and farther than two spacings from ends within the part, which is the place of branch
-points too, with the share of the length that is then left out; the mean angle to the field, and what 99 of 100 mm have
-at most; crossings; how many ends rows exactly one spacing apart and along the field would have, as the divergence of
-its lines says; and the processor time of field and strokes.
+variation of the thickness with a constant flow; the share of the area that is covered once, missed and covered twice;
+the variation of the spacing to the left and to the right over all, and farther than two spacings from ends within the
+part, which is the place of branch points too, with the share of the length that is then left out; the mean angle to the
+field, and what 99 of 100 mm have at most; crossings; how many ends rows exactly one spacing apart and along the field
+would have, as the divergence of its lines says; and the processor time of field and strokes.
 
 The second table is of the same parts with a width that rises along their longest axis, by 0.75 to 1.35 spacings, with
 strokes along that axis and across it: everything is over the width that is wanted at each place then.
@@ -30,6 +30,7 @@ from scipy.spatial import KDTree
 
 from benchmarks.parts.surfaces import make
 from benchmarks.parts.tables import row, table
+from geoprint.account.metrics import COVERED_ONCE, GAP, OVERLAP, SPACING, THICKNESS
 from geoprint.backends import BACKENDS
 from geoprint.deposition import WidthsAlong
 from geoprint.errors import GeoprintError
@@ -49,8 +50,9 @@ from tests.patterns.fibres.measures import crossings, lines, off_field
 DATA = Path(__file__).parents[1] / "data"
 OWN = ("plate.ply", "heart_flat_patch.ply", "heart_apex_patch.ply")
 HEADINGS = (
-    "part", "field", "laying", "starts", "closed", "dropped", "mean length", "covered", "twice", "CV",
-    "CV away from ends", "left out", "off the field", "99 of 100", "crossings", "ends demanded", "field", "strokes",
+    "part", "field", "laying", "starts", "closed", "dropped", "mean length", THICKNESS.column, COVERED_ONCE.column,
+    GAP.column, OVERLAP.column, SPACING.column, "away from ends", "left out", "off the field", "99 of 100", "crossings",
+    "ends demanded", "field", "strokes",
 )  # fmt: skip
 # Ends within the part: farther than so many spacings from its rim; what is nearer than so many to one is left out.
 WITHIN, AWAY = 0.5, 2.0
@@ -192,7 +194,9 @@ def _figures(
         str(int(strokes.curves.closed.sum())),
         str(len(strokes.dropped)),
         f"{np.mean([arc_lengths(line)[-1] for line in drawn]):.1f} mm",
-        f"{1.0 - found.gap:.1%}",
+        f"{found.thickness.cv:.1%}",
+        f"{found.covered_once:.1%}",
+        f"{found.gap:.1%}",
         f"{found.overlap:.1%}",
         _cv(sides),
         _cv(sides[away]),

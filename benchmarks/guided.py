@@ -3,9 +3,9 @@
     python -m benchmarks.guided [--parts FILE ...] [--spacing MM] [--contours N] [--backend NAME ...] [--smoke]
 
 Every part in one piece gets a line over its middle, along its longer side: the shortest one between places below a
-straight line from rim to rim. A row for each part and backend: starts, the variation of the spacing to both sides, and
-of what lies farther from the rim than the turns and two spacings; what is missed and laid twice; the length of the
-turns over that of all.
+straight line from rim to rim. A row for each part and backend: starts; the variation of the thickness; what is covered
+once, missed and covered twice; the variation of the spacing to both sides, of all and of what lies farther from the rim
+than the turns and two spacings; the length of the turns over that of all.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import numpy as np
 
 from benchmarks.parts.tables import row, table
 from geoprint import job_of, plan
+from geoprint.account.metrics import COVERED_ONCE, GAP, OVERLAP, SPACING, THICKNESS
 from geoprint.errors import GeoprintError
 from geoprint.model import FloatArray, Surface
 from geoprint.results import Plan
@@ -25,7 +26,10 @@ from geoprint.surfaces.files import load
 
 DATA = Path(__file__).parents[1] / "data"
 OWN = ("plate.ply", "heart_flat_patch.ply", "heart_apex_patch.ply")
-HEADINGS = ("part", "backend", "runs", "left and right CV", "away from the rim", "share", "missed", "twice", "turns")
+HEADINGS = (
+    "part", "backend", "runs", THICKNESS.column, COVERED_ONCE.column, GAP.column, OVERLAP.column, SPACING.column,
+    "away from the rim", "share", "turns",
+)  # fmt: skip
 # Away from the rim: beyond the line of ends by so many spacings.
 BEYOND = 2.0
 # Places of a line [mm], joined by shortest lines.
@@ -59,22 +63,26 @@ def _row(file: Path, backend: str, *, spacing: float, contours: int) -> str:
     try:
         planned = plan(job)
     except GeoprintError as error:
-        return row(file.stem, backend, str(error)[:110].replace("|", "/"), *[""] * 6)
+        return row(file.stem, backend, str(error)[:110].replace("|", "/"), *[""] * (len(HEADINGS) - 3))
     found = planned.uniformity
     assert found is not None
     surface = planned.workpiece.surface
     rims = boundary_seed(surface).curves
     rim = PolylineDistance([rims.xyz(surface, curve) for curve in range(rims.count)], step=spacing / 4.0)
-    away = found.ratios[rim(found.places) > (contours + 0.5 + BEYOND) * spacing]
+    sides = found.sides
+    every = sides.sides()[rim(sides.places) > (contours + 0.5 + BEYOND) * spacing]
+    away = every[np.isfinite(every)]
     return row(
         file.stem,
         backend,
         str(planned.toolpath.curves.count),
-        f"{found.cv:.2%}",
-        f"{away.std() / away.mean():.2%}" if away.size else "",
-        f"{away.size / max(found.ratios.size, 1):.0%}",
-        f"{found.uncovered:.2%}",
+        f"{found.thickness.cv:.2%}",
+        f"{found.covered_once:.2%}",
+        f"{found.gap:.2%}",
         f"{found.overlap:.2%}",
+        f"{sides.both.cv:.2%}",
+        f"{away.std() / away.mean():.2%}" if away.size else "",
+        f"{away.size / max(sides.both.ratios.size, 1):.0%}",
         f"{_turning(planned):.1%}",
     )
 

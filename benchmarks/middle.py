@@ -2,9 +2,10 @@
 
     python -m benchmarks.middle [--parts FILE ...] [--spacing MM] [--backend NAME] [--smoke]
 
-A row for each part: the share of the area that is missed and laid twice with either kind and their ratio, the largest
-hole in shares of the spacing squared, the variation of the spacing, that of the thickness near the ridge with flow that
-follows, the runs, which kind is taken, and what a plan of fitted paths takes of the processor time of plain ones.
+A row for each part: the variation of the thickness with either kind, with a constant flow and with one that follows
+the width; the share of the area that is covered once, that which is missed or covered twice and its ratio; the largest
+hole in shares of the spacing squared, the runs, which kind is taken, and what a plan of fitted paths takes of the
+processor time of plain ones.
 """
 
 from __future__ import annotations
@@ -13,18 +14,18 @@ import argparse
 import time
 from pathlib import Path
 
-import numpy as np
-
 from benchmarks.parts.tables import row, table
-from geoprint import job_of, measure_paths, plan
-from geoprint.model import Polylines
+from geoprint import job_of, plan
+from geoprint.account.metrics import COVERED_ONCE, FOLLOWING, THICKNESS
+from geoprint.quality import Uniformity
 from geoprint.results import Plan
 
 DATA = Path(__file__).parents[1] / "data"
 OWN = ("plate.ply", "heart_apex_patch.ply", "heart_flat_patch.ply")
 KINDS = ("plain", "fitted")
 HEADINGS = (
-    "part", "missed + twice", "ratio", "largest hole / w2", "spacing CV", "thickness CV near", "runs", "taken", "cost"
+    "part", THICKNESS.column, FOLLOWING.column, COVERED_ONCE.column, "gap + overlap", "ratio", "largest hole / w2",
+    "runs", "taken", "cost",
 )  # fmt: skip
 
 
@@ -48,17 +49,18 @@ def main() -> None:
 def _row(file: Path, *, spacing: float, backend: str) -> str:
     found = {kind: _planned(file, kind, spacing=spacing, backend=backend) for kind in KINDS}
     plans = {kind: planned for kind, (planned, _) in found.items()}
-    faults = {kind: _fault(planned) for kind, planned in plans.items()}
-    holes = [_hole(plans[kind]) / spacing**2 for kind in KINDS]
+    measured = {kind: _measured(planned) for kind, planned in plans.items()}
+    faults = {kind: each.gap + each.overlap for kind, each in measured.items()}
     best = plan(job_of(surface=file, unit="mm", spacing=spacing, backend=backend, robot=False))
     (taken, *_) = [each.middle for each in best.middles if each.taken] or ["plain"]
     return row(
         file.stem,
-        " -> ".join(f"{faults[kind]:.2%}" for kind in KINDS),
+        " -> ".join(f"{each.thickness.cv:.2%}" for each in measured.values()),
+        " -> ".join(f"{each.followed.cv:.2%}" for each in measured.values()),
+        " -> ".join(f"{each.covered_once:.2%}" for each in measured.values()),
+        " -> ".join(f"{fault:.2%}" for fault in faults.values()),
         f"{faults['fitted'] / faults['plain']:.2f}" if faults["plain"] else "",
-        " -> ".join(f"{hole:.2f}" for hole in holes),
-        " -> ".join(_percent(None if each.uniformity is None else each.uniformity.cv) for each in plans.values()),
-        " -> ".join(_percent(None if each.laid is None else each.laid.following.near_cv) for each in plans.values()),
+        " -> ".join(f"{each.hole / spacing**2:.2f}" for each in measured.values()),
         " -> ".join(str(each.toolpath.curves.count) for each in plans.values()),
         taken,
         f"{found['fitted'][1] / found['plain'][1]:.2f}",
@@ -73,23 +75,9 @@ def _planned(file: Path, middle: str, *, spacing: float, backend: str) -> tuple[
     return plan(job), time.process_time() - began
 
 
-def _fault(planned: Plan) -> float:
-    """Return the share of the area that is missed or laid twice."""
-    measured = planned.uniformity
-    return 0.0 if measured is None else measured.uncovered + measured.overlap
-
-
-def _hole(planned: Plan) -> float:
-    """Return the largest connected area that no path covers [mm2]."""
-    deposit, places = planned.poses.deposit, planned.poses.surface_points
-    runs = planned.poses.runs[deposit]
-    starts = np.flatnonzero(np.diff(runs, prepend=-1))
-    curves = Polylines(places[deposit], np.append(starts, runs.size))
-    return measure_paths(planned.workpiece.part, curves, spacing=planned.contours.spacing).hole
-
-
-def _percent(share: float | None) -> str:
-    return "" if share is None else f"{share:.2%}"
+def _measured(planned: Plan) -> Uniformity:
+    assert planned.uniformity is not None
+    return planned.uniformity
 
 
 if __name__ == "__main__":

@@ -5,9 +5,9 @@
 On a dome: contours of ours, the same with every second one shifted aside by a tenth of the spacing, and what a planar
 slicer makes of it (`benchmarks.parts.slicer`), by its G-code. On each part: contours of ours, and isolines of
 potpourri3d's heat distance (`pip install potpourri3d`; left out where it is missing). All of them are judged by
-`geoprint.measure_paths`; beside it, for ours, the outward figure of `compare`, which needs levels, and what either
-costs in processor time per metre of path: the outward one on the surface that was refined for planning, as `compare`
-does, the other on the part as it is, as `geoprint measure` does.
+`geoprint.measure_paths` (what the columns mean stands in `geoprint.account.metrics`); beside it, for ours, the spacing
+from level to level, which `compare` finds and which needs levels, and what measuring costs in processor time per metre
+of path.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,9 +27,10 @@ from benchmarks.parts.streams import deposited
 from benchmarks.parts.surfaces import cap, triangulated
 from benchmarks.peers import METHODS
 from geoprint import job_of, measure_paths, plan, read_paths
+from geoprint.account.metrics import COVERED_ONCE, FOLLOWING, GAP, HOLE, LEVELS, OVERLAP, THICKNESS
 from geoprint.errors import GeoprintError
 from geoprint.model import FloatArray, Polylines, Surface
-from geoprint.quality import PathMeasure, uniformity
+from geoprint.quality import Uniformity
 from geoprint.surfaces.files import save_ply
 from geoprint.surfaces.remesh import refine
 
@@ -38,6 +40,15 @@ FACES, SMOKE_FACES = 20_000, 2_000
 # Every second contour is shifted by this share of the spacing.
 SHIFT = 0.1
 PEER = "potpourri3d heat"
+# Behind a row that has no figures.
+BLANK = " |" * 11
+
+
+class Timed(NamedTuple):
+    """A measurement, and the processor time that it took [s]."""
+
+    found: Uniformity
+    seconds: float
 
 
 def main() -> None:
@@ -54,8 +65,9 @@ def main() -> None:
 
 def table(parts: list[Path], *, spacing: float, smoke: bool) -> Iterator[str]:
     """Return the heading and a row for each set of paths."""
-    yield "| part | paths | outwards CV | left CV | right CV | gap | hole, mm2 | outwards, s/m | left and right, s/m |"
-    yield "|" + "---|" * 9
+    told = " | ".join(metric.column for metric in (THICKNESS, FOLLOWING, COVERED_ONCE, GAP, OVERLAP, HOLE))
+    yield f"| part | paths | {told} | left CV | right CV | {LEVELS.column} | CPU s/m |"
+    yield "|" + "---|" * 12
     shape = cap(float(np.degrees(OPENING)), depth=RADIUS * OPENING)
     dome = triangulated(shape, name="dome", faces=SMOKE_FACES if smoke else FACES)
     with tempfile.TemporaryDirectory() as folder:
@@ -87,19 +99,16 @@ def _ours(part: Path, name: str, spacing: float) -> Iterator[str]:
     """Return rows of our contours on a part, and of the peer's isolines on the same surface where it is there."""
     asked = job_of(surface=part, unit="mm", spacing=spacing, backend="fast-marching", robot=False)
     planned = plan(asked)
-    surface, curves = planned.workpiece.surface, deposited(planned.poses)
-    # What has to be compiled is compiled first.
-    uniformity(planned.poses, surface, spacing=spacing)
-    begun = time.process_time()
-    outwards = uniformity(planned.poses, surface, spacing=spacing)
-    took = (time.process_time() - begun) / (outwards.length / 1000.0)
-    part_surface = planned.workpiece.part
-    _measured(part_surface, curves, spacing)
+    curves, part_surface = deposited(planned.poses), planned.workpiece.part
+    found = planned.uniformity
+    assert found is not None
+    assert found.levels is not None
+    # What has to be compiled was compiled by the plan.
     yield _row(
-        name, "contours, fast-marching", _measured(part_surface, curves, spacing), f"{outwards.cv:.3%}", f"{took:.1f}"
+        name, "contours, fast-marching", _measured(part_surface, curves, spacing), levels=f"{found.levels.cv:.3%}"
     )
     if importlib.util.find_spec(METHODS[PEER].library) is None:
-        yield f"| {name} | {PEER}: not installed and left out | | | | | | | |"
+        yield f"| {name} | {PEER}: not installed and left out{BLANK}"
         return
     fine = refine(part_surface, edge_length=0.5 * spacing)
     lines, _ = METHODS[PEER].isolines(fine, spacing)
@@ -108,20 +117,23 @@ def _ours(part: Path, name: str, spacing: float) -> Iterator[str]:
     yield _row(name, f"isolines of {PEER}", _measured(part_surface, peer, spacing))
 
 
-def _measured(surface: Surface, curves: Polylines, spacing: float) -> PathMeasure | GeoprintError:
+def _measured(surface: Surface, curves: Polylines, spacing: float) -> Timed | GeoprintError:
+    begun = time.process_time()
     try:
-        return measure_paths(surface, curves, spacing=spacing, offset_up_to=0.2 * spacing)
+        found = measure_paths(surface, curves, spacing=spacing, offset_up_to=0.2 * spacing)
     except GeoprintError as error:
         return error
+    return Timed(found, time.process_time() - begun)
 
 
-def _row(part: str, paths: str, found: PathMeasure | GeoprintError, outwards: str = "-", took: str = "-") -> str:
-    if isinstance(found, GeoprintError):
-        return f"| {part} | {paths}: not measured: {found} | | | | | | | |"
-    left, right = found.sides.left, found.sides.right
+def _row(part: str, paths: str, timed: Timed | GeoprintError, *, levels: str = "-") -> str:
+    if isinstance(timed, GeoprintError):
+        return f"| {part} | {paths}: not measured: {timed}{BLANK}"
+    found, sides = timed.found, timed.found.sides
     return (
-        f"| {part} | {paths} | {outwards} | {left.cv:.3%} | {right.cv:.3%} | {found.gap:.2%} | {found.hole:.2f} "
-        f"| {took} | {found.seconds_per_metre:.1f} |"
+        f"| {part} | {paths} | {found.thickness.cv:.2%} | {found.followed.cv:.2%} | {found.covered_once:.2%} "
+        f"| {found.gap:.2%} | {found.overlap:.2%} | {found.hole:.2f} | {sides.left.cv:.3%} | {sides.right.cv:.3%} "
+        f"| {levels} | {timed.seconds / (found.length / 1000.0):.1f} |"
     )
 
 

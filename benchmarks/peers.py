@@ -3,7 +3,8 @@
     python -m benchmarks.peers [--parts FILE ...] [--faces N] [--smoke]
 
 Every method gets the same mesh, in this process, and ends in polylines; `geoprint.quality.uniformity` measures all of
-them by the exact distance over the triangles. Install the peers with `pip install potpourri3d libigl`; those that are
+them: the thickness of the layer that a constant flow leaves, what is covered, and as a detail that tells distances
+apart the exact spacing from level to level. Install the peers with `pip install potpourri3d libigl`; those that are
 missing are left out, and named.
 
 - potpourri3d (geometry-central): the heat method as published, and on the tufted intrinsic Laplacian; its marching
@@ -34,6 +35,7 @@ import numpy as np
 
 from benchmarks.parts.surfaces import SHAPES, Shape, cap, triangulated
 from benchmarks.parts.tables import least_seconds
+from geoprint.account.metrics import COVERED_ONCE, GAP, LEVELS, OVERLAP, THICKNESS
 from geoprint.backends import BACKENDS
 from geoprint.backends.heat import Heat
 from geoprint.errors import GeoprintError
@@ -98,8 +100,9 @@ def table(surfaces: list[Surface], *, spacing: float) -> Iterator[str]:
     """Return one row a method on each surface."""
     present = {name: method for name, method in METHODS.items() if importlib.util.find_spec(method.library)}
     missing = sorted({method.library for method in METHODS.values()} - {method.library for method in present.values()})
-    yield "| surface | faces | method | distance, s | with isolines, s | spacing CV | p95 | gap |"
-    yield "|" + "---|" * 8
+    told = " | ".join(metric.column for metric in (THICKNESS, COVERED_ONCE, GAP, OVERLAP, LEVELS))
+    yield f"| surface | faces | method | distance, s | with isolines, s | {told} |"
+    yield "|" + "---|" * 10
     for surface in surfaces:
         for name, method in present.items():
             method.isolines(surface, spacing)  # Compiles.
@@ -109,9 +112,13 @@ def table(surfaces: list[Surface], *, spacing: float) -> Iterator[str]:
             try:
                 measured = uniformity(_stream(*method.isolines(surface, spacing)), surface, spacing=spacing)
             except GeoprintError as error:
-                yield f"{named} not measured: {error} | | |"
+                yield f"{named} not measured: {error} | | | | |"
                 continue
-            yield f"{named} {measured.cv:.2%} | {measured.percentile(95):.3f} | {measured.uncovered:.2%} |"
+            assert measured.levels is not None
+            yield (
+                f"{named} {measured.thickness.cv:.2%} | {measured.covered_once:.2%} | {measured.gap:.2%} "
+                f"| {measured.overlap:.2%} | {measured.levels.cv:.2%} |"
+            )
     for library in missing:
         yield f"{'igl (pip install libigl)' if library == 'igl' else library} is not installed and left out."
 

@@ -2,9 +2,9 @@
 
     python -m benchmarks.sources [--parts FILE ...] [--spacing MM] [--backend NAME] [--smoke]
 
-A row for each source that a part has: the share of the area that is missed and laid twice, the variation of the
-spacing and the runs, and which one is taken. The cost is the processor time of a plan with its best source over that of
-a plan from the border, paths and evenness alone, both in this run; the first plan of a process is left out.
+A row for each source that a part has: the share of the area that is missed and covered twice, the variation of the
+thickness and the runs, and which one is taken. The cost is the processor time of a plan with its best source over that
+of a plan from the border, paths and evenness alone, both in this run; the first plan of a process is left out.
 """
 
 from __future__ import annotations
@@ -16,11 +16,12 @@ from pathlib import Path
 
 from benchmarks.parts.tables import row, table
 from geoprint import plan
+from geoprint.account.metrics import GAP, OVERLAP, THICKNESS
 from geoprint.config import job_of
 from geoprint.results import Plan
 
 DATA = Path(__file__).parents[1] / "data"
-HEADINGS = ("part", "source", "missed", "laid twice", "spacing CV", "runs", "taken", "cost")
+HEADINGS = ("part", "source", GAP.column, OVERLAP.column, THICKNESS.column, "runs", "taken", "cost")
 PLATE: Mapping[str, object] = {"surface": DATA / "plate.ply"}
 # The rim of a heart: what lies between two planes.
 BAND = {"box": [-99.0, -99.0, -52.0, 99.0, 99.0, -44.0]}

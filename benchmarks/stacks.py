@@ -2,7 +2,7 @@
 
     python -m benchmarks.stacks [FILE ...] [--thickness MM] [--height MM] [--spacing MM] [--backend NAME] [--smoke]
 
-Every layer is planned without a robot, and what it lays is simulated on its own surface, as `benchmarks.thickness` has
+Every layer is planned without a robot, and what it lays is simulated on its own surface, as `benchmarks.uniformity` has
 it for one skin. The thickness of all layers together is taken along columns that stand upright on the part, evenly by
 area, and compared with the thickness that was asked for. Columns that meet others in a crease before are left out,
 those that leave the stack through a side before are judged up to there, and the shares of both are told. Parts are a

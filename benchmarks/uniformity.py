@@ -4,10 +4,9 @@
     python -m benchmarks.uniformity --compare A.json B.json
 
 Parts are those in data/, surfaces by formula (irregular triangulations: structured ones flatter the heat method) and
-any mesh files [mm]. All are planned `SPACING` apart by `geoprint.pipeline.compare`, with plain contours, because
-backends are compared here, and measured by its oracle, the exact distance over the triangles. The area scale is that of
-lscm's chart, chart over surface, 1 on average: where its 1st and 99th percentile by area are near each other, a flat
-map loses little.
+any mesh files [mm]. All are planned `SPACING` apart and measured as `geoprint compare` does it by default; what the
+columns mean stands in `geoprint.account.metrics`. The area scale is that of lscm's chart, chart over surface, 1 on average: where its 1st and
+99th percentile by area are near each other, a flat map loses little.
 """
 
 from __future__ import annotations
@@ -17,15 +16,18 @@ import json
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from math import isnan
 from pathlib import Path
 from types import MappingProxyType
 
 from benchmarks.parts.evenness_picture import evenness_picture
 from benchmarks.parts.surfaces import SHAPES, Shape, cap, triangulated
 from geoprint.account.compared.pictures import comparison_picture
+from geoprint.account.metrics import COVERED_ONCE, FOLLOWING, GAP, LEVELS, OVERLAP, THICKNESS, WIDTH, Metric
 from geoprint.backends import distortion
 from geoprint.config import job_of
 from geoprint.pipeline import compare
+from geoprint.quality import Uniformity
 from geoprint.results import Comparison
 from geoprint.surfaces.files import save_ply
 
@@ -61,13 +63,37 @@ NEARLY_FLAT = 1.2
 
 @dataclass(frozen=True, slots=True)
 class Evenness:
-    """One backend on one part; ratios to the spacing and shares, as in `geoprint.quality.Uniformity`."""
+    """One backend on one part; shares, as in `geoprint.quality.Uniformity`.
 
-    cv: float
-    p95: float
+    Attributes:
+        thickness_cv: variation of the thickness with a constant flow.
+        following_cv: the same with a flow that follows the width.
+        covered_once: of the area.
+        gap: area missed.
+        overlap: area covered twice.
+        level_cv: variation of the spacing from level to level; NaN with a single level.
+        width_cv: that of the width of the strips.
+    """
+
+    thickness_cv: float
+    following_cv: float
+    covered_once: float
     gap: float
     overlap: float
+    level_cv: float
     width_cv: float
+
+
+# What the columns show of it, in their order.
+COLUMNS: tuple[tuple[Metric, Callable[[Evenness], float]], ...] = (
+    (THICKNESS, lambda found: found.thickness_cv),
+    (FOLLOWING, lambda found: found.following_cv),
+    (COVERED_ONCE, lambda found: found.covered_once),
+    (GAP, lambda found: found.gap),
+    (OVERLAP, lambda found: found.overlap),
+    (LEVELS, lambda found: found.level_cv),
+    (WIDTH, lambda found: found.width_cv),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,15 +147,15 @@ def table(rows: Sequence[Row]) -> Iterator[str]:
     names = " / ".join(BACKENDS)
     yield f"In each cell: {names}."
     yield ""
-    yield "| part | area scale p1 - p99 | spacing CV, % | p95 | gap, % | overlap, % | width CV, % |"
-    yield "|" + "---|" * 7
+    yield f"| part | area scale p1 - p99 | {' | '.join(f'{metric.column}, %' for metric, _ in COLUMNS)} |"
+    yield "|" + "---|" * (2 + len(COLUMNS))
     ordered = _sorted(rows)
     for title, chosen in (
         ("nearly flat", [row for row in ordered if row.spread <= NEARLY_FLAT]),
         ("curved", [row for row in ordered if row.spread > NEARLY_FLAT]),
     ):
         if chosen:
-            yield f"| **{title}** |" + " |" * 6
+            yield f"| **{title}** |" + " |" * (1 + len(COLUMNS))
         yield from (_line(row) for row in chosen)
     for row in ordered:
         for name, reason in row.refused.items():
@@ -137,8 +163,8 @@ def table(rows: Sequence[Row]) -> Iterator[str]:
 
 
 def picture(rows: Sequence[Row]) -> bytes:
-    """Return a PNG of the spacing CV of each backend on each part, ordered as in the table."""
-    cvs = {row.part: {name: found.cv for name, found in row.backends.items()} for row in _sorted(rows)}
+    """Return a PNG of the thickness CV of each backend on each part, ordered as in the table."""
+    cvs = {row.part: {name: found.thickness_cv for name, found in row.backends.items()} for row in _sorted(rows)}
     flat = sum(row.spread <= NEARLY_FLAT for row in rows)
     return evenness_picture(cvs, nearly_flat=flat, backends=BACKENDS)
 
@@ -179,7 +205,7 @@ def _smoke_parts() -> dict[str, Path]:
 def _measured(title: str, file: Path, *, smoke: bool, picture: Path | None) -> Row:
     """Compare the backends on a part, and draw it where it is the one that is drawn."""
     spacing = SMOKE_SPACING if smoke else SPACING
-    compared = compare(job_of(surface=file, unit="mm", spacing=spacing, robot=False, middle="plain"), backends=BACKENDS)
+    compared = compare(job_of(surface=file, unit="mm", spacing=spacing, robot=False), backends=BACKENDS)
     if picture is not None and title == PICTURED:
         picture.mkdir(parents=True, exist_ok=True)
         (picture / "apex.png").write_bytes(comparison_picture(compared))
@@ -187,17 +213,21 @@ def _measured(title: str, file: Path, *, smoke: bool, picture: Path | None) -> R
 
 
 def _row(title: str, compared: Comparison) -> Row:
-    found = {
-        name: Evenness(
-            cv=outcome.uniformity.cv,
-            p95=outcome.uniformity.percentile(95),
-            gap=outcome.uniformity.uncovered,
-            overlap=outcome.uniformity.overlap,
-            width_cv=outcome.uniformity.width_cv,
-        )
-        for name, outcome in compared.planned
-    }
+    found = {name: evenness_of(outcome.uniformity) for name, outcome in compared.planned}
     return Row(title, _area_scale(compared), found, dict(compared.refused))
+
+
+def evenness_of(measured: Uniformity) -> Evenness:
+    """Return what the table shows of a measurement."""
+    return Evenness(
+        thickness_cv=measured.thickness.cv,
+        following_cv=measured.followed.cv,
+        covered_once=measured.covered_once,
+        gap=measured.gap,
+        overlap=measured.overlap,
+        level_cv=float("nan") if measured.levels is None else measured.levels.cv,
+        width_cv=measured.width_cv,
+    )
 
 
 def _area_scale(compared: Comparison) -> tuple[float, float] | None:
@@ -227,18 +257,13 @@ def _sorted(rows: Sequence[Row]) -> list[Row]:
 
 def _line(row: Row) -> str:
     scale = "-" if row.area_scale is None else f"{row.area_scale[0]:.2f} - {row.area_scale[1]:.2f}"
-    figures = (
-        _cell(row, lambda found: f"{100 * found.cv:.2f}"),
-        _cell(row, lambda found: f"{found.p95:.3f}"),
-        _cell(row, lambda found: f"{100 * found.gap:.2f}"),
-        _cell(row, lambda found: f"{100 * found.overlap:.2f}"),
-        _cell(row, lambda found: f"{100 * found.width_cv:.1f}"),
-    )
+    figures = (_cell(row, value) for _, value in COLUMNS)
     return " | ".join(("| " + row.part, scale, *figures)) + " |"
 
 
-def _cell(row: Row, text: Callable[[Evenness], str]) -> str:
-    return " / ".join(text(row.backends[name]) if name in row.backends else "-" for name in BACKENDS)
+def _cell(row: Row, value: Callable[[Evenness], float]) -> str:
+    shares = (value(row.backends[name]) if name in row.backends else float("nan") for name in BACKENDS)
+    return " / ".join("-" if isnan(share) else f"{100 * share:.2f}" for share in shares)
 
 
 if __name__ == "__main__":

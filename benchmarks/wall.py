@@ -7,9 +7,9 @@ The first table is of fields carried by formula, on levels at three heights: wha
 singularities there are, face by face around all vertices, and were to be. The second is of a patch of the cavity in a
 label volume (NIfTI, voxels of a byte), from which layers go to the outside of the wall. The rule is solved once more,
 by linear tetrahedra that share no code with geoprint. Of each layer: the helix angle by that rule and of its strokes,
-by how much these are off the rule's lines in space, and off what of these lies within the layer; how many start, and
-the share of the area within 0.55 spacings of one. Without a volume the wall is that of a hollow ball. `--picture` draws
-three of the layers, and the angles through the wall.
+by how much these are off the rule's lines in space, and off what of these lies within the layer; how many start,
+the variation of the thickness with a constant flow, and the share of the area that is covered once. Without a volume
+the wall is that of a hollow ball. `--picture` draws three of the layers, and the angles through the wall.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ import numpy as np
 from benchmarks.guide.through import HEART, through_picture
 from benchmarks.parts.tables import row, table
 from benchmarks.parts.wall_layers import Strokes, Ventricle, layers_through
+from geoprint.account.metrics import COVERED_ONCE, THICKNESS
 from geoprint.fields import AlongRim, DirectionField, HelixRule, carried_field, prescribed_field, singularities_near
 from geoprint.layers import level_surface
 from geoprint.model import BoolArray, FloatArray, Surface
@@ -78,8 +79,9 @@ def _ball(folder: Path) -> Ventricle:
 def _through(one: Ventricle, folder: Path, *, height: float, spacing: float) -> list[Strokes]:
     """Print the table of layers through a wall, and return them."""
     for line in table(
-        "layer", "over the cavity", "rule", "strokes", "off the rule", "within the layer", "starts", "covered"
-    ):
+        "layer", "over the cavity", "rule", "strokes", "off the rule", "within the layer", "starts", THICKNESS.column,
+        COVERED_ONCE.column,
+    ):  # fmt: skip
         print(line, flush=True)
     own = solved(one.labels, wall=list(one.wall), cavity=[one.cavity], base=list(one.base))
     layers: list[Strokes] = []
@@ -92,7 +94,7 @@ def _through(one: Ventricle, folder: Path, *, height: float, spacing: float) -> 
         for values in ([each.off for each in layers], [each.within for each in layers])
     ]
     starts = sum(each.paths.toolpath.curves.count for each in layers)
-    print(row("all", "", "", "", *(f"{mean:.2f} deg" for mean in means), str(starts), ""), flush=True)
+    print(row("all", "", "", "", *(f"{mean:.2f} deg" for mean in means), str(starts), "", ""), flush=True)
     return layers
 
 
@@ -108,7 +110,8 @@ def _layer_row(layer: Strokes) -> str:
         f"{layer.mean(layer.off):.2f} deg",
         f"{layer.mean(layer.within):.2f} deg",
         str(layer.paths.toolpath.curves.count),
-        f"{1.0 - found.uncovered:.1%}",
+        f"{found.thickness.cv:.1%}",
+        f"{found.covered_once:.1%}",
     )
 
 

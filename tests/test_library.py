@@ -30,6 +30,7 @@ from geoprint.errors import ExportError, GeoprintError, InputError
 from geoprint.model.values import WIDTH
 from geoprint.motion.arm import read_urdf_file
 from geoprint.pipeline.feeding import feedback_text
+from geoprint.quality import Printed
 from geoprint.results import Comparison, MeasuredFile, Measurement, Plan, Planned
 from geoprint.surfaces.files import load_file, suggested_unit, write_whole
 
@@ -171,7 +172,10 @@ def _measurement() -> Measurement:
     rows = np.array([[-15.0, y, 0.0] for y in (0.0, 2.0)]).repeat(2, axis=0) + [[0, 0, 0], [30, 0, 0]] * 2
     part = load_file(PLATE, unit="mm")
     found = geoprint.measure_paths(part.surface, geoprint.Polylines(rows, np.array([0, 2, 4])), spacing=2.0)
-    file = MeasuredFile("rows", "table", "nothing", points=4, dropped=0, fit=None, measured=found)
+    expected = Printed(planned=0.02, cvs=np.full(2, 0.02), variances=(0.0004, 0.0, 0.0, 0.0, 0.0, 0.0))
+    file = MeasuredFile(
+        "rows", "table", "nothing", points=4, dropped=0, fit=None, measured=found, printed=expected, seconds=0.1
+    )
     return Measurement(part, part.surface, np.eye(3), 2.0, (file,))
 
 
@@ -291,13 +295,22 @@ def test_the_runs_of_a_plan_are_a_table_whose_lengths_are_those_of_plan_json(
 def test_levels_and_samples_are_tables_that_agree_with_the_measurement(planned: Plan) -> None:
     measured = planned.uniformity
     assert measured is not None
-    samples, levels = geoprint.samples_table(measured), geoprint.levels_table(measured)
-    assert levels["samples"].sum() == len(samples) == measured.ratios.size
+    spacings = measured.levels
+    assert spacings is not None
+    samples, levels = geoprint.samples_table(measured), geoprint.levels_table(spacings)
+    assert levels["samples"].sum() == spacings.ratios.size
     for row in levels:
-        own = samples[samples["level"] == row["level"]]["ratio"]
+        own = spacings.ratios[spacings.levels == row["level"]]
         assert row["mean"] == pytest.approx(own.mean())
         assert row["cv"] == pytest.approx(own.std() / own.mean())
         assert row["worst"] in own
+    sides = np.column_stack([samples["left"], samples["right"]])
+    np.testing.assert_array_equal(sides, measured.sides.sides())
+    both = measured.sides.both
+    assert (np.nanmean(sides), np.nanstd(sides) / np.nanmean(sides)) == (
+        pytest.approx(both.mean), pytest.approx(both.cv)
+    )  # fmt: skip
+    assert sorted(set(samples["run"].tolist())) == list(range(planned.toolpath.curves.count))
 
 
 def test_a_table_is_written_as_csv_and_reads_back(planned: Plan, tmp_path: Path) -> None:

@@ -9,10 +9,13 @@ from pathlib import Path
 from typing import final
 
 from benchmarks.parts.tables import row, rule
-from geoprint.quality import PathMeasure
+from geoprint.account.metrics import COVERED_ONCE, FOLLOWING, GAP, HOLE, OVERLAP, SPACING, THICKNESS, WITHIN_10
+from geoprint.quality import Uniformity
 
 KEPT = Path(__file__).with_name("figures.csv")
 DECIMALS = 5
+# What the columns show behind starts and length.
+METRICS = (THICKNESS, FOLLOWING, WITHIN_10, COVERED_ONCE, GAP, OVERLAP, HOLE, SPACING)
 
 
 @final
@@ -27,13 +30,14 @@ class Figures:
         refused: why there are no paths, or an empty string; the figures are zero then.
         runs: starts of the bead.
         length_m: of the paths.
-        left_cv: variation of the spacing to the left.
-        right_cv: the same to the right.
-        p1: 1st percentile of the spacing of both sides, over the wanted one.
-        p99: 99th percentile.
+        thickness_cv: variation of the thickness that a constant flow leaves.
+        following_cv: the same with a flow that follows the width.
+        within_10: share of the area whose thickness is within 10 % of the wanted one, with a constant flow.
+        covered_once: share of the area that is neither missed nor covered twice.
         gap: share of the area farther than 0.55 spacings from every path.
         overlap: share within 0.45 spacings of two stretches.
         hole_mm2: largest connected gap.
+        spacing_cv: variation of the spacing to both sides.
     """
 
     part: str
@@ -42,23 +46,23 @@ class Figures:
     refused: str = ""
     runs: int = 0
     length_m: float = 0.0
-    left_cv: float = 0.0
-    right_cv: float = 0.0
-    p1: float = 0.0
-    p99: float = 0.0
+    thickness_cv: float = 0.0
+    following_cv: float = 0.0
+    within_10: float = 0.0
+    covered_once: float = 0.0
     gap: float = 0.0
     overlap: float = 0.0
     hole_mm2: float = 0.0
+    spacing_cv: float = 0.0
 
 
-def figures_of(measured: PathMeasure, *, part: str, planner: str, ours: bool) -> Figures:
+def figures_of(measured: Uniformity, *, part: str, planner: str, ours: bool) -> Figures:
     """Return the figures of paths that were measured."""
-    sides = measured.sides
-    both = sides.both
     return Figures(
-        part, planner, ours, runs=measured.runs, length_m=measured.length / 1000.0, left_cv=sides.left.cv,
-        right_cv=sides.right.cv, p1=both.percentile(1.0), p99=both.percentile(99.0), gap=measured.gap,
-        overlap=measured.overlap, hole_mm2=measured.hole,
+        part, planner, ours, runs=measured.run_count, length_m=measured.length / 1000.0,
+        thickness_cv=measured.thickness.cv, following_cv=measured.followed.cv,
+        within_10=measured.thickness.within_10_percent, covered_once=measured.covered_once, gap=measured.gap,
+        overlap=measured.overlap, hole_mm2=measured.hole, spacing_cv=measured.sides.both.cv,
     )  # fmt: skip
 
 
@@ -91,8 +95,8 @@ _MEASURED: Sequence[str] = [each.name for each in fields(Figures) if each.type =
 
 def table(found: Iterable[Figures]) -> Iterator[str]:
     """Yield a Markdown table."""
-    yield row("part", "planner", "starts", "length", "left CV", "right CV", "p1 - p99", "gap", "overlap", "hole")
-    yield rule(10)
+    yield row("part", "planner", "starts", "length", *(metric.column for metric in METRICS))
+    yield rule(4 + len(METRICS))
     for each in found:
         yield line(each)
 
@@ -100,9 +104,11 @@ def table(found: Iterable[Figures]) -> Iterator[str]:
 def line(found: Figures) -> str:
     """Return a planner's row on a part."""
     if found.refused:
-        return row(found.part, found.planner, f"refused: {found.refused.replace('|', '/')[:90]}", *[""] * 7)
+        return row(
+            found.part, found.planner, f"refused: {found.refused.replace('|', '/')[:90]}", *[""] * (1 + len(METRICS))
+        )
     return row(
-        found.part, found.planner, str(found.runs), f"{found.length_m:.2f} m", f"{found.left_cv:.2%}",
-        f"{found.right_cv:.2%}", f"{found.p1:.3f} - {found.p99:.3f}", f"{found.gap:.2%}", f"{found.overlap:.2%}",
-        f"{found.hole_mm2:.2f} mm2",
+        found.part, found.planner, str(found.runs), f"{found.length_m:.2f} m", f"{found.thickness_cv:.2%}",
+        f"{found.following_cv:.2%}", f"{found.within_10:.2%}", f"{found.covered_once:.2%}", f"{found.gap:.2%}",
+        f"{found.overlap:.2%}", f"{found.hole_mm2:.2f}", f"{found.spacing_cv:.2%}",
     )  # fmt: skip

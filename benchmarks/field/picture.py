@@ -18,7 +18,9 @@ from benchmarks.field.figures import Figures
 # Of Okabe and Ito, safe for colour-blind readers.
 OURS, OTHERS = "#0072B2", "#D55E00"
 TICKS = (0.02, 0.1, 0.5, 2.0, 10.0, 50.0)
-LABELS = ("spacing CV on the more even side, %", "on the other side, %", "area missed + laid twice, %")
+LABELS = (
+    "layer thickness, variation (CV), %", "the same with a flow that follows, %", "area missed + covered twice, %"
+)  # fmt: skip
 # What is less than this is drawn here [%].
 LEAST = 0.02
 ROW_INCHES = 0.3
@@ -62,9 +64,7 @@ def field_picture(found: Sequence[Figures]) -> bytes:
 
 
 def _values(found: Sequence[Figures]) -> tuple[list[float], list[float], list[float]]:
-    """Return variation on the more even side and on the other one, and the area missed or laid twice [%]."""
-    shares = [
-        (min(each.left_cv, each.right_cv), max(each.left_cv, each.right_cv), each.gap + each.overlap) for each in found
-    ]
-    even, other, area = ([max(100.0 * share, LEAST) for share in column] for column in zip(*shares, strict=True))
-    return even, other, area
+    """Return variation of the thickness with a constant flow and with one that follows, and the area not once [%]."""
+    shares = [(each.thickness_cv, each.following_cv, each.gap + each.overlap) for each in found]
+    even, following, area = ([max(100.0 * share, LEAST) for share in column] for column in zip(*shares, strict=True))
+    return even, following, area

@@ -79,7 +79,7 @@ def middle(data: Path) -> bytes:
         assert found is not None
         open_places = found.judged_places[found.gaps]
         axis.plot(open_places[:, 0], open_places[:, 1], ".", markersize=1.5, color=ORANGE)
-        axis.set_title(f"{kind}: {found.uncovered:.1%} missed, {found.overlap:.1%} laid twice", fontsize=10)
+        axis.set_title(f"{kind}: {found.gap:.1%} missed, {found.overlap:.1%} covered twice", fontsize=10)
     return small_png(figure)
 
 
@@ -195,7 +195,7 @@ def own_backend(data: Path) -> bytes:
     for axis, (name, outcome), colour in zip(axes, found.items(), (ORANGE, BLUE), strict=True):
         view = outcome.plan.workpiece.upright
         _draw_paths(axis, outcome.plan, view, colour=colour)
-        axis.set_title(f"{name}: spacing varies by {outcome.uniformity.cv:.1%}", fontsize=10)
+        axis.set_title(f"{name}: thickness varies by {outcome.uniformity.thickness.cv:.1%}", fontsize=10)
     return small_png(figure)
 
 
@@ -238,8 +238,8 @@ def evenness(planned: Plan) -> bytes:
     figure, (axis,) = panels(1, width=5.6, height=3.8)
     view = planned.workpiece.upright
     draw_surface(axis, planned.workpiece.surface, view)
-    x, y, _ = view @ even.places.T
-    drawn = axis.scatter(x, y, c=even.ratios, s=7, vmin=0.98, vmax=1.02)
+    x, y, _ = view @ even.sides.places.T
+    drawn = axis.scatter(x, y, c=even.sides.worse(), s=7, vmin=0.98, vmax=1.02)
     figure.colorbar(drawn, label="distance to the next path, over the spacing", shrink=0.8)
     return small_png(figure)
 

@@ -22,7 +22,7 @@ def evenness_picture(cvs: Mapping[str, Mapping[str, float]], *, nearly_flat: int
     """Return a PNG, the same bytes for the same input.
 
     Args:
-        cvs: part to backend to coefficient of variation of the spacing; from nearly flat to strongly curved.
+        cvs: part to backend to coefficient of variation of the thickness; from nearly flat to strongly curved.
         nearly_flat: how many of the first parts are nearly flat; a line divides them from the others.
         backends: which to draw, at most three.
     """
@@ -58,7 +58,7 @@ def evenness_picture(cvs: Mapping[str, Mapping[str, float]], *, nearly_flat: int
     axis.tick_params(axis="y", length=0)
     axis.grid(axis="x", color="#e8e8e8", linewidth=0.7)
     axis.set_axisbelow(True)
-    axis.set_xlabel("spacing CV, % of its mean (less is more even)", fontsize=10)
+    axis.set_xlabel("layer thickness, variation (CV), % (less is more even)", fontsize=10)
     figure.legend(loc="outside upper center", ncols=len(backends), fontsize=10, frameon=False)
     for side in ("top", "right", "left"):
         axis.spines[side].set_visible(False)

@@ -1,26 +1,31 @@
-"""Prints of a plan, made without geoprint's sampler: errors on the points of the path, and the spacing measured again.
+"""Prints of a plan, made without geoprint's sampler: errors on the points of the path, and the layer simulated again.
 
 Nothing of `geoprint.quality` enters. Each print moves the points of every run by errors that are drawn for these points
-themselves (what strays along a run by the Cholesky factor of its covariance), lays them back onto the plane or sphere
-that the part is, and measures the distance from samples to the polylines of the level outside by brute force.
+themselves (what strays along a run by the Cholesky factor of its covariance), lays them back onto the disc or dome that
+the part is, and gives each run a flow of its own. The volume then spreads over the part as heat does, on cells of a
+polar grid, exactly in time and by Fourier's modes around the pole; nothing leaves over the rim.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, final
 
 import numpy as np
+from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 from geoprint.model import FloatArray, IntArray, PoseStream, PrintErrors
 
-SAMPLES_PER_SPACING = 4
 # Of the covariance's diagonal, so that it has a Cholesky factor.
 JITTER = 1e-9
+# Standard deviation of the spread over the spacing, as design and guide have it.
+SPREAD = 0.6
+# Rings of cells of the polar grid to a spacing, cells around the pole, and stretches of path to a spacing.
+ROWS_PER_SPACING, TURNS, STRETCHES_PER_SPACING = 8, 96, 8
 
 
 class Shape(NamedTuple):
-    """What a part is exactly.
+    """What a part is exactly; its pole is the origin.
 
     Attributes:
         centre: (3,) of the sphere, or any place of the plane z = const [mm].
@@ -37,60 +42,121 @@ class Shape(NamedTuple):
             return points - np.array([0.0, 0.0, 1.0]) * away[:, 2:]
         return self.centre + away * (self.radius / np.linalg.norm(away, axis=1, keepdims=True))
 
-    def along(self, chords: FloatArray) -> FloatArray:
-        """Return the lengths over it of straight lengths."""
-        return chords if np.isinf(self.radius) else 2.0 * self.radius * np.arcsin(chords / (2.0 * self.radius))
+    def polar(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return how far points on it are from its pole [mm], and where around it [rad]."""
+        out = np.hypot(points[:, 0], points[:, 1])
+        if np.isfinite(self.radius):
+            out = self.radius * np.arctan2(out, points[:, 2] - self.centre[2])
+        return out, np.arctan2(points[:, 1], points[:, 0])
+
+    def around(self, reach: FloatArray) -> FloatArray:
+        """Return the radius of the circle so far from the pole [mm]."""
+        return reach if np.isinf(self.radius) else self.radius * np.sin(reach / self.radius)
 
 
 class Lines(NamedTuple):
-    """What is deposited, and where it is sampled.
+    """What is deposited.
 
     Attributes:
         points: (n, 3) of all runs [mm].
         runs: (n,) run of each, from 0.
-        levels: (n,) level of each.
         arcs: (n,) along its run [mm].
         tool: (n, 3, 2) the tool's x and y axes.
-        before: (k,) point before each sample.
+        before: (k,) point before the middle of each short stretch.
         shares: (k,) of the way to the next point.
+        pieces: (k,) stretches between the same two points.
     """
 
     points: FloatArray
     runs: IntArray
-    levels: IntArray
     arcs: FloatArray
     tool: FloatArray
     before: IntArray
     shares: FloatArray
+    pieces: IntArray
+
+
+@final
+class Layer:
+    """Answers how much the thickness varies of the layer that lines leave on a disc or a dome.
+
+    Args:
+        shape: that it lies on.
+        reach: of the part from its pole [mm].
+        spacing: [mm].
+    """
+
+    def __init__(self, shape: Shape, *, reach: float, spacing: float) -> None:
+        self._shape, self._reach = shape, reach
+        self._rows = round(ROWS_PER_SPACING * reach / spacing)
+        self._step = step = reach / self._rows
+        edges = shape.around(np.linspace(0.0, reach, self._rows + 1))
+        middles = shape.around(np.linspace(0.5 * step, reach - 0.5 * step, self._rows))
+        turn = 2.0 * np.pi / TURNS
+        self._areas = areas = np.repeat((middles * turn * step)[:, None], TURNS, axis=1)
+        # Flow between neighbours of a row of cells: the edge between them over their distance.
+        radial = (edges * turn / step)[1:-1]
+        across = np.zeros((self._rows, self._rows))
+        rows = np.arange(self._rows - 1)
+        across[rows, rows + 1] = across[rows + 1, rows] = radial
+        across -= np.diag(across.sum(axis=1))
+        around = step / (middles * turn)
+        time = 0.5 * (SPREAD * spacing) ** 2
+        modes = np.arange(TURNS // 2 + 1)
+        kept = 2.0 - 2.0 * np.cos(turn * modes)
+        self._spread = np.stack([expm(time * (across - np.diag(around * less)) / areas[:, :1]) for less in kept])
+
+    def cv(self, lines: Lines, points: FloatArray, flow: FloatArray) -> float:
+        """Return the coefficient of variation for (n, 3) points and the (r,) flow of each run."""
+        along = points[lines.before + 1] - points[lines.before]
+        places = self._shape.onto(points[lines.before] + lines.shares[:, None] * along)
+        volumes = flow[lines.runs[lines.before]] * np.linalg.norm(along, axis=1) / lines.pieces
+        out, around = self._shape.polar(places)
+        row = np.clip(out / self._step - 0.5, 0.0, self._rows - 1.0)
+        turn = (around / (2.0 * np.pi) * TURNS - 0.5) % TURNS
+        first, left = row.astype(np.int64), turn.astype(np.int64)
+        put = np.zeros((self._rows, TURNS))
+        for more_row, weight_row in ((0, first + 1.0 - row), (1, row - first)):
+            for more_turn, weight_turn in ((0, left + 1.0 - turn), (1, turn - left)):
+                cell = np.minimum(first + more_row, self._rows - 1), (left + more_turn) % TURNS
+                np.add.at(put, cell, volumes * weight_row * weight_turn)
+        modes = np.fft.rfft(put / self._areas, axis=1)
+        thickness = np.fft.irfft(np.einsum("mij,jm->im", self._spread, modes), n=TURNS, axis=1)
+        mean = np.average(thickness, weights=self._areas)
+        return float(np.sqrt(np.average((thickness - mean) ** 2, weights=self._areas)) / mean)
 
 
 def lines_of(poses: PoseStream, shape: Shape, *, spacing: float) -> Lines:
-    """Return the deposited lines of a stream, and samples along them."""
+    """Return the deposited lines of a stream, cut into short stretches."""
     rows = np.flatnonzero(poses.deposit)
     points, (_, runs) = shape.onto(poses.surface_points[rows]), np.unique(poses.runs[rows], return_inverse=True)
-    arcs, before, shares = np.zeros(rows.size), list[IntArray](), list[FloatArray]()
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    within = np.flatnonzero(np.diff(runs) == 0)
+    arcs = np.zeros(rows.size)
     for run in range(int(runs.max()) + 1):
         here = np.flatnonzero(runs == run)
-        steps = np.linalg.norm(np.diff(points[here], axis=0), axis=1)
-        arcs[here] = np.concatenate([[0.0], np.cumsum(steps)])
-        length = float(arcs[here][-1])
-        wanted: FloatArray = np.linspace(0.0, length, int(np.ceil(length / spacing * SAMPLES_PER_SPACING)) + 1)
-        place: IntArray = np.clip(np.searchsorted(arcs[here], wanted, side="right") - 1, 0, here.size - 2)
-        before.append(here[place])
-        shares.append((wanted - arcs[here][place]) / steps[place])
+        arcs[here[1:]] = np.cumsum(steps[here[:-1]])
+    counts = np.ceil(steps[within] / spacing * STRETCHES_PER_SPACING).astype(np.int64)
+    pieces = np.repeat(counts, counts)
+    rank = np.arange(pieces.size) - np.repeat(np.cumsum(counts) - counts, counts)
     tool = Rotation.from_quat(poses.quaternions[rows], scalar_first=True).as_matrix()[:, :, :2]
-    return Lines(points, runs, poses.levels[rows], arcs, tool, np.concatenate(before), np.concatenate(shares))
+    return Lines(points, runs, arcs, tool, np.repeat(within, counts), (rank + 0.5) / pieces, pieces)
 
 
-def reprinted(lines: Lines, errors: PrintErrors, shape: Shape, *, prints: int, rng: np.random.Generator) -> FloatArray:
-    """Return the coefficient of variation of the spacing of each of many prints."""
-    factors = [_factor(lines.arcs[lines.runs == run], errors) for run in range(int(lines.runs.max()) + 1)]
-    return np.array([_cv(_printed(lines, errors, factors, rng), lines, shape) for _ in range(prints)])
+def reprinted(lines: Lines, errors: PrintErrors, layer: Layer, *, prints: int, rng: np.random.Generator) -> FloatArray:
+    """Return the coefficient of variation of the thickness of each of many prints."""
+    count = int(lines.runs.max()) + 1
+    factors = [_factor(lines.arcs[lines.runs == run], errors) for run in range(count)]
+    found = [
+        layer.cv(lines, _printed(lines, errors, factors, rng), 1.0 + rng.normal(0.0, errors.run_flow, count))
+        for _ in range(prints)
+    ]
+    return np.array(found)
 
 
-def planned_cv(lines: Lines, shape: Shape) -> float:
+def planned_cv(lines: Lines, layer: Layer) -> float:
     """Return that of the plan itself."""
-    return _cv(lines.points, lines, shape)
+    return layer.cv(lines, lines.points, np.ones(int(lines.runs.max()) + 1))
 
 
 def _factor(arcs: FloatArray, errors: PrintErrors) -> FloatArray:
@@ -109,26 +175,3 @@ def _printed(lines: Lines, errors: PrintErrors, factors: list[FloatArray], rng: 
         moved[here] += rng.normal(0.0, errors.run_deviation, 3)
         moved[here] += errors.path_deviation * factor @ rng.standard_normal((factor.shape[0], 3))
     return moved
-
-
-def _cv(points: FloatArray, lines: Lines, shape: Shape) -> float:
-    laid = shape.onto(points)
-    places = laid[lines.before] + lines.shares[:, None] * (laid[lines.before + 1] - laid[lines.before])
-    levels, inner = lines.levels[lines.before], lines.runs[:-1] == lines.runs[1:]
-    found: list[FloatArray] = []
-    for level in np.unique(levels)[1:]:
-        segments = np.flatnonzero(inner & (lines.levels[:-1] == level - 1))
-        found.append(shape.along(_nearest(places[levels == level], laid[segments], laid[segments + 1])))
-    distances = np.concatenate(found)
-    return float(distances.std() / distances.mean())
-
-
-def _nearest(places: FloatArray, starts: FloatArray, ends: FloatArray) -> FloatArray:
-    """Return the distance from (k, 3) places to the nearest of (s, 3) segments."""
-    along = ends - starts
-    squares = (along**2).sum(axis=1)
-    apart = (places**2).sum(axis=1)[:, None] - 2.0 * places @ starts.T + (starts**2).sum(axis=1)
-    reach = places @ along.T - (starts * along).sum(axis=1)
-    shares = np.clip(reach / np.maximum(squares, 1e-18), 0.0, 1.0)
-    nearest = apart - 2.0 * shares * reach + shares**2 * squares
-    return np.sqrt(np.maximum(nearest.min(axis=1), 0.0))

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.parts.tables import row, table
+from geoprint.account.metrics import THICKNESS
 from geoprint.config import Job, job_of
 from geoprint.errors import GeoprintError
 from geoprint.model import FloatArray
@@ -24,7 +25,7 @@ SMOKE_SPACING = 4.0
 COLUMNS = (
     "part", "targets", "laid moves", "below 12 ms", "below 20 ms", "least ms", "p1 ms", "smallest zone mm",
     "bends rounded, close", "runs lowered by targets", "time s", "at speed", "written speed", "trajectory's speed",
-    "rounded mm", "trajectory off mm", "jerk m/s3", "speeds", "CV",
+    "rounded mm", "trajectory off mm", "jerk m/s3", "speeds", THICKNESS.column,
 )  # fmt: skip
 SHORTEST, PERIOD = 0.012, 0.02
 ROUNDING = 1e-9
@@ -41,7 +42,7 @@ def target_table(folder: Path | None) -> Iterator[str]:
             yield row(job.surface.stem, f"refused: {str(error).split(';', maxsplit=1)[0]}")
             continue
         assert planned.uniformity is not None
-        yield row(job.surface.stem, *_cells(planned, planned.robot[0]), f"{planned.uniformity.cv:.3%}")
+        yield row(job.surface.stem, *_cells(planned, planned.robot[0]), f"{planned.uniformity.thickness.cv:.3%}")
 
 
 def _jobs(folder: Path | None) -> Iterator[Job]:

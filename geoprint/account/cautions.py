@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
+from geoprint.account.metrics import cover_text
 from geoprint.account.prints.feedback import feedback_notes
 from geoprint.account.prints.laid import laid_warnings, made_up_notes
 from geoprint.account.records.plan import PatchRecord, PlanRecord, SideRecord
 from geoprint.account.records.robot import MotionRecord, RobotRecord
 from geoprint.account.records.rounding import how_many
-from geoprint.account.verdict import coverage_advice, covers, middle_sentences
+from geoprint.account.verdict import coverage_advice, covering, middle_sentences
 from geoprint.backends import accuracy, backend, most_accurate_backend
 from geoprint.config import common_needles
 from geoprint.model import Cell
@@ -161,10 +162,10 @@ def wide_needle_notes(cell: Cell, spacing: float, *, standoff: float) -> list[st
 def coverage_warnings(told: PlanRecord) -> list[str]:
     """Return that the paths leave holes or lay much twice and what to do, or nothing where they cover the part."""
     measured = told.uniformity
-    if measured is None or covers(measured):
+    if measured is None or covering(measured).covers:
         return []
     advice = " ".join(coverage_advice(measured, told.settings.spacing_mm))
-    return [f"{measured.gap:.1%} of the area is missed and {measured.overlap:.1%} laid twice. {advice}"]
+    return [f"{cover_text(measured)}. {advice}"]
 
 
 def patch_evenness(patch: PatchRecord) -> str:
@@ -285,20 +286,20 @@ def _sources(told: PlanRecord) -> Iterator[str]:
         )
         of = f" of patch {number}" if told.sources[-1].patch > 1 else ""
         (taken,) = (source.source for source in tried if source.taken)
-        yield f"measured from {taken}, which covers best{of}; area missed + laid twice: {', '.join(each)}."
+        yield f"measured from {taken}, which covers best{of}; area missed + covered twice: {', '.join(each)}."
 
 
 def _paths(told: PlanRecord) -> Iterator[str]:
     """Say what was left out, what could be more even, where runs are split, and how far the nozzle leans."""
-    paths, spacing = told.paths, None if told.uniformity is None else told.uniformity.spacing
+    paths, levels = told.paths, None if told.uniformity is None else told.uniformity.levels
     if paths.dropped_runs:
         yield (
             f"runs too short to be worth a start were left out: {paths.dropped_runs}, {paths.dropped_mm:.2f} mm in all."
         )
-    # Fitted contours vary on purpose, and so do runs without whole levels where they rise.
+    # Fitted contours vary on purpose.
     meant = any(each.taken and each.middle != "plain" for each in told.middles)
-    meant = meant or (told.uniformity is not None and told.uniformity.left is not None)
-    cv, nearest = 0.0 if spacing is None or meant else spacing.cv, most_accurate_backend()
+    spacing, nearest = None if levels is None else levels.spacing, most_accurate_backend()
+    cv = 0.0 if spacing is None or meant else spacing.cv
     if cv > NOTABLE_CV and accuracy(nearest) > accuracy(backend(told.settings.backend or nearest.name)):
         yield f"spacing varies by {cv:.1%}; `--backend {nearest.name}` is nearer to the true distance."
     if paths.corners_split:

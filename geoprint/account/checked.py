@@ -6,8 +6,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import final
 
+from geoprint.account.records.evenness import EvennessRecord
 from geoprint.account.records.evidence import SeenRecord
-from geoprint.account.records.plan import EvennessRecord, PlanRecord
+from geoprint.account.records.plan import PlanRecord
 from geoprint.account.records.stack import StackRecord
 from geoprint.export import Orders, Setup
 from geoprint.export.rapid import Executed, Settings, StackSettings, Timeline

@@ -8,6 +8,7 @@ from importlib.metadata import version
 import numpy as np
 
 from geoprint.account.compared.pictures import ComparisonPictures
+from geoprint.account.evenness import record_evenness
 from geoprint.account.part_report import part_report
 from geoprint.account.prints.attitudes import print_seconds
 from geoprint.account.prints.expected import in_print, record_apart
@@ -21,7 +22,7 @@ from geoprint.account.records.comparison import (
     ToldComparison,
 )
 from geoprint.account.records.plan import PlanRecord
-from geoprint.account.summary import record_evenness, record_plan
+from geoprint.account.summary import record_plan
 from geoprint.account.verdict import ranked, verdict
 from geoprint.model import FloatArray
 from geoprint.quality import agreement
@@ -29,7 +30,7 @@ from geoprint.report import html_report
 from geoprint.results import Comparison, FailedPart, Planned
 
 # Version of the layout of compare.json; a change that breaks a reader raises it.
-COMPARISON_SCHEMA = 6
+COMPARISON_SCHEMA = 7
 # Faces that the report draws in all, and at least of each part: more are not seen, and make the file heavy.
 VIEW_FACES = 100_000
 FEWEST_VIEW_FACES = 10_000
@@ -115,7 +116,7 @@ def _row(name: str, outcome: Planned, told: PlanRecord) -> PlannedRecord:
     return PlannedRecord(
         backend=name,
         spacing_mm=plan.contours.spacing,
-        uniformity=record_evenness(outcome.uniformity, printed=told.uniformity and told.uniformity.printed),
+        uniformity=told.uniformity or record_evenness(outcome.uniformity),
         paths=told.paths,
         deposition=told.deposition,
         overhang=told.overhang,

@@ -12,8 +12,8 @@ from scipy.spatial import KDTree
 from geoprint.account.cautions import said_once
 from geoprint.account.compared.pictures import ComparisonPictures
 from geoprint.account.compared.table import report_table
-from geoprint.account.pictures import coverage_panel, spread_of
-from geoprint.account.prints.sides import of_spacing
+from geoprint.account.metrics import COVERED_ONCE, THICKNESS
+from geoprint.account.pictures import coverage_panel
 from geoprint.account.records.comparison import PartRecord
 from geoprint.account.records.plan import PlanRecord, SettingsRecord
 from geoprint.account.records.rounding import as_json
@@ -135,9 +135,8 @@ def _view(name: str, outcome: Planned, view: ViewSurface, *, still: bytes) -> Ba
     _, judged = KDTree(measured.judged_places).query(vertices)
     marks: IntArray = np.where(measured.gaps, GAP, np.where(measured.overlaps, OVERLAP, COVERED))
     caption = (
-        f"{name}: paths {plan.contours.spacing:.3g} mm apart; {spread_of(measured, digits=2)}, "
-        f"{measured.uncovered:.2%} of the area uncovered. Red: too close, blue: too far apart, grey: outermost, "
-        "yellow: uncovered."
+        f"{name}: paths {plan.contours.spacing:.3g} mm apart; {panel.caption}. Red: too close, blue: too far apart, "
+        "grey: no neighbour, yellow: missed."
     )
     return BackendView(
         name=name,
@@ -172,8 +171,8 @@ def _overview(told: PartRecord) -> tuple[tuple[str, str], ...]:
     printable = [row.backend for row in told.planned if row.printable]
     return (
         ("covers best", best.backend),
-        ("missed or laid twice", f"{best.uniformity.gap + best.uniformity.overlap:.2%}"),
-        ("its spacing CV", of_spacing(best, lambda s: f"{s.cv:.2%}", "-")),
+        (COVERED_ONCE.label, COVERED_ONCE.text(best.uniformity)),
+        (THICKNESS.label, THICKNESS.text(best.uniformity)),
         ("printable", "not asked" if best.printable is None else ", ".join(printable) or "none"),
     )
 

@@ -7,19 +7,18 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from scipy.spatial import KDTree
 
+from geoprint.account.evenness import record_evenness
+from geoprint.account.metrics import GAP, OVERLAP, THICKNESS
+from geoprint.account.records.evenness import EvennessRecord
 from geoprint.backends import distortion, locate
 from geoprint.model import FollowedLines, Seed
-from geoprint.quality import Uniformity
 from geoprint.report import CoveragePanel, FlattenedPart, chart_figure, coverage_figure, lines_figure
 from geoprint.results import Plan, Planned, Workpiece
 from geoprint.surfaces import pieces, positions
 
 # Pixels across the chart in the picture: what a panel shows, whatever the raster of the plan.
 PICTURE_PIXELS = 640
-# Path farther than this share of the spacing from every measured sample was not measured.
-UNMEASURED_SHARE = 0.5
 
 
 def chart_pictures(plan: Plan) -> dict[str, bytes]:
@@ -101,35 +100,20 @@ def coverage_drawing(
 
 
 def coverage_panel(name: str, outcome: Planned) -> CoveragePanel:
-    """Return the panel of a backend; the outermost runs have no neighbour outside and so no spacing.
-
-    Where runs have no level, these are what has no neighbour squarely beside it on either side.
-    """
-    measured, poses = outcome.uniformity, outcome.plan.poses
-    outermost = poses.deposit & (poses.levels == poses.levels[poses.deposit].min())
-    if measured.sides is not None:
-        away, _ = KDTree(measured.places).query(poses.surface_points)
-        outermost = poses.deposit & (away > UNMEASURED_SHARE * measured.spacing)
-    rows = np.flatnonzero(outermost)
-    breaks = np.flatnonzero((np.diff(rows) != 1) | (np.diff(poses.runs[rows]) != 0)) + 1
-    counts = np.diff(np.concatenate([[0], breaks, [rows.size]])) if rows.size else np.empty(0, dtype=np.int64)
-    sizes = np.concatenate([np.diff(measured.offsets), counts])
-    places = np.concatenate([measured.places, poses.surface_points[outermost]])
-    wanted = outcome.plan.workpiece.widths
+    """Return the panel of a backend: each place of its paths by the spacing on the side where that is worse."""
+    measured, wanted = outcome.uniformity, outcome.plan.workpiece.widths
+    sides = measured.sides
     return CoveragePanel(
         title=name,
-        caption=f"{spread_of(measured, digits=1)}, uncovered {measured.uncovered:.1%}",
-        places=places,
-        offsets=np.concatenate([[0], np.cumsum(sizes)]),
-        ratios=np.concatenate([measured.ratios, np.full(int(counts.sum()), np.nan)]),
+        caption=caption_of(record_evenness(measured)),
+        places=sides.places,
+        offsets=sides.offsets,
+        ratios=sides.worse(),
         gaps=measured.judged_places[measured.gaps],
-        widths=1.0 if wanted is None else wanted(places) / measured.spacing,
+        widths=1.0 if wanted is None else wanted(sides.places) / measured.spacing,
     )
 
 
-def spread_of(measured: Uniformity, *, digits: int) -> str:
-    """Return in words how much the spacing varies, or that there is none."""
-    if measured.sides is not None and measured.spaced:
-        left, right = (f"{side.cv:.{digits}%}" for side in (measured.sides.left, measured.sides.right))
-        return f"spacing CV {left} left, {right} right"
-    return f"spacing CV {measured.cv:.{digits}%}" if measured.spaced else "one level of paths"
+def caption_of(told: EvennessRecord) -> str:
+    """Return the figures below a picture."""
+    return f"thickness CV {THICKNESS.text(told)}, missed {GAP.text(told)}, covered twice {OVERLAP.text(told)}"

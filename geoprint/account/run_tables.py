@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from geoprint.account.spacing_table import Table, csv_bytes, table_of
-from geoprint.quality import Uniformity
+from geoprint.quality import LevelSpacings
 from geoprint.results import Plan
 from geoprint.surfaces.files import write_whole
 
@@ -44,11 +44,11 @@ def runs_table(plan: Plan) -> Table:
     )  # fmt: skip
 
 
-def levels_table(measured: Uniformity) -> Table:
+def levels_table(measured: LevelSpacings) -> Table:
     """Return a row for each level but the outermost: level, samples, and mean, cv and worst of their spacing.
 
     Args:
-        measured: the evenness of a plan.
+        measured: the spacing from level to level of a plan (`uniformity(...).levels`).
     """
     levels, samples = np.unique(measured.levels, return_counts=True)
     mean, cv, worst = np.array([level[1:] for level in measured.by_level()]).reshape(-1, 3).T

@@ -1,15 +1,12 @@
 """spacing.csv: the measured spacing sample by sample, for statistics of one's own.
 
-One row a sample, four a spacing along each run, run after run; the outermost level has no neighbour and no rows.
+One row a sample, four a spacing along each run, one stretch after the other.
 
 | column | meaning |
 |---|---|
 | run | as in poses.csv |
-| level | of the run; 0 is the outermost |
 | x, y, z | place on the surface, in the coordinates of the part [mm] |
-| ratio | exact distance over the surface to the level outside, over the wanted spacing; 1 is ideal |
-| lower_bound | of the ratio; equal to it where it is exact |
-| straight | the same ratio through the air |
+| left, right | exact distance over the surface to the neighbour on that side, over the wanted spacing; nan for none |
 | width | of the strip of surface nearest to the sample, over the wanted spacing |
 """
 
@@ -27,7 +24,7 @@ from geoprint.quality import Uniformity
 # Columns by name, as `table["x"]`; whatever makes tables of arrays takes it.
 Table: TypeAlias = "np.recarray[tuple[int], np.dtype[np.record]]"
 
-SPACING_COLUMNS = ("run", "level", "x", "y", "z", "ratio", "lower_bound", "straight", "width")
+SPACING_COLUMNS = ("run", "x", "y", "z", "left", "right", "width")
 # Lengths to a nanometre, ratios to a millionth: finer than they are measured.
 DECIMALS = 6
 
@@ -38,8 +35,7 @@ def samples_table(measured: Uniformity) -> Table:
     Args:
         measured: the evenness of a plan.
     """
-    ratios = [measured.ratios, measured.bounds, measured.straight, measured.widths]
-    columns = [measured.runs, measured.levels, *measured.places.T, *ratios]
+    columns = [measured.runs, *measured.sides.places.T, *measured.sides.sides().T, measured.widths]
     return table_of(dict(zip(SPACING_COLUMNS, columns, strict=True)))
 
 

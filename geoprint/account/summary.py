@@ -9,24 +9,21 @@ from importlib.metadata import version
 import numpy as np
 
 from geoprint.account.cautions import notes_of, warnings_of
+from geoprint.account.evenness import record_evenness
 from geoprint.account.patches import record_cut
 from geoprint.account.prints.attitudes import record_joined
 from geoprint.account.prints.expected import record_printed, says_errors
 from geoprint.account.prints.feedback import record_feedback
 from geoprint.account.prints.overhang import record_overhang
-from geoprint.account.prints.sides import record_side
 from geoprint.account.records.plan import (
     AreaScaleRecord,
     ChartLevelRecord,
     ChartRecord,
     DepositionRecord,
-    EvennessRecord,
     FieldRecord,
     FileRecord,
-    FollowingRecord,
     InputRecord,
     LayerRecord,
-    LevelRecord,
     LightRecord,
     MeshRecord,
     PatchRecord,
@@ -38,28 +35,23 @@ from geoprint.account.records.plan import (
     SettingsRecord,
     SideRecord,
     SurfaceRecord,
-    ThicknessRecord,
     TimingsRecord,
-    WorstPlaceRecord,
 )
 from geoprint.account.records.printed import PrintedRecord
 from geoprint.account.records.rounding import as_json, place_of
-from geoprint.account.records.spacing import SpacingRecord, StraightRecord
 from geoprint.account.records.tried import MiddleRecord, SourceRecord
 from geoprint.account.robot_summary import record_robot
 from geoprint.backends import diagnostics, distortion, predicted_spacing
 from geoprint.export import Json
 from geoprint.model import PASCAL_PER_KPA, PrintErrors, Surface
 from geoprint.paths import largest_lean, mean_lean
-from geoprint.quality import Printed, Thickness, Uniformity, thickness_cv, thickness_within
+from geoprint.quality import thickness_within
 from geoprint.results import Laid, Layer, Plan, TriedMiddle, TriedSource
 from geoprint.surfaces import component_labels, describe, edge_lengths, face_areas, middle_of, pieces
 from geoprint.surfaces.repair import PreparationReport
 
 # Version of the layout of plan.json; a change that breaks a reader raises it.
-PLAN_SCHEMA = 6
-# Places listed where the spacing is farthest from wanted.
-WORST_PLACES = 5
+PLAN_SCHEMA = 7
 # Runs shorter than this many spacings are little more than the marks of their start and their stop.
 FRAGMENT_SPACINGS = 5.0
 
@@ -104,48 +96,6 @@ def peak_memory() -> int:
 def summary(plan: Plan) -> dict[str, Json]:
     """Return the content of plan.json as the mapping that is written."""
     return as_json(record_plan(plan))
-
-
-def record_evenness(measured: Uniformity, *, printed: PrintedRecord | None = None) -> EvennessRecord:
-    """Return the figures of `uniformity` as plan.json and compare.json carry them; ratios to the spacing."""
-    straight = measured.straight
-    return EvennessRecord(
-        method=measured.method,
-        spacing=_spacing(measured) if measured.spaced else None,
-        left=None if measured.sides is None else record_side(measured.sides.left),
-        right=None if measured.sides is None else record_side(measured.sides.right),
-        printed=printed,
-        straight=(
-            StraightRecord(mean=float(straight.mean()), cv=float(straight.std() / straight.mean()))
-            if measured.spaced
-            else None
-        ),
-        samples=len(measured.ratios),
-        samples_bounded=measured.bounded,
-        largest_doubt=measured.largest_doubt,
-        samples_unreached=measured.unreached,
-        samples_where_fronts_meet=measured.meeting,
-        gap=measured.uncovered,
-        overlap=measured.overlap,
-        area_unknown=measured.unknown,
-        fill=measured.fill,
-        width_cv=measured.width_cv,
-        levels=tuple(
-            LevelRecord(level=level, mean=mean, cv=cv, worst=worst) for level, mean, cv, worst in measured.by_level()
-        ),
-        worst_places=tuple(
-            WorstPlaceRecord(place_mm=place, level=level, ratio=ratio)
-            for place, level, ratio in measured.worst(WORST_PLACES)
-        ),
-    )
-
-
-def _spacing(measured: Uniformity) -> SpacingRecord:
-    p1, p5, p50, p95, p99, largest = (measured.percentile(share) for share in (1, 5, 50, 95, 99, 100))
-    return SpacingRecord(
-        mean=measured.mean, cv=measured.cv, p1=p1, p5=p5, p50=p50, p95=p95, p99=p99, max=largest,
-        within_5_percent=measured.within_5_percent,
-    )  # fmt: skip
 
 
 def _input(plan: Plan) -> InputRecord:
@@ -193,11 +143,11 @@ def _surface(plan: Plan) -> SurfaceRecord:
 
 
 def _source(tried: TriedSource) -> SourceRecord:
-    return SourceRecord.model_validate(asdict(tried) | {"cv": tried.cv if np.isfinite(tried.cv) else None})
+    return SourceRecord.model_validate(asdict(tried))
 
 
 def _middle(tried: TriedMiddle) -> MiddleRecord:
-    return MiddleRecord.model_validate(asdict(tried) | {"cv": tried.cv if np.isfinite(tried.cv) else None})
+    return MiddleRecord.model_validate(asdict(tried))
 
 
 def _mesh(surface: Surface) -> MeshRecord:
@@ -281,27 +231,13 @@ def _printed(plan: Plan) -> PrintedRecord | None:
 
 
 def _deposition(laid: Laid, plan: Plan) -> DepositionRecord:
-    errors = plan.workpiece.cell.errors or PrintErrors()
-    constant, following = (_thickness(found, errors, plan.printed) for found in (laid.constant, laid.following))
-    flow = laid.following_flow[laid.following_flow > 0.0]
+    errors, flow = plan.workpiece.cell.errors or PrintErrors(), laid.following_flow[laid.following_flow > 0.0]
     return DepositionRecord(
         flow="follows the width" if laid.mode == "analog" else "constant",
-        share_away_from_medial_axis=laid.constant.away_share,
-        constant_flow=constant,
-        following_flow=FollowingRecord(
-            **dict(following), least_mm3_per_mm=float(flow.min()), most_mm3_per_mm=float(flow.max())
-        ),
+        least_mm3_per_mm=float(flow.min()),
+        most_mm3_per_mm=float(flow.max()),
         printed_mean_within=thickness_within(errors),
         light=None if laid.light is None else LightRecord(**asdict(laid.light)),
-    )
-
-
-def _thickness(found: Thickness, errors: PrintErrors, printed: Printed | None) -> ThicknessRecord:
-    return ThicknessRecord(
-        mean_mm=found.mean,
-        cv=found.cv,
-        cv_near_medial_axis=found.near_cv,
-        printed_cv=None if found.cv is None else thickness_cv(found.cv, errors, printed),
     )
 
 
@@ -315,7 +251,8 @@ def _patches(plan: Plan) -> tuple[PatchRecord, ...]:
     found: list[PatchRecord] = []
     for number, (patch, piece) in enumerate(zip(plan.workpiece.patches, pieces(plan.workpiece.part), strict=True)):
         runs = np.flatnonzero(piece_of_run == number)
-        ratios = np.empty(0) if measured is None else measured.ratios[np.isin(measured.runs, runs)]
+        sides = np.empty((0, 2)) if measured is None else measured.sides.sides()[np.isin(measured.runs, runs)]
+        ratios = sides[np.isfinite(sides)]
         found.append(
             PatchRecord(
                 **dict(record_cut(patch)),

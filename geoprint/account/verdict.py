@@ -1,18 +1,18 @@
 """What a comparison means, in plain words: which backend covers a part best, whether that is enough, and what to do.
 
-Coverage decides first and spacing second: a path that leaves holes is not even, however equal its distances are.
+Coverage decides first and thickness second: a path that leaves holes is not even, whatever it leaves elsewhere.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+from geoprint.account.metrics import COVERED_ONCE, GAP, THICKNESS, cover_text
 from geoprint.account.prints.overhang import table_sentences
-from geoprint.account.prints.sides import variation_text
 from geoprint.account.records.comparison import PlannedRecord, RefusedRecord
-from geoprint.account.records.plan import EvennessRecord
+from geoprint.account.records.evenness import EvennessRecord
 from geoprint.account.records.tried import MiddleRecord
-from geoprint.quality import EVEN_ENOUGH, MOST_MISSED, SAME_SPACING, Covering, ranked as ranking
+from geoprint.quality import EVEN_ENOUGH, MOST_MISSED, SAME_THICKNESS, Covering, ranked as ranking
 
 # Uncovered or overlapped area below this share is not worth a word.
 NOTABLE = 0.001
@@ -51,7 +51,7 @@ def verdict(
 def ranked(rows: Sequence[PlannedRecord | RefusedRecord]) -> list[PlannedRecord]:
     """Return the backends that planned, the best first, as coverings are ranked."""
     planned = [row for row in rows if isinstance(row, PlannedRecord)]
-    return [planned[index] for index in ranking([_covering(row) for row in planned])]
+    return [planned[index] for index in ranking([covering(row.uniformity) for row in planned])]
 
 
 def coverage_advice(measured: EvennessRecord, spacing: float) -> list[str]:
@@ -61,7 +61,7 @@ def coverage_advice(measured: EvennessRecord, spacing: float) -> list[str]:
         measured: how they cover it.
         spacing: that was wanted [mm].
     """
-    if covers(measured):
+    if covering(measured).covers:
         return []
     what = f"a smaller spacing, such as `--spacing {spacing / 2.0:.3g}`, reaches into narrower places"
     return [f"What to do: {what}, and `--from best` looks for a source that covers more."]
@@ -79,31 +79,20 @@ def middle_sentences(middles: Sequence[MiddleRecord], *, backend: str | None = N
         return []
     found = [f"{each[0].gap:.1%} + {each[0].overlap:.1%} in {each[0].runs} runs" for each in (taken, other)]
     whose = "" if backend is None else f" with {backend}"
-    covered = f"area missed + laid twice: {found[0]}, {found[1]} if {other[0].middle}"
+    covered = f"area missed + covered twice: {found[0]}, {found[1]} if {other[0].middle}"
     return [f"Where fronts meet, contours{whose} are {taken[0].middle}; {covered} (`--middle {other[0].middle}`)."]
 
 
-def covers(measured: EvennessRecord) -> bool:
-    """Return whether paths leave no holes and lay little twice."""
-    return Covering(measured.gap, measured.overlap, 0.0).covers
-
-
-def _covering(row: PlannedRecord) -> Covering:
-    return Covering(row.uniformity.gap, row.uniformity.overlap, _cv(row))
-
-
-def _fault(row: PlannedRecord) -> float:
-    return _covering(row).fault
-
-
-def _cv(row: PlannedRecord) -> float:
-    return 0.0 if row.uniformity.spacing is None else row.uniformity.spacing.cv
+def covering(told: EvennessRecord) -> Covering:
+    """Return that by which coverings are ranked."""
+    return Covering(told.gap, told.overlap, told.thickness.cv)
 
 
 def _decision(part: str, order: Sequence[PlannedRecord], *, alone: bool) -> str:
     best, others = order[0], order[1:]
-    if not covers(best.uniformity):
-        missed = f"{best.uniformity.gap:.1%} of the area is missed and {best.uniformity.overlap:.1%} laid twice"
+    coverings = [covering(row.uniformity) for row in order]
+    if not coverings[0].covers:
+        missed = cover_text(best.uniformity)
         return (
             f"No backend covers {part}: at best, with {best.backend}, {missed}."
             if others
@@ -111,53 +100,48 @@ def _decision(part: str, order: Sequence[PlannedRecord], *, alone: bool) -> str:
         )
     if not others:
         # Alone, no other was asked.
-        return f"{'' if alone else 'Only '}{best.backend} covers {part}; {_spacing(best)}."
-    leader = min((_covering(row) for row in order), key=lambda each: (not each.covers, each.fault))
-    worse = [row for row in others if not _covering(row).is_alike(leader)]
+        return f"{'' if alone else 'Only '}{best.backend} covers {part}: {_thicknesses(order)}."
+    leader = min(coverings, key=lambda each: (not each.covers, each.fault))
+    worse = [row for row, each in zip(order, coverings, strict=True) if not each.is_alike(leader)]
     if worse:
-        holes = {row.backend: " and leaves holes" for row in worse if row.uniformity.gap > MOST_MISSED}
-        more = _listed([f"{row.backend} {_fault(row):.1%}{holes.get(row.backend, '')}" for row in worse])
-        missed = f"it misses or lays twice {_fault(best):.1%} of the area, {more}"
-        return f"{best.backend} covers {part} best: {missed}; {_spacings(order)}.{_enough(order)}"
-    if _cv(order[-1]) - _cv(best) < SAME_SPACING:
+        holes = {row.backend: ", with holes" for row in worse if row.uniformity.gap > MOST_MISSED}
+        more = _listed([f"{row.backend} {_once(row)}{holes.get(row.backend, '')}" for row in worse])
+        once = f"{_once(best)} of the area is covered once ({more})"
+        return f"{best.backend} covers {part} best: {once}; {_thicknesses(order)}.{_enough(order)}"
+    if coverings[-1].cv - coverings[0].cv < SAME_THICKNESS:
         names = _listed([row.backend for row in order])
-        return f"{names} cover {part} equally well: {_spacings(order)}.{_enough(order)}"
-    return f"{best.backend} covers {part} most evenly: {_spacings(order)}.{_enough(order)}"
+        return f"{names} cover {part} equally well: {_thicknesses(order)}.{_enough(order)}"
+    return f"{best.backend} covers {part} most evenly: {_thicknesses(order)}.{_enough(order)}"
 
 
-def _spacing(row: PlannedRecord) -> str:
-    varies = variation_text(row.uniformity, digits=1)
-    if varies is None:
-        return "there is one level of paths, and so no spacing to measure"
-    return f"its spacing varies by {varies} (standard deviation over mean)"
+def _once(row: PlannedRecord) -> str:
+    return COVERED_ONCE.text(row.uniformity, digits=1)
 
 
-def _spacings(order: Sequence[PlannedRecord]) -> str:
-    """Return how much the spacing of several backends varies, that of the first in full."""
-    varies = {row.backend: variation_text(row.uniformity, digits=1) for row in order}
-    if any(text is None for text in varies.values()):
-        return "with one level of paths there is no spacing to compare, only what is covered, runs and time"
-    others = _listed([f"that of {row.backend} by {varies[row.backend]}" for row in order[1:]])
-    first = order[0].backend
-    return f"the spacing of {first} varies by {varies[first]} (standard deviation over mean), {others}"
+def _thicknesses(order: Sequence[PlannedRecord]) -> str:
+    """Return how much the thickness of the layer varies with several backends, that of the first in full."""
+    varies = [THICKNESS.text(row.uniformity, digits=1) for row in order]
+    others = [f"{row.backend} {text}" for row, text in zip(order[1:], varies[1:], strict=True)]
+    brackets = "; ".join(["standard deviation over mean, constant flow", *([_listed(others)] if others else [])])
+    return f"the thickness of its layer varies by {varies[0]} ({brackets})"
 
 
 def _enough(order: Sequence[PlannedRecord]) -> str:
-    """Return that all of them suffice, where they do."""
-    even = all(
-        _cv(row) <= EVEN_ENOUGH and covers(row.uniformity) and row.paths.fragments < NOTABLE_FRAGMENTS for row in order
-    )
-    return " All of them are even enough to print." if even and _cv(order[-1]) != _cv(order[0]) else ""
+    """Return that all of them suffice, where they do and differ."""
+    coverings = [covering(row.uniformity) for row in order]
+    even = all(each.cv <= EVEN_ENOUGH and each.covers for each in coverings)
+    whole = all(row.paths.fragments < NOTABLE_FRAGMENTS for row in order)
+    return " All of them are even enough to print." if even and whole and coverings[-1].cv != coverings[0].cv else ""
 
 
 def _faults(order: Sequence[PlannedRecord]) -> list[str]:
-    """Say what each backend leaves, lays twice and tears apart, where that is worth a word."""
+    """Say what each backend leaves, covers twice and tears apart, where that is worth a word."""
     said: list[str] = []
     for row in order:
         gap, overlap, fragments = row.uniformity.gap, row.uniformity.overlap, row.paths.fragments
         faults = [
-            *([f"leaves {gap:.1%} of the area farther than 0.55 spacings from every path"] if gap >= NOTABLE else []),
-            *([f"lays {overlap:.1%} twice"] if overlap >= NOTABLE else []),
+            *([f"leaves {gap:.1%} of the area {GAP.meaning}"] if gap >= NOTABLE else []),
+            *([f"covers {overlap:.1%} twice"] if overlap >= NOTABLE else []),
             *(
                 [f"starts {row.paths.runs} runs, {fragments} of them shorter than five spacings"]
                 if fragments >= NOTABLE_FRAGMENTS

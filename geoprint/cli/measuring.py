@@ -60,7 +60,7 @@ def measure(
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
-    """Measure how evenly toolpaths cover a part, to their left and to their right, whoever made them."""
+    """Measure how evenly toolpaths cover a part, whoever made them."""
     from geoprint.account import as_json as json_of, measure_table, record_measure_timings, record_measurement
     from geoprint.export import check_writable
     from geoprint.pipeline import measure_files, save_measurement

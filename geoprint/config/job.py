@@ -94,7 +94,7 @@ class Job(Table):
         Literal["best", "fitted", "plain"] | None,
         Key(
             "What becomes of contours where fronts meet: plain ones, fitted to the width that is there, or the best, "
-            "which leaves and lays twice least; by default the best.",
+            "which covers better; by default the best.",
             '"plain" # contours where fronts meet: plain, fitted to the width that is there, or best of both',
             group="paths",
         ),

@@ -46,6 +46,7 @@ from geoprint.model.print_errors import (
     PrintErrors as PrintErrors,
 )
 from geoprint.model.process import (
+    FLOW_SHARES as FLOW_SHARES,
     PASCAL_PER_KPA as PASCAL_PER_KPA,
     Flood as Flood,
     GoodPrint as GoodPrint,

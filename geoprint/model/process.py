@@ -11,6 +11,9 @@ from geoprint.model.values import comparable, frozen
 SignalMode = Literal["io", "analog"]
 # Files and people name the pressure of the air in kPa.
 PASCAL_PER_KPA = 1000.0
+# Least and most of a flow that follows the width of a strip, over that of a strip one spacing wide, where a cell says
+# nothing else.
+FLOW_SHARES = (0.5, 1.5)
 # From upright, where a cell says nothing else: the angle that the paper names for its silicone [rad].
 CRITICAL_OVERHANG = radians(30.0)
 
@@ -45,10 +48,15 @@ class Process:
     layer_height: float
     pressure: float | None = None
     rounds: int | None = None
-    least_flow: float = 0.5
-    most_flow: float = 1.5
+    least_flow: float = FLOW_SHARES[0]
+    most_flow: float = FLOW_SHARES[1]
     layer_pause: float = 0.0
     overhang: float = CRITICAL_OVERHANG
+
+    @property
+    def flow_shares(self) -> tuple[float, float]:
+        """Least and most of a flow that follows the width."""
+        return self.least_flow, self.most_flow
 
 
 @final

@@ -9,6 +9,7 @@ from geoprint.paths import arrange, seams_of
 from geoprint.pipeline.choice import backend_of, pattern_of
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import pose_stream
+from geoprint.quality import Uniformity, uniformity
 from geoprint.results import Layer, Plan, Workpiece
 
 
@@ -35,3 +36,15 @@ def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
         job, workpiece, contours, toolpath, stream, None, layers, (), tuple(stage.timings), flattenings,
         followed=strokes.followed,
     )  # fmt: skip
+
+
+def evenness_of(paths: Plan) -> Uniformity:
+    """Measure how evenly the paths of a plan cover its part."""
+    workpiece = paths.workpiece
+    return uniformity(
+        paths.poses,
+        workpiece.part,
+        spacing=paths.contours.spacing,
+        wanted=workpiece.widths,
+        flow_shares=workpiece.cell.process.flow_shares,
+    )

@@ -13,14 +13,18 @@ from geoprint.transforms import apply
 
 
 def with_print(plan: Plan, stage: Stages) -> Plan:
-    """Return a plan with the spacing that prints of it are expected to have; as it is where there is none."""
-    if plan.uniformity is None:
+    """Return a plan with the thickness that prints of it are expected to have; as it is where it was not measured."""
+    if plan.uniformity is None or plan.laid is None:
         return plan
     with stage("expected print"):
         part, placement = plan.workpiece.part, plan.workpiece.placement
         errors = errors_of(plan.workpiece.cell, placement, middle=part.vertices.mean(axis=0))
-        spans, spacing = plan.uniformity.spans, plan.contours.spacing
-        found = printed(spans, errors, spacing=spacing, poses=plan.poses, wanted=plan.workpiece.widths)
+        measured = plan.uniformity
+        layer, along = measured.layer(follows=plan.laid.mode == "analog")
+        found = printed(
+            layer, along, measured.sides, errors, poses=plan.poses,
+            wanted=plan.workpiece.widths,
+        )  # fmt: skip
     return replace(plan, printed=found, timings=tuple(stage.timings))
 
 

@@ -7,20 +7,20 @@ from dataclasses import replace
 from geoprint.config import Job
 from geoprint.errors import FieldError
 from geoprint.pipeline.choice import seeks_middle
-from geoprint.pipeline.covering import cover
+from geoprint.pipeline.covering import cover, evenness_of
 from geoprint.pipeline.stages import Stages
-from geoprint.quality import Covering, Uniformity, uniformity
+from geoprint.quality import Covering, Uniformity, ranked
 from geoprint.results import Plan, TriedMiddle, Workpiece
 
 PLAIN, FITTED = "plain", "fitted"
-# Where less of the area than this is missed or laid twice there is nothing to gain.
+# Where less of the area than this is missed or covered twice there is nothing to gain.
 NEGLIGIBLE_FAULT = 0.003
 
 
 def measured_cover(job: Job, workpiece: Workpiece, stage: Stages) -> tuple[Plan, Uniformity]:
     """Cover a workpiece and measure how evenly; where the best middle is sought, with the one that leaves least.
 
-    Plain contours stay where they miss or lay twice next to nothing, and where fitted ones cannot be made.
+    Plain contours stay where they miss or cover twice next to nothing, and where fitted ones cannot be made.
 
     Returns:
         The paths with what was measured, and that by itself.
@@ -31,13 +31,13 @@ def measured_cover(job: Job, workpiece: Workpiece, stage: Stages) -> tuple[Plan,
     if not seeks_middle(job):
         return _measured(job, job, workpiece, stage)
     plain, found = _measured(job, job.model_copy(update={"middle": PLAIN}), workpiece, stage)
-    if _fault(found) <= NEGLIGIBLE_FAULT:
+    if _covering(found).fault <= NEGLIGIBLE_FAULT:
         return plain, found
     try:
         fitted, fits = _measured(job, job.model_copy(update={"middle": FITTED}), workpiece, stage)
     except FieldError:
         return plain, found
-    taken = _fault(fits) < _fault(found)
+    taken = ranked([_covering(found), _covering(fits)])[0] == 1
     middles = (_tried(FITTED, fitted, fits, taken=taken), _tried(PLAIN, plain, found, taken=not taken))
     return (replace(fitted, middles=middles), fits) if taken else (replace(plain, middles=middles), found)
 
@@ -54,13 +54,13 @@ def _measured(asked: Job, job: Job, workpiece: Workpiece, stage: Stages) -> tupl
     """Return the paths of a job, kept as those of what was asked for, and how even they are."""
     paths = cover(job, workpiece, stage)
     with stage("evenness"):
-        measured = uniformity(paths.poses, workpiece.part, spacing=paths.contours.spacing, wanted=workpiece.widths)
+        measured = evenness_of(paths)
     return replace(paths, job=asked, uniformity=measured), measured
 
 
-def _fault(measured: Uniformity) -> float:
-    return Covering(measured.uncovered, measured.overlap, 0.0).fault
+def _covering(measured: Uniformity) -> Covering:
+    return Covering(measured.gap, measured.overlap, measured.thickness.cv)
 
 
 def _tried(middle: str, paths: Plan, found: Uniformity, *, taken: bool) -> TriedMiddle:
-    return TriedMiddle(middle, found.uncovered, found.overlap, found.cv, paths.toolpath.curves.count, taken)
+    return TriedMiddle(middle, *_covering(found), paths.toolpath.curves.count, taken)

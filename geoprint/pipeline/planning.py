@@ -44,7 +44,6 @@ from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import arm_of, clearance_check, leaning_of, pose_stream, with_flow_of
 from geoprint.pipeline.tilting import with_attitudes, with_table
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
-from geoprint.quality import LevelledLayer
 from geoprint.quality.stacked import laid_volume
 from geoprint.results import Laid, Plan, RobotPlan, Workpiece
 from geoprint.surfaces import face_areas
@@ -276,29 +275,26 @@ def _easing(paths: Plan, leaning: Leaning, check: ClearanceCheck) -> Easing:
 
 
 def _lay(poses: PoseStream, widths: FloatArray, workpiece: Workpiece, *, spacing: float) -> tuple[PoseStream, Laid]:
-    """Give a stream the flow that the cell's signals allow, and simulate the layer with either flow.
+    """Give a stream the flow that the cell's signals allow.
 
     'io' can only open and shut a valve, so the flow is constant; 'analog' sets it along the path, so it follows.
 
     Args:
         poses: the stream with constant flow, or where the width differs with that of the wanted one.
         widths: (p,) of the strip of surface at each pose, over the wanted one.
-        workpiece: what it is laid on.
+        workpiece: with its cell.
         spacing: distance between neighbouring paths [mm].
 
     Returns:
-        The stream with the flow to print, and both layers.
+        The stream with the flow to print, and what is to be said of it.
     """
     cell = workpiece.cell
     wanted = poses.flow / (spacing * cell.process.layer_height)
     followed = following_flow(widths, deposit=poses.deposit, spacing=spacing, process=cell.process, wanted=wanted)
-    layer = LevelledLayer(poses, workpiece.part, spacing=spacing)
     # The least light falls where lines lie farthest apart.
     widest = spacing * float(wanted.max())
     light = exposure(cell.material, speed=cell.process.speed, spacing=widest, flood=cell.flood)
-    laid = Laid(
-        cell.signals.mode, light, constant=layer(poses.flow), following=layer(followed), following_flow=followed
-    )
+    laid = Laid(cell.signals.mode, light, following_flow=followed)
     return (replace(poses, flow=followed) if laid.mode == "analog" else poses), laid
 
 

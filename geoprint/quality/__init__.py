@@ -8,11 +8,14 @@ from geoprint.quality.agreement import (
     Agreement as Agreement,
     agreement as agreement,
 )
-from geoprint.quality.measuring import (
+from geoprint.quality.coverage import GAP_SHARE as GAP_SHARE, OVERLAP_SHARE as OVERLAP_SHARE
+from geoprint.quality.evenness import (
     OFF_SURFACE_SHARE as OFF_SURFACE_SHARE,
-    PathMeasure as PathMeasure,
+    Uniformity as Uniformity,
     measure_paths as measure_paths,
+    uniformity as uniformity,
 )
+from geoprint.quality.levels import LevelSpacings as LevelSpacings
 from geoprint.quality.overhang import Overhang as Overhang, overhang as overhang
 from geoprint.quality.printed import (
     Interval as Interval,
@@ -20,7 +23,6 @@ from geoprint.quality.printed import (
     alike as alike,
     difference as difference,
     printed as printed,
-    thickness_cv as thickness_cv,
     thickness_within as thickness_within,
 )
 from geoprint.quality.ranking import (
@@ -28,7 +30,7 @@ from geoprint.quality.ranking import (
     MOST_MISSED as MOST_MISSED,
     MOST_TWICE as MOST_TWICE,
     SAME_COVERAGE as SAME_COVERAGE,
-    SAME_SPACING as SAME_SPACING,
+    SAME_THICKNESS as SAME_THICKNESS,
     Covering as Covering,
     ranked as ranked,
 )
@@ -43,8 +45,5 @@ from geoprint.quality.straying import SOURCES as SOURCES
 from geoprint.quality.thickness import (
     LevelledLayer as LevelledLayer,
     Thickness as Thickness,
-)
-from geoprint.quality.uniformity import (
-    Uniformity as Uniformity,
-    uniformity as uniformity,
+    stretches_of_poses as stretches_of_poses,
 )

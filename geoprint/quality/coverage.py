@@ -12,6 +12,8 @@ from __future__ import annotations
 from typing import NamedTuple, final
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from geoprint.model import BoolArray, FloatArray, IntArray, freeze_arrays, frozen
@@ -40,6 +42,8 @@ OVERLAP_SHARE = 0.45
 REACH = 1.0
 # Sides of the small triangles over the spacing.
 TRIANGLE_SHARE = 0.25
+# Middles of triangles that share an edge are nearer together than this share of the side that they are cut to.
+NEIGHBOURS_SHARE = 0.7
 # So many small triangles, taken at random, are enough for any surface.
 MOST_TRIANGLES = 1_000_000
 
@@ -55,11 +59,11 @@ class Coverage:
         overlap: share of it within 0.45 spacings of two stretches more than two spacings apart along the path.
         widths: (k,) width of the strip nearest to the path at each sample, over the spacing.
         width_cv: its coefficient of variation along the path.
+        hole: area of the largest connected gap [mm2].
         unknown: share of the area for which the budget of work did not suffice; the others are shares of the rest.
-        places: middles of the j small triangles that were judged.
+        places: (j, 3) middles of the small triangles that were judged [mm].
         gaps: (j,) whether each is farther than 0.55 spacings from every run.
         overlaps: (j,) whether each is within 0.45 spacings of two stretches.
-        missed: (j,) how much of each is farther than 0.55 spacings from every run [mm2].
     """
 
     area: float
@@ -67,14 +71,14 @@ class Coverage:
     overlap: float
     widths: FloatArray
     width_cv: float
+    hole: float
     unknown: float
-    places: Places
+    places: FloatArray
     gaps: BoolArray
     overlaps: BoolArray
-    missed: FloatArray
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, widths="float: k", gaps="bool: j", overlaps="bool: j", missed="float: j")
+        freeze_arrays(self, widths="float: k", places="float: j 3", gaps="bool: j", overlaps="bool: j")
 
 
 class _NearestTwo(NamedTuple):
@@ -134,6 +138,7 @@ def coverage(
         spacing=spacing,
     )
     widths = widths / shares_at(mesh, samples.places, wanted, spacing=spacing)
+    places = spatial(mesh, found.triangles.middles)
     mean, missed = np.average(widths, weights=lengths), weights * _share(across, gap - found.own, found.other - gap)
     return Coverage(
         area=area,
@@ -141,11 +146,11 @@ def coverage(
         overlap=float(weights @ _share(across, found.other - overlap, overlap - found.own)),
         widths=widths,
         width_cv=float(np.sqrt(np.average((widths - mean) ** 2, weights=lengths)) / mean),
+        hole=_largest_hole(places, area * missed, spacing=spacing),
         unknown=unknown,
-        places=found.triangles.middles,
+        places=places,
         gaps=found.own > gap,
         overlaps=found.other < overlap,
-        missed=area * missed,
     )
 
 
@@ -209,3 +214,23 @@ def _directions(mesh: FlatMesh, places: Places, ends: Places) -> ComplexArray:
 def _share(across: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
     """Return which share of [-across / 2, across / 2] lies in [low, high]."""
     return np.maximum(np.minimum(high, 0.5 * across) - np.maximum(low, -0.5 * across), 0.0) / across
+
+
+def _largest_hole(places: FloatArray, missed: FloatArray, *, spacing: float) -> float:
+    """Return the area of the largest connected piece farther than 0.55 spacings from every run [mm2].
+
+    Small triangles hang together where their middles are as near as those of neighbours, so that a seam narrower than
+    a quarter of a spacing between two pieces does not part them.
+
+    Args:
+        places: (j, 3) middles of the small triangles [mm].
+        missed: (j,) area of each that is so far away [mm2].
+        spacing: wanted [mm].
+    """
+    bare = np.flatnonzero(missed > 0.0)
+    if not bare.size:
+        return 0.0
+    pairs = KDTree(places[bare]).query_pairs(NEIGHBOURS_SHARE * TRIANGLE_SHARE * spacing, output_type="ndarray")
+    links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(bare.size, bare.size))
+    _, pieces = connected_components(links, directed=False)
+    return float(np.bincount(pieces, missed[bare]).max())

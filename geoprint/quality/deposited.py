@@ -9,6 +9,7 @@ import numpy as np
 from geoprint.errors import FieldError
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface
 from geoprint.quality.oracle import FlatMesh, Places, SurfacePath, flat_places, trace
+from geoprint.quality.stretches import JoinedRuns
 from geoprint.surfaces import arc_lengths, closest
 
 # Poses farther from the surface than this share of the spacing were planned on another one.
@@ -38,7 +39,9 @@ class Samples(NamedTuple):
         return Samples(places, self.runs[which], self.arcs[which])
 
 
-def deposited_path(poses: PoseStream, surface: Surface, mesh: FlatMesh, *, spacing: float) -> SurfacePath:
+def deposited_path(
+    poses: PoseStream, surface: Surface, mesh: FlatMesh, *, spacing: float
+) -> tuple[SurfacePath, FloatArray]:
     """Lay the deposited runs of two points or more onto the surface.
 
     Args:
@@ -46,6 +49,9 @@ def deposited_path(poses: PoseStream, surface: Surface, mesh: FlatMesh, *, spaci
         surface: what they lie on.
         mesh: the same surface laid flat.
         spacing: [mm].
+
+    Returns:
+        The path, and the distance of its points from the surface [mm].
 
     Raises:
         FieldError: the path does not lie on this surface.
@@ -64,13 +70,14 @@ def deposited_path(poses: PoseStream, surface: Surface, mesh: FlatMesh, *, spaci
             distance_mm=float(misses[worst]),
         )
     gaps = np.linalg.norm(points[ends] - points[starts], axis=1)
-    return trace(
+    path = trace(
         mesh,
         flat_places(mesh, landed),
         runs=runs,
         levels=poses.levels[rows[starts]],
         closed=gaps <= CLOSED_SHARE * spacing,
     )
+    return path, misses
 
 
 def deposited_rows(poses: PoseStream) -> IntArray:
@@ -80,13 +87,13 @@ def deposited_rows(poses: PoseStream) -> IntArray:
     return rows[counts[poses.runs[rows]] > 1]
 
 
-def at_poses(poses: PoseStream, path: SurfacePath, samples: Samples, values: FloatArray) -> FloatArray:
-    """Return values given at samples of a path at the poses that it was laid from, linear between the samples.
+def at_poses(poses: PoseStream, stretches: JoinedRuns, samples: Samples, values: FloatArray) -> FloatArray:
+    """Return values given at samples of a path at the poses that it was made of, linear between the samples.
 
     Args:
         poses: the p poses of `deposited_path`.
-        path: what it returned.
-        samples: k samples along all of its runs.
+        stretches: of what it returned.
+        samples: k samples along all of them.
         values: (k,).
 
     Returns:
@@ -95,26 +102,12 @@ def at_poses(poses: PoseStream, path: SurfacePath, samples: Samples, values: Flo
     rows = deposited_rows(poses)
     _, runs = np.unique(poses.runs[rows], return_inverse=True)
     points, result = poses.surface_points[rows], np.zeros(poses.count)
-    for run in range(path.lengths.size):
-        here, sampled_here = runs == run, samples.runs == run
-        arcs = arc_lengths(points[here])
-        along = samples.arcs[sampled_here] / path.lengths[run]
-        result[rows[here]] = np.interp(arcs / arcs[-1], along, values[sampled_here])
+    for run, stretch in enumerate(stretches.of):
+        here, there = runs == run, samples.runs == stretch
+        shares = arc_lengths(points[here])
+        along = stretches.firsts[run] + stretches.signs[run] * stretches.lengths[run] * shares / shares[-1]
+        result[rows[here]] = np.interp(along, samples.arcs[there], values[there])
     return result
-
-
-def levels_at(poses: PoseStream, path: SurfacePath, samples: Samples) -> IntArray:
-    """Return the (k,) level of the pose before each sample, of the poses that the path was laid from."""
-    rows = deposited_rows(poses)
-    _, runs = np.unique(poses.runs[rows], return_inverse=True)
-    points, levels = poses.surface_points[rows], np.zeros(samples.runs.size, dtype=np.int64)
-    for run in range(path.lengths.size):
-        here, sampled_here = np.flatnonzero(runs == run), samples.runs == run
-        arcs = arc_lengths(points[here])
-        along: FloatArray = samples.arcs[sampled_here] * (arcs[-1] / float(path.lengths[run]))
-        before: IntArray = np.maximum(np.searchsorted(arcs, along, side="right") - 1, 0)
-        levels[sampled_here] = poses.levels[rows[here[before]]]
-    return levels
 
 
 def sampled(path: SurfacePath, *, step: float) -> Samples:

@@ -1,8 +1,17 @@
-"""How even a print is expected to be: the planned spacing, and what the errors of arm, placement and needle make of it.
+"""How even a print is expected to be: the planned thickness, and what errors of flow, arm, placement and needle add.
 
-Prints are sampled: each has its own errors, drawn from a fixed seed, and every span from a sample to its foot becomes
-longer by what the errors at both ends do (`straying`). Two prints in a row stand on the same cell: the part lies as it
-lay and the needle is as bent, but the arm strays anew. So two plans are compared by such pairs, a print of either.
+Prints are sampled: each has its own errors, drawn from a fixed seed. They change the layer linearly, with s
+the standard deviation of its spread over the spacing (`thickness`):
+
+- the strip of a sample changes by half of what the spans to its left and right do (`straying`). Rows that are off
+  each by itself, with the variance f^2 over the spacing, have strips of the variance f^2 / 2 and a layer of
+  f^2 / (4 sqrt(pi) s^3), since the spread takes in several rows; rows that are off together have no more than strips;
+- the flow of a run reaches its neighbours: flow that differs by q^2 from row to row varies the layer by
+  q^2 / (2 sqrt(pi) s);
+- what comes nearer to the rim by d leaves the volume d less there: d^2 / (sqrt(pi) s) spacings of rim.
+
+Two prints in a row stand on the same cell: the part lies as it lay and the needle is as bent, but the arm strays anew.
+So two plans are compared by such pairs, a print of either.
 """
 
 from __future__ import annotations
@@ -11,11 +20,15 @@ from typing import NamedTuple, final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
 
-from geoprint.model import FloatArray, PoseStream, PrintErrors, freeze_arrays, frozen
+from geoprint.model import FloatArray, IntArray, PoseStream, PrintErrors, freeze_arrays, frozen
+from geoprint.quality.oracle import FOUND
+from geoprint.quality.sides import SideSpacing
 from geoprint.quality.spacing import SpacingAt
-from geoprint.quality.spans import Spans
-from geoprint.quality.straying import OF_CELL, SOURCES, expected_variance, over, strays, together
+from geoprint.quality.spans import joined_spans
+from geoprint.quality.straying import OF_CELL, SOURCES, Sparse, expected_variance, over, strays, together
+from geoprint.quality.thickness import SPREAD_SHARE
 
 # Prints: the ends of the interval that they tell hold between 94 and 96 % of all, at two standard deviations.
 PRINTS = 2000
@@ -25,6 +38,14 @@ BATCH = 250
 MOST_SAMPLES = 2000
 # Percentiles between which 95 of 100 prints lie.
 PERCENTILES = (2.5, 97.5)
+# Share of the variance of the flow from run to run that the spread leaves.
+FLOW_SHARE = 1.0 / (2.0 * np.sqrt(np.pi) * SPREAD_SHARE)
+# Variance of the thickness over that of strips, where each run strays by itself.
+MOVED_SHARE = 1.0 / (2.0 * np.sqrt(np.pi) * SPREAD_SHARE**3)
+# Squares of the thickness that is missing along the rim, over those of what the path is farther from it.
+RIM_SHARE = 1.0 / (np.sqrt(np.pi) * SPREAD_SHARE)
+# Errors that each run has for itself.
+OF_RUNS = {"repeatability", "path_repeatability"}
 # Standard deviations to either side that hold 95 of 100 normal numbers.
 NORMAL_95 = 1.96
 SEED = 120
@@ -47,12 +68,12 @@ class Interval(NamedTuple):
 @final
 @frozen
 class Printed:
-    """The spacing that prints of a plan are expected to have.
+    """The thickness that prints of a plan are expected to have.
 
     Attributes:
-        planned: coefficient of variation of the plan.
+        planned: coefficient of variation of the thickness of the plan.
         cvs: (n,) that of each sampled print; two in a row stand on the same cell.
-        variances: mean variance of the ratios that the plan and each of `SOURCES` contribute, the plan first.
+        variances: of the thickness over its mean, what the plan, the flow from run to run and each of `SOURCES` add.
     """
 
     planned: float
@@ -69,11 +90,11 @@ class Printed:
 
     @property
     def shares(self) -> dict[str, float]:
-        """Share of the expected variance by what makes it: 'plan' and the names of `SOURCES`."""
+        """Share of the expected variance by what makes it: 'plan', 'run_flow' and the names of `SOURCES`."""
         total = sum(self.variances)
         return {
             name: value / total if total > 0.0 else 0.0
-            for name, value in zip(("plan", *SOURCES), self.variances, strict=True)
+            for name, value in zip(("plan", "run_flow", *SOURCES), self.variances, strict=True)
         }
 
     @property
@@ -85,41 +106,99 @@ class Printed:
 
 
 def printed(
-    spans: Spans,
+    planned: float,
+    along: FloatArray,
+    sides: SideSpacing,
     errors: PrintErrors,
     *,
-    spacing: float,
     poses: PoseStream | None = None,
     wanted: SpacingAt | None = None,
-) -> Printed | None:
-    """Return the spacing that prints are expected to have, or None where there is no spacing.
+) -> Printed:
+    """Return the thickness that prints are expected to have.
 
     Args:
-        spans: from where to where the planned spacings were measured.
+        planned: coefficient of variation of the planned thickness, with the flow that is printed.
+        along: (k,) that thickness at the samples of the sides, over the wanted one.
+        sides: spacing to the left and to the right; what has none on a side lies along the rim there.
         errors: what a print strays by.
-        spacing: wanted [mm].
         poses: how the tool stands; None where nobody knows, then a bent needle is left out.
         wanted: what the spacing shall be at each place, where that differs.
     """
-    if not spans.count:
-        return None
-    ratios = spans.ratios
-    step = -(-spans.count // MOST_SAMPLES)
-    some = spans.some(np.arange(0, spans.count, step))
-    local = np.full(some.count, spacing) if wanted is None else wanted(some.places)
-    maps = over(strays(some, errors, poses=poses), local)
-    everything = together(maps)
-    cvs: list[FloatArray] = []
+    strips, rims, of_strips, of_rims = _strays(sides, errors, poses=poses, wanted=wanted)
+    some = _some(len(along))
+    flow = errors.run_flow * _flow_of_neighbours(sides, some)
+    widened, nearer = together(of_strips), together(of_rims)
+    # Spacings of rim to a spacing of path.
+    rim = sides.rims[1].count / len(along)
+    added: list[FloatArray] = []
     for batch in range(PRINTS // BATCH):
-        changes = everything @ _normal(batch, everything.shape[1])
-        # What errors do is told by some of the samples; what the plan does, by all of them.
-        variances = ratios.var() + (some.ratios[:, None] + changes).var(axis=0) - some.ratios.var()
-        cvs.append(np.sqrt(np.maximum(variances, 0.0)) / (ratios.mean() + changes.mean(axis=0)))
+        drawn = _normal(batch, widened.shape[1])
+        flows = np.random.default_rng([SEED, batch, 1]).standard_normal((flow.shape[1], BATCH))
+        varied = _varied(along[some], flow @ flows)
+        if strips.size:
+            varied += _varied(along[strips], -(widened @ drawn))
+        if rims.size:
+            missing = nearer @ drawn
+            thicker = (along[rims] - along.mean())[:, None]
+            varied += rim * (RIM_SHARE * missing**2 - 2.0 * thicker * missing).mean(axis=0)
+        added.append(varied)
     return Printed(
-        planned=float(ratios.std() / ratios.mean()),
-        cvs=np.concatenate(cvs),
-        variances=(float(ratios.var()), *(expected_variance(one) for one in maps)),
+        planned=planned,
+        cvs=np.sqrt(np.maximum(planned**2 + np.concatenate(added), 0.0)),
+        variances=(
+            planned**2,
+            expected_variance(flow),
+            *(
+                expected_variance(strip) + RIM_SHARE * rim * float((of_rim.data**2).sum()) / max(of_rim.shape[0], 1)
+                for strip, of_rim in zip(of_strips, of_rims, strict=True)
+            ),
+        ),
     )
+
+
+def _varied(along: FloatArray, changes: FloatArray) -> FloatArray:
+    """Return by how much (k, n) changes raise the variance of (k,) thicknesses in each of n prints."""
+    return (along[:, None] + changes).var(axis=0) - along.var()
+
+
+def _strays(
+    sides: SideSpacing, errors: PrintErrors, *, poses: PoseStream | None, wanted: SpacingAt | None
+) -> tuple[IntArray, IntArray, tuple[Sparse, ...], tuple[Sparse, ...]]:
+    """Return some samples with two neighbours and some along the rim, and what each error does to them.
+
+    That is by how much their strips, and their ways to the rim, become wider, over the wanted spacing.
+    """
+    strips, left, right = sides.strips
+    rims, to_rim = sides.rims
+    some, others = _some(strips.size), _some(rims.size)
+    spans = joined_spans(joined_spans(left.some(some), right.some(some)), to_rim.some(others))
+    local, count = np.full(spans.count, sides.spacing) if wanted is None else wanted(spans.places), some.size
+    of_strips: list[Sparse] = []
+    of_rims: list[Sparse] = []
+    for name, each in zip(SOURCES, over(strays(spans, errors, poses=poses), local), strict=True):
+        share = 0.5 * (np.sqrt(MOVED_SHARE) if name in OF_RUNS else 1.0)
+        of_strips.append(csr_array(share * (each[:count] + each[count : 2 * count])))
+        of_rims.append(csr_array(each[2 * count :]))
+    return strips[some], rims[others], tuple(of_strips), tuple(of_rims)
+
+
+def _some(count: int) -> IntArray:
+    """Return which of so many samples are taken."""
+    return np.arange(0, count, max(-(-count // MOST_SAMPLES), 1))
+
+
+def _flow_of_neighbours(sides: SideSpacing, some: IntArray) -> Sparse:
+    """Return the map from the flow of each stretch to the thickness at some samples: its own, and less of neighbours.
+
+    Both together have the share of the variance that the spread leaves; beyond the rim the layer is as before it.
+    """
+    own = np.repeat(np.arange(sides.offsets.size - 1), np.diff(sides.offsets))[some]
+    beside = np.where(sides.kinds[some] == FOUND, sides.nearest[some], own[:, None])
+    reach = (4.0 - np.sqrt(16.0 - 24.0 * (1.0 - FLOW_SHARE))) / 12.0
+    weights = np.tile([1.0 - 2.0 * reach, reach, reach], (some.size, 1))
+    rows = np.repeat(np.arange(some.size), 3)
+    columns = np.column_stack([own, beside]).ravel()
+    return csr_array((weights.ravel(), (rows, columns)), shape=(some.size, sides.offsets.size - 1))
 
 
 def interval(values: FloatArray) -> Interval:
@@ -129,7 +208,7 @@ def interval(values: FloatArray) -> Interval:
 
 
 def difference(one: Printed, other: Printed) -> Interval:
-    """Return by how much more the spacing of one plan varies than that of another, both printed on the same cell.
+    """Return by how much more the thickness of one plan varies than that of another, both printed on the same cell.
 
     With the arm's errors the same in both, too, plans whose paths are nearly the same would differ by nearly nothing in
     every print, and yet always by the same sign; nobody can print that.
@@ -141,21 +220,6 @@ def alike(one: Printed, other: Printed) -> bool:
     """Return whether two plans cannot be told apart by printing each once: neither is more even in 95 of 100 pairs."""
     apart = difference(one, other)
     return apart.low <= 0.0 <= apart.high
-
-
-def thickness_cv(planned: float, errors: PrintErrors, spacing: Printed | None) -> float:
-    """Return how much the layer's thickness is expected to vary in print (coefficient of variation).
-
-    The flow from run to run varies it as it is; the flow of the whole print does not, it moves the mean. A strip lies
-    between two spacings, whose errors are opposite halves: a quarter of the variance of a spacing is one of its width.
-
-    Args:
-        planned: how much it varies without errors.
-        errors: what a print strays by.
-        spacing: in print, or None where there is none.
-    """
-    added = 0.0 if spacing is None else sum(spacing.variances[1:]) / 4.0
-    return float(np.sqrt(planned**2 + errors.run_flow**2 + added))
 
 
 def thickness_within(errors: PrintErrors) -> float:

@@ -1,17 +1,17 @@
-"""Which of several coverings of a part is best: coverage decides first, and spacing second."""
+"""Which of several coverings of a part is best: coverage decides first, and thickness second."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import NamedTuple
 
-# Spacing that varies by less than this is even enough for any bead: its width varies by no more.
-EVEN_ENOUGH = 0.02
-# Spacing that varies by less than this more is as even.
-SAME_SPACING = 0.002
-# Coverings that miss or lay twice shares of the area that differ by less than this cover a part alike.
+# A layer whose thickness varies by less than this is even enough: the flow from run to run varies it by half as much.
+EVEN_ENOUGH = 0.04
+# A thickness that varies by less than this more is as even: what is simulated is as uncertain.
+SAME_THICKNESS = 0.002
+# Coverings that miss or cover twice shares of the area that differ by less than this cover a part alike.
 SAME_COVERAGE = 0.005
-# Where more of the area than this is missed, or laid twice, that is no cover; seams where fronts meet make up to about
+# Where more of the area than this is missed, or covered twice, that is no cover; seams where fronts meet make up to about
 # as much.
 MOST_MISSED = 0.02
 MOST_TWICE = 0.05
@@ -22,8 +22,8 @@ class Covering(NamedTuple):
 
     Attributes:
         gap: share of the area that is missed.
-        overlap: share of it that is laid twice.
-        cv: variation of the spacing, 0 where there is none to measure.
+        overlap: share of it that is covered twice.
+        cv: variation of the thickness that a constant flow leaves.
     """
 
     gap: float
@@ -49,7 +49,7 @@ def ranked(coverings: Sequence[Covering]) -> list[int]:
     """Return the indices of some coverings of one part, the best first.
 
     Those that cover it come before those that do not. Of those that cover it alike (uncovered and overlapped area
-    together), the one with the most even spacing is the best.
+    together), the one with the most even thickness is the best.
     """
     order = sorted(range(len(coverings)), key=lambda index: (not coverings[index].covers, coverings[index].fault))
     alike = sum(coverings[index].is_alike(coverings[order[0]]) for index in order)

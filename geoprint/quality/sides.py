@@ -14,7 +14,7 @@ from typing import final
 import numpy as np
 
 from geoprint.errors import InputError
-from geoprint.model import FloatArray, IntArray, freeze_arrays, frozen
+from geoprint.model import BoolArray, FloatArray, IntArray, freeze_arrays, frozen
 from geoprint.quality.deposited import Samples
 from geoprint.quality.oracle import (
     FOUND,
@@ -25,13 +25,13 @@ from geoprint.quality.oracle import (
     ComplexArray,
     FlatMesh,
     Places,
+    Stretches,
     SurfacePath,
     neighbours,
     spatial,
 )
 from geoprint.quality.spacing import APART, SpacingAt, shares_at
 from geoprint.quality.spans import Spans, no_spans, spans_to_segments
-from geoprint.quality.stretches import joined
 
 # How far a neighbour may be, in spacings.
 REACH = 3.0
@@ -141,6 +141,40 @@ class SideSpacing:
         """Return the (k, 2) ratios with NaN where there is no neighbour."""
         return np.where(self.kinds == FOUND, self.ratios, np.nan)
 
+    def worse(self) -> FloatArray:
+        """Return the (k,) ratios on the side where they are farther from 1, NaN where no side has a neighbour."""
+        left, right = self.sides().T
+        return np.where(~(np.abs(left - 1.0) <= np.abs(right - 1.0)) & np.isfinite(right), right, left)
+
+    @property
+    def strips(self) -> tuple[IntArray, Spans, Spans]:
+        """The samples that have a neighbour on both sides, and the spans to their left and to their right."""
+        found: BoolArray = self.kinds == FOUND
+        both = found.all(axis=1)
+        left, right = (
+            spans.some(np.flatnonzero(both[there])) for spans, there in zip(self.spans, found.T, strict=True)
+        )
+        return np.flatnonzero(both), left, right
+
+    @property
+    def rims(self) -> tuple[IntArray, Spans]:
+        """The samples that have none on a side, and a span to that side: to the rim, which stays where it is."""
+        sample, side = np.nonzero(self.kinds == NONE)
+        towards = np.cross(self.normals, self.ahead)[sample] * np.where(side == 0, 1.0, -1.0)[:, None]
+        runs = np.repeat(np.arange(self.offsets.size - 1), np.diff(self.offsets))
+        steps = np.linalg.norm(np.diff(self.places, axis=0, prepend=self.places[:1]), axis=1)
+        along = np.cumsum(np.where(np.diff(runs, prepend=-1) == 0, steps, 0.0))
+        arcs = along - along[self.offsets[:-1]][runs]
+        return sample, Spans(
+            places=self.places[sample],
+            feet=self.places[sample],
+            towards=towards,
+            beyond=np.zeros_like(towards),
+            runs=np.column_stack([runs, runs])[sample],
+            arcs=np.column_stack([arcs, arcs])[sample],
+            ratios=np.ones(sample.size),
+        )
+
     def _figures(self, columns: slice) -> SideFigures:
         kinds, ratios = self.kinds[:, columns], self.ratios[:, columns]
         none, oblique, unknown = (float((kinds == kind).mean()) for kind in (NONE, OBLIQUE, UNKNOWN))
@@ -160,13 +194,12 @@ def side_spacing(
 
     Args:
         mesh: m triangles.
-        path: r runs on it.
+        path: r stretches on it, as `joined` makes them.
         samples: k samples along all of them.
         spacing: wanted [mm].
         windows: budget of work; samples that are left over then are unknown.
         wanted: what it is at each place, where that differs; the ratios are over the mean of both ends then.
     """
-    stretches = joined(mesh, path, spacing=spacing)
     ahead = _ahead(mesh, path, samples, reach=CHORD_SHARE * spacing)
     faces = samples.places.faces
     middles = mesh.corners.reshape(-1, 3)[faces].mean(axis=1)
@@ -174,8 +207,8 @@ def side_spacing(
     axes = mesh.axes[faces]
     here = shares_at(mesh, samples.places, wanted, spacing=spacing)
     found = neighbours(
-        mesh, path, stretches.segments, Places(faces, inside), ahead=_in_faces(axes, ahead),
-        own=stretches.of[samples.runs], arcs=stretches.arcs(samples.runs, samples.arcs), clear=APART * spacing,
+        mesh, path, _segments(path), Places(faces, inside), ahead=_in_faces(axes, ahead),
+        own=samples.runs, arcs=samples.arcs, clear=APART * spacing,
         limit=REACH * spacing * max(float(here.max()), 1.0), windows=windows,
     )  # fmt: skip
     ratios = found.distances / (spacing * _between(mesh, path, found.segments, here, wanted, spacing=spacing))
@@ -196,6 +229,19 @@ def side_spacing(
         nearest=np.where(found.segments < 0, -1, path.runs[found.segments]),
         spacing=spacing,
         spans=(left, right),
+    )
+
+
+def _segments(path: SurfacePath) -> Stretches:
+    """Return the segments of a path by the stretch that they belong to."""
+    begins, stops = np.diff(path.runs, prepend=-1) != 0, np.diff(path.runs, append=-1) != 0
+    is_open = ~path.closed[path.runs]
+    return Stretches(
+        stretches=path.runs,
+        arcs=path.arcs + 0.5 * np.abs(path.ends - path.starts),
+        loops=np.where(path.closed, path.lengths, np.inf)[path.runs],
+        open_starts=begins & is_open,
+        open_ends=stops & is_open,
     )
 
 

@@ -1,36 +1,47 @@
-"""Runs that touch end to end are one stretch: a contour that is split at a corner is not its own neighbour."""
+"""Runs that touch end to end become one stretch: a contour that is cut, at a corner or anywhere, is one line."""
 
 from __future__ import annotations
+
+from typing import final
 
 import numpy as np
 from scipy.spatial import KDTree
 
-from geoprint.model import FloatArray, IntArray, frozen
-from geoprint.quality.oracle import FlatMesh, Places, Stretches, SurfacePath, spatial
+from geoprint.model import BoolArray, FloatArray, IntArray, frozen
+from geoprint.quality.oracle import FlatMesh, Places, SurfacePath, spatial
 
 # Ends of runs nearer than this share of the spacing touch, if no third one is there.
 TOUCHING_SHARE = 0.05
+# The ends of one run touch only where it is this many times as long as they are apart.
+LONGER = 4.0
 
 
+@final
 @frozen
 class JoinedRuns:
-    """The runs of a path as stretches.
+    """The r runs of a path as the s stretches of another, which lies in the same place.
 
     Attributes:
+        path: of the stretches.
         of: (r,) stretch of each run.
         firsts: (r,) where along its stretch a run starts [mm].
         signs: (r,) 1 where it leads on along its stretch, -1 where it leads back.
-        segments: the same for the segments of the path.
+        lengths: (r,) of the runs [mm].
     """
 
+    path: SurfacePath
     of: IntArray
     firsts: FloatArray
     signs: IntArray
-    segments: Stretches
+    lengths: FloatArray
 
-    def arcs(self, runs: IntArray, arcs: FloatArray) -> FloatArray:
-        """Return where along their stretches (k,) arc lengths of (k,) runs lie [mm]."""
-        return self.firsts[runs] + self.signs[runs] * arcs
+    def runs_at(self, stretches: IntArray, arcs: FloatArray) -> IntArray:
+        """Return the run on which (k,) arc lengths of (k,) stretches lie [mm]."""
+        begins = np.minimum(self.firsts, self.firsts + self.signs * self.lengths)
+        order = np.lexsort((begins, self.of))
+        longest = float(self.path.lengths.max()) + 1.0
+        keys = self.of[order] * longest + begins[order]
+        return order[np.maximum(np.searchsorted(keys, stretches * longest + arcs, side="right") - 1, 0)]
 
 
 def joined(mesh: FlatMesh, path: SurfacePath, *, spacing: float) -> JoinedRuns:
@@ -47,6 +58,7 @@ def joined(mesh: FlatMesh, path: SurfacePath, *, spacing: float) -> JoinedRuns:
     signs = np.ones(count, dtype=np.int64)
     lengths: list[float] = []
     closed: list[bool] = []
+    order: list[int] = []
     # Open ends first, so that a chain is walked from one of them; what is left over is closed.
     for begin in sorted(range(2 * count), key=lambda end: end in partners):
         if of[begin // 2] >= 0:
@@ -54,13 +66,18 @@ def joined(mesh: FlatMesh, path: SurfacePath, *, spacing: float) -> JoinedRuns:
         total, end = 0.0, begin
         while end >= 0 and of[end // 2] < 0:
             run, last = divmod(end, 2)
+            order.append(run)
             of[run], signs[run] = len(lengths), 1 - 2 * last
             firsts[run] = total + last * path.lengths[run]
             total += path.lengths[run]
             end = partners.get(end ^ 1, -1)
         lengths.append(total)
         closed.append(end >= 0)
-    return JoinedRuns(of, firsts, signs, _segments(path, of, firsts, signs, partners, lengths=lengths, closed=closed))
+    whole = np.array(lengths, dtype=np.float64)
+    return JoinedRuns(
+        _stretches(path, order, of, firsts, signs, lengths=whole, closed=np.array(closed, dtype=np.bool_)),
+        of, firsts, signs, path.lengths,
+    )  # fmt: skip
 
 
 def _partners(mesh: FlatMesh, path: SurfacePath, *, reach: float) -> dict[int, int]:
@@ -71,24 +88,33 @@ def _partners(mesh: FlatMesh, path: SurfacePath, *, reach: float) -> dict[int, i
     ends = spatial(mesh, Places(path.faces[last], path.ends[last]))
     places = np.stack([starts, ends], axis=1).reshape(-1, 3)
     pairs = KDTree(places).query_pairs(reach, output_type="ndarray")
+    own = pairs[:, 0] // 2 == pairs[:, 1] // 2
+    pairs = pairs[~own | (path.lengths[pairs[:, 0] // 2] > LONGER * reach)]
     touched = np.bincount(pairs.ravel(), minlength=len(places))
     alone: list[list[int]] = pairs[(touched[pairs] == 1).all(axis=1)].tolist()
     return {one: other for a, b in alone for one, other in ((a, b), (b, a))}
 
 
-def _segments(
-    path: SurfacePath, of: IntArray, firsts: FloatArray, signs: IntArray, partners: dict[int, int], *,
-    lengths: list[float], closed: list[bool],
-) -> Stretches:  # fmt: skip
-    run = path.runs
-    halves = 0.5 * np.abs(path.ends - path.starts)
-    loops = np.where(closed, lengths, np.inf)
-    open_ends = np.array([end not in partners for end in range(2 * of.size)], dtype=np.bool_).reshape(-1, 2)
-    begins, stops = np.diff(run, prepend=-1) != 0, np.diff(run, append=-1) != 0
-    return Stretches(
-        stretches=of[run],
-        arcs=firsts[run] + signs[run] * (path.arcs + halves),
-        loops=loops[of[run]],
-        open_starts=begins & open_ends[run, 0],
-        open_ends=stops & open_ends[run, 1],
+def _stretches(
+    path: SurfacePath, order: list[int], of: IntArray, firsts: FloatArray, signs: IntArray, *,
+    lengths: FloatArray, closed: BoolArray,
+) -> SurfacePath:  # fmt: skip
+    """Return the segments of all runs along their stretches; those of a run that leads back turn round."""
+    first = np.searchsorted(path.runs, np.arange(of.size))
+    last = np.searchsorted(path.runs, np.arange(of.size), side="right")
+    taken = np.concatenate([np.arange(first[run], last[run])[:: int(signs[run])] for run in order])
+    runs = path.runs[taken]
+    back = signs[runs] < 0
+    starts, ends = path.starts[taken], path.ends[taken]
+    # A run that leads back begins, along its stretch, with the end of its last segment.
+    along = np.where(back, path.arcs[taken] + np.abs(ends - starts), path.arcs[taken])
+    return SurfacePath(
+        faces=path.faces[taken],
+        starts=np.where(back, ends, starts),
+        ends=np.where(back, starts, ends),
+        runs=of[runs],
+        arcs=np.maximum(firsts[runs] + signs[runs] * along, 0.0),
+        lengths=lengths,
+        levels=path.levels[np.array([order[int(i)] for i in np.flatnonzero(np.diff(of[order], prepend=-1))])],
+        closed=closed,
     )

@@ -85,10 +85,10 @@ const COLOURINGS = {
     return {
       ...ofRatios(part, backend.spacing, part.ratios, SPACING),
       said: (at) => Number.isNaN(backend.spacing[at])
-        ? "outside the outermost path" : `spacing ${backend.spacing[at].toFixed(3)} of the wanted one`,
+        ? "no neighbouring path" : `spacing ${backend.spacing[at].toFixed(3)} of the wanted one`,
       title: "local spacing / wanted spacing [1]",
       ticks: ticksOf(part.ratios, [[low, `≤ ${low}`], [0.9, "0.9"], [1, "1"], [1.1, "1.1"], [high, `≥ ${high}`]]),
-      legend: "Red: paths too close, blue: too far apart, white: as wanted. Grey: outside the outermost path, which has no neighbour there.",
+      legend: "Red: paths too close, blue: too far apart, white: as wanted. Grey: no neighbour.",
     };
   },
   thickness: (part, backend) => {

@@ -80,7 +80,6 @@ def coverage_figure(
     spacing: float,
     title: str,
     bead: float = BEAD_SHARE,
-    unmeasured: str = "outermost",
 ) -> bytes:
     """Draw toolpaths side by side, coloured by local spacing: as beads of their width, on a part from enough sides.
 
@@ -91,7 +90,6 @@ def coverage_figure(
         spacing: wanted spacing [mm].
         title: above everything.
         bead: width of a drawn bead over the wanted one.
-        unmeasured: which paths are grey.
 
     Returns:
         The PNG's bytes; the same for the same input.
@@ -112,7 +110,7 @@ def coverage_figure(
     for above, below, panel in zip(axes[0], axes[-1], panels, strict=True):
         above.set_title(panel.title, fontsize=13, loc="left", parse_math=False)
         below.set_xlabel(panel.caption, fontsize=10, parse_math=False)
-    _add_scale(figure, axes.ravel().tolist(), unmeasured=unmeasured, uncovered=any(len(panel.gaps) for panel in panels))
+    _add_scale(figure, axes.ravel().tolist(), uncovered=any(len(panel.gaps) for panel in panels))
     add_title(figure, title)
     return png_bytes(figure)
 
@@ -242,7 +240,7 @@ def _rgba(colour: str) -> FloatArray:
     return np.array(to_rgba(colour))
 
 
-def _add_scale(figure: Figure, axes: Sequence[Axes], *, unmeasured: str, uncovered: bool) -> None:
+def _add_scale(figure: Figure, axes: Sequence[Axes], *, uncovered: bool) -> None:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
@@ -251,7 +249,7 @@ def _add_scale(figure: Figure, axes: Sequence[Axes], *, unmeasured: str, uncover
     )
     scale.set_label(
         "distance to the neighbouring path / wanted spacing\n"
-        f"(red: too close, blue: too far, grey: {unmeasured}{', yellow: uncovered' if uncovered else ''})",
+        f"(red: too close, blue: too far, grey: no neighbour{', yellow: missed' if uncovered else ''})",
         fontsize=9,
     )
 

@@ -99,9 +99,7 @@ def _map(surface: Surface, panels: Sequence[CoveragePanel], R_view_work: FloatAr
     )  # fmt: skip
     scale.ax.tick_params(labelsize=SMALL)
     uncovered = ", uncovered area yellow" if any(len(panel.gaps) for panel in panels) else ""
-    scale.set_label(
-        f"local spacing / wanted spacing of {spacing:.3g} mm; outermost path grey{uncovered}", fontsize=LARGE
-    )
+    scale.set_label(f"local spacing / wanted spacing of {spacing:.3g} mm; no neighbour grey{uncovered}", fontsize=LARGE)
     return figure
 
 

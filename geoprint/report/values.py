@@ -169,11 +169,11 @@ class BackendView:
         name: short, as the command line spells it.
         title: what it is, in a few words.
         distance: (n,) its distance from the seed [mm].
-        spacing_ratios: (n,) ratio of the nearest sample with a neighbour outside; NaN outside the outermost path.
+        spacing_ratios: (n,) ratio of the nearest sample, on the worse side; NaN for no neighbour.
         coverage: (n,) 0 covered, 1 gap (too far from every path), 2 overlap (near two stretches of path).
         places: (k, 3) samples of the paths, stretch after stretch [mm].
         offsets: (r + 1,) stretch i is `places[offsets[i]:offsets[i + 1]]`.
-        ratios: (k,) distance to the neighbouring path over the wanted spacing; NaN for the outermost.
+        ratios: (k,) distance to the neighbouring path over the wanted spacing; NaN for no neighbour.
         widths: (k,) of the bead [mm], or None where nobody knows.
         still: its paths, coloured by local spacing; stands in where no 3D is drawn, and in print.
         replay: the robot's motion, or None where there is none to show.

@@ -14,7 +14,6 @@ from geoprint.results.comparison import (
 from geoprint.results.measurement import (
     MeasuredFile as MeasuredFile,
     Measurement as Measurement,
-    PrintedSides as PrintedSides,
 )
 from geoprint.results.mesh_files import (
     FileInspection as FileInspection,

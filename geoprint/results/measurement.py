@@ -5,24 +5,8 @@ from __future__ import annotations
 from typing import final
 
 from geoprint.model import FloatArray, Surface, freeze_arrays, frozen
-from geoprint.quality import PathMeasure, Printed, RigidFit
+from geoprint.quality import Printed, RigidFit, Uniformity
 from geoprint.surfaces.files import MeshFile
-
-
-@final
-@frozen
-class PrintedSides:
-    """The spacing in print that paths are expected to have; None where no path has a neighbour.
-
-    Attributes:
-        left: to the left of the paths.
-        right: to the right.
-        both: all samples of both sides.
-    """
-
-    left: Printed | None = None
-    right: Printed | None = None
-    both: Printed | None = None
 
 
 @final
@@ -39,6 +23,7 @@ class MeasuredFile:
         fit: the motion that laid it onto the part, or None where it was taken as it is.
         measured: how evenly it covers the part.
         printed: how even prints of it are expected to be.
+        seconds: processor time that measuring took, all threads together [s].
     """
 
     name: str
@@ -47,8 +32,9 @@ class MeasuredFile:
     points: int
     dropped: int
     fit: RigidFit | None
-    measured: PathMeasure
-    printed: PrintedSides = PrintedSides()
+    measured: Uniformity
+    printed: Printed
+    seconds: float
 
 
 @final

@@ -30,7 +30,7 @@ from geoprint.model import (
     freeze_arrays,
     frozen,
 )
-from geoprint.quality import Printed, Thickness, Uniformity
+from geoprint.quality import Printed, Uniformity
 from geoprint.results.tilting import Tilting
 from geoprint.results.workpiece import Workpiece
 from geoprint.surfaces import united
@@ -39,20 +39,16 @@ from geoprint.surfaces import united
 @final
 @frozen
 class Laid:
-    """Both flows along the paths of a plan, and the layers that they leave.
+    """Flow and light along the paths of a plan.
 
     Attributes:
         mode: of the cell's signals: 'io' lays the constant flow, 'analog' the one that follows.
         light: what the lamp gives at the set speed, or None where nobody has measured its spot.
-        constant: thickness of the layer with constant flow.
-        following: thickness of the layer with the flow that follows.
-        following_flow: (p,) that flow [mm3/mm].
+        following_flow: (p,) flow that follows the width [mm3/mm].
     """
 
     mode: SignalMode
     light: Exposure | None
-    constant: Thickness
-    following: Thickness
     following_flow: FloatArray
 
 
@@ -89,8 +85,8 @@ class TriedMiddle:
     Attributes:
         middle: as `--middle` takes it.
         gap: share of the area that is missed.
-        overlap: share of it that is laid twice.
-        cv: variation of the spacing; not a number where there is one level.
+        overlap: share of it that is covered twice.
+        cv: variation of the thickness with constant flow.
         runs: how many.
         taken: whether it is the one.
     """
@@ -190,7 +186,7 @@ class Plan:
         laid: the layer that the paths leave, or None before the flow is chosen.
         middles: what was tried where fronts meet; nothing where plain contours leave nothing, or none was to be found.
         not_printable: why the robot cannot print the paths of a comparison, or None where it can or was left out.
-        printed: the spacing that prints are expected to have; None where none was measured.
+        printed: the thickness that prints are expected to have; None where evenness was not measured.
         followed: lines of the surface's faces that paths follow; None where it is no field that they follow.
         fed: what the last print taught, or None where the job names none.
         tilting: how a table is to tilt the part, or None where it stands still.

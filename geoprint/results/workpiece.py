@@ -139,7 +139,7 @@ class TriedSource:
         patch: number of the patch, from 1.
         source: in words, as `--from` takes it.
         gap: share of the area that is missed.
-        overlap: share of it that is laid twice.
+        overlap: share of it that is covered twice.
         cv: variation of the spacing; not a number where there is one level.
         runs: how many.
         taken: whether it is the one.

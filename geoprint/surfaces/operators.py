@@ -105,18 +105,19 @@ def corner_cotangents(surface: Surface) -> FloatArray:
     return -np.einsum("mcx,mcx->mc", sides[:, [1, 2, 0]], sides[:, [2, 0, 1]]) / doubled[:, None]
 
 
-def cotangent_laplacian(surface: Surface) -> csc_array[np.float64]:
-    """Return the stiffness matrix of linear elements, L_ij = integral of grad phi_i . grad phi_j.
+def cotangent_laplacian(surface: Surface, factors: FloatArray | float = 1.0) -> csc_array[np.float64]:
+    """Return the stiffness matrix of linear elements, L_ij = integral of factor grad phi_i . grad phi_j.
 
     It is minus the Laplacian integrated over each vertex's hat function: symmetric, positive semi-definite, with rows
     that sum to zero. L_ij = -(cot a + cot b) / 2 for the angles a and b opposite to edge ij; on the boundary one
     of them is absent, which leaves the natural (Neumann) condition.
 
     Args:
-        surface: n vertices.
+        surface: n vertices, m faces.
+        factors: of all faces, or (m,) one a face.
 
     Returns:
-        (n, n) matrix, without unit.
+        (n, n) matrix in the unit of the factors.
 
     Raises:
         MeshError: a face has no area.
@@ -126,7 +127,7 @@ def cotangent_laplacian(surface: Surface) -> csc_array[np.float64]:
     start = surface.faces.astype(np.int32).ravel()
     end = np.roll(start.reshape(-1, 3), -1, axis=1).ravel()
     # The side from corner i to i + 1 is opposite to corner i + 2.
-    weights = np.roll(corner_cotangents(surface), -2, axis=1).ravel() / 2
+    weights = (np.roll(corner_cotangents(surface), -2, axis=1) * np.reshape(factors, (-1, 1))).ravel() / 2
     rows = np.concatenate([start, end, start, end])
     columns = np.concatenate([end, start, start, end])
     values = np.concatenate([-weights, -weights, weights, weights])

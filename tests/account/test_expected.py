@@ -21,7 +21,14 @@ from geoprint.results import Comparison
 from geoprint.surfaces.files import save_ply
 from tests.meshes import plate
 
-PLAIN = {"plan": 0.0, "repeatability": 0.1, "path_repeatability": 0.8, "placement": 0.1, "needle_runout": 0.0}
+PLAIN = {
+    "plan": 0.0,
+    "run_flow": 0.0,
+    "repeatability": 0.1,
+    "path_repeatability": 0.8,
+    "placement": 0.1,
+    "needle_runout": 0.0,
+}
 
 
 def in_prints(cv: float, *, mend: str | None = "path_repeatability", errors: str = "cell") -> PrintedRecord:
@@ -69,8 +76,8 @@ def test_plans_that_print_alike_are_indistinguishable_on_this_cell(told: Planned
     a, b, c = (like(told, name, in_prints(cv)) for name, cv in (("a", 0.01), ("b", 0.011), ("c", 0.09)))
     pairs = [apart("b", "a", alike=True), apart("a", "c", alike=False), apart("b", "c", alike=False)]
     assert in_print([a, b, c], pairs)[0] == (
-        "In print the spacing is expected to vary by 1.0% (0.8-1.3) with a, 1.1% (0.9-1.4) with b and 9.0% (7.2-11.7) "
-        "with c, in brackets what 95 of 100 prints have: a and b are indistinguishable on this cell."
+        "In print the thickness is expected to vary by 1.0% (0.8-1.3) with a, 1.1% (0.9-1.4) with b and 9.0% "
+        "(7.2-11.7) with c, in brackets what 95 of 100 prints have: a and b are indistinguishable on this cell."
     )
     assert in_print([a, b], pairs)[0].endswith(": they are indistinguishable on this cell.")
     assert in_print([a, c], pairs)[0].endswith(": a can be told from the other.")
@@ -89,31 +96,32 @@ def test_the_largest_error_is_the_one_to_mend_first(told: PlannedRecord) -> None
     assert said(in_prints(0.01, mend=None)) == "What varies in print is the plan of a: 90% of the variance."
 
 
-def test_figures_stand_with_their_interval_and_a_dash_where_there_are_none(told: PlannedRecord) -> None:
+def test_figures_stand_with_their_interval_and_a_dash_where_there_are_none() -> None:
     assert expected_text(in_prints(0.0142)) == "1.42% (1.14-1.85)"
     assert expected_text(in_prints(0.0142), digits=1) == "1.4% (1.1-1.8)"
     assert expected_text(None) == "-"
-    printed, shares, thickness = expected_rows([like(told, "a", in_prints(0.0142)), like(told, "b", None)])
+    printed, shares = expected_rows([in_prints(0.0142), None])
     assert printed.values == ("1.42% (1.14\N{NON-BREAKING HYPHEN}1.85)", "-")
     assert "errors of the cell" in printed.meaning
-    assert shares.values == ("0% / 90% / 10%", "-")
-    assert len(thickness.values[0].split(" / ")) == 2
+    assert shares.values == ("0% / 0% / 90% / 10%", "-")
 
 
 def test_a_cell_of_ones_own_says_how_far_its_prints_stray(compared: Comparison, told: PlannedRecord) -> None:
     printed, plan = told.uniformity.printed, compared.planned[0][1].plan
     assert printed is not None
-    assert (printed.errors, printed.mend_first) == ("cell", "repeatability")
-    assert printed.shares.repeatability + printed.shares.plan == pytest.approx(1.0, abs=1e-5)
+    assert (printed.errors, printed.mend_first) == ("cell", "run_flow")
+    shares = printed.shares
+    assert shares.run_flow + shares.repeatability + shares.plan == pytest.approx(1.0, abs=1e-5)
+    assert 0.002 < shares.repeatability < 0.006
     text = outcome_text(record_plan(plan))
-    assert f"in print: spacing expected to vary by {expected_text(printed)}" in text
-    assert "mend first how the arm repeats from run to run" in text
+    assert f"in print: thickness expected to vary by {expected_text(printed)}" in text
+    assert "mend first how the flow differs from run to run" in text
     assert "packaged" not in text
     assert told.deposition is not None
     # 0.05 of flow from print to print, 1.96 times to either side.
     assert told.deposition.printed_mean_within == pytest.approx(0.098)
     # 0.3 of flow from run to run, and little else.
-    assert told.deposition.constant_flow.printed_cv == pytest.approx(0.3, abs=0.01)
+    assert printed.cv == pytest.approx(0.3, abs=0.01)
 
 
 def test_without_a_cell_the_packaged_one_counts_and_so_it_does_for_cells_without_errors(tmp_path: Path) -> None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from geoprint.account.spacing_table import SPACING_COLUMNS, spacing_table
+from geoprint.account.spacing_table import SPACING_COLUMNS
 from geoprint.config import job_of
 from geoprint.export import read_poses_table
 from geoprint.pipeline import compare, save_comparisons
@@ -43,46 +42,23 @@ def test_samples_and_figures_are_written_when_asked_and_the_table_reads_back_as_
         assert path.read_text(encoding="ascii").splitlines()[0] == ",".join(SPACING_COLUMNS)
         found = np.genfromtxt(path, delimiter=",", names=True)
         for column, values in (
-            ("level", measured.levels), ("ratio", measured.ratios), ("lower_bound", measured.bounds),
-            ("straight", measured.straight), ("width", measured.widths), ("z", measured.places[:, 2]),
+            ("left", measured.sides.sides()[:, 0]), ("right", measured.sides.sides()[:, 1]),
+            ("width", measured.widths), ("z", measured.sides.places[:, 2]),
         ):  # fmt: skip
             np.testing.assert_allclose(found[column], values, atol=5e-7, rtol=0.0)
-        assert found["ratio"].std() / found["ratio"].mean() == pytest.approx(measured.cv, abs=1e-6)
+        left = found["left"][np.isfinite(found["left"])]
+        assert left.std() / left.mean() == pytest.approx(measured.sides.left.cv, abs=1e-6)
 
 
 def test_every_sample_lies_on_the_run_of_poses_csv_that_its_row_names(compared: Comparison, written: Path) -> None:
     for name, _ in compared.planned:
         poses = read_poses_table(written / name / "poses.csv")
         found = np.genfromtxt(written / name / "spacing.csv", delimiter=",", names=True)
-        laid = poses.deposit & (poses.levels > poses.levels[poses.deposit].min())
-        assert set(found["run"]) == set(poses.runs[laid])
+        assert set(found["run"]) == set(poses.runs[poses.deposit])
         for run in np.unique(found["run"]):
             line = poses.points[poses.deposit & (poses.runs == run)]
             rows = found["run"] == run
-            assert set(found["level"][rows]) == set(poses.levels[poses.deposit & (poses.runs == run)])
             places = np.column_stack([found[axis][rows] for axis in "xyz"])
             gaps = np.linalg.norm(places[:, None] - line, axis=2).min(axis=1)
             # Within a step of the poses along their run; other runs are a spacing away.
             assert gaps.max() < 0.5
-
-
-def test_a_run_without_samples_leaves_the_numbers_of_the_others_as_they_are(compared: Comparison) -> None:
-    outcome = compared.planned[1][1]
-    measured = outcome.uniformity
-
-    def runs(table: bytes) -> list[int]:
-        return [int(row.split(",")[0]) for row in table.decode().splitlines()[1:]]
-
-    first, second = measured.offsets[1], measured.offsets[2]
-    rows = np.arange(measured.levels.size)
-    kept = rows[(rows < first) | (rows >= second)]
-    fewer = replace(
-        measured,
-        offsets=np.concatenate([measured.offsets[:2], measured.offsets[3:] - (second - first)]),
-        **{
-            name: getattr(measured, name)[kept]
-            for name in ("places", "runs", "levels", "ratios", "bounds", "straight", "widths")
-        },
-    )
-    whole = runs(spacing_table(measured))
-    assert runs(spacing_table(fewer)) == [whole[i] for i in kept]

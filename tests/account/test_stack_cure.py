@@ -24,13 +24,13 @@ def _stack(dose: float | None, *, count: int = 3, target_mm3: float | None = Non
     layers = tuple(
         StackedLayerRecord(
             folder=f"layer-{number:02}", bottom_mm=0.5 * (number - 1), height_mm=0.5, area_mm2=100.0, runs=4,
-            deposit_mm=80.0, spacing_cv=0.01, gap=0.0, overlap=0.0, thickness_cv=None, laid_mm3=50.0, wanted_mm3=50.0,
+            deposit_mm=80.0, gap=0.0, overlap=0.0, thickness_cv=None, laid_mm3=50.0, wanted_mm3=50.0,
             print_s=None, clearance_mm=None, not_printable=None, dose_mj_cm2=dose, warnings=(), not_checked=(),
         )
         for number in range(1, count + 1)
     )  # fmt: skip
     return StackRecord(
-        schema=1, version="0", part="a.ply", thickness_mm=0.5 * count, target=None, target_mm3=target_mm3,
+        schema=2, version="0", part="a.ply", thickness_mm=0.5 * count, target=None, target_mm3=target_mm3,
         finished=FinishedFlowsRecord(constant_flow=None, following_flow=None, printed=None), layers=layers,
         program=None, left_out=(),
     )  # fmt: skip
@@ -43,7 +43,7 @@ def test_layers_that_lack_light_are_named_with_what_they_get_need_and_what_to_do
     doses = [layer.cure.whole_mj_cm2 for layer in told.layers if layer.cure is not None]
     np.testing.assert_allclose(doses, 200.0 * np.cumsum(np.exp([-1.0, -2.0, -3.0]))[::-1])
     text = stack_text(told)
-    assert "uncovered 0.00%, 73.6 then 111 mJ/cm2 at its bottom" in text
+    assert "missed 0.00%, 73.6 then 111 mJ/cm2 at its bottom" in text
     assert (
         "warning: layer 3 is not cured through: at its bottom all passes give 73.6 of 100 mJ/cm2: print "
         "at up to 14.7 mm/s, in layers up to 0.35 mm high, or name a final exposure ([flood])."

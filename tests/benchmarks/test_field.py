@@ -43,14 +43,14 @@ def test_planners_whose_library_is_missing_are_left_out_and_named(monkeypatch: p
 
 def test_figures_are_kept_to_five_decimals_and_refusals_are_rows(tmp_path: Path) -> None:
     found = [
-        Figures("plate", "one", ours=True, runs=3, length_m=0.5, left_cv=0.0123456, right_cv=0.02, gap=0.001),
+        Figures("plate", "one", ours=True, runs=3, length_m=0.5, thickness_cv=0.0123456, following_cv=0.02, gap=0.001),
         Figures("plate", "other", ours=False, refused="it has a hole | and more"),
     ]
     save(found, tmp_path / "kept.csv")
 
     kept = loaded(tmp_path / "kept.csv")
 
-    assert [each.left_cv for each in kept] == [0.01235, 0.0]
+    assert [each.thickness_cv for each in kept] == [0.01235, 0.0]
     assert [(each.runs, each.ours, each.refused) for each in kept] == [(3, True, ""), (0, False, found[1].refused)]
     assert line(kept[0]).startswith("| plate | one | 3 | 0.50 m | 1.23% | 2.00% |")
     assert "refused: it has a hole / and more" in line(kept[1])

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from benchmarks.parts.surfaces import SHAPES, cap, triangulated
-from benchmarks.uniformity import Evenness, Row, differences, loaded, picture, table
+from benchmarks.uniformity import BACKENDS, Evenness, Row, differences, evenness_of, loaded, picture, table
+from geoprint import compare, job_of
 from geoprint.surfaces import face_areas
+from geoprint.surfaces.files import save_ply
+from tests.meshes import spherical_cap
 
-EVEN = Evenness(cv=0.002, p95=1.003, gap=0.0, overlap=0.0, width_cv=0.004)
-UNEVEN = Evenness(cv=0.1, p95=1.2, gap=0.02, overlap=0.001, width_cv=0.11)
+EVEN = Evenness(
+    thickness_cv=0.002, following_cv=0.003, covered_once=1.0, gap=0.0, overlap=0.0, level_cv=0.001, width_cv=0.004
+)  # fmt: skip
+UNEVEN = Evenness(
+    thickness_cv=0.1, following_cv=0.02, covered_once=0.979, gap=0.02, overlap=0.001, level_cv=0.08, width_cv=0.11
+)  # fmt: skip
 ALL_EVEN = {"lscm": EVEN, "heat": EVEN, "fast-marching": EVEN}
 FLAT = Row("flat", (0.97, 1.03), ALL_EVEN, {})
 CURVED = Row("curved", (0.6, 1.3), {**ALL_EVEN, "lscm": UNEVEN}, {})
@@ -44,7 +51,12 @@ def test_the_table_goes_from_nearly_flat_to_curved_and_tells_who_refuses() -> No
     lines = list(table([REFUSED, CURVED, FLAT]))
     firsts = [line.split("|")[1].strip() for line in lines if line.startswith("|")]
     assert firsts[2:] == ["**nearly flat**", "flat", "**curved**", "curved", "cone"]
-    assert "| 10.00 / 0.20 / 0.20 | 1.200 / 1.003 / 1.003 | 2.00 / 0.00 / 0.00 |" in lines[-3]
+    assert lines[2].split(" | ")[2:6] == ["thickness CV, %", "following CV, %", "once, %", "gap, %"]
+    assert len({line.count("|") for line in lines if line.startswith("|")}) == 1
+    assert (
+        "| 10.00 / 0.20 / 0.20 | 2.00 / 0.30 / 0.30 | 97.90 / 100.00 / 100.00 | 2.00 / 0.00 / 0.00 "
+        "| 0.10 / 0.00 / 0.00 | 8.00 / 0.10 / 0.10 | 11.00 / 0.40 / 0.40 |"
+    ) in lines[-3]
     assert "| - | - / 0.20 / 0.20 |" in lines[-2]
     assert lines[-1] == "cone: lscm refuses: its tip has no scale."
 
@@ -55,9 +67,9 @@ def test_saved_figures_read_back_and_differ_only_where_something_changed(tmp_pat
     path.write_text(json.dumps([asdict(row) for row in rows]))
     assert loaded(path) == rows
     assert len(list(differences(rows, loaded(path)))) == 2
-    better = Row("curved", (0.6, 1.3), {"heat": EVEN, "lscm": Evenness(0.05, 1.2, 0.02, 0.001, 0.11)}, {})
+    better = Row("curved", (0.6, 1.3), {"heat": EVEN, "lscm": replace(UNEVEN, thickness_cv=0.05)}, {})
     assert list(differences(rows, [FLAT, better]))[2:] == [
-        "| curved | lscm | cv | 0.1000 | 0.0500 | -0.0500 |",
+        "| curved | lscm | thickness_cv | 0.1000 | 0.0500 | -0.0500 |",
         "| curved | fast-marching | planned only in A | | | |",
         "| cone | | only in A | | | |",
     ]
@@ -66,3 +78,16 @@ def test_saved_figures_read_back_and_differ_only_where_something_changed(tmp_pat
 def test_the_picture_repeats_and_changes_with_a_figure() -> None:
     assert picture([FLAT, CURVED, REFUSED]) == picture([REFUSED, FLAT, CURVED])
     assert picture([FLAT, CURVED]) != picture([FLAT, Row("curved", (0.6, 1.3), ALL_EVEN, {})])
+
+
+def test_flow_that_follows_evens_out_a_flattened_cap_and_levels_tell_the_distances_apart(tmp_path: Path) -> None:
+    part = tmp_path / "cap.ply"
+    save_ply(spherical_cap(radius=14.0, angle=1.0, rings=6, jitter_seed=1), part)
+    compared = compare(job_of(surface=part, unit="mm", spacing=2.5, robot=False, middle="plain"), backends=BACKENDS)
+    found = {name: evenness_of(outcome.uniformity) for name, outcome in compared.planned}
+    assert list(found) == list(BACKENDS)
+    flattened, marched = found["lscm"], found["fast-marching"]
+    assert flattened.thickness_cv > 4.0 * flattened.following_cv
+    assert flattened.level_cv > 10.0 * marched.level_cv
+    for each in found.values():
+        assert each.covered_once == pytest.approx(1.0 - each.gap - each.overlap)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -21,8 +22,13 @@ Run = Callable[..., tuple[int, str, str]]
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("measure")
     save_ply(plate((40.0, 30.0), (20, 15)), folder / "plate.ply")
-    for name, shift in (("even.csv", 0.0), ("shifted.csv", 0.2)):
-        rows = [f"{x},{2.0 * k + shift * (k % 2)},0,{k}" for k in range(1, 8) for x in (0, 40)]
+    # Rows that cover the plate, the same with every second one off, and some that cover half of it.
+    for name, first, count, shift in (
+        ("even.csv", 1.0, 15, 0.0),
+        ("shifted.csv", 1.0, 15, 0.2),
+        ("half.csv", 2.0, 7, 0.0),
+    ):
+        rows = [f"{x},{first + 2.0 * k + shift * (k % 2)},0,{k}" for k in range(count) for x in (0, 40)]
         (folder / name).write_text("\n".join(["x,y,z,run", *rows, ""]), encoding="utf-8")
     (folder / "above.csv").write_text("x,y,z\n0,5,1\n40,5,1\n", encoding="utf-8")
     (folder / "odd.csv").write_text("x,y,z\n0,5,1\n40,five,1\n", encoding="utf-8")
@@ -45,22 +51,36 @@ def run(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFix
 PART = "--part plate.ply --unit mm --spacing 2"
 
 
+def percent(cell: str) -> float:
+    return float(cell.rstrip("%"))
+
+
 def test_several_files_stand_in_one_table_and_nothing_is_written(run: Run, folder: Path) -> None:
     before = sorted(folder.iterdir())
-    status, stdout, stderr = run(f"even.csv shifted.csv {PART}")
+    status, stdout, stderr = run(f"even.csv shifted.csv half.csv {PART}")
     assert (status, stdout) == (0, "")
-    heading, _, even, shifted = stderr.splitlines()[2:6]
-    assert heading.split("  ")[0] == "file"
-    # Rows 2 mm apart, each 0.0097 mm off to either side: 0.69 %, of few rows a little less in the mean.
-    cells = even.split()
-    assert float(cells[3].rstrip("%")) == pytest.approx(0.69, abs=0.1)
-    assert cells[4].startswith("(0.")
-    assert cells[:3] + cells[5:10] == ["even.csv", "1.000", "0.00%", "1.000", "1.000", "0.00%", "1.000", "0.00%"]
+    heading, _, *rows = stderr.splitlines()[2:7]
+    names = re.split(r"\s{2,}", heading)
+    even, shifted, half = (dict(zip(names, re.split(r"\s{2,}", row), strict=True)) for row in rows)
+    assert even["file"] == "even.csv"
+    assert percent(even["thickness CV"]) < 0.5
+    assert even["following CV"] == even["thickness CV"]
+    # In print each run moves and flows as it likes.
+    assert 1.5 < percent(even["printed CV"].split()[0]) < 3.0
+    assert re.fullmatch(r"\d\.\d% \(\d\.\d-\d\.\d\)", even["printed CV"])
+    assert (even["spacing"], even["spacing CV"]) == ("1.000", "0.00%")
+    assert (even["once"], even["gap"], even["overlap"], even["hole mm2"]) == ("100.00%", "0.00%", "0.00%", "0.00")
+    # Rows 1.8 and 2.2 mm apart in turn: a layer spreads some of it.
+    assert (shifted["spacing"], shifted["spacing CV"]) == ("1.000", "10.00%")
+    assert percent(shifted["thickness CV"]) == pytest.approx(4.2, abs=0.3)
+    assert shifted["once"] == "100.00%"
     # Of 30 mm, 0.9 at one rim and 14.9 at the other are farther than 1.1 mm from every row.
-    assert float(cells[10].rstrip("%")) == pytest.approx(52.67, abs=0.2)
-    uneven = shifted.split()
-    assert uneven[2:4] + uneven[5:10] == ["10.00%", "10.0%", "1.100", "1.000", "10.00%", "1.000", "10.00%"]
-    assert "even.csv: no neighbour within three spacings for 14.3% of the path to the left and 14.3%" in stderr
+    assert percent(half["gap"]) == pytest.approx(52.67, abs=0.2)
+    assert percent(half["once"]) == pytest.approx(47.33, abs=0.2)
+    assert float(half["hole mm2"]) == pytest.approx(14.9 * 40.0, rel=0.01)
+    # With as much as would cover all of it left on about half, it is as uneven as a layer and none.
+    assert percent(half["thickness CV"]) > 90.0
+    assert "even.csv: no neighbour within three spacings for 6.7% of the path to the left and 6.7%" in stderr
     assert "in brackets what 95 of 100 have; errors of the packaged cell, without a bent needle" in stderr
     assert sorted(folder.iterdir()) == before
 
@@ -70,13 +90,8 @@ def test_a_narrow_terminal_has_the_columns_that_decide(run: Run, monkeypatch: py
     _, _, stderr = run(f"even.csv {PART}")
     heading = stderr.splitlines()[2]
     assert len(heading) <= 60
-    assert [word in heading for word in ("CV", "left CV", "right CV", "gap", "length")] == [
-        True,
-        True,
-        True,
-        True,
-        False,
-    ]
+    shown = [word in heading for word in ("thickness CV", "once", "gap", "overlap", "spacing CV", "length")]
+    assert shown == [True, True, True, True, False, False]
     assert "left out at this width, told with `--json` and `--out`: CPU s/m, off mm" in stderr
     assert fitted(heading, 60) == heading
 
@@ -87,10 +102,14 @@ def test_json_has_every_figure_and_the_time(run: Run) -> None:
     (told,) = found["files"]
     assert status == 0
     assert found["timings"]["files"][0]["processor_s_per_m"] > 0.0
-    assert told["left"]["spacing"]["cv"] == pytest.approx(0.1, abs=1e-6)
-    assert told["right"]["none"] == pytest.approx(1.0 / 7.0, abs=1e-6)
-    assert (told["format"], told["runs"], told["fit"]) == ("table", 7, None)
-    assert told["largest_hole_mm2"] > 400.0
+    even = told["uniformity"]
+    assert even["left"]["spacing"]["cv"] == pytest.approx(0.1, abs=1e-6)
+    assert even["right"]["none"] == pytest.approx(1.0 / 15.0, abs=1e-6)
+    assert even["thickness"]["cv"] == pytest.approx(0.042, abs=0.003)
+    assert even["printed"]["cv"] > even["thickness"]["cv"]
+    assert "levels" not in even
+    assert (told["format"], told["runs"], told["fit"]) == ("table", 15, None)
+    assert json.loads(run(f"half.csv {PART} --json")[1])["files"][0]["uniformity"]["largest_hole_mm2"] > 400.0
 
 
 def test_a_folder_holds_page_picture_table_and_record(run: Run, folder: Path) -> None:
@@ -104,10 +123,14 @@ def test_a_folder_holds_page_picture_table_and_record(run: Run, folder: Path) ->
     assert [row.file for row in told.files] == ["even.csv", "shifted.csv"]
     header, *rows = (written / "measure.csv").read_text(encoding="utf-8").splitlines()
     assert len(rows) == 2
-    assert dict(zip(header.split(","), rows[1].split(","), strict=True))["left_cv"] == "0.1"
+    cells = dict(zip(header.split(","), rows[1].split(","), strict=True))
+    assert (cells["left_cv"], cells["both_spacing_cv"]) == ("0.1", "0.1")
+    assert float(cells["thickness_cv"]) == told.files[1].uniformity.thickness.cv
+    assert "levels_spacing_cv" not in cells
     page = (written / "report.html").read_text(encoding="utf-8")
-    assert "even.csv covers plate.ply most evenly of 2." in page
-    assert "shifted.csv: the spacing varies by 10.00% to the left and 10.00% to the right" in page
+    assert "even.csv covers plate.ply best of 2." in page
+    varies = f"{told.files[1].uniformity.thickness.cv:.2%}"
+    assert f"shifted.csv: with a constant flow the thickness of its layer varies by {varies} (standard" in page
     assert "Distance from border or seed" not in page
     before = {path.name: path.read_bytes() for path in written.iterdir()}
     assert run(f"even.csv shifted.csv {PART} --out told")[0] == 2
@@ -139,7 +162,7 @@ def test_what_is_wrong_is_said_in_one_sentence(run: Run, line: str, status: int,
 
 
 def test_a_fit_says_what_it_moved(run: Run, folder: Path) -> None:
-    text = (folder / "even.csv").read_text(encoding="utf-8").splitlines()
+    text = (folder / "half.csv").read_text(encoding="utf-8").splitlines()
     rows = [line.split(",") for line in text[1:]]
     away = [f"{float(x) + 100},{y},{float(z) + 30},{k}" for x, y, z, k in rows]
     (folder / "away.csv").write_text("\n".join([text[0], *away, ""]), encoding="utf-8")

@@ -92,8 +92,8 @@ def test_fibres_are_planned_compared_and_planned_again_to_the_same_bytes(tmp_pat
     for _, compared in compare(job, backends=["lscm", "heat"]).planned:
         found = compared.plan.uniformity
         assert found is not None
-        assert found.sides is not None
-        assert (found.mean, found.uncovered) == (pytest.approx(1.0, abs=1e-4), pytest.approx(0.0, abs=0.01))
+        assert (found.sides.both.mean, found.gap) == (pytest.approx(1.0, abs=1e-4), pytest.approx(0.0, abs=0.01))
+        assert found.thickness.cv < 0.01
         assert compared.plan.toolpath.curves.count == 6
         assert compared.plan.followed is not None
         np.testing.assert_allclose(np.abs(compared.plan.followed.directions[:, 0]), 1.0, atol=1e-9)

@@ -45,9 +45,12 @@ def test_a_bundle_of_ours_gives_the_figures_of_compare(folder: Path) -> None:
     # Contours of a rim run anticlockwise: outside is to their right.
     right = found.measured.sides.right
     assert found.format == "bundle"
-    assert right.mean == pytest.approx(told.mean, abs=1e-4)
-    assert right.cv == pytest.approx(told.cv, abs=1e-4)
-    assert found.measured.gap == pytest.approx(told.uncovered, abs=1e-4)
+    assert told.levels is not None
+    assert right.mean == pytest.approx(told.levels.mean, abs=1e-4)
+    assert right.cv == pytest.approx(told.levels.cv, abs=1e-4)
+    assert found.measured.thickness.cv == pytest.approx(told.thickness.cv, abs=1e-4)
+    assert found.measured.followed.cv == pytest.approx(told.followed.cv, abs=1e-4)
+    assert found.measured.gap == pytest.approx(told.gap, abs=1e-4)
     assert found.measured.overlap == pytest.approx(told.overlap, abs=1e-4)
 
 
@@ -60,7 +63,7 @@ def test_slices_of_a_dome_are_as_far_apart_as_its_slope_makes_them(folder: Path)
     between = -np.diff(polar) * RADIUS
     sides = found.measured.sides
     run = np.repeat(np.arange(polar.size), np.diff(sides.offsets))
-    assert found.measured.runs == polar.size
+    assert found.measured.run_count == polar.size
     # Anticlockwise from above: the next slice up is to the left, the one below to the right.
     for side, first in ((0, 0), (1, 1)):
         for place in range(first, polar.size - 1 + first):
@@ -90,7 +93,7 @@ def test_rapid_written_by_hand_is_judged(folder: Path) -> None:
     path = folder / "Hand.mod"
     path.write_text("\n".join(["MODULE Hand", *lines, "ENDPROC", "ENDMODULE", ""]), encoding="utf-8")
     found = measure_files(job(folder / "plate.ply"), [path]).files[0].measured
-    assert (found.runs, found.length) == (4, pytest.approx(160.0))
+    assert (found.run_count, found.length) == (4, pytest.approx(160.0))
     # To and fro: every row has a neighbour to its left, the last one, shifted by 0.2 mm, is that of the third.
     assert found.sides.left.mean == pytest.approx((1.0 + 1.0 + 1.1 + 1.1) / 4.0, abs=1e-6)
     assert found.sides.right.mean == pytest.approx(1.0, abs=1e-6)

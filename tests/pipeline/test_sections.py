@@ -102,7 +102,7 @@ def test_rows_at_an_angle_cover_a_part_with_a_hole(tmp_path: Path, backend: str)
     found = plan(job_of(**asked, pattern="guided", source="angle:30"))
     # Where rows turn at a rim they leave corners: 4 % of such a disc without a hole.
     assert found.uniformity is not None
-    assert found.uniformity.uncovered < 0.08
+    assert found.uniformity.gap < 0.08
     # Beside the two lines rows are as straight as these, half a spacing and whole ones away.
     places, rows = found.toolpath.curves.points.xyz(found.workpiece.surface), found.toolpath.rows
     along = np.array([np.cos(np.radians(30.0)), np.sin(np.radians(30.0)), 0.0])

@@ -279,7 +279,7 @@ def test_what_a_person_saw_the_program_of_a_stack_do_stands_on_its_run_sheet(
 def test_without_a_robot_a_stack_has_no_program(tmp_path: Path) -> None:
     layer = StackedLayerRecord.model_validate(
         dict.fromkeys(("bottom_mm", "height_mm", "area_mm2", "deposit_mm", "laid_mm3", "wanted_mm3"), 1.0)
-        | dict.fromkeys(("spacing_cv", "gap", "overlap", "thickness_cv", "print_s", "clearance_mm", "not_printable"))
+        | dict.fromkeys(("gap", "overlap", "thickness_cv", "print_s", "clearance_mm", "not_printable"))
         | {"folder": "layer-01", "runs": 1, "warnings": (), "not_checked": ()}
     )
     own = own_programs(tmp_path, [layer])

@@ -50,7 +50,9 @@ def test_rows_flow_and_evenness_follow_the_width_with_both_backends(tmp_path: Pa
         paths = compared.plan
         assert _off_the_wanted(paths) < 0.04
         found, poses = compared.uniformity, paths.poses
-        assert (found.cv, found.uncovered) == (pytest.approx(0.0, abs=0.02), pytest.approx(0.0, abs=0.01))
+        assert (found.sides.both.cv, found.gap) == (pytest.approx(0.0, abs=0.02), pytest.approx(0.0, abs=0.01))
+        assert found.thickness.cv < 0.02
+        assert found.levels is None
         assert paths.laid is not None
         assert paths.laid.mode == "analog"
         # Away from the ends of rows a strip is as wide as is wanted.

@@ -1,4 +1,4 @@
-"""Paths without whole levels are measured on both sides, and everything that tells of them says so."""
+"""Paths without whole levels are measured as all others are, and everything that tells of them says the same."""
 
 from __future__ import annotations
 
@@ -40,22 +40,30 @@ def test_runs_through_several_levels_are_measured_on_both_sides() -> None:
     stream = rows([1.0, 3.0, 5.0, 7.2])
     rising = replace(stream, levels=stream.levels + (np.arange(stream.count) % 2))
     found = uniformity(rising, fine_plate(), spacing=2.0)
-    assert found.sides is not None
+    assert found.levels is None
     # Three pairs of neighbours, 2, 2 and 2.2 mm apart, each seen from both of its rows.
-    assert found.mean == pytest.approx((1.0 + 1.0 + 1.1) / 3.0, abs=1e-6)
-    assert found.cv == pytest.approx(np.std([1.0, 1.0, 1.1]) / np.mean([1.0, 1.0, 1.1]), abs=1e-6)
+    both = found.sides.both
+    assert both.mean == pytest.approx((1.0 + 1.0 + 1.1) / 3.0, abs=1e-6)
+    assert both.cv == pytest.approx(np.std([1.0, 1.0, 1.1]) / np.mean([1.0, 1.0, 1.1]), abs=1e-6)
     assert found.sides.left.mean == pytest.approx(found.sides.right.mean, abs=1e-6)
-    assert found.straight == pytest.approx(found.ratios, abs=1e-6)
-    # No stretch of samples leaps from one row or side to another.
-    for begin, end in zip(found.offsets[:-1], found.offsets[1:], strict=True):
-        assert np.ptp(found.places[begin:end, 1]) < 1e-6
-    assert uniformity(stream, fine_plate(), spacing=2.0).sides is None
+    # No stretch of samples leaps from one row to another.
+    for begin, end in zip(found.sides.offsets[:-1], found.sides.offsets[1:], strict=True):
+        assert np.ptp(found.sides.places[begin:end, 1]) < 1e-6
+    # That runs have levels adds what is between those, and changes nothing else.
+    level = uniformity(stream, fine_plate(), spacing=2.0)
+    assert level.levels is not None
+    np.testing.assert_array_equal(level.sides.ratios, found.sides.ratios)
+    assert (level.thickness, level.followed) == (found.thickness, found.followed)
 
 
 def test_a_spiral_has_the_figures_that_measuring_its_paths_alone_has(planned: Plan) -> None:
     told = summary(planned)["uniformity"]
     assert isinstance(told, dict)
-    found = measure_paths(planned.workpiece.part, deposits_of(planned.poses), spacing=2.0).sides
+    measured = measure_paths(planned.workpiece.part, deposits_of(planned.poses), spacing=2.0)
+    thickness, found = told["thickness"], measured.sides
+    assert isinstance(thickness, dict)
+    assert thickness["cv"] == pytest.approx(measured.thickness.cv, abs=1e-4)
+    assert told["gap"] == pytest.approx(measured.gap, abs=1e-4)
     for name, side in (("left", found.left), ("right", found.right)):
         record = told[name]
         assert isinstance(record, dict)
@@ -78,32 +86,44 @@ def test_the_level_of_a_pose_counts_turns(planned: Plan) -> None:
     assert (poses.levels[~poses.deposit] == -1).all()
 
 
-def test_table_words_and_report_name_both_sides(compared: Comparison, planned: Plan) -> None:
+def test_what_a_file_rounds_changes_no_figure(planned: Plan) -> None:
+    rounded = replace(planned.poses, tips=planned.poses.tips.round(6))
+    found, told = uniformity(rounded, planned.workpiece.part, spacing=2.0), planned.uniformity
+    assert told is not None
+    np.testing.assert_array_equal(found.sides.kinds, told.sides.kinds)
+    for one, other in ((found.sides.both, told.sides.both), (found.thickness, told.thickness)):
+        assert (one.mean, one.cv) == (pytest.approx(other.mean, abs=1e-6), pytest.approx(other.cv, abs=1e-6))
+
+
+def test_table_words_and_report_say_of_a_spiral_what_they_say_of_contours(compared: Comparison, planned: Plan) -> None:
     told = tell_comparison([compared])
     (part,) = told.record.parts
     assert isinstance(part, PartRecord)
     measured = part.planned[0].uniformity
-    assert measured.left is not None
-    assert measured.left.spacing is not None
-    assert measured.right is not None
-    assert measured.right.spacing is not None
-    left, right = measured.left.spacing.cv, measured.right.spacing.cv
+    thickness, following = f"{measured.thickness.cv:.2%}", f"{measured.following.cv:.2%}"
     header, _, row = comparison_table(told).splitlines()[2:5]
-    assert "left CV" in header
-    assert "right CV" in header
-    assert f"{left:.2%}" in row.split()
-    assert f"{right:.2%}" in row.split()
-    assert f"varies by {left:.1%} to the left and {right:.1%} to the right" in part.verdict[0]
-    assert f"spacing varies by {left:.2%} to the left and {right:.2%} to the right (CV)" in outcome_text(
+    assert header.split()[:5] == ["backend", "thickness", "CV", "following", "CV"]
+    assert row.split()[:3] == ["heat", thickness, following]
+    assert f"the thickness of its layer varies by {measured.thickness.cv:.1%} (" in part.verdict[0]
+    assert f"evenness: layer thickness varies by {thickness} with constant flow, {following} with flow" in outcome_text(
         record_plan(planned)
     )
     values = {row.quantity: row.values[0] for row in report_table(part.planned, {}, [planned])}
-    found = {name: value for name, value in values.items() if name.startswith("spacing to the")}
-    assert [value.split(",")[0] for value in found.values()] == [f"{left:.2%}", f"{right:.2%}"]
+    assert values["layer thickness, variation (CV)"] == thickness
+    assert measured.both.spacing is not None
+    assert values["spacing to both sides, variation (CV)"] == f"{measured.both.spacing.cv:.2%}"
+    assert not any("level to level" in quantity for quantity in values)
 
 
-def test_contours_have_no_columns_for_sides(tmp_path: Path) -> None:
+def test_contours_have_a_row_for_their_levels_besides(tmp_path: Path) -> None:
     save_ply(disc(radius=6.0, rings=8), tmp_path / "disc.ply")
     job = job_of(surface=tmp_path / "disc.ply", unit="mm", spacing=2.0, robot=False, middle="plain")
-    told = tell_comparison([compare(job, backends=["heat"])])
-    assert "left CV" not in comparison_table(told)
+    compared = compare(job, backends=["heat"])
+    (part,) = tell_comparison([compared]).record.parts
+    assert isinstance(part, PartRecord)
+    rows = report_table(part.planned, {}, [compared.planned[0][1].plan])
+    levels = part.planned[0].uniformity.levels
+    assert levels is not None
+    assert levels.spacing is not None
+    values = {row.quantity: row.values[0] for row in rows}
+    assert values["spacing from level to level, variation (CV)"] == f"{levels.spacing.cv:.2%}"

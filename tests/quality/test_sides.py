@@ -10,10 +10,10 @@ import pytest
 from geoprint import job_of, plan
 from geoprint.errors import FieldError
 from geoprint.model import FloatArray, Polylines, PoseStream, Surface
-from geoprint.quality import PathMeasure, measure_paths, uniformity
+from geoprint.quality import Uniformity, measure_paths, uniformity
 from tests.meshes import plate, spherical_cap
 from tests.quality.deposits import circle, straight_line
-from tests.quality.test_uniformity import exact_contours, fine_plate, measured_contours, rows
+from tests.quality.test_uniformity import exact_contours, fine_plate, levels_of, measured_contours, rows
 
 
 def polylines(lines: Sequence[FloatArray]) -> Polylines:
@@ -70,12 +70,13 @@ def test_the_law_holds_on_a_curved_part_too() -> None:
         assert side.cv == pytest.approx(0.1, abs=5e-3)
 
 
-def outwards(found: PathMeasure, stream: PoseStream) -> FloatArray:
+def outwards(found: Uniformity, stream: PoseStream) -> FloatArray:
     """The ratios of the sides whose neighbour is of the level outside."""
     sides = found.sides
     deposited = np.flatnonzero(stream.deposit)
     firsts = np.flatnonzero(np.diff(stream.runs[deposited], prepend=-1))
-    levels = stream.levels[deposited][firsts]
+    # Runs that touch are one stretch, and of one level.
+    levels = stream.levels[deposited][firsts][found.runs[sides.offsets[:-1]]]
     own = np.repeat(levels, np.diff(sides.offsets))
     outside = (sides.kinds == 0) & (levels[sides.nearest] == own[:, None] - 1)
     return sides.ratios[outside]
@@ -85,11 +86,12 @@ def outwards(found: PathMeasure, stream: PoseStream) -> FloatArray:
 def test_on_exact_contours_the_outer_side_is_the_outward_figure(name: str) -> None:
     surface, stream, spacing = exact_contours(name)
     before, found = measured_contours(name), measure_paths(surface, deposits_of(stream), spacing=spacing)
-    ratios = outwards(found, stream)
-    assert ratios.size == before.ratios.size
-    assert ratios.std() / ratios.mean() == pytest.approx(before.cv, abs=1e-4)
-    assert ratios.mean() == pytest.approx(before.mean, abs=1e-4)
-    assert found.gap == pytest.approx(before.uncovered, abs=1e-4)
+    ratios, levels = outwards(found, stream), levels_of(before)
+    assert ratios.size == levels.ratios.size
+    assert ratios.std() / ratios.mean() == pytest.approx(levels.cv, abs=1e-4)
+    assert ratios.mean() == pytest.approx(levels.mean, abs=1e-4)
+    assert found.gap == pytest.approx(before.gap, abs=1e-4)
+    assert found.thickness.cv == pytest.approx(before.thickness.cv, abs=1e-4)
     assert found.overlap == pytest.approx(before.overlap, abs=1e-4)
     assert found.length == pytest.approx(before.length, rel=1e-6)
 
@@ -99,7 +101,7 @@ def test_on_planned_contours_the_outer_side_is_the_outward_figure(part: str) -> 
     job = job_of(surface=f"data/{part}.ply", unit="mm", spacing=4.0, backend="heat", robot=False, middle="plain")
     planned = plan(job)
     surface = planned.workpiece.surface
-    before = uniformity(planned.poses, surface, spacing=4.0)
+    before = levels_of(uniformity(planned.poses, surface, spacing=4.0))
     found = measure_paths(surface, deposits_of(planned.poses), spacing=4.0)
     ratios = outwards(found, planned.poses)
     assert before.cv > 1e-3

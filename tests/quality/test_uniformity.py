@@ -15,10 +15,15 @@ from benchmarks.parts.surfaces import make
 from geoprint.errors import FieldError
 from geoprint.export import poses_table
 from geoprint.model import FloatArray, PoseStream, Surface
-from geoprint.quality import Uniformity, uniformity
+from geoprint.quality import LevelSpacings, Uniformity, uniformity
 from tests.meshes import cylinder_patch, disc, plate, spherical_cap
 from tests.quality.deposits import circle, deposited, rectangle_line, straight_line
 from tests.shared_data import shared
+
+
+def levels_of(found: Uniformity) -> LevelSpacings:
+    assert found.levels is not None
+    return found.levels
 
 
 def rows(heights: list[float], *, wobble: float = 0.0) -> PoseStream:
@@ -75,27 +80,26 @@ def measured_contours(name: str) -> Uniformity:
 @pytest.mark.parametrize("name", ["plate", "cylinder", "cone", "cap"])
 def test_exact_contours_are_one_spacing_apart(name: str) -> None:
     found = measured_contours(name)
-    assert found.mean == pytest.approx(1.0, abs=0.002)
-    assert found.cv <= 0.003
-    assert found.bounded == 0.0
-    assert found.method == "exact geodesic distance to the level outside"
+    assert levels_of(found).mean == pytest.approx(1.0, abs=0.002)
+    assert levels_of(found).cv <= 0.003
+    assert levels_of(found).bounded == 0.0
 
 
 def test_even_lines_are_one_spacing_apart_everywhere() -> None:
     found = uniformity(rows([1.0, 3.0, 5.0, 7.0]), fine_plate(), spacing=2.0)
-    np.testing.assert_allclose(found.ratios, 1.0, atol=1e-9)
-    assert found.cv == pytest.approx(0.0, abs=1e-9)
-    assert found.within_5_percent == 1.0
+    np.testing.assert_allclose(levels_of(found).ratios, 1.0, atol=1e-9)
+    assert levels_of(found).cv == pytest.approx(0.0, abs=1e-9)
+    assert levels_of(found).within_5_percent == 1.0
     assert found.length == pytest.approx(160.0)
     assert found.fill == pytest.approx(160.0 * 2.0 / 1200.0)
 
 
 def test_lines_displaced_by_a_tenth_are_reported_as_a_tenth() -> None:
     found = uniformity(rows([1.0, 3.2, 5.2]), fine_plate(), spacing=2.0)
-    assert sorted(set(found.ratios.round(9).tolist())) == [1.0, 1.1]
-    assert found.mean == pytest.approx(1.05, abs=1e-3)
-    assert found.cv == pytest.approx(0.05 / 1.05, rel=1e-2)
-    assert [(level, round(mean, 9), round(worst, 9)) for level, mean, _, worst in found.by_level()] == [
+    assert sorted(set(levels_of(found).ratios.round(9).tolist())) == [1.0, 1.1]
+    assert levels_of(found).mean == pytest.approx(1.05, abs=1e-3)
+    assert levels_of(found).cv == pytest.approx(0.05 / 1.05, rel=1e-2)
+    assert [(level, round(mean, 9), round(worst, 9)) for level, mean, _, worst in levels_of(found).by_level()] == [
         (1, 1.1, 1.1),
         (2, 1.0, 1.0),
     ]
@@ -105,8 +109,8 @@ def test_circles_a_tenth_too_far_on_a_cap_are_reported_as_a_tenth() -> None:
     polar = 0.95 - np.arange(0.0, 8.0) * 2.2 / 30.0
     stream = deposited([circle(30.0 * np.sin(a), height=30.0 * np.cos(a)) for a in polar.tolist()], range(8))
     found = uniformity(stream, spherical_cap(radius=30.0, angle=1.0, rings=32), spacing=2.0)
-    assert found.mean == pytest.approx(1.1, abs=0.002)
-    assert found.cv <= 0.003
+    assert levels_of(found).mean == pytest.approx(1.1, abs=0.002)
+    assert levels_of(found).cv <= 0.003
 
 
 def test_the_distance_runs_over_the_surface_and_not_through_the_air() -> None:
@@ -117,8 +121,8 @@ def test_the_distance_runs_over_the_surface_and_not_through_the_air() -> None:
     y = np.linspace(0.0, 40.0, 81)
     lines = [np.column_stack([np.full(81, x), y, np.zeros(81)]) for x in (0.0, 1.0)]
     found = uniformity(deposited(lines, [0, 1]), Surface(vertices, faces), spacing=11.0)
-    np.testing.assert_allclose(found.ratios, 1.0, atol=1e-9)
-    np.testing.assert_allclose(found.straight, 1.0 / 11.0, atol=1e-9)
+    np.testing.assert_allclose(levels_of(found).ratios, 1.0, atol=1e-9)
+    np.testing.assert_allclose(levels_of(found).straight, 1.0 / 11.0, atol=1e-9)
 
 
 def covered_twice_and_not_at_all() -> Uniformity:
@@ -129,7 +133,7 @@ def covered_twice_and_not_at_all() -> Uniformity:
 def test_the_gap_is_the_area_that_no_run_reaches() -> None:
     found = covered_twice_and_not_at_all()
     # Above the last line 30 - 11.5, and 0.4 between the lines that are too far apart.
-    assert found.uncovered == pytest.approx((18.5 + 0.4) / 30.0, abs=0.002)
+    assert found.gap == pytest.approx((18.5 + 0.4) / 30.0, abs=0.002)
 
 
 def test_the_overlap_is_the_area_near_two_runs() -> None:
@@ -141,14 +145,14 @@ def test_the_middle_of_a_small_circle_is_not_overlapped_by_its_own_far_side() ->
     found = uniformity(deposited([circle(3.0), circle(0.8)], [0, 1]), disc(radius=6.0, rings=12), spacing=2.0)
     assert found.overlap == 0.0
     # Within 0.55 spacings of either circle, of 36 pi mm2.
-    assert found.uncovered == pytest.approx((36.0 - 4.1**2) / 36.0, abs=0.003)
+    assert found.gap == pytest.approx((36.0 - 4.1**2) / 36.0, abs=0.003)
 
 
 def test_the_width_is_the_strip_nearest_to_each_run() -> None:
     surface = plate((40.0, 30.0), (40, 30), jitter_seed=1)
     found = uniformity(rows([1.0, 3.0, 5.4, 7.4]), surface, spacing=2.0)
-    middle = (np.abs(found.places[:, 0] - 20.0) < 15.0) & (found.levels < 3)
-    widths = [found.widths[middle & (found.levels == level)].mean() for level in (1, 2)]
+    middle = (np.abs(found.sides.places[:, 0] - 20.0) < 15.0) & np.isin(found.runs, [1, 2])
+    widths = [found.widths[middle & (found.runs == run)].mean() for run in (1, 2)]
     assert widths == pytest.approx([1.1, 1.1], abs=0.003)
     assert found.widths[middle].std() < 0.006
 
@@ -164,24 +168,24 @@ def test_samples_near_another_stretch_of_their_level_are_counted() -> None:
     # Level 1 comes back 1.5 mm beside itself.
     hairpin = np.concatenate([straight_line((0.0, 3.0), (40.0, 3.0)), straight_line((40.0, 4.5), (0.0, 4.5))])
     stream = deposited([straight_line((0.0, 1.0), (40.0, 1.0)), hairpin], [0, 1])
-    assert uniformity(stream, fine_plate(), spacing=2.0).meeting == pytest.approx(1.0, abs=0.05)
-    assert uniformity(rows([1.0, 3.0, 5.0]), fine_plate(), spacing=2.0).meeting == 0.0
+    assert levels_of(uniformity(stream, fine_plate(), spacing=2.0)).meeting == pytest.approx(1.0, abs=0.05)
+    assert levels_of(uniformity(rows([1.0, 3.0, 5.0]), fine_plate(), spacing=2.0)).meeting == 0.0
 
 
 def test_offsets_cut_the_samples_into_runs() -> None:
     found = uniformity(rows([1.0, 3.0, 5.0]), fine_plate(), spacing=2.0)
-    assert found.offsets[0] == 0
-    assert found.offsets[-1] == len(found.places)
-    pieces = np.split(found.places, found.offsets[1:-1])
+    assert levels_of(found).offsets[0] == 0
+    assert levels_of(found).offsets[-1] == len(levels_of(found).places)
+    pieces = np.split(levels_of(found).places, levels_of(found).offsets[1:-1])
     assert [float(piece[0, 1]) for piece in pieces] == [3.0, 5.0]
 
 
 def test_the_worst_places_are_apart_and_the_worst_comes_first() -> None:
     found = uniformity(rows([1.0, 3.0, 5.0], wobble=0.3), fine_plate(), spacing=2.0)
-    worst = found.worst(4)
+    worst = levels_of(found).worst(4)
     deviations = [abs(place.ratio - 1.0) for place in worst]
     assert deviations == sorted(deviations, reverse=True)
-    assert deviations[0] == float(np.abs(found.ratios - 1.0).max())
+    assert deviations[0] == float(np.abs(levels_of(found).ratios - 1.0).max())
     points = np.array([place.place for place in worst])
     apart = np.linalg.norm(points[:, None] - points, axis=2)[np.triu_indices(4, 1)]
     assert apart.min() > 4.0
@@ -190,8 +194,8 @@ def test_the_worst_places_are_apart_and_the_worst_comes_first() -> None:
 def test_refining_the_surface_changes_nothing() -> None:
     _, stream, spacing = exact_contours("plate")
     coarse, fine = (uniformity(stream, plate((40.0, 30.0), cuts), spacing=spacing) for cuts in ((4, 3), (40, 30)))
-    np.testing.assert_allclose(coarse.ratios, fine.ratios, atol=1e-9)
-    assert coarse.uncovered == pytest.approx(fine.uncovered, abs=0.002)
+    np.testing.assert_allclose(levels_of(coarse).ratios, levels_of(fine).ratios, atol=1e-9)
+    assert coarse.gap == pytest.approx(fine.gap, abs=0.002)
     assert coarse.width_cv == pytest.approx(fine.width_cv, abs=0.005)
 
 
@@ -199,21 +203,20 @@ def test_too_little_work_is_told_and_bounded() -> None:
     surface, stream, spacing = exact_contours("cap")
     whole = measured_contours("cap")
     little = uniformity(stream, surface, spacing=spacing, windows=100_000)
-    assert little.bounded > 0.3
+    assert levels_of(little).bounded > 0.3
     assert little.unknown > 0.5
-    assert "exact for" in little.method
-    assert (little.bounds <= whole.ratios + 1e-9).all()
-    assert (little.ratios >= whole.ratios - 1e-9).all()
-    assert little.largest_doubt < 0.1
+    assert (levels_of(little).bounds <= levels_of(whole).ratios + 1e-9).all()
+    assert (levels_of(little).ratios >= levels_of(whole).ratios - 1e-9).all()
+    assert levels_of(little).largest_doubt < 0.1
 
 
 def test_one_level_has_no_spacing_to_measure() -> None:
     found = uniformity(rows([15.0]), fine_plate(), spacing=2.0)
-    assert not found.spaced
-    assert np.isnan([found.mean, found.cv]).all()
-    assert found.by_level() == found.worst(3) == ()
+    assert not levels_of(found).measured
+    assert np.isnan([levels_of(found).mean, levels_of(found).cv]).all()
+    assert levels_of(found).by_level() == levels_of(found).worst(3) == ()
     # What is covered is measured all the same: the row in the middle reaches 1.1 mm to either side of 30 mm.
-    assert found.uncovered == pytest.approx(1.0 - 2.2 / 30.0, abs=0.01)
+    assert found.gap == pytest.approx(1.0 - 2.2 / 30.0, abs=0.01)
 
 
 def test_a_path_beside_the_surface_is_refused() -> None:
@@ -228,8 +231,8 @@ def test_the_check_from_outside_agrees(tmp_path: Path) -> None:
     command = [sys.executable, str(check), str(tmp_path), "--spacing", "2.0", "--json"]
     outside = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
     inside = uniformity(stream, fine_plate(), spacing=2.0)
-    assert inside.mean == pytest.approx(outside["mean"], abs=1e-4)
-    assert inside.cv == pytest.approx(outside["cv"], abs=1e-4)
+    assert levels_of(inside).mean == pytest.approx(outside["mean"], abs=1e-4)
+    assert levels_of(inside).cv == pytest.approx(outside["cv"], abs=1e-4)
 
 
 def lengths(points: FloatArray) -> FloatArray:
@@ -238,4 +241,4 @@ def lengths(points: FloatArray) -> FloatArray:
 
 def test_samples_stand_a_quarter_of_a_spacing_apart() -> None:
     found = uniformity(rows([1.0, 3.0, 5.0]), fine_plate(), spacing=2.0)
-    np.testing.assert_allclose(lengths(found.places[: found.offsets[1]]), 0.5, atol=1e-9)
+    np.testing.assert_allclose(lengths(levels_of(found).places[: levels_of(found).offsets[1]]), 0.5, atol=1e-9)

@@ -40,27 +40,29 @@ def _rows(*, without: int | None = None) -> PoseStream:
 
 def test_rows_as_far_apart_as_is_wanted_there_are_even_and_leave_nothing() -> None:
     found = uniformity(_rows(), SURFACE, spacing=SPACING, wanted=_wanted)
-    assert found.sides is not None
-    np.testing.assert_allclose(found.ratios, 1.0, atol=2e-3)
-    np.testing.assert_allclose(found.straight, found.ratios, atol=1e-6)
-    assert (found.uncovered, found.overlap) == (pytest.approx(0.0, abs=0.003), pytest.approx(0.0, abs=0.003))
+    assert found.levels is None
+    np.testing.assert_allclose(found.sides.both.ratios, 1.0, atol=2e-3)
+    # The last row has 0.8 of its strip below the rim; elsewhere the layer is even over what is wanted there.
+    assert found.thickness.within_5_percent > 0.93
+    assert found.thickness.smallest > 0.99
+    assert (found.gap, found.overlap) == (pytest.approx(0.0, abs=0.003), pytest.approx(0.0, abs=0.003))
     assert found.fill == pytest.approx(1.0, abs=0.03)
-    inside = (found.places[:, 1] > 3.0) & (found.places[:, 1] < HIGH - 4.0)
+    inside = (found.sides.places[:, 1] > 3.0) & (found.sides.places[:, 1] < HIGH - 4.0)
     np.testing.assert_allclose(found.widths[inside], 1.0, atol=0.02)
     own = measure_paths(SURFACE, _lines(), spacing=SPACING, wanted=_wanted)
-    assert (own.fill, own.gap) == (pytest.approx(found.fill), pytest.approx(found.uncovered, abs=0.002))
+    assert (own.fill, own.gap) == (pytest.approx(found.fill), pytest.approx(found.gap, abs=0.002))
     assert own.sides.both.cv < 0.002
     # Over one spacing for all the same rows are uneven.
-    assert uniformity(_rows(), SURFACE, spacing=SPACING).cv > 0.1
+    assert uniformity(_rows(), SURFACE, spacing=SPACING).thickness.cv > 0.1
 
 
 def test_a_missing_row_is_a_gap_as_wide_as_what_is_wanted_there() -> None:
     found = uniformity(_rows(without=10), SURFACE, spacing=SPACING, wanted=_wanted)
     height = LEAST / SLOPE * (np.exp(SLOPE * 10.5) - 1.0)
     here = LEAST + SLOPE * height
-    assert found.ratios.max() == pytest.approx(2.0, abs=0.01)
+    assert found.sides.both.ratios.max() == pytest.approx(2.0, abs=0.01)
     # Of two spacings 0.55 on either side are covered.
-    assert found.uncovered * HIGH == pytest.approx((2.0 - 1.1) * here, rel=0.05)
+    assert found.gap * HIGH == pytest.approx((2.0 - 1.1) * here, rel=0.05)
     gaps = found.judged_places[found.gaps]
     np.testing.assert_allclose(
         [gaps[:, 1].min(), gaps[:, 1].max()], [height - 0.45 * here, height + 0.45 * here], atol=0.3
@@ -69,11 +71,10 @@ def test_a_missing_row_is_a_gap_as_wide_as_what_is_wanted_there() -> None:
 
 def test_the_same_wanted_everywhere_is_another_spacing() -> None:
     lines = [straight_line((0.0, y), (WIDE, y), points=121) for y in np.arange(1.0, HIGH, 2.0).tolist()]
-    # Sides are measured of paths without levels alone.
     wave = deposited([np.concatenate([lines[0], lines[1][::-1]]), *lines[2:]], range(len(lines) - 1))
     other = uniformity(wave, SURFACE, spacing=SPACING, wanted=lambda places: np.full(len(places), 2.0))
-    np.testing.assert_allclose(np.median(other.ratios), 1.0, atol=1e-6)
+    np.testing.assert_allclose(np.median(other.sides.both.ratios), 1.0, atol=1e-6)
     one = uniformity(wave, SURFACE, spacing=2.0)
-    assert (other.uncovered, other.overlap, other.fill) == (
-        pytest.approx(one.uncovered, abs=0.005), pytest.approx(one.overlap, abs=0.005), pytest.approx(one.fill)
+    assert (other.gap, other.overlap, other.fill) == (
+        pytest.approx(one.gap, abs=0.005), pytest.approx(one.overlap, abs=0.005), pytest.approx(one.fill)
     )  # fmt: skip

@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import TypeVar
 
 import numpy as np
 
 from geoprint.account.cautions import patch_evenness
 from geoprint.account.evidence import NOT_SIMULATED, WORDS, evidence_rows, of_all
+from geoprint.account.metrics import CATALOGUE
 from geoprint.account.prints.expected import expected_rows
 from geoprint.account.prints.overhang import overhang_rows
-from geoprint.account.prints.sides import of_spacing, side_rows
 from geoprint.account.records.comparison import PlannedRecord
+from geoprint.account.records.evenness import EvennessRecord
 from geoprint.account.records.evidence import STAGES
 from geoprint.account.records.plan import PlanRecord
 from geoprint.backends import predicted_spacing
 from geoprint.report import Row
 from geoprint.results import Plan
 from geoprint.surfaces import in_words
+
+_T = TypeVar("_T")
 
 # What the rows on what people see mean in a page that is written before anybody can have seen it.
 SEEN_LATER = "as this page was written; `geoprint check` tells what people recorded since"
@@ -35,11 +39,10 @@ def report_table(
         told: what is said of their plans, by backend.
         plans: in the order of the columns.
     """
-    planned, *others = _evenness(rows)
+    headline, *others = evenness_rows([row.uniformity for row in rows])
     table = [
-        planned,
-        *side_rows(rows),
-        *expected_rows(rows),
+        headline,
+        *expected_rows([row.uniformity.printed for row in rows]),
         *others,
         *_path(rows),
         *overhang_rows(rows),
@@ -52,44 +55,15 @@ def report_table(
     return tuple(table)
 
 
-def _evenness(rows: Sequence[PlannedRecord]) -> list[Row]:
-    group = "Evenness"
+def evenness_rows(told: Sequence[EvennessRecord]) -> list[Row]:
+    """Return a row for each figure of the catalogue that was measured of any of some paths; the best one is marked."""
     return [
         _row(
-            group, "spacing, variation (CV)", "standard deviation over mean; 0% is perfectly even", rows,
-            lambda r: of_spacing(r, lambda s: f"{s.cv:.2%}", "-"),
-            badness=lambda r: of_spacing(r, lambda s: s.cv, 0.0), decides=True,
-        ),
-        _row(group, "spacing, mean", "1 is as wanted", rows,
-            lambda r: of_spacing(r, lambda s: f"{s.mean:.3f}", "-"),
-        ),
-        _row(
-            group, "spacing, 5th and 95th percentile", "nine tenths of the path lie between", rows,
-            lambda r: of_spacing(r, lambda s: f"{s.p5:.3f} - {s.p95:.3f}", "-"),
-            badness=lambda r: of_spacing(r, lambda s: s.p95 - s.p5, 0.0),
-        ),
-        _row(
-            group, "within 5% of the wanted", "share of the path", rows,
-            lambda r: of_spacing(r, lambda s: f"{s.within_5_percent:.1%}", "-"),
-            badness=lambda r: of_spacing(r, lambda s: -s.within_5_percent, 0.0),
-        ),
-        _row(
-            group, "area uncovered", "farther than 0.55 spacings from every path", rows,
-            lambda r: f"{r.uniformity.gap:.2%}", badness=lambda r: r.uniformity.gap, decides=True,
-        ),
-        _row(
-            group, "area overlapped", "within 0.45 spacings of two stretches of path", rows,
-            lambda r: f"{r.uniformity.overlap:.2%}", badness=lambda r: r.uniformity.overlap,
-        ),
-        _row(
-            group, "strip width, variation (CV)", "thickness error of a constant flow", rows,
-            lambda r: f"{r.uniformity.width_cv:.2%}", badness=lambda r: r.uniformity.width_cv,
-        ),
-        _row(
-            group, "layer thickness, variation (CV)", "constant flow / flow that follows the width, fronts apart", rows,
-            _layer,
-        ),
-        _row(group, "measured by", "", rows, lambda r: r.uniformity.method),
+            "Evenness", metric.label, metric.meaning, told, metric.text,
+            badness=None if metric.lower_is_better is None else metric.badness, decides=metric.decides,
+        )
+        for metric in CATALOGUE
+        if any(metric.of(each) is not None for each in told)
     ]  # fmt: skip
 
 
@@ -106,12 +80,6 @@ def _patches(rows: Sequence[PlannedRecord]) -> list[Row]:
         )
         for number, same in enumerate(zip(*(row.patches for row in rows), strict=True), start=1)
     ]  # fmt: skip
-
-
-def _layer(row: PlannedRecord) -> str:
-    told = row.deposition
-    cvs = () if told is None else (told.constant_flow.cv, told.following_flow.cv)
-    return " / ".join("-" if cv is None else f"{cv:.2%}" for cv in cvs) or "-"
 
 
 def _path(rows: Sequence[PlannedRecord]) -> list[Row]:
@@ -178,10 +146,10 @@ def _row(
     group: str,
     quantity: str,
     meaning: str,
-    rows: Sequence[PlannedRecord],
-    text: Callable[[PlannedRecord], str],
+    rows: Sequence[_T],
+    text: Callable[[_T], str],
     *,
-    badness: Callable[[PlannedRecord], float] | None = None,
+    badness: Callable[[_T], float] | None = None,
     decides: bool = False,
 ) -> Row:
     values = tuple(text(row) for row in rows)

@@ -7,7 +7,8 @@ from importlib.metadata import version
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from geoprint.account.prints.sides import record_side
+from geoprint.account.evenness import record_evenness
+from geoprint.account.prints.expected import record_printed
 from geoprint.account.records.measure import (
     MeasuredRecord,
     MeasurementRecord,
@@ -21,7 +22,7 @@ from geoprint.quality import RigidFit
 from geoprint.results import MeasuredFile, Measurement
 
 # Version of the layout of measure.json; a change that breaks a reader raises it.
-MEASURE_SCHEMA = 2
+MEASURE_SCHEMA = 3
 
 
 def record_measurement(found: Measurement) -> MeasurementRecord:
@@ -43,8 +44,8 @@ def record_measure_timings(found: Measurement) -> MeasureTimingsRecord:
         files=tuple(
             MeasureSecondsRecord(
                 file=each.name,
-                processor_s=each.measured.seconds,
-                processor_s_per_m=each.measured.seconds_per_metre,
+                processor_s=each.seconds,
+                processor_s_per_m=each.seconds / (each.measured.length / 1000.0),
             )
             for each in found.files
         )
@@ -52,26 +53,19 @@ def record_measure_timings(found: Measurement) -> MeasureTimingsRecord:
 
 
 def _file(each: MeasuredFile, *, own_errors: bool) -> MeasuredRecord:
-    measured, printed = each.measured, each.printed
+    measured = each.measured
     return MeasuredRecord(
         file=each.name,
         format=each.format,
         deposit=each.deposit,
         points=each.points,
-        runs=measured.runs,
+        runs=measured.run_count,
         dropped_runs=each.dropped,
         length_mm=measured.length,
         off_mean_mm=measured.off_mean,
         off_max_mm=measured.off_max,
         fit=None if each.fit is None else _fit(each.fit),
-        left=record_side(measured.sides.left, printed.left, own_errors=own_errors),
-        right=record_side(measured.sides.right, printed.right, own_errors=own_errors),
-        both=record_side(measured.sides.both, printed.both, own_errors=own_errors),
-        gap=measured.gap,
-        overlap=measured.overlap,
-        area_unknown=measured.unknown,
-        largest_hole_mm2=measured.hole,
-        fill=measured.fill,
+        uniformity=record_evenness(measured, printed=record_printed(each.printed, of_cell=own_errors)),
     )
 
 

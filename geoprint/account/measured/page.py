@@ -12,10 +12,12 @@ from importlib.metadata import version
 import numpy as np
 from scipy.spatial import KDTree
 
-from geoprint.account.prints.expected import expected_text, unbroken
+from geoprint.account.compared.table import evenness_rows
+from geoprint.account.pictures import caption_of
+from geoprint.account.prints.expected import expected_rows
+from geoprint.account.records.evenness import SpacingRecord, SpacingSideRecord
 from geoprint.account.records.measure import MeasuredRecord, MeasurementRecord
-from geoprint.account.records.spacing import SpacingRecord, SpacingSideRecord
-from geoprint.account.texts.measuring import measure_verdict
+from geoprint.account.texts.measuring import measure_verdict, ranked_files
 from geoprint.model import FloatArray, IntArray
 from geoprint.quality import SideSpacing
 from geoprint.report import (
@@ -66,7 +68,7 @@ def measure_report(found: Measurement, told: MeasurementRecord) -> bytes:
         R_view_work=found.upright,
         spacing=found.spacing,
         machine=None,
-        winner=int(np.argmin([_cv(row) for row in told.files])),
+        winner=told.files.index(ranked_files(told)[0]),
         backends=tuple(_view(found, each, row, view) for each, row in pairs),
         refused=(),
         table=_table(told.files),
@@ -88,17 +90,15 @@ def _picture(found: Measurement, files: list[tuple[MeasuredFile, MeasuredRecord]
         spacing=found.spacing,
         title=title,
         bead=BEAD_SHARE,
-        unmeasured="none",
     )
 
 
 def _panel(each: MeasuredFile, row: MeasuredRecord) -> CoveragePanel:
     measured = each.measured
     places, offsets, ratios = _halves(measured.sides)
-    left, right = (_of(side, lambda s: f"{s.cv:.2%}") for side in (row.left, row.right))
     return CoveragePanel(
         title=each.name,
-        caption=f"spacing CV left {left}, right {right}, uncovered {row.gap:.1%}",
+        caption=caption_of(row.uniformity),
         places=places,
         offsets=offsets,
         ratios=ratios,
@@ -124,9 +124,8 @@ def _view(found: Measurement, each: MeasuredFile, row: MeasuredRecord, view: Vie
     _, judged = KDTree(measured.judged_places).query(vertices)
     marks: IntArray = np.where(measured.gaps, GAP, np.where(measured.overlaps, OVERLAP, COVERED))
     caption = (
-        f"{each.name}: both halves of each path by the spacing on their side, spacing CV "
-        f"{_of(row.both, lambda s: f'{s.cv:.2%}')}, {row.gap:.2%} of the area uncovered. Red: too close, blue: too far "
-        "apart, grey: no neighbour on that side, yellow: uncovered."
+        f"{each.name}: both halves of each path by the spacing on their side; {caption_of(row.uniformity)}. Red: too "
+        "close, blue: too far apart, grey: no neighbour on that side, yellow: missed."
     )
     return BackendView(
         name=each.name,
@@ -145,19 +144,14 @@ def _view(found: Measurement, each: MeasuredFile, row: MeasuredRecord, view: Vie
 
 
 def _table(rows: tuple[MeasuredRecord, ...]) -> tuple[Row, ...]:
-    sides: tuple[tuple[str, Callable[[MeasuredRecord], SpacingSideRecord]], ...] = (
-        ("left", lambda r: r.left),
-        ("right", lambda r: r.right),
-        ("both sides", lambda r: r.both),
-    )
-    cover, path = "Cover", "Path"
+    even, path = [row.uniformity for row in rows], "Path"
+    headline, *others = evenness_rows(even)
     return (
-        *(line for name, side in sides for line in _side_rows(name, [side(row) for row in rows])),
-        _row(cover, "area uncovered", "farther than 0.55 spacings from every path", [f"{r.gap:.2%}" for r in rows],
-             decides=True),
-        _row(cover, "largest hole [mm2]", "that hangs together", [f"{r.largest_hole_mm2:.2f}" for r in rows]),
-        _row(cover, "area overlapped", "within 0.45 spacings of two stretches of path",
-             [f"{r.overlap:.2%}" for r in rows]),
+        headline,
+        *expected_rows([each.printed for each in even]),
+        *others,
+        *_side_rows("left", [each.left for each in even]),
+        *_side_rows("right", [each.right for each in even]),
         _row(path, "runs", "each starts and stops", [str(r.runs) for r in rows]),
         _row(path, "length [mm]", "on the part", [f"{r.length_mm:.0f}" for r in rows]),
         _row(path, "off the part, mean / largest [mm]", "before it was laid onto it",
@@ -167,30 +161,21 @@ def _table(rows: tuple[MeasuredRecord, ...]) -> tuple[Row, ...]:
 
 
 def _side_rows(name: str, sides: Sequence[SpacingSideRecord]) -> tuple[Row, ...]:
-    """Return the rows of one side, or of both."""
+    """Return the rows of one side."""
     group = "Spacing"
     return (
-        _row(group, f"{name}, variation (CV)", "standard deviation over mean; 0% is perfectly even",
-             [_of(side, lambda s: f"{s.cv:.2%}") for side in sides], decides=True),
-        _row(group, f"{name}, printed, expected variation (CV)", "what 95 of 100 prints have",
-             [unbroken(expected_text(side.printed)) for side in sides]),
-        _row(group, f"{name}, mean", "1 is as wanted", [_of(side, lambda s: f"{s.mean:.3f}") for side in sides]),
+        _row(group, f"{name}, mean and variation (CV)", "1 is as wanted; standard deviation over mean",
+             [_of(side, lambda s: f"{s.mean:.3f}, {s.cv:.2%}") for side in sides]),
         _row(group, f"{name}, 1st and 99th percentile", "",
              [_of(side, lambda s: f"{s.p1:.3f} - {s.p99:.3f}") for side in sides]),
-        _row(group, f"{name}, within 5% of the wanted", "share of the samples with a neighbour",
-             [_of(side, lambda s: f"{s.within_5_percent:.1%}") for side in sides]),
         _row(group, f"{name}, no neighbour / only an oblique one", "within three spacings; left out above",
              [f"{side.none:.1%} / {side.oblique:.1%}" for side in sides]),
     )  # fmt: skip
 
 
-def _row(group: str, quantity: str, meaning: str, values: Sequence[str], *, decides: bool = False) -> Row:
-    return Row(group, quantity, meaning, tuple(values), decides=decides)
+def _row(group: str, quantity: str, meaning: str, values: Sequence[str]) -> Row:
+    return Row(group, quantity, meaning, tuple(values))
 
 
 def _of(side: SpacingSideRecord, figure: Callable[[SpacingRecord], str]) -> str:
     return _NONE if side.spacing is None else figure(side.spacing)
-
-
-def _cv(row: MeasuredRecord) -> float:
-    return float("inf") if row.both.spacing is None else row.both.spacing.cv

@@ -1,4 +1,4 @@
-"""What is said of spacing in print: its expected variation, which plans cannot be told apart, what to mend first."""
+"""What is said of thickness in print: its expected variation, which plans cannot be told apart, what to mend first."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from geoprint.results import Plan
 
 # What each error is in words, by its key in the cell without the unit.
 WORDS: Mapping[str, str] = {
+    "run_flow": "how the flow differs from run to run (`run_flow_share`)",
     "repeatability": "how the arm repeats from run to run (`repeatability_mm`)",
     "path_repeatability": "how the arm strays along a run (`path_repeatability_mm`)",
     "placement": "where the part stands (`placement_mm`, or touched points)",
@@ -21,7 +22,7 @@ WORDS: Mapping[str, str] = {
 
 
 def record_printed(found: Printed | None, *, of_cell: bool) -> PrintedRecord | None:
-    """Return what is said of the spacing in print; nothing where there is none.
+    """Return what is said of the thickness in print; nothing where nobody expects one.
 
     Args:
         found: as sampled.
@@ -63,21 +64,16 @@ def unbroken(text: str) -> str:
     return text.replace("-", "\N{NON-BREAKING HYPHEN}") if "(" in text else text
 
 
-def expected_rows(rows: Sequence[PlannedRecord]) -> list[Row]:
-    """Return the rows of the report on the spacing in print."""
-    every = [row.uniformity.printed for row in rows]
+def expected_rows(every: Sequence[PrintedRecord | None]) -> list[Row]:
+    """Return the rows of the report on the thickness in print."""
     return [
         Row(
             "Evenness", "printed, expected variation (CV)", f"what 95 of 100 prints have; {_whose(every)}",
             tuple(unbroken(expected_text(told)) for told in every), decides=True,
         ),
         Row(
-            "Evenness", "printed, made by", "shares of the variance: plan / arm / placement and needle",
+            "Evenness", "printed, made by", "shares of the variance: plan / flow / arm / placement and needle",
             tuple(_shares(told) for told in every),
-        ),
-        Row(
-            "Evenness", "layer thickness, printed (CV)", "constant flow / flow that follows the width, fronts apart",
-            tuple(_thickness(row) for row in rows),
         ),
     ]  # fmt: skip
 
@@ -104,7 +100,7 @@ def in_print(order: Sequence[PlannedRecord], apart: Sequence[PrintedApartRecord]
             else f": {best} can be told from {'the others' if len(told) > 2 else 'the other'}"
         )
     return (
-        f"In print the spacing is expected to vary by {varies}, in brackets what 95 of 100 prints have{verdict}.",
+        f"In print the thickness is expected to vary by {varies}, in brackets what 95 of 100 prints have{verdict}.",
         _mend(best, of_best),
     )
 
@@ -133,18 +129,12 @@ def _whose(every: Sequence[PrintedRecord | None]) -> str:
     return "errors of the cell" if own else "errors of the packaged cell"
 
 
-def _thickness(row: PlannedRecord) -> str:
-    told = row.deposition
-    cvs = () if told is None else (told.constant_flow.printed_cv, told.following_flow.printed_cv)
-    return " / ".join("-" if cv is None else f"{cv:.2%}" for cv in cvs) or "-"
-
-
 def _shares(told: PrintedRecord | None) -> str:
     if told is None:
         return "-"
     shares = told.shares
     arm, rest = shares.repeatability + shares.path_repeatability, shares.placement + shares.needle_runout
-    return f"{shares.plan:.0%} / {arm:.0%} / {rest:.0%}"
+    return f"{shares.plan:.0%} / {shares.run_flow:.0%} / {arm:.0%} / {rest:.0%}"
 
 
 def _listed(phrases: Sequence[str]) -> str:

@@ -6,8 +6,8 @@ from typing import final
 
 from pydantic import Field
 
+from geoprint.account.records.evenness import EvennessRecord
 from geoprint.account.records.evidence import EvidenceRecord, SeenRecord
-from geoprint.account.records.plan import EvennessRecord
 from geoprint.account.records.robot import SwitchingRecord
 from geoprint.account.records.rounding import Count, Record, Rounded, Thousandths
 

@@ -10,10 +10,10 @@ from typing import Literal, final
 
 from pydantic import Field
 
+from geoprint.account.records.evenness import EvennessRecord
 from geoprint.account.records.overhang import OverhangRecord
 from geoprint.account.records.plan import (
     DepositionRecord,
-    EvennessRecord,
     InputRecord,
     PatchRecord,
     PathsRecord,
@@ -69,7 +69,7 @@ class PartRecord(Record):
     settings: SettingsRecord = Field(description="as in plan.json, without the backend")
     surface: SurfaceRecord = Field(description="as in plan.json")
     verdict: tuple[str, ...] = Field(description="sentences; the first one decides")
-    best: str = Field(description="the backend that covers the part best: coverage counts first, then spacing")
+    best: str = Field(description="the backend that covers the part best: coverage counts first, then thickness")
     backends: tuple[PlannedRecord | RefusedRecord, ...] = Field(description="in the order of the command")
     printed_apart: tuple[PrintedApartRecord, ...] = Field(description="every two of those that planned, in print")
     path_distances_mm: PathDistancesRecord = Field(description="between those that planned [mm]")
@@ -95,7 +95,7 @@ class FailedRecord(Record):
 class ComparisonRecord(Record):
     """The content of compare.json."""
 
-    layout: Literal[6] = Field(alias="schema", description="version of this layout")
+    layout: Literal[7] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     parts: tuple[PartRecord | FailedRecord, ...] = Field(description="in the order of the command")
 

@@ -9,9 +9,9 @@ from typing import Literal
 
 from pydantic import Field
 
+from geoprint.account.records.evenness import EvennessRecord
 from geoprint.account.records.plan import FileRecord
 from geoprint.account.records.rounding import Count, Place, Record, Rounded, Thousandths
-from geoprint.account.records.spacing import SpacingSideRecord
 
 
 class MotionFitRecord(Record):
@@ -37,20 +37,13 @@ class MeasuredRecord(Record):
     off_mean_mm: Rounded = Field(description="mean distance of the paths' points from the part [mm]")
     off_max_mm: Rounded = Field(description="largest [mm]")
     fit: MotionFitRecord | None = Field(description="null where the paths were taken as they are")
-    left: SpacingSideRecord = Field(description="to the left of the paths")
-    right: SpacingSideRecord = Field(description="to the right")
-    both: SpacingSideRecord = Field(description="all samples of both sides")
-    gap: Rounded = Field(description="share of the area farther than 0.55 spacings from every path")
-    overlap: Rounded = Field(description="share of the area within 0.45 spacings of two stretches")
-    area_unknown: Rounded = Field(description="share of the area for which the budget of work did not suffice")
-    largest_hole_mm2: Rounded = Field(description="largest connected area that no path covers [mm2]")
-    fill: Rounded = Field(description="length times spacing, over the area")
+    uniformity: EvennessRecord = Field(description="as in plan.json")
 
 
 class MeasurementRecord(Record):
     """The content of measure.json."""
 
-    layout: Literal[2] = Field(alias="schema", description="version of this layout")
+    layout: Literal[3] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     part: FileRecord = Field(description="that the paths cover")
     area_mm2: Rounded = Field(description="of the part [mm2]")

@@ -10,12 +10,11 @@ from typing import Any, Literal
 
 from pydantic import Field, create_model
 
+from geoprint.account.records.evenness import EvennessRecord
 from geoprint.account.records.feedback import FeedbackRecord
 from geoprint.account.records.overhang import OverhangRecord
-from geoprint.account.records.printed import PrintedRecord
 from geoprint.account.records.robot import JoinedRecord, RobotRecord
 from geoprint.account.records.rounding import Count, Pair, Place, Record, Rounded, Thousandths
-from geoprint.account.records.spacing import SpacingRecord, SpacingSideRecord, StraightRecord
 from geoprint.account.records.tried import MiddleRecord, SourceRecord
 from geoprint.config.job import Job
 from geoprint.config.key import keys_of
@@ -229,62 +228,6 @@ class ChartRecord(Record):
     predicted_spacing: tuple[ChartLevelRecord, ...] = Field(description="one over the scale of length, level by level")
 
 
-class LevelRecord(Record):
-    """The spacing of one level to the one outside, over the wanted one."""
-
-    level: Count = Field(description="from 0, the outermost")
-    mean: Rounded = Field(description="ratio")
-    cv: Rounded = Field(description="standard deviation over mean")
-    worst: Rounded = Field(description="ratio farthest from 1")
-
-
-class WorstPlaceRecord(Record):
-    """A place where the spacing is far from wanted."""
-
-    place_mm: Place = Field(description="on the surface [mm]")
-    level: Count = Field(description="of the run there")
-    ratio: Rounded = Field(description="spacing over the wanted one")
-
-
-class EvennessRecord(Record):
-    """How evenly the paths cover the part, measured over its surface."""
-
-    method: str = Field(description="how the spacing was measured")
-    spacing: SpacingRecord | None = Field(description="over the wanted one; null with a single level")
-    left: SpacingSideRecord | None = Field(default=None, description="to the left; left out where runs have levels")
-    right: SpacingSideRecord | None = Field(default=None, description="to the right; left out where runs have levels")
-    printed: PrintedRecord | None = Field(default=None, description="in print; left out where nobody expects one")
-    straight: StraightRecord | None = Field(description="the same through the air; null with a single level")
-    samples: Count = Field(description="along the runs")
-    samples_bounded: Rounded = Field(description="share whose ratio lies between bounds")
-    largest_doubt: Rounded = Field(description="between a ratio and its lower bound")
-    samples_unreached: Count = Field(description="left out: no way to the level outside was found")
-    samples_where_fronts_meet: Rounded = Field(description="share within one spacing of their own level")
-    gap: Rounded = Field(description="share of the area farther than 0.55 spacings from every path")
-    overlap: Rounded = Field(description="share of the area within 0.45 spacings of two stretches")
-    area_unknown: Rounded = Field(description="share of the area that could not be judged")
-    fill: Rounded = Field(description="deposited length times spacing, over the area")
-    width_cv: Rounded = Field(description="of the strip that each stretch serves: standard deviation over mean")
-    levels: tuple[LevelRecord, ...] = Field(description="each to the one outside")
-    worst_places: tuple[WorstPlaceRecord, ...] = Field(description="at most five, the worst first")
-
-
-class ThicknessRecord(Record):
-    """The thickness of the layer with one flow."""
-
-    mean_mm: Rounded = Field(description="[mm]")
-    cv: Rounded | None = Field(description="where fronts are apart: standard deviation over mean; null: nowhere")
-    cv_near_medial_axis: Rounded | None = Field(description="where fronts meet; null: nowhere")
-    printed_cv: Rounded | None = Field(description="where fronts are apart, with the errors of flow and arm")
-
-
-class FollowingRecord(ThicknessRecord):
-    """The thickness of the layer with the flow that follows the width."""
-
-    least_mm3_per_mm: Rounded = Field(description="flow [mm3/mm]")
-    most_mm3_per_mm: Rounded = Field(description="flow [mm3/mm]")
-
-
 class LightRecord(Record):
     """What the lamp gives on its path over the part."""
 
@@ -296,14 +239,13 @@ class LightRecord(Record):
 
 
 class DepositionRecord(Record):
-    """The layer that the paths leave."""
+    """What flows along the paths, and what light falls on it."""
 
     flow: Literal["constant", "follows the width"] = Field(
         description="that is printed; constant over the wanted width where that differs"
     )
-    share_away_from_medial_axis: Rounded = Field(description="of the area, where fronts are apart")
-    constant_flow: ThicknessRecord = Field(description="with constant flow")
-    following_flow: FollowingRecord = Field(description="with flow that follows the width")
+    least_mm3_per_mm: Rounded = Field(description="of a flow that follows the width [mm3/mm]")
+    most_mm3_per_mm: Rounded = Field(description="of a flow that follows the width [mm3/mm]")
     printed_mean_within: Rounded = Field(description="share off the mean thickness that 95 of 100 prints keep within")
     light: LightRecord | None = Field(description="null where nobody measured the lamp")
 
@@ -318,7 +260,7 @@ class TimingsRecord(Record):
 class PlanRecord(Record):
     """The content of plan.json; what varies from run to run stands in timings.json."""
 
-    layout: Literal[6] = Field(alias="schema", description="version of this layout")
+    layout: Literal[7] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     input: InputRecord = Field(description="file of the part")
     settings: SettingsRecord = Field(description="what was asked for, and with which cell")

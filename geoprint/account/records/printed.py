@@ -1,4 +1,4 @@
-"""What is said of spacing in print: how much it is expected to vary, and what makes it."""
+"""What is said of thickness in print: how much it is expected to vary, and what makes it."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ class VarianceRecord(Record):
     """Shares of the expected variance in print."""
 
     plan: Rounded = Field(description="of the planned paths")
+    run_flow: Rounded = Field(description="of the flow from run to run")
     repeatability: Rounded = Field(description="of the arm from run to run")
     path_repeatability: Rounded = Field(description="of the arm along a run")
     placement: Rounded = Field(description="of where the part stands")
@@ -20,7 +21,7 @@ class VarianceRecord(Record):
 
 
 class PrintedRecord(Record):
-    """The variation of the spacing that prints are expected to have."""
+    """The variation of the thickness that prints are expected to have."""
 
     cv: Rounded = Field(description="mean of the prints: standard deviation over mean")
     low: Rounded = Field(description="lower end of what 95 of 100 prints have")
@@ -34,7 +35,7 @@ class PrintedApartRecord(Record):
     """Two backends, a print of each on the same cell."""
 
     backends: tuple[str, str] = Field(description="their names")
-    mean: Rounded = Field(description="by how much more the spacing of the first varies than that of the second")
+    mean: Rounded = Field(description="by how much more the thickness of the first varies than that of the second")
     low: Rounded = Field(description="lower end of what 95 of 100 pairs of prints have")
     high: Rounded = Field(description="upper end of it")
     indistinguishable: bool = Field(description="whether 0 lies between")

@@ -38,11 +38,10 @@ class StackedLayerRecord(Record):
     pattern: str = Field(default="contours", description="of its paths, with the angle of rows in degrees")
     runs: Count = Field(description="how many")
     deposit_mm: Rounded = Field(description="length of the tip's path on deposit [mm]")
-    spacing_cv: float | None = Field(description="variation of the spacing; null where there is one level")
     gap: float | None = Field(description="share of its area that no path covers")
-    overlap: float | None = Field(description="share of its area that is laid twice")
+    overlap: float | None = Field(description="share of its area that is covered twice")
     thickness_cv: float | None = Field(
-        description="variation of its own thickness where fronts are apart, with the flow to print; null: nowhere"
+        description="variation of its own thickness, with the flow to print; null where it was not measured"
     )
     laid_mm3: Rounded = Field(
         description="volume that is laid, as the program was executed; without a robot, as the path has it [mm3]"
@@ -124,7 +123,7 @@ class StackProgramRecord(Record):
 class StackRecord(Record):
     """The content of stack.json."""
 
-    layout: Literal[1] = Field(alias="schema", description="version of this layout")
+    layout: Literal[2] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     part: str = Field(description="file that the lowest layer lies on")
     thickness_mm: Rounded = Field(description="of all layers together, where it is largest [mm]")

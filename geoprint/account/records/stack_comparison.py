@@ -18,9 +18,9 @@ class ComparedStackRecord(Record):
 
     backend: str = Field(description="its name, and that of the folder of its stack")
     gap: Rounded = Field(description="share of the area of all layers that no path covers")
-    overlap: Rounded = Field(description="share of it that is laid twice")
-    spacing_cv: Rounded | None = Field(description="variation of the spacing, of all layers by area; null: one level")
-    worst_cv: Rounded | None = Field(description="that of the layer where it is largest")
+    overlap: Rounded = Field(description="share of it that is covered twice")
+    thickness_cv: Rounded = Field(description="variation of the layers' own thickness, of all by area")
+    worst_cv: Rounded = Field(description="that of the layer where it is largest")
     finished: FinishedRecord | None = Field(description="how all layers together come out, as printed")
     runs: int = Field(description="of all layers", ge=0)
     deposit_mm: Rounded = Field(description="length of the tip's path on deposit [mm]")
@@ -42,7 +42,7 @@ class RefusedStackRecord(Record):
 class StackComparisonRecord(Record):
     """The content of stacks.json."""
 
-    layout: Literal[1] = Field(alias="schema", description="version of this layout")
+    layout: Literal[2] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     part: str = Field(description="file that the lowest layer lies on")
     thickness_mm: Rounded = Field(description="of all layers together, where it is largest [mm]")

@@ -13,8 +13,8 @@ class SourceRecord(Record):
     patch: int = Field(description="from 1")
     source: str = Field(description="as `--from` takes it")
     gap: Rounded = Field(description="share of the area that is missed")
-    overlap: Rounded = Field(description="share of the area that is laid twice")
-    cv: Rounded | None = Field(description="of the spacing; null where there is one level")
+    overlap: Rounded = Field(description="share of the area that is covered twice")
+    cv: Rounded = Field(description="of the thickness that a constant flow leaves")
     runs: Count = Field(description="how many")
     taken: bool = Field(description="whether it is the one that covers best")
 
@@ -24,7 +24,7 @@ class MiddleRecord(Record):
 
     middle: str = Field(description="as `--middle` takes it")
     gap: Rounded = Field(description="share of the area that is missed")
-    overlap: Rounded = Field(description="share of the area that is laid twice")
-    cv: Rounded | None = Field(description="of the spacing; null where there is one level")
+    overlap: Rounded = Field(description="share of the area that is covered twice")
+    cv: Rounded = Field(description="of the thickness that a constant flow leaves")
     runs: Count = Field(description="how many")
     taken: bool = Field(description="whether it is the one that covers best")

@@ -9,7 +9,7 @@ import numpy as np
 from geoprint.account.records.stack import StackRecord
 from geoprint.account.records.stack_comparison import ComparedStackRecord, RefusedStackRecord
 from geoprint.account.texts.stack import stack_warnings
-from geoprint.quality import EVEN_ENOUGH, MOST_MISSED, SAME_SPACING, Covering, ranked
+from geoprint.quality import EVEN_ENOUGH, MOST_MISSED, SAME_THICKNESS, Covering, ranked
 
 
 def compared_stack(backend: str, told: StackRecord | str, *, asked: bool) -> ComparedStackRecord | RefusedStackRecord:
@@ -24,8 +24,7 @@ def compared_stack(backend: str, told: StackRecord | str, *, asked: bool) -> Com
         return RefusedStackRecord(backend=backend, refused=told)
     layers = told.layers
     areas = np.array([layer.area_mm2 for layer in layers])
-    uneven = np.array([0.0 if layer.spacing_cv is None else layer.spacing_cv for layer in layers])
-    even = all(layer.spacing_cv is None for layer in layers)
+    uneven = np.array([layer.thickness_cv or 0.0 for layer in layers])
     refused = [
         f"layer {number}: {text}" for number, text in enumerate((each.not_printable for each in layers), 1) if text
     ]
@@ -35,8 +34,8 @@ def compared_stack(backend: str, told: StackRecord | str, *, asked: bool) -> Com
         backend=backend,
         gap=float(np.average([layer.gap or 0.0 for layer in layers], weights=areas)),
         overlap=float(np.average([layer.overlap or 0.0 for layer in layers], weights=areas)),
-        spacing_cv=None if even else float(np.sqrt(np.average(uneven**2, weights=areas))),
-        worst_cv=None if even else float(uneven.max()),
+        thickness_cv=float(np.sqrt(np.average(uneven**2, weights=areas))),
+        worst_cv=float(uneven.max()),
         finished=told.finished.printed,
         runs=sum(layer.runs for layer in layers),
         deposit_mm=sum(layer.deposit_mm for layer in layers),
@@ -79,11 +78,11 @@ def stack_verdict(rows: Sequence[ComparedStackRecord | RefusedStackRecord], *, p
 def _decision(order: Sequence[ComparedStackRecord], *, part: str) -> str:
     best, *others = order
     found = [_covering(row) for row in order]
-    missed = f"{best.gap:.1%} of their area is missed and {best.overlap:.1%} laid twice"
+    missed = f"{best.gap:.1%} of their area is missed and {best.overlap:.1%} covered twice"
     if not found[0].covers:
         return f"No backend covers the layers over {part}: at best, with {best.backend}, {missed}."
     if not others:
-        return f"{best.backend} covers the layers over {part}: {missed}; the spacing varies by {found[0].cv:.1%}."
+        return f"{best.backend} covers the layers over {part}: {missed}; their thickness varies by {found[0].cv:.1%}."
     spacings = " and ".join(f"{each.cv:.2%} with {row.backend}" for row, each in zip(order, found, strict=True))
     if any(not each.is_alike(found[0]) for each in found):
         shares = " and ".join(
@@ -91,14 +90,14 @@ def _decision(order: Sequence[ComparedStackRecord], *, part: str) -> str:
             for row, each in zip(order, found, strict=True)
         )
         return (
-            f"{best.backend} covers the layers over {part} best: missed or laid twice are {shares} of their area; the "
-            f"spacing varies by {spacings}."
+            f"{best.backend} covers the layers over {part} best: missed or covered twice are {shares} of their area; "
+            f"their thickness varies by {spacings}."
         )
-    how = "equally well" if found[-1].cv - found[0].cv < SAME_SPACING else "most evenly"
+    how = "equally well" if found[-1].cv - found[0].cv < SAME_THICKNESS else "most evenly"
     names = " and ".join(row.backend for row in order) if how == "equally well" else best.backend
     enough = " All of them are even enough to print." if all(each.cv <= EVEN_ENOUGH for each in found) else ""
     verb = "cover" if how == "equally well" else "covers"
-    return f"{names} {verb} the layers over {part} {how}: the spacing varies by {spacings}.{enough}"
+    return f"{names} {verb} the layers over {part} {how}: their thickness varies by {spacings}.{enough}"
 
 
 def _printing(order: Sequence[ComparedStackRecord]) -> Iterator[str]:
@@ -112,4 +111,4 @@ def _printing(order: Sequence[ComparedStackRecord]) -> Iterator[str]:
 
 
 def _covering(row: ComparedStackRecord) -> Covering:
-    return Covering(row.gap, row.overlap, row.spacing_cv or 0.0)
+    return Covering(row.gap, row.overlap, row.thickness_cv)

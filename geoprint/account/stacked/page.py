@@ -40,7 +40,7 @@ VIEWED_FACES = 60_000
 PACKAGES = ("geoprint", "numpy", "scipy", "numba")
 PLANES = ("across", "along")
 COLUMNS = (
-    "layer", "from [mm]", "height [mm]", "area [mm2]", "runs", "path [mm]", "spacing CV", "missed", "laid twice",
+    "layer", "from [mm]", "height [mm]", "area [mm2]", "runs", "path [mm]", "missed", "covered twice",
     "thickness CV", "laid / held", "seams apart [mm]", "time [s]", "attitudes", "clearance [mm]",
 )  # fmt: skip
 _NONE = "-"
@@ -201,7 +201,6 @@ def _row(number: int, layer: StackedLayerRecord, moved: str, attitudes: str) -> 
         f"{layer.area_mm2:.1f}",
         str(layer.runs),
         f"{layer.deposit_mm:.0f}",
-        _percent(layer.spacing_cv),
         _percent(layer.gap),
         _percent(layer.overlap),
         _percent(layer.thickness_cv),

@@ -21,8 +21,7 @@ def layer_record(
         not_printable: why the robot cannot print it, or None.
     """
     even, robots, laid = told.uniformity, told.robot, told.deposition
-    spacing = None if even is None else even.spacing
-    flow = None if laid is None else laid.constant_flow if laid.flow == "constant" else laid.following_flow
+    layer = None if even is None or laid is None else even.thickness if laid.flow == "constant" else even.following
     return StackedLayerRecord(
         folder=folder,
         bottom_mm=kept.bottom,
@@ -31,10 +30,9 @@ def layer_record(
         pattern=pattern,
         runs=told.paths.runs,
         deposit_mm=told.paths.deposit_mm,
-        spacing_cv=None if spacing is None else spacing.cv,
         gap=None if even is None else even.gap,
         overlap=None if even is None else even.overlap,
-        thickness_cv=None if flow is None else flow.cv,
+        thickness_cv=None if layer is None else layer.cv,
         laid_mm3=float(kept.volumes[kept.printed]),
         wanted_mm3=area * kept.height,
         print_s=_seconds(told),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from geoprint.account.checked import Checked, CheckedComparison, Finding
+from geoprint.account.metrics import THICKNESS
 from geoprint.account.records.rounding import how_many
 from geoprint.account.texts.run_sheet import entry, repeated_texts, run_sheet
 from geoprint.account.texts.stack_sheet import stack_sheet
@@ -29,7 +30,7 @@ def _paths(checked: Checked, *, width: int | None) -> str:
         return ""
     why = "the robot was left out" if told.not_printable is None else f"the robot cannot print it: {told.not_printable}"
     paths, even = told.paths, told.uniformity
-    spread = "" if even is None or even.spacing is None else f", spacing varies by {even.spacing.cv:.2%} (CV)"
+    spread = "" if even is None else f", thickness CV {THICKNESS.text(even)}"
     lines = [f"PATHS ONLY  {told.input.name}  ({checked.folder.name})", ""]
     for label, texts in (
         ("program", [f"NONE: {why}"]),

@@ -7,26 +7,26 @@ from dataclasses import dataclass
 from typing import final
 
 from geoprint.account.cautions import coverage_warnings, said_once
+from geoprint.account.metrics import COVERED_ONCE, FOLLOWING, GAP, HOLE, OVERLAP, THICKNESS
 from geoprint.account.prints.expected import expected_text
 from geoprint.account.records.comparison import FailedRecord, PartRecord, PlannedRecord, RefusedRecord, ToldComparison
 from geoprint.account.records.plan import PlanRecord
-from geoprint.account.records.spacing import SpacingSideRecord
 from geoprint.account.texts.marks import marked_lines
-from geoprint.account.texts.tables import GAP, Cells, fitting, grid, left_out, line_width
+from geoprint.account.texts.tables import GAP as SEAM, Cells, fitting, grid, left_out, line_width
 
 # What the columns show, and how much each matters: where the terminal is narrow, the highest numbers go first.
+METRICS = (THICKNESS, FOLLOWING, COVERED_ONCE, GAP, OVERLAP, HOLE)
 COLUMNS = {
-    "backend": 0, "mean": 9, "CV": 1, "left CV": 3, "right CV": 3, "printed CV": 5, "p95": 7, "gap": 2, "overlap": 4,
-    "overhang": 13,
-    "runs": 8, "length mm": 10, "print s": 6, "printable": 3, "clear mm": 11, "planned in s": 12,
+    "backend": 0, THICKNESS.column: 1, FOLLOWING.column: 8, "printed CV": 5, COVERED_ONCE.column: 2, GAP.column: 3,
+    OVERLAP.column: 4, HOLE.column: 9, "overhang": 13, "runs": 7, "length mm": 10, "print s": 6, "printable": 3,
+    "clear mm": 11, "planned in s": 12,
 }  # fmt: skip
-# Of paths whose runs have no level; others have no such columns.
-OF_SIDES = {"left CV", "right CV"}
 LEFT_ALIGNED = {"part", "backend", "printable"}
 # Narrower than this a table tells nothing: each backend has a line of words.
 NARROWEST_TABLE = 60
 # What the column says of a printable backend, in words.
 PRINTABLE = {"yes": "printable", "no": "not printable", "not asked": ""}
+_IN_WORDS = (THICKNESS.column, GAP.column, OVERLAP.column)
 _NONE = "-"
 
 
@@ -42,10 +42,8 @@ class _Rows:
 def comparison_table(told: ToldComparison, *, width: int | None = None, verbose: bool = False) -> str:
     """Return the table and, below it, what it means, why something is missing and what to mind.
 
-    Mean, CV and p95 are of the spacing over the wanted one, left and right CV of either side where runs have no level;
-    gap is the share of the area farther than 0.55 spacings from every path, overlap the share within 0.45 spacings of
-    two stretches; printed CV is the mean of prints and, in brackets, what 95 of 100 of them have; overhang is the share
-    of the deposit beyond the critical angle.
+    What the figures of evenness mean stands in `geoprint.account.metrics`; printed CV is the mean of prints and, in
+    brackets, what 95 of 100 of them have; overhang is the share of the deposit beyond the critical angle.
 
     Args:
         told: what is said of the comparison.
@@ -65,18 +63,18 @@ def comparison_table(told: ToldComparison, *, width: int | None = None, verbose:
 
 
 def _table(parts: Sequence[_Rows], *, width: int | None) -> Iterator[str]:
-    """Return the lines of the table, with as many columns as fit; those of sides where paths have any."""
+    """Return the lines of the table, with as many columns as fit."""
     if width is not None and width < NARROWEST_TABLE:
         yield from _lines(parts)
         return
     several = len(parts) > 1
     beside = [{"part": part.part, **cells} for part in parts for cells in part.cells]
-    columns = [name for name in COLUMNS if name not in OF_SIDES or any(row[name] != _NONE for row in beside)]
+    columns = [*COLUMNS]
     names = ["part", *columns] if several else columns
     if width is None or line_width(names, beside) <= width:
         yield from grid(names, [beside], left=LEFT_ALIGNED)
         return
-    names = fitting(columns, beside, width=width - len(GAP) * several, weights=COLUMNS)
+    names = fitting(columns, beside, width=width - len(SEAM) * several, weights=COLUMNS)
     titles = [part.part if several else None for part in parts]
     yield from grid(names, [part.cells for part in parts], titles=titles, left=LEFT_ALIGNED)
     if names != columns:
@@ -91,7 +89,7 @@ def _lines(parts: Sequence[_Rows]) -> Iterator[str]:
         if several:
             yield part.part
         for cells in part.cells:
-            figures = [f"{name} {cells[name]}" for name in ("CV", "gap", "overlap", "print s") if cells[name] != _NONE]
+            figures = [f"{name} {cells[name]}" for name in (*_IN_WORDS, "print s") if cells[name] != _NONE]
             said = PRINTABLE.get(cells["printable"], cells["printable"])
             yield f"{'  ' if several else ''}{cells['backend']}: {', '.join([*figures, said] if said else figures)}"
 
@@ -100,7 +98,7 @@ def _title(parts: tuple[PartRecord | FailedRecord, ...]) -> str:
     rows = [row for part in parts if isinstance(part, PartRecord) for row in part.planned]
     spacings = sorted({f"{row.spacing_mm:.3g}" for row in rows}, key=float)
     named = parts[0].part if len(parts) == 1 else f"{len(parts)} parts"
-    return f"{named}, paths {' / '.join(spacings)} mm apart; mean and p95 are multiples of that"
+    return f"{named}, paths {' / '.join(spacings)} mm apart"
 
 
 def _cells(part: PartRecord | FailedRecord, took: Mapping[str, float]) -> Iterator[Cells]:
@@ -112,17 +110,10 @@ def _cells(part: PartRecord | FailedRecord, took: Mapping[str, float]) -> Iterat
 
 
 def _row(row: PlannedRecord, seconds: float) -> Cells:
-    measured, spacing = row.uniformity, row.uniformity.spacing
     return {
         "backend": row.backend,
-        "mean": _NONE if spacing is None else f"{spacing.mean:.3f}",
-        "CV": _NONE if spacing is None else f"{spacing.cv:.2%}",
-        "left CV": _side(measured.left),
-        "right CV": _side(measured.right),
-        "printed CV": expected_text(measured.printed, digits=1),
-        "p95": _NONE if spacing is None else f"{spacing.p95:.3f}",
-        "gap": f"{measured.gap:.2%}",
-        "overlap": f"{measured.overlap:.2%}",
+        **{metric.column: metric.text(row.uniformity) for metric in METRICS},
+        "printed CV": expected_text(row.uniformity.printed, digits=1),
         "overhang": _NONE if row.overhang is None else f"{row.overhang.share:.1%}",
         "runs": str(row.paths.runs),
         "length mm": f"{row.paths.deposit_mm:.0f}",
@@ -131,10 +122,6 @@ def _row(row: PlannedRecord, seconds: float) -> Cells:
         "clear mm": _NONE if row.smallest_clearance_mm is None else f"{row.smallest_clearance_mm:.2f}",
         "planned in s": f"{seconds:.1f}",
     }
-
-
-def _side(side: SpacingSideRecord | None) -> str:
-    return _NONE if side is None or side.spacing is None else f"{side.spacing.cv:.2%}"
 
 
 def _empty(name: str, why: str) -> Cells:

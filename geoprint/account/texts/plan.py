@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from importlib.metadata import version
 
 from geoprint.account.cautions import patch_evenness
+from geoprint.account.metrics import COVERED_ONCE, FOLLOWING, GAP, OVERLAP, THICKNESS
 from geoprint.account.prints.expected import WORDS, expected_text
 from geoprint.account.prints.overhang import overhang_text, table_text
-from geoprint.account.prints.sides import variation_text
+from geoprint.account.records.evenness import EvennessRecord
 from geoprint.account.records.plan import DepositionRecord, PlanRecord
 from geoprint.account.records.printed import PrintedRecord
 from geoprint.account.records.robot import JoinedRecord, MotionRecord, RobotRecord
@@ -36,11 +37,7 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
         if layer.count > 1
     ]
     if told.uniformity is not None:
-        spacing = variation_text(told.uniformity)
-        varies = "one level, no spacing" if spacing is None else f"spacing varies by {spacing} (CV)"
-        lines.append(
-            f"evenness: {varies}, uncovered {told.uniformity.gap:.2%}, laid twice {told.uniformity.overlap:.2%}"
-        )
+        lines.append(_evenness_text(told.uniformity, told.deposition))
         lines += [] if told.uniformity.printed is None else [_printed_text(told.uniformity.printed)]
     if len(told.patches) > 1:
         lines += [
@@ -48,8 +45,6 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
             f"varies by {patch_evenness(patch)} (CV)"
             for number, patch in enumerate(told.patches, start=1)
         ]
-    if told.deposition is not None:
-        lines.append(_layer_text(told.deposition))
     if told.overhang is not None:
         lines.append(overhang_text(told.overhang))
         lines += [] if told.overhang.table is None else [table_text(told.overhang.table)]
@@ -101,29 +96,19 @@ def again_text(folder: str, *, written_by: str, differing: Sequence[str], change
 
 
 def _printed_text(told: PrintedRecord) -> str:
-    """Return the line on the spacing in print."""
+    """Return the line on the thickness in print."""
     mend = "the plan itself makes most of it" if told.mend_first is None else f"mend first {WORDS[told.mend_first]}"
     whose = "" if told.errors == "cell" else "; errors of the packaged cell"
-    return f"in print: spacing expected to vary by {expected_text(told)}, 95 of 100 prints in brackets; {mend}{whose}"
+    return f"in print: thickness expected to vary by {expected_text(told)}, 95 of 100 prints in brackets; {mend}{whose}"
 
 
-def _layer_text(told: DepositionRecord) -> str:
-    away = told.constant_flow.cv is not None
-    constant, following = (
-        f"{(found.cv if away else found.cv_near_medial_axis) or 0.0:.2%}"
-        for found in (told.constant_flow, told.following_flow)
-    )
-    laid = told.constant_flow if told.flow == "constant" else told.following_flow
-    printed = (
-        ""
-        if laid.printed_cv is None
-        else f", in print {laid.printed_cv:.1%} about a mean within {told.printed_mean_within:.0%}"
-    )
-    which = "is constant" if told.flow == "constant" else "follows"
-    where = "" if away else "; fronts meet all over this part"
+def _evenness_text(told: EvennessRecord, flow: DepositionRecord | None) -> str:
+    """Return the line on how evenly the paths cover the part."""
+    covered = f"area covered once {COVERED_ONCE.text(told)}, missed {GAP.text(told)}, twice {OVERLAP.text(told)}"
+    here = "" if flow is None else f"; here the flow {'is constant' if flow.flow == 'constant' else 'follows'}"
     return (
-        f"layer: thickness varies by {constant} with constant flow, {following} with flow that follows the width; here "
-        f"it {which}{printed}{where}"
+        f"evenness: layer thickness varies by {THICKNESS.text(told)} with constant flow, {FOLLOWING.text(told)} with "
+        f"flow that follows the width (CV){here}; {covered}"
     )
 
 

@@ -13,6 +13,7 @@ from geoprint import transforms
 from geoprint.account.cautions import near_borders, orientation_notes
 from geoprint.account.checked import Checked, CheckedComparison, Repeated
 from geoprint.account.evidence import evidence_rows
+from geoprint.account.metrics import COVERED_ONCE
 from geoprint.account.records.check import (
     AttitudeSettingsNow,
     CheckedComparisonRecord,
@@ -153,7 +154,7 @@ def repeated_texts(checked: Checked) -> list[str]:
     clear = [] if again.printing is None else [f"{again.printing.smallest:.2f} mm clear"]
     clear += [] if again.dry is None else [f"{again.dry.smallest:.2f} mm in the dry run"]
     even = again.uniformity
-    clear += [] if even is None else [f"{even.gap + even.overlap:.2%} missed or laid twice"]
+    clear += [] if even is None else [f"{COVERED_ONCE.text(even)} of the area covered once"]
     return [f"{', '.join(clear)}: as in plan.json ({again.seconds:.1f} s, {again.memory} MB)"]
 
 

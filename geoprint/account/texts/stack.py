@@ -79,11 +79,11 @@ def stack_warnings(told: StackRecord) -> Iterator[str]:
 
 def _layer_line(number: int, layer: StackedLayerRecord) -> str:
     """Return the line of one layer."""
-    spacing = "one level" if layer.spacing_cv is None else f"spacing varies by {layer.spacing_cv:.2%}"
-    gap = "" if layer.gap is None else f", uncovered {layer.gap:.2%}"
+    even = "" if layer.thickness_cv is None else f", thickness CV {layer.thickness_cv:.2%}"
+    gap = "" if layer.gap is None else f", missed {layer.gap:.2%}"
     time = "" if layer.print_s is None else f", {layer.print_s:.0f} s"
     clear = "" if layer.clearance_mm is None else f", {layer.clearance_mm:.2f} mm clear"
     return (
         f"  {number:2} from {layer.bottom_mm:.3g} mm: {layer.pattern}, {layer.runs} runs, {layer.deposit_mm:.0f} mm of "
-        f"path, {layer.laid_mm3 / 1000.0:.3g} cm3, {spacing}{gap}{dose_text(layer)}{time}{clear}"
+        f"path, {layer.laid_mm3 / 1000.0:.3g} cm3{even}{gap}{dose_text(layer)}{time}{clear}"
     )

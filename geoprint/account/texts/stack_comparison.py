@@ -9,7 +9,7 @@ from geoprint.account.texts.tables import Cells, fitting, grid, left_out
 
 # What the columns show, and how much each matters: where the terminal is narrow, the highest numbers go first.
 COLUMNS = {
-    "backend": 0, "thickness CV": 3, "volume": 6, "CV": 1, "worst CV": 5, "gap": 2, "overlap": 4, "runs": 9,
+    "backend": 0, "thickness CV": 3, "volume": 6, "layer CV": 1, "worst CV": 5, "gap": 2, "overlap": 4, "runs": 9,
     "length mm": 10, "print s": 7, "printable": 8, "clear mm": 11,
 }  # fmt: skip
 _LEFT = {"backend", "printable"}
@@ -19,8 +19,8 @@ _NONE = "-"
 def stack_comparison_text(told: StackComparisonRecord, *, width: int | None = None, verbose: bool = False) -> str:
     """Return the table and, below it, what it means and what to mind.
 
-    CV is that of the spacing, of all layers by area; worst CV that of the layer where it is largest; thickness CV and
-    volume are those of all layers together, as they are printed, over what is wanted.
+    Layer CV is that of the layers' own thickness, of all by area; worst CV that of the layer where it is largest;
+    thickness CV and volume are those of all layers together, as they are printed, over what is wanted.
 
     Args:
         told: what stacks.json says.
@@ -48,8 +48,8 @@ def stack_cells(row: ComparedStackRecord | RefusedStackRecord) -> Cells:
         "backend": row.backend,
         "thickness CV": _NONE if finished is None else f"{finished.cv:.2%}",
         "volume": _NONE if finished is None else f"{finished.volume:.2%}",
-        "CV": _NONE if row.spacing_cv is None else f"{row.spacing_cv:.2%}",
-        "worst CV": _NONE if row.worst_cv is None else f"{row.worst_cv:.2%}",
+        "layer CV": f"{row.thickness_cv:.2%}",
+        "worst CV": f"{row.worst_cv:.2%}",
         "gap": f"{row.gap:.2%}",
         "overlap": f"{row.overlap:.2%}",
         "runs": str(row.runs),

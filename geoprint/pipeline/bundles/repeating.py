@@ -17,7 +17,9 @@ import numpy as np
 
 from geoprint.account import peak_memory, record_evenness
 from geoprint.account.checked import Finding, Repeated
-from geoprint.account.records.plan import EvennessRecord, PlanRecord
+from geoprint.account.metrics import CATALOGUE
+from geoprint.account.records.evenness import EvennessRecord
+from geoprint.account.records.plan import PlanRecord
 from geoprint.account.records.robot import ClearanceRecord, RobotRecord
 from geoprint.config import job_of
 from geoprint.errors import GeoprintError
@@ -96,7 +98,8 @@ def _evenness(folder: Path, told: PlanRecord, part: SidedPart) -> EvennessRecord
     if told.uniformity is None:
         return None
     stream, spacing = stream_of(folder, told), told.settings.spacing_mm
-    return record_evenness(uniformity(stream, part.part, spacing=spacing, wanted=part.widths))
+    found = uniformity(stream, part.part, spacing=spacing, wanted=part.widths, flow_shares=told.settings.flow_shares)
+    return record_evenness(found)
 
 
 def _clearances(folder: Path, part: SidedPart, setup: Setup, orders: Orders) -> tuple[Clearance, Clearance]:
@@ -186,10 +189,8 @@ def _table_findings(part: SidedPart, setups: Sequence[Setup], told: Sequence[Rob
 
 def _uneven(now: EvennessRecord, told: EvennessRecord) -> Iterator[Finding]:
     """Yield each figure of evenness that is not the one of the plan."""
-    pairs = {name: (getattr(told, name), getattr(now, name)) for name in ("gap", "overlap", "fill", "width_cv")}
-    if told.spacing is not None and now.spacing is not None:
-        pairs["spacing.mean"] = told.spacing.mean, now.spacing.mean
-        pairs["spacing.cv"] = told.spacing.cv, now.spacing.cv
-    for name, (said, found) in pairs.items():
-        if abs(said - found) > EVENNESS_TOLERANCE:
-            yield Finding(PLAN, 1, f"uniformity.{name} is {said}, measured again it is {found}")
+    for metric in CATALOGUE:
+        said, found = metric.of(told), metric.of(now)
+        off, largest = abs((said or 0.0) - (found or 0.0)), max(abs(said or 0.0), 1.0)
+        if (said is None) is not (found is None) or off > EVENNESS_TOLERANCE * largest:
+            yield Finding(PLAN, 1, f"uniformity.{metric.key} is {said}, measured again it is {found}")

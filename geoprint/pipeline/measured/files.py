@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -18,8 +19,8 @@ from geoprint.errors import UsageError, naming
 from geoprint.export import json_bytes, write_bundle
 from geoprint.model import PrintErrors, Surface
 from geoprint.pipeline.workpiece.several_patches import patches_of
-from geoprint.quality import SideSpacing, joined_spans, measure_paths, moved, printed, rigid_fit
-from geoprint.results import MeasuredFile, Measurement, PrintedSides
+from geoprint.quality import measure_paths, moved, printed, rigid_fit
+from geoprint.results import MeasuredFile, Measurement
 from geoprint.surfaces import united, upright_of
 from geoprint.surfaces.files import MeshFile, load_file
 from geoprint.surfaces.repair import prepare
@@ -70,10 +71,21 @@ def measure_files(
         with naming(name):
             fitted = rigid_fit(surface, read.curves) if fit else None
             curves = read.curves if fitted is None else moved(read.curves, fitted)
-            measured = measure_paths(surface, curves, spacing=job.spacing, offset_up_to=offset_up_to)
-        expected = _printed(measured.sides, cell.errors or PrintErrors())
+            begun = time.process_time()
+            measured = measure_paths(
+                surface, curves, spacing=job.spacing, offset_up_to=offset_up_to, flow_shares=cell.process.flow_shares
+            )
+            seconds = time.process_time() - begun
+        # How the tool stands nobody knows.
+        expected = printed(
+            *measured.layer(follows=cell.signals.mode == "analog"),
+            measured.sides,
+            cell.errors or PrintErrors(),
+        )
         found.append(
-            MeasuredFile(name, read.format, read.deposit, read.points, read.dropped, fitted, measured, expected)
+            MeasuredFile(
+                name, read.format, read.deposit, read.points, read.dropped, fitted, measured, expected, seconds
+            )
         )
     own = job.cell is not None and cell.errors is not None
     return Measurement(part, surface, upright_of(surface), job.spacing, tuple(found), own_errors=own)
@@ -108,14 +120,6 @@ def save_measurement(found: Measurement, directory: Path | str, *, overwrite: bo
 
     write_bundle(directory, files, overwrite=overwrite, verify=verify)
     return told
-
-
-def _printed(sides: SideSpacing, errors: PrintErrors) -> PrintedSides:
-    """Return how even prints are expected to be; how the tool stands nobody knows."""
-    left, right = sides.spans
-    return PrintedSides(
-        *(printed(spans, errors, spacing=sides.spacing) for spans in (left, right, joined_spans(left, right)))
-    )
 
 
 def _surface(job: Job, part: MeshFile) -> Surface:

@@ -12,7 +12,7 @@ from geoprint.layers import middle_planes, sliced, sliced_layer
 from geoprint.layers.feet import Ground
 from geoprint.model import FloatArray
 from geoprint.pipeline.workpiece import Stack, read_part
-from geoprint.quality import LevelledLayer
+from geoprint.quality import LevelledLayer, stretches_of_poses
 from geoprint.quality.stacked import (
     column_feet,
     executed_flow,
@@ -50,15 +50,17 @@ def stacked_layer(planned: Plan) -> StackedLayer:
     flows = [constant, _at(planned, laid.following_flow)]
     flows += [_executed(planned)] if planned.robot else []
     printed = 2 if planned.robot else int(laid.mode == "analog")
-    layer = LevelledLayer(poses, planned.workpiece.part, spacing=planned.contours.spacing)
-    fields = np.stack([layer.field(flow) for flow in flows])
+    spacing = planned.contours.spacing
+    pieces = stretches_of_poses(poses, spacing=spacing)
+    layer = LevelledLayer(planned.workpiece.part, pieces.places, spacing=spacing, wanted=widths)
+    fields = np.stack([layer.field(pieces.volumes(flow)) for flow in flows])
     ground, feet = Ground(place.base), column_feet(place.base, count=COLUMNS)
     shown = replace(poses, flow=flows[printed])
     rows = np.flatnonzero(poses.deposit)
     return StackedLayer(
         bottom=place.bottom,
         height=place.height,
-        spacing=planned.contours.spacing,
+        spacing=spacing,
         laid=laid_over(feet, ground, layer.surface, fields, bottom=place.bottom, height=place.height),
         printed=printed,
         met=have_met(feet, ground, height=place.bottom + place.height),

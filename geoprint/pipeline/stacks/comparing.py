@@ -75,7 +75,7 @@ def _record(job: Job, found: Sequence[tuple[str, _Found]]) -> StackComparisonRec
     rows = [compared_stack(name, told if isinstance(told, str) else told[0], asked=job.robot) for name, told in found]
     first, _ = next(told for _, told in found if not isinstance(told, str))
     return StackComparisonRecord(
-        schema=1,
+        schema=2,
         version=version("geoprint"),
         part=job.surface.name,
         thickness_mm=first.thickness_mm,

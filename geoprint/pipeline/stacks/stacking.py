@@ -154,7 +154,7 @@ def _finished(
     finished = finished_stack(job, stack, [layer for _, layer in printed])
     layers = tuple(record for record, _ in printed)
     untold = StackRecord(
-        schema=1,
+        schema=2,
         version=version("geoprint"),
         part=job.surface.name,
         thickness_mm=stack.thickness,

@@ -16,16 +16,16 @@ from geoprint.config import Job, Source
 from geoprint.errors import FieldError
 from geoprint.model import FloatArray, Surface
 from geoprint.pipeline.choice import backend_of, with_backend
-from geoprint.pipeline.covering import cover
+from geoprint.pipeline.covering import cover, evenness_of
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece.sources import BORDER, sources_of, united_seed
-from geoprint.quality import EVEN_ENOUGH, Covering, uniformity
+from geoprint.quality import EVEN_ENOUGH, Covering
 from geoprint.results import TriedSource, Workpiece
 from geoprint.surfaces import boundary_loops, boundary_seed, middle_of, pieces
 
 # So many loops are tried alone, the longest first: what begins at a small hole covers no better.
 MOST_LOOPS = 3
-# Sources that miss or lay twice shares of the area that differ by less than this are as good.
+# Sources that miss or cover twice shares of the area that differ by less than this are as good.
 SAME_FAULT = 0.001
 # Places that a user may type back: to a hundredth of a millimetre.
 PLACE_DIGITS = 2
@@ -85,14 +85,14 @@ def _best(job: Job, workpiece: Workpiece, *, patch: int) -> tuple[Source, list[T
         seeded = replace(workpiece, seed=united_seed(workpiece.surface, (source,), base=None))
         try:
             paths = cover(job, seeded, Stages(lambda _: None))
-            measured = uniformity(paths.poses, workpiece.part, spacing=paths.contours.spacing, wanted=workpiece.widths)
+            measured = evenness_of(paths)
         except FieldError as error:
             refused.append(error)
             continue
         runs = paths.toolpath.curves.count
         sources.append(source)
         found.append(
-            TriedSource(patch, str(source), measured.uncovered, measured.overlap, measured.cv, runs, taken=False)
+            TriedSource(patch, str(source), measured.gap, measured.overlap, measured.thickness.cv, runs, taken=False)
         )
     if not found:
         raise refused[0]
@@ -102,8 +102,8 @@ def _best(job: Job, workpiece: Workpiece, *, patch: int) -> tuple[Source, list[T
 
 
 def preferred(tried: Sequence[TriedSource]) -> int:
-    """Return the index of what leaves or lays twice least; of those nearly as good, and even, that with fewest runs."""
-    coverings = [Covering(each.gap, each.overlap, float(np.nan_to_num(each.cv))) for each in tried]
+    """Return the index of what leaves or covers twice least; of those nearly as good, and even, that with fewest runs."""
+    coverings = [Covering(each.gap, each.overlap, each.cv) for each in tried]
     covering = [each for each in coverings if each.covers] or coverings
     least = min(each.fault for each in covering)
     alike = [index for index, each in enumerate(coverings) if each in covering and each.fault <= least + SAME_FAULT]

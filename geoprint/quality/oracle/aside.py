@@ -257,7 +257,9 @@ def crosses_itself(
             if slope == 0.0:
                 continue
             share, where = cross(between, other) / slope, cross(between, along) / slope
-            if 0.0 <= share <= 1.0 and 0.0 <= where <= 1.0 and gone + share * abs(along) > near:
+            # What is nearest just where its own stretch begins to count is nearest only because that begins there.
+            meets = 0.0 <= share <= 1.0 + END_SHARE and -END_SHARE <= where <= 1.0 + END_SHARE
+            if meets and gone + share * abs(along) > near:
                 return True
         gone += abs(along)
     return False

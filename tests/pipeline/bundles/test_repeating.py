@@ -62,12 +62,14 @@ def test_figures_that_are_not_those_of_the_bundle_are_found(copy: Path) -> None:
         ):  # fmt: skip
             of[name] += 0.02
         told["uniformity"]["gap"] += 0.001
+        told["uniformity"]["thickness"]["cv"] -= 0.001
 
     edited(copy / "plan.json", flatter)
     found = reasons(check_bundle(copy, full=True), "plan.json")
     for name in ("smallest_mm", "arm_smallest_mm", "tip_margin_mm", "dry_run.smallest_mm"):
         assert sum(reason.startswith(f"robot.1.clearance.{name} is ") for reason in found) == 1, name
-    assert sum(reason.startswith("uniformity.gap is ") for reason in found) == 1
+    for name in ("gap", "thickness.cv"):
+        assert sum(reason.startswith(f"uniformity.{name} is ") for reason in found) == 1, name
     # Without asking for it only the hash tells.
     assert len(reasons(check_bundle(copy), "plan.json")) == 1
 
@@ -95,7 +97,8 @@ def test_paths_alone_are_checked_and_said_to_hold_no_program(compared: Path, tmp
     said = check_text(checked)
     assert said.startswith("PATHS ONLY  plate.ply  (heat)")
     assert "NONE: the robot cannot print it: " in said
-    assert "missed or laid twice: as in plan.json" in " ".join(said.split())
+    once = json.loads((heat / "plan.json").read_text())["uniformity"]["covered_once"]
+    assert f"{once:.2%} of the area covered once: as in plan.json" in " ".join(said.split())
     rows = (heat / "poses.csv").read_text().split("\n")
     row = next(i for i, text in enumerate(rows[1:], start=1) if text.split(",")[3] == "1") + 3
     cells = rows[row].split(",")
