@@ -5,8 +5,8 @@
 
 Parts are those in data/, surfaces by formula (irregular triangulations: structured ones flatter the heat method) and
 any mesh files [mm]. All are planned `SPACING` apart and measured as `geoprint compare` does it by default; what the
-columns mean stands in `geoprint.account.metrics`. The area scale is that of lscm's chart, chart over surface, 1 on average: where its 1st and
-99th percentile by area are near each other, a flat map loses little.
+columns mean stands in `geoprint.account.metrics`. The area scale is that of lscm's chart, chart over surface, 1 on
+average: where its 1st and 99th percentile by area are near each other, a flat map loses little.
 """
 
 from __future__ import annotations
