@@ -111,8 +111,10 @@ def test_a_cell_of_ones_own_says_how_far_its_prints_stray(compared: Comparison, 
     assert printed is not None
     assert (printed.errors, printed.mend_first) == ("cell", "run_flow")
     shares = printed.shares
-    assert shares.run_flow + shares.repeatability + shares.plan == pytest.approx(1.0, abs=1e-5)
-    assert 0.002 < shares.repeatability < 0.006
+    # How the part is turned, which the cell still has, matters along the rim alone.
+    assert 0.0 < shares.placement < 5e-4
+    assert shares.run_flow + shares.repeatability + shares.plan + shares.placement == pytest.approx(1.0, abs=1e-5)
+    assert 0.02 < shares.repeatability < 0.035
     text = outcome_text(record_plan(plan))
     assert f"in print: thickness expected to vary by {expected_text(printed)}" in text
     assert "mend first how the flow differs from run to run" in text
@@ -120,8 +122,8 @@ def test_a_cell_of_ones_own_says_how_far_its_prints_stray(compared: Comparison, 
     assert told.deposition is not None
     # 0.05 of flow from print to print, 1.96 times to either side.
     assert told.deposition.printed_mean_within == pytest.approx(0.098)
-    # 0.3 of flow from run to run, and little else.
-    assert printed.cv == pytest.approx(0.3, abs=0.01)
+    # 0.3 of flow from run to run, of which the spread leaves the root of 0.47, and little else.
+    assert printed.cv == pytest.approx(0.3 * np.sqrt(0.47), abs=0.02)
 
 
 def test_without_a_cell_the_packaged_one_counts_and_so_it_does_for_cells_without_errors(tmp_path: Path) -> None:
