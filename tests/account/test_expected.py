@@ -122,8 +122,8 @@ def test_a_cell_of_ones_own_says_how_far_its_prints_stray(compared: Comparison, 
     assert told.deposition is not None
     # 0.05 of flow from print to print, 1.96 times to either side.
     assert told.deposition.printed_mean_within == pytest.approx(0.098)
-    # 0.3 of flow from run to run, of which the spread leaves the root of 0.47, and little else.
-    assert printed.cv == pytest.approx(0.3 * np.sqrt(0.47), abs=0.02)
+    # 0.3 of flow from run to run: the spread leaves the root of 0.47, and the mean of four runs takes its part.
+    assert 0.14 < printed.cv < 0.3 * np.sqrt(0.47)
 
 
 def test_without_a_cell_the_packaged_one_counts_and_so_it_does_for_cells_without_errors(tmp_path: Path) -> None:
