@@ -11,8 +11,8 @@ EVEN_ENOUGH = 0.04
 SAME_THICKNESS = 0.002
 # Coverings that miss or cover twice shares of the area that differ by less than this cover a part alike.
 SAME_COVERAGE = 0.005
-# Where more of the area than this is missed, or covered twice, that is no cover; seams where fronts meet make up to about
-# as much.
+# Where more of the area than this is missed, or covered twice, that is no cover; seams where fronts meet make up to
+# about as much.
 MOST_MISSED = 0.02
 MOST_TWICE = 0.05
 

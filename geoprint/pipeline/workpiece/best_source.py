@@ -102,7 +102,7 @@ def _best(job: Job, workpiece: Workpiece, *, patch: int) -> tuple[Source, list[T
 
 
 def preferred(tried: Sequence[TriedSource]) -> int:
-    """Return the index of what leaves or covers twice least; of those nearly as good, and even, that with fewest runs."""
+    """Return the index of what covers most once; of those nearly as good, and even, that with fewest runs."""
     coverings = [Covering(each.gap, each.overlap, each.cv) for each in tried]
     covering = [each for each in coverings if each.covers] or coverings
     least = min(each.fault for each in covering)
