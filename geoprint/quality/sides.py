@@ -143,7 +143,8 @@ class SideSpacing:
 
     def worse(self) -> FloatArray:
         """Return the (k,) ratios on the side where they are farther from 1, NaN where no side has a neighbour."""
-        left, right = self.sides().T
+        sides = self.sides()
+        left, right = sides[:, 0], sides[:, 1]
         return np.where(~(np.abs(left - 1.0) <= np.abs(right - 1.0)) & np.isfinite(right), right, left)
 
     @property
@@ -151,9 +152,7 @@ class SideSpacing:
         """The samples that have a neighbour on both sides, and the spans to their left and to their right."""
         found: BoolArray = self.kinds == FOUND
         both = found.all(axis=1)
-        left, right = (
-            spans.some(np.flatnonzero(both[there])) for spans, there in zip(self.spans, found.T, strict=True)
-        )
+        left, right = (spans.some(np.flatnonzero(both[found[:, side]])) for side, spans in enumerate(self.spans))
         return np.flatnonzero(both), left, right
 
     @property

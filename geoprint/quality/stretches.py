@@ -102,7 +102,8 @@ def _stretches(
     """Return the segments of all runs along their stretches; those of a run that leads back turn round."""
     first = np.searchsorted(path.runs, np.arange(of.size))
     last = np.searchsorted(path.runs, np.arange(of.size), side="right")
-    taken = np.concatenate([np.arange(first[run], last[run])[:: int(signs[run])] for run in order])
+    along_runs: list[IntArray] = [np.arange(first[run], last[run])[:: int(signs[run])] for run in order]
+    taken: IntArray = np.concatenate(along_runs)
     runs = path.runs[taken]
     back = signs[runs] < 0
     starts, ends = path.starts[taken], path.ends[taken]
