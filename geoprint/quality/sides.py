@@ -151,7 +151,7 @@ class SideSpacing:
     def strips(self) -> tuple[IntArray, Spans, Spans]:
         """The samples that have a neighbour on both sides, and the spans to their left and to their right."""
         found: BoolArray = self.kinds == FOUND
-        both = found.all(axis=1)
+        both: BoolArray = found[:, 0] & found[:, 1]
         left, right = (spans.some(np.flatnonzero(both[found[:, side]])) for side, spans in enumerate(self.spans))
         return np.flatnonzero(both), left, right
 
