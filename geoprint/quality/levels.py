@@ -13,12 +13,11 @@ import numpy as np
 from geoprint.model import FloatArray, IntArray, PoseStream, freeze_arrays, frozen
 from geoprint.quality.deposited import Samples, deposited_rows
 from geoprint.quality.oracle import FlatMesh, GeodesicDistance, SurfacePath, spatial
+from geoprint.quality.sides import EVEN
 from geoprint.quality.spacing import meeting_share, outer_distance
 
 # Samples nearer together than this many spacings are one of the worst places.
 WORST_APART = 2.0
-# A sample within this share of the spacing is even.
-EVEN = 0.05
 
 
 class LevelSpacing(NamedTuple):
