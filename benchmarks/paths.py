@@ -105,7 +105,10 @@ def _ours(part: Path, name: str, spacing: float) -> Iterator[str]:
     assert found.levels is not None
     # What has to be compiled was compiled by the plan.
     yield _row(
-        name, "contours, fast-marching", _measured(part_surface, curves, spacing), levels=f"{found.levels.cv:.3%}"
+        name,
+        "contours, fast-marching",
+        _measured(part_surface, curves, spacing),
+        levels=f"{found.levels.figures.cv:.3%}",
     )
     if importlib.util.find_spec(METHODS[PEER].library) is None:
         yield f"| {name} | {PEER}: not installed and left out{BLANK}"

@@ -117,7 +117,7 @@ def table(surfaces: list[Surface], *, spacing: float) -> Iterator[str]:
             assert measured.levels is not None
             yield (
                 f"{named} {measured.thickness.cv:.2%} | {measured.covered_once:.2%} | {measured.gap:.2%} "
-                f"| {measured.overlap:.2%} | {measured.levels.cv:.2%} |"
+                f"| {measured.overlap:.2%} | {measured.levels.figures.cv:.2%} |"
             )
     for library in missing:
         yield f"{'igl (pip install libigl)' if library == 'igl' else library} is not installed and left out."

@@ -225,7 +225,7 @@ def evenness_of(measured: Uniformity) -> Evenness:
         covered_once=measured.covered_once,
         gap=measured.gap,
         overlap=measured.overlap,
-        level_cv=float("nan") if measured.levels is None else measured.levels.cv,
+        level_cv=float("nan") if measured.levels is None else measured.levels.figures.cv,
         width_cv=measured.width_cv,
     )
 

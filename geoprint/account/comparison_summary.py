@@ -116,7 +116,7 @@ def _row(name: str, outcome: Planned, told: PlanRecord) -> PlannedRecord:
     return PlannedRecord(
         backend=name,
         spacing_mm=plan.contours.spacing,
-        uniformity=told.uniformity or record_evenness(outcome.uniformity),
+        uniformity=told.uniformity or record_evenness(outcome.uniformity, distance=plan.distance),
         paths=told.paths,
         deposition=told.deposition,
         overhang=told.overhang,

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Protocol
 
 from geoprint.account.records.evenness import (
+    DistanceRecord,
     EvennessRecord,
     LevelRecord,
     LevelSpacingsRecord,
@@ -16,17 +16,20 @@ from geoprint.account.records.evenness import (
     WorstPlaceRecord,
 )
 from geoprint.account.records.printed import PrintedRecord
-from geoprint.quality import LevelSpacings, SideFigures, Thickness, Uniformity
+from geoprint.quality import DistanceErrors, LevelSpacings, SpacingFigures, Thickness, Uniformity
 
 # Places listed where the spacing is farthest from wanted.
 WORST_PLACES = 5
 
 
-def record_evenness(measured: Uniformity, *, printed: PrintedRecord | None = None) -> EvennessRecord:
+def record_evenness(
+    measured: Uniformity, *, distance: DistanceErrors | None = None, printed: PrintedRecord | None = None
+) -> EvennessRecord:
     """Return the figures of `uniformity` and `measure_paths` as files carry them.
 
     Args:
         measured: evenness.
+        distance: how far the backend's level curves lie from what they promise.
         printed: what is expected of prints.
     """
     return EvennessRecord(
@@ -39,6 +42,7 @@ def record_evenness(measured: Uniformity, *, printed: PrintedRecord | None = Non
         area_unknown=measured.unknown,
         fill=measured.fill,
         width_cv=measured.width_cv,
+        distance=None if distance is None else _distance(distance),
         printed=printed,
         left=_side(measured.sides.left),
         right=_side(measured.sides.right),
@@ -47,25 +51,18 @@ def record_evenness(measured: Uniformity, *, printed: PrintedRecord | None = Non
     )
 
 
+def _distance(found: DistanceErrors) -> DistanceRecord:
+    return DistanceRecord(
+        mean=found.mean, deviation=found.deviation, largest=found.largest, samples=found.errors.size,
+        unknown=found.unknown,
+    )  # fmt: skip
+
+
 def _thickness(found: Thickness) -> ThicknessRecord:
     return ThicknessRecord(**asdict(found))
 
 
-class _Ratios(Protocol):
-    """Ratios to the wanted spacing."""
-
-    @property
-    def measured(self) -> bool: ...
-    @property
-    def mean(self) -> float: ...
-    @property
-    def cv(self) -> float: ...
-    @property
-    def within_5_percent(self) -> float: ...
-    def percentile(self, share: float) -> float: ...
-
-
-def _spacing(found: _Ratios) -> SpacingRecord | None:
+def _spacing(found: SpacingFigures) -> SpacingRecord | None:
     if not found.measured:
         return None
     p1, p5, p50, p95, p99, largest = (found.percentile(share) for share in (1, 5, 50, 95, 99, 100))
@@ -75,7 +72,7 @@ def _spacing(found: _Ratios) -> SpacingRecord | None:
     )  # fmt: skip
 
 
-def _side(found: SideFigures) -> SpacingSideRecord:
+def _side(found: SpacingFigures) -> SpacingSideRecord:
     return SpacingSideRecord(
         spacing=_spacing(found),
         samples=found.ratios.size,
@@ -88,10 +85,10 @@ def _side(found: SideFigures) -> SpacingSideRecord:
 def _levels(found: LevelSpacings) -> LevelSpacingsRecord:
     straight = found.straight
     return LevelSpacingsRecord(
-        spacing=_spacing(found),
+        spacing=_spacing(found.figures),
         straight=(
             StraightRecord(mean=float(straight.mean()), cv=float(straight.std() / straight.mean()))
-            if found.measured
+            if found.ratios.size
             else None
         ),
         samples=len(found.ratios),

@@ -10,8 +10,7 @@ from operator import attrgetter
 from typing import final
 
 from geoprint.account.records.evenness import EvennessRecord
-from geoprint.model import frozen
-from geoprint.quality import GAP_SHARE, OVERLAP_SHARE
+from geoprint.model import GAP_SHARE, OVERLAP_SHARE, frozen
 
 NONE = "-"
 
@@ -98,8 +97,21 @@ LEVELS = Metric(
     "levels.spacing.cv", "spacing from level to level, variation (CV)", "level CV",
     "exact distance of each level to the one outside", lower_is_better=True,
 )  # fmt: skip
+OFF = Metric(
+    "distance.deviation", "level curves off their distance, deviation", "off",
+    "exact distance from the source less the promised one, in spacings; standard deviation, before any fitting",
+    lower_is_better=True,
+)  # fmt: skip
+OFF_MEAN = Metric("distance.mean", "level curves off their distance, mean", "off, mean", "above 0 is too far from it")
+OFF_MOST = Metric(
+    "distance.largest", "level curves off their distance, at most", "off, most", "to either side", lower_is_better=True
+)
+# What the backend's distance tells, and not the paths alone.
+OF_BACKEND = (OFF, OFF_MEAN, OFF_MOST)
 # In the order of tables: what decides, what tells where it comes from, details.
-CATALOGUE = (THICKNESS, FOLLOWING, WITHIN_10, COVERED_ONCE, GAP, OVERLAP, HOLE, WIDTH, MEAN_SPACING, SPACING, LEVELS)
+CATALOGUE = (
+    THICKNESS, FOLLOWING, WITHIN_10, COVERED_ONCE, GAP, OVERLAP, HOLE, WIDTH, MEAN_SPACING, SPACING, LEVELS, *OF_BACKEND,
+)  # fmt: skip
 
 
 def cover_text(told: EvennessRecord, *, digits: int = 1) -> str:

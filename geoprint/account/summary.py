@@ -69,7 +69,11 @@ def record_plan(plan: Plan) -> PlanRecord:
         field=_field(plan),
         patches=_patches(plan),
         chart=_chart(plan) if plan.flattenings else None,
-        uniformity=None if plan.uniformity is None else record_evenness(plan.uniformity, printed=_printed(plan)),
+        uniformity=(
+            None
+            if plan.uniformity is None
+            else record_evenness(plan.uniformity, distance=plan.distance, printed=_printed(plan))
+        ),
         sources=tuple(_source(tried) for tried in plan.workpiece.tried),
         middles=tuple(_middle(tried) for tried in plan.middles),
         deposition=None if plan.laid is None else _deposition(plan.laid, plan),

@@ -40,6 +40,7 @@ def verdict(
         *coverage_advice(order[0].uniformity, order[0].spacing_mm),
         *printed,
         *_faults(order),
+        *_same_middle(order),
         *(text for row in order for text in middle_sentences(row.middles, backend=row.backend)),
         *table_sentences(order),
         *_printing(order),
@@ -81,6 +82,16 @@ def middle_sentences(middles: Sequence[MiddleRecord], *, backend: str | None = N
     whose = "" if backend is None else f" with {backend}"
     covered = f"area missed + covered twice: {found[0]}, {found[1]} if {other[0].middle}"
     return [f"Where fronts meet, contours{whose} are {taken[0].middle}; {covered} (`--middle {other[0].middle}`)."]
+
+
+def _same_middle(order: Sequence[PlannedRecord]) -> list[str]:
+    """Say which middle all of several backends have, where one was chosen for them."""
+    chosen = [each.middle for row in order for each in row.middles if each.taken]
+    if len(order) < 2 or not chosen:
+        return []
+    kept = [row.backend for row in order if not row.middles]
+    besides = f"; with {_listed(kept)} there was nothing to choose" if kept else ""
+    return [f"Where fronts meet, contours of all backends are compared {chosen[0]}, as the best of them are{besides}."]
 
 
 def covering(told: EvennessRecord) -> Covering:

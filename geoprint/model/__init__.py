@@ -47,6 +47,8 @@ from geoprint.model.print_errors import (
 )
 from geoprint.model.process import (
     FLOW_SHARES as FLOW_SHARES,
+    GAP_SHARE as GAP_SHARE,
+    OVERLAP_SHARE as OVERLAP_SHARE,
     PASCAL_PER_KPA as PASCAL_PER_KPA,
     Flood as Flood,
     GoodPrint as GoodPrint,

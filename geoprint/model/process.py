@@ -14,6 +14,8 @@ PASCAL_PER_KPA = 1000.0
 # Least and most of a flow that follows the width of a strip, over that of a strip one spacing wide, where a cell says
 # nothing else.
 FLOW_SHARES = (0.5, 1.5)
+# Surface farther than the first from every path is a gap, within the second of two stretches an overlap, in spacings.
+GAP_SHARE, OVERLAP_SHARE = 0.55, 0.45
 # From upright, where a cell says nothing else: the angle that the paper names for its silicone [rad].
 CRITICAL_OVERHANG = radians(30.0)
 

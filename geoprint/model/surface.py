@@ -230,6 +230,7 @@ class Strokes:
         width: (k,) of the strip of surface that each point is to fill, over the spacing.
         dropped: lengths of those that the pattern left out because they were not worth a start [mm].
         followed: lines of the surface's faces that they follow; None where it is no field that they follow.
+        promises: whether a point of row r promises to lie r + 1/2 spacings from the source.
     """
 
     curves: SurfaceCurves
@@ -238,6 +239,7 @@ class Strokes:
     width: FloatArray
     dropped: tuple[float, ...] = ()
     followed: FollowedLines | None = None
+    promises: bool = False
 
     def __post_init__(self) -> None:
         count = freeze_arrays(self, row="float: k", spacing="float: k", width="float: k")["k"]

@@ -53,4 +53,4 @@ class ContourPattern:
         if self._middle == FITTED:
             return fitted(surface, contours)
         row = contours.point_levels.astype(np.float64)
-        return Strokes(contours.curves, row, np.full(row.size, contours.spacing), np.ones(row.size))
+        return Strokes(contours.curves, row, np.full(row.size, contours.spacing), np.ones(row.size), promises=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 
 from geoprint.backends import compared_backends
@@ -10,6 +11,7 @@ from geoprint.config import Job
 from geoprint.errors import FieldError, InputError
 from geoprint.pipeline.choice import check_part, with_backend
 from geoprint.pipeline.feeding import check_single
+from geoprint.pipeline.middles import Measured, measured_covers, taken_alike
 from geoprint.pipeline.planning import compared_workpiece, plan_compared
 from geoprint.pipeline.processes import OtherProcesses, shared
 from geoprint.pipeline.stages import Stages
@@ -22,8 +24,8 @@ def compare(
 ) -> Comparison:
     """Plan one part with several backends and measure how even each is.
 
-    Like is compared with like: the same seed and spacing, and the same surface, refined to what the backend that needs
-    the finest one asks for. Evenness is reported whatever the robot says; what the cell cannot print carries the
+    Like is compared with like: the same seed and spacing, the same surface, refined to what the backend that needs the
+    finest one asks for, and where fronts meet the middle that the best covering of all has. Evenness is reported whatever the robot says; what the cell cannot print carries the
     reason.
 
     Args:
@@ -91,8 +93,12 @@ def _compare(
     workpiece, unplaced = compared_workpiece(job, Stages(observe), backends=backends)
     job = with_rounds(job, workpiece.cell).model_copy(update={"compared": [*backends]})
     jobs = [with_backend(job, name) for name in backends]
-    plan = partial(_outcome, workpiece=workpiece, unplaced=unplaced)
-    outcomes = shared(helper, plan, jobs, here=partial(plan, observe=observe))
+    cover = partial(_covers, workpiece=workpiece)
+    covers = shared(helper, cover, jobs, here=partial(cover, observe=observe))
+    alike = iter(taken_alike([each for each in covers if not isinstance(each, Refused)]))
+    measured = [each if isinstance(each, Refused) else next(alike) for each in covers]
+    plan = partial(_outcome, unplaced=unplaced)
+    outcomes = shared(helper, plan, measured, here=partial(plan, observe=observe))
     comparison = Comparison(job, workpiece, tuple(zip(backends, outcomes, strict=True)))
     if not comparison.planned:
         raise FieldError(comparison.refused[-1][1])
@@ -104,12 +110,29 @@ def _named(observe: Callable[[str], None], part: str, *, of: int) -> Callable[[s
     return observe if of == 1 else lambda stage: observe(f"{part}: {stage}")
 
 
-def _outcome(
-    job: Job, workpiece: Workpiece, *, unplaced: str | None, observe: Callable[[str], None] = lambda _: None
-) -> Planned | Refused:
+def _covers(
+    job: Job, workpiece: Workpiece, *, observe: Callable[[str], None] = lambda _: None
+) -> tuple[Measured, ...] | Refused:
+    """Return the measured paths of a backend, with each middle that is tried."""
     stage = Stages(lambda name: observe(f"{job.backend}: {name}"))
     try:
-        plan, lost = plan_compared(job, workpiece, stage, unplaced=unplaced)
+        covers = measured_covers(job, workpiece, stage)
+    except FieldError as error:
+        return Refused(str(error))
+    # What was tried took its time, whichever is taken.
+    return tuple((replace(paths, timings=tuple(stage.timings)), found) for paths, found in covers)
+
+
+def _outcome(
+    measured: Measured | Refused, *, unplaced: str | None, observe: Callable[[str], None] = lambda _: None
+) -> Planned | Refused:
+    """Return what becomes of the paths of a backend with the robot."""
+    if isinstance(measured, Refused):
+        return measured
+    paths, _ = measured
+    stage = Stages(lambda name: observe(f"{paths.job.backend}: {name}"), timings=paths.timings)
+    try:
+        plan, lost = plan_compared(measured, stage, unplaced=unplaced)
     except FieldError as error:
         return Refused(str(error))
     return Planned(plan, plan.not_printable, lost)

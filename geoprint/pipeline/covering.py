@@ -9,7 +9,7 @@ from geoprint.paths import arrange, seams_of
 from geoprint.pipeline.choice import backend_of, pattern_of
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import pose_stream
-from geoprint.quality import Uniformity, uniformity
+from geoprint.quality import DistanceErrors, Uniformity, distance_errors, uniformity
 from geoprint.results import Layer, Plan, Workpiece
 
 
@@ -34,7 +34,7 @@ def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
     layers = (Layer(surface, 0 if place is None else place.number - 1, process.layer_height),)
     return Plan(
         job, workpiece, contours, toolpath, stream, None, layers, (), tuple(stage.timings), flattenings,
-        followed=strokes.followed,
+        followed=strokes.followed, promised=strokes.row if strokes.promises else None,
     )  # fmt: skip
 
 
@@ -47,4 +47,19 @@ def evenness_of(paths: Plan) -> Uniformity:
         spacing=paths.contours.spacing,
         wanted=workpiece.widths,
         flow_shares=workpiece.cell.process.flow_shares,
+    )
+
+
+def distance_errors_of(paths: Plan) -> DistanceErrors | None:
+    """Measure how far the curves of a plan lie from the distance that they promise; None where they promise none."""
+    workpiece, contours = paths.workpiece, paths.contours
+    if paths.promised is None:
+        return None
+    return distance_errors(
+        workpiece.part,
+        workpiece.seed,
+        contours.curves,
+        paths.promised,
+        surface=workpiece.surface,
+        spacing=contours.spacing,
     )

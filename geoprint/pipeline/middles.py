@@ -2,44 +2,67 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import TypeAlias
 
 from geoprint.config import Job
 from geoprint.errors import FieldError
 from geoprint.pipeline.choice import seeks_middle
-from geoprint.pipeline.covering import cover, evenness_of
+from geoprint.pipeline.covering import cover, distance_errors_of, evenness_of
 from geoprint.pipeline.stages import Stages
 from geoprint.quality import Covering, Uniformity, ranked
 from geoprint.results import Plan, TriedMiddle, Workpiece
 
+# Paths with what was measured of them, and that by itself.
+Measured: TypeAlias = tuple[Plan, Uniformity]
 PLAIN, FITTED = "plain", "fitted"
 # Where less of the area than this is missed or covered twice there is nothing to gain.
 NEGLIGIBLE_FAULT = 0.003
 
 
-def measured_cover(job: Job, workpiece: Workpiece, stage: Stages) -> tuple[Plan, Uniformity]:
-    """Cover a workpiece and measure how evenly; where the best middle is sought, with the one that leaves least.
-
-    Plain contours stay where they miss or cover twice next to nothing, and where fitted ones cannot be made.
+def measured_covers(job: Job, workpiece: Workpiece, stage: Stages) -> tuple[Measured, ...]:
+    """Cover a workpiece and measure how evenly; where the best middle is sought, with each of them.
 
     Returns:
-        The paths with what was measured, and that by itself.
+        What was asked for alone; or plain contours, and fitted ones where plain ones miss or cover twice more than next
+        to nothing and fitted ones can be made.
 
     Raises:
         FieldError: the backend cannot plan on this part.
     """
     if not seeks_middle(job):
-        return _measured(job, job, workpiece, stage)
-    plain, found = _measured(job, job.model_copy(update={"middle": PLAIN}), workpiece, stage)
-    if _covering(found).fault <= NEGLIGIBLE_FAULT:
-        return plain, found
+        return (_measured(job, job, workpiece, stage),)
+    plain = _measured(job, job.model_copy(update={"middle": PLAIN}), workpiece, stage)
+    if _covering(plain[1]).fault <= NEGLIGIBLE_FAULT:
+        return (plain,)
     try:
         fitted, fits = _measured(job, job.model_copy(update={"middle": FITTED}), workpiece, stage)
     except FieldError:
-        return plain, found
-    taken = ranked([_covering(found), _covering(fits)])[0] == 1
-    middles = (_tried(FITTED, fitted, fits, taken=taken), _tried(PLAIN, plain, found, taken=not taken))
-    return (replace(fitted, middles=middles), fits) if taken else (replace(plain, middles=middles), found)
+        return (plain,)
+    return plain, (replace(fitted, distance=plain[0].distance), fits)
+
+
+def taken_alike(each: Sequence[tuple[Measured, ...]]) -> list[Measured]:
+    """Return one covering of each of several backends, all with the middle that the best of all of them has.
+
+    Like is compared with like so. A backend for which plain contours alone were measured keeps them.
+
+    Args:
+        each: what `measured_covers` returned, a backend each.
+    """
+    every = [(kind, measured) for covers in each for kind, measured in enumerate(covers)]
+    order = ranked([_covering(found) for _, (_, found) in every])
+    return [_of_kind(covers, every[order[0]][0]) for covers in each]
+
+
+def _of_kind(covers: tuple[Measured, ...], kind: int) -> Measured:
+    """Return one of the coverings with what is said of both, or the only one."""
+    if len(covers) == 1:
+        return covers[0]
+    tried = [_tried(name, *covers[k], taken=k == kind) for k, name in enumerate((PLAIN, FITTED))]
+    paths, found = covers[kind]
+    return replace(paths, middles=(tried[kind], tried[1 - kind])), found
 
 
 def taken_job(paths: Plan) -> Job:
@@ -50,12 +73,13 @@ def taken_job(paths: Plan) -> Job:
     return paths.job.model_copy(update={"middle": taken})
 
 
-def _measured(asked: Job, job: Job, workpiece: Workpiece, stage: Stages) -> tuple[Plan, Uniformity]:
+def _measured(asked: Job, job: Job, workpiece: Workpiece, stage: Stages) -> Measured:
     """Return the paths of a job, kept as those of what was asked for, and how even they are."""
     paths = cover(job, workpiece, stage)
     with stage("evenness"):
         measured = evenness_of(paths)
-    return replace(paths, job=asked, uniformity=measured), measured
+        distance = distance_errors_of(paths)
+    return replace(paths, job=asked, uniformity=measured, distance=distance), measured
 
 
 def _covering(measured: Uniformity) -> Covering:

@@ -19,7 +19,7 @@ import numpy as np
 
 from geoprint.config import Job
 from geoprint.deposition import exposure, following_flow
-from geoprint.errors import ClearanceError, PlanError, ReachError, naming
+from geoprint.errors import ClearanceError, FieldError, PlanError, ReachError, naming
 from geoprint.export import Orders, TipsAt, orders_of
 from geoprint.export.rapid import Proof, check_timeline, proven_program, timeline
 from geoprint.model import Cell, Clearance, FloatArray, JointPath, Placement, PoseStream, Program
@@ -38,7 +38,7 @@ from geoprint.motion.timing import timed_targets, tips_at
 from geoprint.pipeline.choice import check_options, check_part, with_backend
 from geoprint.pipeline.expecting import with_print
 from geoprint.pipeline.feeding import with_feedback
-from geoprint.pipeline.middles import measured_cover
+from geoprint.pipeline.middles import Measured, measured_covers, taken_alike
 from geoprint.pipeline.refusals import printed
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import arm_of, clearance_check, leaning_of, pose_stream, with_flow_of
@@ -80,11 +80,13 @@ def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
     check_options(job, [job.backend])
     stage = Stages(observe)
     if job.compared:
-        workpiece, unplaced = compared_workpiece(job, stage, backends=[*job.compared, job.backend])
-        return plan_compared(with_rounds(job, workpiece.cell), workpiece, stage, unplaced=unplaced)[0]
+        backends = list(dict.fromkeys([*job.compared, job.backend]))
+        workpiece, unplaced = compared_workpiece(job, stage, backends=backends)
+        job = with_rounds(job, workpiece.cell)
+        return plan_compared(_compared_cover(job, workpiece, stage, backends=backends), stage, unplaced=unplaced)[0]
     workpiece = prepare_workpiece(job, stage, backends=[job.backend])
     job = with_rounds(job, workpiece.cell)
-    paths, at_rest = _paths_and_check(job, workpiece, stage)
+    paths, at_rest = _with_check(lambda: plan_paths(job, workpiece, stage), workpiece)
     if workpiece.placement is not None:
         paths = _with_robots(paths, workpiece.placement, stage, at_rest=at_rest)
     return with_print(paths, stage)
@@ -103,24 +105,32 @@ def compared_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> t
         return prepare_workpiece(job.model_copy(update={"robot": False}), stage, backends=backends), str(error)
 
 
+def _compared_cover(job: Job, workpiece: Workpiece, stage: Stages, *, backends: Sequence[str]) -> Measured:
+    """Return what a comparison takes of the job's backend: the middle is that of all of them."""
+    covers = {job.backend: measured_covers(job, workpiece, stage)}
+    if len(covers[job.backend]) > 1:
+        for name in backends:
+            with suppress(FieldError):
+                covers[name] = covers.get(name) or measured_covers(with_backend(job, name), workpiece, stage)
+    in_order = [name for name in backends if name in covers]
+    return taken_alike([covers[name] for name in in_order])[in_order.index(job.backend)]
+
+
 def plan_compared(
-    job: Job, workpiece: Workpiece, stage: Stages, *, unplaced: str | None
+    measured: Measured, stage: Stages, *, unplaced: str | None
 ) -> tuple[Plan, tuple[tuple[str, float], ...]]:
     """Plan one of several backends: evenness counts whether or not the robot can print it.
 
     Args:
-        job: of this backend.
-        workpiece: of all of them.
+        measured: its paths on the workpiece of all of them.
         stage: names and times the work.
         unplaced: why the part cannot be placed, or None.
 
     Returns:
         The plan, which says why it cannot be printed, and what the arm cannot reach, as `Planned.lost`.
-
-    Raises:
-        FieldError: the backend cannot plan on this part.
     """
-    paths, at_rest = _paths_and_check(job, workpiece, stage)
+    workpiece = measured[0].workpiece
+    paths, at_rest = _with_check(lambda: _with_layer(measured, stage), workpiece)
     if workpiece.placement is None:
         return with_print(replace(paths, not_printable=unplaced), stage), ()
     try:
@@ -131,7 +141,13 @@ def plan_compared(
 
 def plan_paths(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
     """Cover the workpiece, measure evenness and give the poses their flow; the robot is left out."""
-    paths, measured = measured_cover(job, workpiece, stage)
+    return _with_layer(taken_alike([measured_covers(job, workpiece, stage)])[0], stage)
+
+
+def _with_layer(covered: Measured, stage: Stages) -> Plan:
+    """Give the poses of measured paths their flow."""
+    paths, measured = covered
+    workpiece = paths.workpiece
     with stage("layer"):
         stream, laid = _lay(paths.poses, measured.pose_widths, workpiece, spacing=paths.contours.spacing)
     paths = _whole_layer(replace(paths, poses=stream, laid=laid))
@@ -178,12 +194,12 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages, *, known: Clear
     return _low_or_high(paths, placement, stage, check=check, leaning=leaning)
 
 
-def _paths_and_check(job: Job, workpiece: Workpiece, stage: Stages) -> tuple[Plan, ClearanceCheck | None]:
-    """Lay the paths while another thread prepares the collision check; of a layer that depends on what they miss."""
+def _with_check(make: Callable[[], Plan], workpiece: Workpiece) -> tuple[Plan, ClearanceCheck | None]:
+    """Make paths while another thread prepares the collision check; of a layer that depends on what they miss."""
     placement = workpiece.placement
     if placement is None or workpiece.place is not None:
-        return plan_paths(job, workpiece, stage), None
-    return both(lambda: plan_paths(job, workpiece, stage), lambda: clearance_check(workpiece, placement))
+        return make(), None
+    return both(make, lambda: clearance_check(workpiece, placement))
 
 
 def _with_robots(paths: Plan, placement: Placement, stage: Stages, *, at_rest: ClearanceCheck | None) -> Plan:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager, suppress
 from typing import final
 
@@ -15,12 +15,13 @@ class Stages:
 
     Args:
         observe: called with the name of each stage as it starts.
+        timings: name and seconds of the stages that went before.
     """
 
-    def __init__(self, observe: Callable[[str], None]) -> None:
+    def __init__(self, observe: Callable[[str], None], *, timings: Sequence[tuple[str, float]] = ()) -> None:
         self.observe = observe
         self._begun: list[str] = []
-        self.timings: list[tuple[str, float]] = []
+        self.timings = [*timings]
 
     def begun(self, name: str) -> int:
         """Return how often a stage was begun."""

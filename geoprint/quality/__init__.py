@@ -8,7 +8,7 @@ from geoprint.quality.agreement import (
     Agreement as Agreement,
     agreement as agreement,
 )
-from geoprint.quality.coverage import GAP_SHARE as GAP_SHARE, OVERLAP_SHARE as OVERLAP_SHARE
+from geoprint.quality.distance import DistanceErrors as DistanceErrors, distance_errors as distance_errors
 from geoprint.quality.evenness import (
     OFF_SURFACE_SHARE as OFF_SURFACE_SHARE,
     Uniformity as Uniformity,
@@ -35,11 +35,8 @@ from geoprint.quality.ranking import (
     ranked as ranked,
 )
 from geoprint.quality.rigid_fit import RigidFit as RigidFit, moved as moved, rigid_fit as rigid_fit
-from geoprint.quality.sides import (
-    SideFigures as SideFigures,
-    SideSpacing as SideSpacing,
-)
-from geoprint.quality.spacing import SpacingAt as SpacingAt
+from geoprint.quality.sides import SideSpacing as SideSpacing
+from geoprint.quality.spacing import SpacingAt as SpacingAt, SpacingFigures as SpacingFigures
 from geoprint.quality.spans import Spans as Spans, joined_spans as joined_spans
 from geoprint.quality.straying import SOURCES as SOURCES
 from geoprint.quality.thickness import (

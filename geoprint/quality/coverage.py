@@ -16,7 +16,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from geoprint.model import BoolArray, FloatArray, IntArray, freeze_arrays, frozen
+from geoprint.model import GAP_SHARE, OVERLAP_SHARE, BoolArray, FloatArray, IntArray, freeze_arrays, frozen
 from geoprint.quality.deposited import Samples
 from geoprint.quality.oracle import (
     ANY,
@@ -34,10 +34,6 @@ from geoprint.quality.oracle import (
 from geoprint.quality.spacing import APART, SpacingAt, shares_at
 from geoprint.quality.widths import strip_widths
 
-# Surface farther than this share of the spacing from every run is a gap.
-GAP_SHARE = 0.55
-# Surface nearer than this share of the spacing to two stretches is overlapped.
-OVERLAP_SHARE = 0.45
 # Surface farther than this many spacings from every run belongs to no strip: no bead reaches it.
 REACH = 1.0
 # Sides of the small triangles over the spacing.

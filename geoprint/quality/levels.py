@@ -13,8 +13,7 @@ import numpy as np
 from geoprint.model import FloatArray, IntArray, PoseStream, freeze_arrays, frozen
 from geoprint.quality.deposited import Samples, deposited_rows
 from geoprint.quality.oracle import FlatMesh, GeodesicDistance, SurfacePath, spatial
-from geoprint.quality.sides import EVEN
-from geoprint.quality.spacing import meeting_share, outer_distance
+from geoprint.quality.spacing import SpacingFigures, meeting_share, outer_distance
 
 # Samples nearer together than this many spacings are one of the worst places.
 WORST_APART = 2.0
@@ -86,33 +85,14 @@ class LevelSpacings:
         )  # fmt: skip
 
     @property
-    def measured(self) -> bool:
-        """Whether there is a spacing: two levels or more."""
-        return self.ratios.size > 0
-
-    @property
-    def mean(self) -> float:
-        """Mean of the ratios."""
-        return float(self.ratios.mean()) if self.measured else float("nan")
-
-    @property
-    def cv(self) -> float:
-        """Coefficient of variation of the ratios: standard deviation over mean."""
-        return float(self.ratios.std() / self.ratios.mean()) if self.measured else float("nan")
-
-    def percentile(self, share: float) -> float:
-        """Return a percentile of the ratios, share in percent."""
-        return float(np.percentile(self.ratios, share)) if self.measured else float("nan")
-
-    @property
-    def within_5_percent(self) -> float:
-        """Share of samples within 5 % of the spacing."""
-        return float((np.abs(self.ratios - 1.0) <= EVEN).mean()) if self.measured else float("nan")
+    def figures(self) -> SpacingFigures:
+        """Mean, variation and percentiles of the ratios."""
+        return SpacingFigures(self.ratios)
 
     @property
     def bounded(self) -> float:
         """Share of samples whose ratio is not exact but lies between its bound and what is given."""
-        return float((self.bounds < self.ratios).mean()) if self.measured else 0.0
+        return float((self.bounds < self.ratios).mean()) if self.ratios.size else 0.0
 
     @property
     def largest_doubt(self) -> float:
@@ -123,11 +103,9 @@ class LevelSpacings:
         """Return the spacing of every level to the one outside."""
         found: list[LevelSpacing] = []
         for level in np.unique(self.levels):
-            ratios = self.ratios[self.levels == level]
-            worst = ratios[np.argmax(np.abs(ratios - 1.0))]
-            found.append(
-                LevelSpacing(int(level), float(ratios.mean()), float(ratios.std() / ratios.mean()), float(worst))
-            )
+            here = SpacingFigures(self.ratios[self.levels == level])
+            worst = here.ratios[np.argmax(np.abs(here.ratios - 1.0))]
+            found.append(LevelSpacing(int(level), here.mean, here.cv, float(worst)))
         return tuple(found)
 
     def worst(self, count: int) -> tuple[WorstPlace, ...]:

@@ -30,7 +30,7 @@ from geoprint.quality.oracle import (
     neighbours,
     spatial,
 )
-from geoprint.quality.spacing import APART, SpacingAt, shares_at
+from geoprint.quality.spacing import APART, SpacingAt, SpacingFigures, shares_at
 from geoprint.quality.spans import Spans, no_spans, spans_to_segments
 
 # How far a neighbour may be, in spacings.
@@ -39,53 +39,6 @@ REACH = 3.0
 CHORD_SHARE = 0.05
 # Samples are moved off edges and vertices by this share of the line to the middle of their face: they look from within.
 INWARDS = 1e-7
-# A sample within this share of the spacing is even.
-EVEN = 0.05
-
-
-@final
-@frozen
-class SideFigures:
-    """The spacing of samples on one side or both, over the wanted one.
-
-    Attributes:
-        ratios: (k,) of those that have a neighbour there.
-        none: share of the samples that have none within three spacings.
-        oblique: share that has one only obliquely, at an open end, or behind the path's own bend.
-        unknown: share for which the budget of work did not suffice.
-    """
-
-    ratios: FloatArray
-    none: float
-    oblique: float
-    unknown: float
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, ratios="float: k")
-
-    @property
-    def measured(self) -> bool:
-        """Whether there is a spacing at all."""
-        return self.ratios.size > 0
-
-    @property
-    def mean(self) -> float:
-        """Mean of the ratios; not a number where nothing is measured."""
-        return float(self.ratios.mean()) if self.measured else float("nan")
-
-    @property
-    def cv(self) -> float:
-        """Coefficient of variation of the ratios: standard deviation over mean."""
-        return float(self.ratios.std() / self.ratios.mean()) if self.measured else float("nan")
-
-    @property
-    def within_5_percent(self) -> float:
-        """Share of the ratios within 5 % of the wanted spacing."""
-        return float((np.abs(self.ratios - 1.0) <= EVEN).mean()) if self.measured else float("nan")
-
-    def percentile(self, share: float) -> float:
-        """Return a percentile of the ratios, share in percent."""
-        return float(np.percentile(self.ratios, share)) if self.measured else float("nan")
 
 
 @final
@@ -123,17 +76,17 @@ class SideSpacing:
         self.ratios.setflags(write=False)
 
     @property
-    def left(self) -> SideFigures:
+    def left(self) -> SpacingFigures:
         """To the left of the path, as seen from outside along it."""
         return self._figures(slice(0, 1))
 
     @property
-    def right(self) -> SideFigures:
+    def right(self) -> SpacingFigures:
         """To the right of it."""
         return self._figures(slice(1, 2))
 
     @property
-    def both(self) -> SideFigures:
+    def both(self) -> SpacingFigures:
         """All samples of both sides."""
         return self._figures(slice(0, 2))
 
@@ -174,10 +127,10 @@ class SideSpacing:
             ratios=np.ones(sample.size),
         )
 
-    def _figures(self, columns: slice) -> SideFigures:
+    def _figures(self, columns: slice) -> SpacingFigures:
         kinds, ratios = self.kinds[:, columns], self.ratios[:, columns]
         none, oblique, unknown = (float((kinds == kind).mean()) for kind in (NONE, OBLIQUE, UNKNOWN))
-        return SideFigures(ratios[kinds == FOUND], none, oblique, unknown)
+        return SpacingFigures(ratios[kinds == FOUND], none, oblique, unknown)
 
 
 def side_spacing(

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.errors import VerificationError
-from geoprint.model import BoolArray, FloatArray, IntArray, frozen
+from geoprint.model import BoolArray, FloatArray, IntArray, freeze_arrays, frozen
 from geoprint.quality.deposited import Samples
 from geoprint.quality.oracle import Ask, FlatMesh, GeodesicDistance, Places, SurfacePath, spatial
 from geoprint.surfaces import PolylineDistance
@@ -18,10 +18,57 @@ from geoprint.surfaces import PolylineDistance
 SpacingAt: TypeAlias = Callable[[FloatArray], FloatArray]
 # Stretches of one run are two when they are farther apart along it than this many spacings.
 APART = 2.0
+# A sample within this share of the spacing is even.
+EVEN = 0.05
 # Pieces per spacing into which runs are cut to find the nearest one in space; then the distance to the piece is exact.
 PIECES_PER_SPACING = 20
 # A way over the surface may come out shorter than a straight line by rounding [mm].
 ROUNDING = 1e-6
+
+
+@final
+@frozen
+class SpacingFigures:
+    """The spacing of samples over the wanted one; of no ratio the figures are not a number.
+
+    Attributes:
+        ratios: (k,) of the samples that have one; 1 is ideal.
+        none: share of the samples that have no neighbour within three spacings.
+        oblique: share that has one only obliquely, at an open end, or behind the path's own bend.
+        unknown: share for which the budget of work did not suffice.
+    """
+
+    ratios: FloatArray
+    none: float = 0.0
+    oblique: float = 0.0
+    unknown: float = 0.0
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, ratios="float: k")
+
+    @property
+    def measured(self) -> bool:
+        """Whether there is a spacing at all."""
+        return self.ratios.size > 0
+
+    @property
+    def mean(self) -> float:
+        """Mean of the ratios."""
+        return float(self.ratios.mean()) if self.measured else float("nan")
+
+    @property
+    def cv(self) -> float:
+        """Coefficient of variation of the ratios: standard deviation over mean."""
+        return float(self.ratios.std() / self.ratios.mean()) if self.measured else float("nan")
+
+    @property
+    def within_5_percent(self) -> float:
+        """Share of the ratios within 5 % of the wanted spacing."""
+        return float((np.abs(self.ratios - 1.0) <= EVEN).mean()) if self.measured else float("nan")
+
+    def percentile(self, share: float) -> float:
+        """Return a percentile of the ratios, share in percent."""
+        return float(np.percentile(self.ratios, share)) if self.measured else float("nan")
 
 
 @final

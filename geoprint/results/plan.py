@@ -30,7 +30,7 @@ from geoprint.model import (
     freeze_arrays,
     frozen,
 )
-from geoprint.quality import Printed, Uniformity
+from geoprint.quality import DistanceErrors, Printed, Uniformity
 from geoprint.results.tilting import Tilting
 from geoprint.results.workpiece import Workpiece
 from geoprint.surfaces import united
@@ -188,6 +188,10 @@ class Plan:
         not_printable: why the robot cannot print the paths of a comparison, or None where it can or was left out.
         printed: the thickness that prints are expected to have; None where evenness was not measured.
         followed: lines of the surface's faces that paths follow; None where it is no field that they follow.
+        promised: (k,) row of each point of the contours, which promises row + 1/2 spacings from the source; None where
+            they promise no distance.
+        distance: how far level curves of the backend lie from what they promise, before any is fitted to where fronts
+            meet; None where they promise none, or nobody has measured it.
         fed: what the last print taught, or None where the job names none.
         tilting: how a table is to tilt the part, or None where it stands still.
         joined: the program of all of the robot's parts, or None where there is one part or none.
@@ -208,6 +212,8 @@ class Plan:
     not_printable: str | None = None
     printed: Printed | None = None
     followed: FollowedLines | None = None
+    promised: FloatArray | None = None
+    distance: DistanceErrors | None = None
     fed: Fed | None = None
     tilting: Tilting | None = None
     joined: JoinedProgram | None = None

@@ -222,3 +222,13 @@ def test_the_middle_that_was_taken_is_told_with_the_one_that_was_not_and_nothing
         f"Where fronts meet, contours with heat are fitted; {said}"
     ]
     assert middle_sentences([]) == middle_sentences([plain]) == middle_sentences([fitted]) == []
+
+
+def test_compared_backends_have_one_middle_and_that_is_said(told: PlannedRecord) -> None:
+    fitted = MiddleRecord(middle="fitted", gap=0.004, overlap=0.001, cv=0.01, runs=7, taken=True)
+    plain = MiddleRecord(middle="plain", gap=0.02, overlap=0.013, cv=0.05, runs=9, taken=False)
+    rows = [like(told, name).model_copy(update={"middles": (fitted, plain)}) for name in ("a", "b")]
+    alike = "Where fronts meet, contours of all backends are compared fitted, as the best of them are"
+    assert f"{alike}." in verdict("part", rows)
+    assert f"{alike}; with c there was nothing to choose." in verdict("part", [*rows, like(told, "c")])
+    assert not any("compared" in text for text in verdict("part", rows[:1]) + verdict("part", [like(told, "c")]))

@@ -174,7 +174,7 @@ def test_renumbering_a_part_leaves_its_evenness_as_it_is(backend: str, tmp_path:
         planned = plan(job_of(surface=tmp_path / f"{name}.ply", **asked))
         assert planned.uniformity is not None
         assert planned.uniformity.levels is not None
-        cvs.append((planned.uniformity.thickness.cv, planned.uniformity.levels.cv))
+        cvs.append((planned.uniformity.thickness.cv, planned.uniformity.levels.figures.cv))
     assert cvs[1] == pytest.approx(cvs[0], abs=1e-4)
 
 

@@ -46,8 +46,8 @@ def test_a_bundle_of_ours_gives_the_figures_of_compare(folder: Path) -> None:
     right = found.measured.sides.right
     assert found.format == "bundle"
     assert told.levels is not None
-    assert right.mean == pytest.approx(told.levels.mean, abs=1e-4)
-    assert right.cv == pytest.approx(told.levels.cv, abs=1e-4)
+    assert right.mean == pytest.approx(told.levels.figures.mean, abs=1e-4)
+    assert right.cv == pytest.approx(told.levels.figures.cv, abs=1e-4)
     assert found.measured.thickness.cv == pytest.approx(told.thickness.cv, abs=1e-4)
     assert found.measured.followed.cv == pytest.approx(told.followed.cv, abs=1e-4)
     assert found.measured.gap == pytest.approx(told.gap, abs=1e-4)

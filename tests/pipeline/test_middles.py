@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,6 +15,7 @@ from geoprint.config import job_of
 from geoprint.errors import UsageError
 from geoprint.model import Surface
 from geoprint.pipeline import compare, plan
+from geoprint.pipeline.middles import Measured, taken_alike
 from geoprint.results import Plan
 from geoprint.surfaces.files import save_ply
 from tests.meshes import annulus, plate
@@ -26,6 +29,15 @@ def planned(folder: Path, surface: Surface, **values: object) -> Plan:
     path = folder / "part.ply"
     save_ply(surface, path)
     return plan(job_of(surface=path, unit="mm", spacing=2.0, robot=False, **values))
+
+
+def measured(paths: Plan) -> Measured:
+    assert paths.uniformity is not None
+    return paths, paths.uniformity
+
+
+def taken(each: Sequence[Measured]) -> list[str]:
+    return [tried.middle for paths, _ in each for tried in paths.middles if tried.taken]
 
 
 def missed_or_twice(found: Plan) -> float:
@@ -70,6 +82,32 @@ def test_a_comparison_says_what_was_tried_with_each_backend(tmp_path: Path) -> N
     assert isinstance(part, PartRecord)
     for backend in ("heat", "fast-marching"):
         assert any(f"contours with {backend} are fitted" in sentence for sentence in part.verdict)
+
+
+def test_compared_backends_all_have_the_middle_of_the_best_covering(tmp_path: Path) -> None:
+    plain, fitted = (measured(planned(tmp_path, BAND, middle=middle)) for middle in ("plain", "fitted"))
+    # By itself the second one would stay plain.
+    worse = fitted[0], replace(fitted[1], gap=0.4)
+    assert taken(taken_alike([(plain, worse)])) == ["plain"]
+    assert taken(taken_alike([(plain, fitted), (plain, worse)])) == ["fitted", "fitted"]
+    assert taken(taken_alike([(plain, worse), (plain, worse)])) == ["plain", "plain"]
+    # One for which there is no choice keeps what it has.
+    alone, chosen = taken_alike([(plain,), (plain, fitted)])
+    assert alone[0].middles == ()
+    assert alone[1].gap == plain[1].gap
+    assert taken([chosen]) == ["fitted"]
+    assert taken_alike([]) == []
+
+
+def test_a_compared_backend_is_planned_again_as_it_was_compared(tmp_path: Path) -> None:
+    path = tmp_path / "part.ply"
+    save_ply(BAND, path)
+    job = job_of(surface=path, unit="mm", spacing=2.0, robot=False)
+    for name, outcome in compare(job, backends=["heat", "fast-marching"]).planned:
+        again = plan(outcome.plan.job)
+        assert outcome.plan.job.backend == name
+        assert again.middles == outcome.plan.middles
+        assert (again.poses.tips == outcome.plan.poses.tips).all()
 
 
 def test_a_pattern_without_a_middle_and_one_given_twice_are_refused(tmp_path: Path) -> None:

@@ -133,7 +133,9 @@ def test_plan_json_says_what_was_planned(cap_plan: Plan, cap_bundle: tuple[Path,
     assert cap_plan.uniformity is not None
     assert found["uniformity"]["thickness"]["cv"] == pytest.approx(cap_plan.uniformity.thickness.cv, abs=1e-6)
     assert cap_plan.uniformity.levels is not None
-    assert found["uniformity"]["levels"]["spacing"]["cv"] == pytest.approx(cap_plan.uniformity.levels.cv, abs=1e-6)
+    assert found["uniformity"]["levels"]["spacing"]["cv"] == pytest.approx(
+        cap_plan.uniformity.levels.figures.cv, abs=1e-6
+    )
     assert any("PLACEMENT NOT KNOWN" in warning for warning in found["warnings"])
     # Warnings are to act on; what only informs stands beside them, and a person reads both in this order.
     assert cap_plan.workpiece.side.sentence in found["notes"]
@@ -233,7 +235,7 @@ def test_a_single_level_gets_the_flow_that_its_strip_needs(tmp_path: Path) -> No
     laid = planned.laid
     assert planned.uniformity is not None
     assert planned.uniformity.levels is not None
-    assert not planned.uniformity.levels.measured
+    assert not planned.uniformity.levels.figures.measured
     assert laid is not None
     # One rectangle 3.5 mm inside has to fill the whole plate, which is more than its length times the spacing.
     assert planned.uniformity.thickness.mean < 0.94
@@ -482,8 +484,8 @@ def test_backends_agree_on_a_plate_and_on_a_cylinder_and_print_on_the_latter(tmp
             assert isinstance(outcome, Planned)
             levels = outcome.uniformity.levels
             assert levels is not None
-            assert levels.cv < 0.03
-            assert levels.mean == pytest.approx(1.0, abs=0.02)
+            assert levels.figures.cv < 0.03
+            assert levels.figures.mean == pytest.approx(1.0, abs=0.02)
             # Where fronts meet and at corners plain contours leave less than they shall.
             assert outcome.uniformity.thickness.cv < 0.065
             assert outcome.uniformity.thickness.mean == pytest.approx(0.975, abs=0.015)
@@ -558,7 +560,7 @@ def test_a_single_level_is_compared_by_all_but_spacing(tmp_path: Path) -> None:
     compared = compare(job_of(surface=part, unit="mm", spacing=10.0, robot=False, middle="plain"))
     for _, planned in compared.planned:
         assert planned.uniformity.levels is not None
-        assert not planned.uniformity.levels.measured
+        assert not planned.uniformity.levels.figures.measured
         # Its layer is measured all the same.
         assert 0.1 < planned.uniformity.thickness.cv < 0.15
         # One rectangle 5 mm inside the rim: 3.7 % of the plate, at its corners, is farther than 5.5 mm from it, and a

@@ -88,8 +88,8 @@ def test_on_exact_contours_the_outer_side_is_the_outward_figure(name: str) -> No
     before, found = measured_contours(name), measure_paths(surface, deposits_of(stream), spacing=spacing)
     ratios, levels = outwards(found, stream), levels_of(before)
     assert ratios.size == levels.ratios.size
-    assert ratios.std() / ratios.mean() == pytest.approx(levels.cv, abs=1e-4)
-    assert ratios.mean() == pytest.approx(levels.mean, abs=1e-4)
+    assert ratios.std() / ratios.mean() == pytest.approx(levels.figures.cv, abs=1e-4)
+    assert ratios.mean() == pytest.approx(levels.figures.mean, abs=1e-4)
     assert found.gap == pytest.approx(before.gap, abs=1e-4)
     assert found.thickness.cv == pytest.approx(before.thickness.cv, abs=1e-4)
     assert found.overlap == pytest.approx(before.overlap, abs=1e-4)
@@ -104,9 +104,9 @@ def test_on_planned_contours_the_outer_side_is_the_outward_figure(part: str) -> 
     before = levels_of(uniformity(planned.poses, surface, spacing=4.0))
     found = measure_paths(surface, deposits_of(planned.poses), spacing=4.0)
     ratios = outwards(found, planned.poses)
-    assert before.cv > 1e-3
-    assert ratios.std() / ratios.mean() == pytest.approx(before.cv, abs=1e-4)
-    assert ratios.mean() == pytest.approx(before.mean, abs=1e-4)
+    assert before.figures.cv > 1e-3
+    assert ratios.std() / ratios.mean() == pytest.approx(before.figures.cv, abs=1e-4)
+    assert ratios.mean() == pytest.approx(before.figures.mean, abs=1e-4)
 
 
 def test_a_spiral_has_neighbours_though_it_is_one_run() -> None:

@@ -80,16 +80,16 @@ def measured_contours(name: str) -> Uniformity:
 @pytest.mark.parametrize("name", ["plate", "cylinder", "cone", "cap"])
 def test_exact_contours_are_one_spacing_apart(name: str) -> None:
     found = measured_contours(name)
-    assert levels_of(found).mean == pytest.approx(1.0, abs=0.002)
-    assert levels_of(found).cv <= 0.003
+    assert levels_of(found).figures.mean == pytest.approx(1.0, abs=0.002)
+    assert levels_of(found).figures.cv <= 0.003
     assert levels_of(found).bounded == 0.0
 
 
 def test_even_lines_are_one_spacing_apart_everywhere() -> None:
     found = uniformity(rows([1.0, 3.0, 5.0, 7.0]), fine_plate(), spacing=2.0)
     np.testing.assert_allclose(levels_of(found).ratios, 1.0, atol=1e-9)
-    assert levels_of(found).cv == pytest.approx(0.0, abs=1e-9)
-    assert levels_of(found).within_5_percent == 1.0
+    assert levels_of(found).figures.cv == pytest.approx(0.0, abs=1e-9)
+    assert levels_of(found).figures.within_5_percent == 1.0
     assert found.length == pytest.approx(160.0)
     assert found.fill == pytest.approx(160.0 * 2.0 / 1200.0)
 
@@ -97,8 +97,8 @@ def test_even_lines_are_one_spacing_apart_everywhere() -> None:
 def test_lines_displaced_by_a_tenth_are_reported_as_a_tenth() -> None:
     found = uniformity(rows([1.0, 3.2, 5.2]), fine_plate(), spacing=2.0)
     assert sorted(set(levels_of(found).ratios.round(9).tolist())) == [1.0, 1.1]
-    assert levels_of(found).mean == pytest.approx(1.05, abs=1e-3)
-    assert levels_of(found).cv == pytest.approx(0.05 / 1.05, rel=1e-2)
+    assert levels_of(found).figures.mean == pytest.approx(1.05, abs=1e-3)
+    assert levels_of(found).figures.cv == pytest.approx(0.05 / 1.05, rel=1e-2)
     assert [(level, round(mean, 9), round(worst, 9)) for level, mean, _, worst in levels_of(found).by_level()] == [
         (1, 1.1, 1.1),
         (2, 1.0, 1.0),
@@ -109,8 +109,8 @@ def test_circles_a_tenth_too_far_on_a_cap_are_reported_as_a_tenth() -> None:
     polar = 0.95 - np.arange(0.0, 8.0) * 2.2 / 30.0
     stream = deposited([circle(30.0 * np.sin(a), height=30.0 * np.cos(a)) for a in polar.tolist()], range(8))
     found = uniformity(stream, spherical_cap(radius=30.0, angle=1.0, rings=32), spacing=2.0)
-    assert levels_of(found).mean == pytest.approx(1.1, abs=0.002)
-    assert levels_of(found).cv <= 0.003
+    assert levels_of(found).figures.mean == pytest.approx(1.1, abs=0.002)
+    assert levels_of(found).figures.cv <= 0.003
 
 
 def test_the_distance_runs_over_the_surface_and_not_through_the_air() -> None:
@@ -212,8 +212,8 @@ def test_too_little_work_is_told_and_bounded() -> None:
 
 def test_one_level_has_no_spacing_to_measure() -> None:
     found = uniformity(rows([15.0]), fine_plate(), spacing=2.0)
-    assert not levels_of(found).measured
-    assert np.isnan([levels_of(found).mean, levels_of(found).cv]).all()
+    assert not levels_of(found).figures.measured
+    assert np.isnan([levels_of(found).figures.mean, levels_of(found).figures.cv]).all()
     assert levels_of(found).by_level() == levels_of(found).worst(3) == ()
     # What is covered is measured all the same: the row in the middle reaches 1.1 mm to either side of 30 mm.
     assert found.gap == pytest.approx(1.0 - 2.2 / 30.0, abs=0.01)
@@ -231,8 +231,8 @@ def test_the_check_from_outside_agrees(tmp_path: Path) -> None:
     command = [sys.executable, str(check), str(tmp_path), "--spacing", "2.0", "--json"]
     outside = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
     inside = uniformity(stream, fine_plate(), spacing=2.0)
-    assert levels_of(inside).mean == pytest.approx(outside["mean"], abs=1e-4)
-    assert levels_of(inside).cv == pytest.approx(outside["cv"], abs=1e-4)
+    assert levels_of(inside).figures.mean == pytest.approx(outside["mean"], abs=1e-4)
+    assert levels_of(inside).figures.cv == pytest.approx(outside["cv"], abs=1e-4)
 
 
 def lengths(points: FloatArray) -> FloatArray:

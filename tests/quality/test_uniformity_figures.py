@@ -38,7 +38,7 @@ def given(
 
 
 def test_mean_variation_and_percentiles_are_those_of_the_ratios() -> None:
-    found = given([0.8, 1.0, 1.0, 1.4])
+    found = given([0.8, 1.0, 1.0, 1.4]).figures
     assert found.measured
     assert found.mean == pytest.approx(1.05)
     # Squares of 0.25, 0.05, 0.05 and 0.35: 0.19 in all.
@@ -47,7 +47,7 @@ def test_mean_variation_and_percentiles_are_those_of_the_ratios() -> None:
 
 
 def test_five_percent_of_the_spacing_to_either_side_count_as_even() -> None:
-    assert given([0.9499, 0.9501, 1.0499, 1.0501]).within_5_percent == 0.5
+    assert given([0.9499, 0.9501, 1.0499, 1.0501]).figures.within_5_percent == 0.5
 
 
 def test_what_is_not_exact_is_told_with_its_share_and_largest_doubt() -> None:
@@ -59,10 +59,10 @@ def test_what_is_not_exact_is_told_with_its_share_and_largest_doubt() -> None:
 
 
 def test_of_no_samples_nothing_is_told() -> None:
-    assert given([1.0]).measured
+    assert given([1.0]).figures.measured
     none = given([])
-    assert not none.measured
-    assert np.isnan([none.mean, none.cv, none.within_5_percent]).all()
+    assert not none.figures.measured
+    assert np.isnan([none.figures.mean, none.figures.cv, none.figures.within_5_percent]).all()
     assert (none.bounded, none.largest_doubt) == (0.0, 0.0)
     assert none.by_level() == none.worst(3) == ()
 
@@ -152,7 +152,7 @@ def test_a_path_may_lie_a_tenth_of_a_spacing_off_its_surface() -> None:
     lines[0][:, 2] += 0.02
     far = deposited(lines, [0, 1])
     found = uniformity(near, surface, spacing=2.0)
-    assert levels_of(found).mean == pytest.approx(1.0)
+    assert levels_of(found).figures.mean == pytest.approx(1.0)
     assert (found.off_mean, found.off_max) == (pytest.approx(0.19), pytest.approx(0.19))
     with pytest.raises(FieldError, match=r"0\.21 mm away from plate in run 1, allowed are 0\.2 mm"):
         uniformity(far, surface, spacing=2.0)

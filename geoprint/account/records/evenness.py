@@ -6,7 +6,7 @@ from pydantic import Field
 
 from geoprint.account.records.printed import PrintedRecord
 from geoprint.account.records.rounding import Count, Place, Record, Rounded
-from geoprint.quality import GAP_SHARE, OVERLAP_SHARE
+from geoprint.model import GAP_SHARE, OVERLAP_SHARE
 
 
 class ThicknessRecord(Record):
@@ -82,6 +82,16 @@ class LevelSpacingsRecord(Record):
     worst_places: tuple[WorstPlaceRecord, ...] = Field(description="at most five, the worst first")
 
 
+class DistanceRecord(Record):
+    """How much farther from the source than they promise the level curves of the backend lie, in spacings."""
+
+    mean: Rounded = Field(description="of samples along all level curves")
+    deviation: Rounded = Field(description="standard deviation")
+    largest: Rounded = Field(description="to either side")
+    samples: Count = Field(description="along the curves")
+    unknown: Rounded = Field(description="share for which the budget of work did not suffice")
+
+
 class EvennessRecord(Record):
     """How evenly the paths cover the part, measured over its surface."""
 
@@ -94,6 +104,9 @@ class EvennessRecord(Record):
     area_unknown: Rounded = Field(description="share of the area that could not be judged")
     fill: Rounded = Field(description="deposited length times spacing, over the area")
     width_cv: Rounded = Field(description="of the strip that each stretch serves: standard deviation over mean")
+    distance: DistanceRecord | None = Field(
+        default=None, description="of the backend, before curves are fitted; left out where none is promised or known"
+    )
     printed: PrintedRecord | None = Field(default=None, description="in print; left out where nobody expects one")
     left: SpacingSideRecord = Field(description="to the left of the paths")
     right: SpacingSideRecord = Field(description="to the right")

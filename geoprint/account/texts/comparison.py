@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import final
 
 from geoprint.account.cautions import coverage_warnings, said_once
-from geoprint.account.metrics import COVERED_ONCE, FOLLOWING, GAP, HOLE, OVERLAP, THICKNESS
+from geoprint.account.metrics import COVERED_ONCE, FOLLOWING, GAP, HOLE, OFF, OVERLAP, THICKNESS
 from geoprint.account.prints.expected import expected_text
 from geoprint.account.records.comparison import FailedRecord, PartRecord, PlannedRecord, RefusedRecord, ToldComparison
 from geoprint.account.records.plan import PlanRecord
@@ -15,11 +15,11 @@ from geoprint.account.texts.marks import marked_lines
 from geoprint.account.texts.tables import GAP as SEAM, Cells, fitting, grid, left_out, line_width
 
 # What the columns show, and how much each matters: where the terminal is narrow, the highest numbers go first.
-METRICS = (THICKNESS, FOLLOWING, COVERED_ONCE, GAP, OVERLAP, HOLE)
+METRICS = (THICKNESS, FOLLOWING, COVERED_ONCE, GAP, OVERLAP, HOLE, OFF)
 COLUMNS = {
     "backend": 0, THICKNESS.column: 1, FOLLOWING.column: 8, "printed CV": 5, COVERED_ONCE.column: 2, GAP.column: 3,
-    OVERLAP.column: 4, HOLE.column: 9, "overhang": 13, "runs": 7, "length mm": 10, "print s": 6, "printable": 3,
-    "clear mm": 11, "planned in s": 12,
+    OVERLAP.column: 4, HOLE.column: 9, OFF.column: 11, "overhang": 14, "runs": 7, "length mm": 10, "print s": 6, "printable": 3,
+    "clear mm": 12, "planned in s": 13,
 }  # fmt: skip
 LEFT_ALIGNED = {"part", "backend", "printable"}
 # Narrower than this a table tells nothing: each backend has a line of words.

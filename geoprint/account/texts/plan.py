@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from importlib.metadata import version
 
 from geoprint.account.cautions import patch_evenness
-from geoprint.account.metrics import COVERED_ONCE, FOLLOWING, GAP, OVERLAP, THICKNESS
+from geoprint.account.metrics import COVERED_ONCE, FOLLOWING, GAP, OFF, OFF_MOST, OVERLAP, THICKNESS
 from geoprint.account.prints.expected import WORDS, expected_text
 from geoprint.account.prints.overhang import overhang_text, table_text
 from geoprint.account.records.evenness import EvennessRecord
@@ -38,6 +38,9 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
     ]
     if told.uniformity is not None:
         lines.append(_evenness_text(told.uniformity, told.deposition))
+        if told.uniformity.distance is not None:
+            off, most = OFF.text(told.uniformity), OFF_MOST.text(told.uniformity)
+            lines.append(f"distance: level curves lie {off} of a spacing off theirs (standard deviation), {most} at most")
         lines += [] if told.uniformity.printed is None else [_printed_text(told.uniformity.printed)]
     if len(told.patches) > 1:
         lines += [

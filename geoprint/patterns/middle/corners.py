@@ -10,13 +10,11 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import KDTree
 
-from geoprint.model import FloatArray
+from geoprint.model import GAP_SHARE, FloatArray
 from geoprint.patterns.middle.strands import STEP_SHARE, Strands
 
 # Half of the stretch over which a corner turns, over the spacing.
 HALF_CORNER = 0.5
-# What lies farther than this from a bead is missed, over the spacing.
-MISSED = 0.55
 # Corners that turn less leave next to nothing open.
 LEAST_TURN = np.radians(60.0)
 # A tip reaches no farther than so many spacings: a longer finger would be laid twice, or cut at its sharp end.
@@ -91,4 +89,4 @@ def _turns(ahead: FloatArray, normals: FloatArray, *, half: int, closed: bool) -
 def _reach(turn: float) -> float:
     """Return how far a tip is to reach so that nothing stays open outside of it [spacings]."""
     sine = max(np.cos(0.5 * turn), 1e-3)
-    return float(np.clip((1.0 - MISSED * (1.0 + sine)) / sine, 0.0, MOST_REACH))
+    return float(np.clip((1.0 - GAP_SHARE * (1.0 + sine)) / sine, 0.0, MOST_REACH))

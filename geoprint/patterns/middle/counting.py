@@ -8,11 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from geoprint.model import FloatArray, IntArray
+from geoprint.model import GAP_SHARE, OVERLAP_SHARE, FloatArray, IntArray
 
-# What lies farther than 0.55 spacings from a bead is missed, what lies within 0.45 of two is laid twice: beads a tenth
-# wider or narrower than nominal do neither.
-SLACK = 0.1
 # A change of the number costs as much as half a spacing squared of surface that is missed.
 CHANGE = 0.5
 
@@ -46,7 +43,8 @@ def bead_counts(widths: FloatArray, fewest: IntArray, lengths: FloatArray) -> In
 
 def _waste(widths: FloatArray, numbers: IntArray) -> FloatArray:
     """Return what a number of beads misses or lays twice of a width, and the square of what they are off by."""
+    # The middle between two beads is half a bead away from both: beads a tenth wider or narrower do neither.
     bead = widths / numbers
-    missed = numbers * np.maximum(bead - (1.0 + SLACK), 0.0)
-    twice = (numbers - 1) * np.maximum((1.0 - SLACK) - bead, 0.0)
+    missed = numbers * np.maximum(bead - 2.0 * GAP_SHARE, 0.0)
+    twice = (numbers - 1) * np.maximum(2.0 * OVERLAP_SHARE - bead, 0.0)
     return missed + twice + (widths - numbers) ** 2

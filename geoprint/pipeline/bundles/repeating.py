@@ -17,7 +17,7 @@ import numpy as np
 
 from geoprint.account import peak_memory, record_evenness
 from geoprint.account.checked import Finding, Repeated
-from geoprint.account.metrics import CATALOGUE
+from geoprint.account.metrics import CATALOGUE, OF_BACKEND
 from geoprint.account.records.evenness import EvennessRecord
 from geoprint.account.records.plan import PlanRecord
 from geoprint.account.records.robot import ClearanceRecord, RobotRecord
@@ -189,7 +189,7 @@ def _table_findings(part: SidedPart, setups: Sequence[Setup], told: Sequence[Rob
 
 def _uneven(now: EvennessRecord, told: EvennessRecord) -> Iterator[Finding]:
     """Yield each figure of evenness that is not the one of the plan."""
-    for metric in CATALOGUE:
+    for metric in (each for each in CATALOGUE if each not in OF_BACKEND):
         said, found = metric.of(told), metric.of(now)
         off, largest = abs((said or 0.0) - (found or 0.0)), max(abs(said or 0.0), 1.0)
         if (said is None) is not (found is None) or off > EVENNESS_TOLERANCE * largest:

@@ -135,17 +135,23 @@ class GeodesicDistance:
         self._lengths = lengths[order]
         self._middles = KDTree(path.middles(mesh))
 
-    def __call__(self, places: Places, ask: Ask) -> Nearest:
-        """Return what is nearest to each of k places."""
+    def __call__(self, places: Places, ask: Ask, *, least: FloatArray | None = None) -> Nearest:
+        """Return what is nearest to each of k places.
+
+        Args:
+            places: on the mesh.
+            ask: which segments count, and how far to look.
+            least: (3 m,) how far each half-edge is at least from whatever counts [mm]: long searches are narrower.
+        """
         count = int(places.faces.size)
         ends = [0, count // 2, count] if count >= SHARED_POINTS else [0, count]
         parts = [slice(first, last) for first, last in pairwise(ends)]
         windows = self._windows // len(parts)
-        return Nearest.joined(each_of(lambda part: self._nearest(places.some(part), ask.some(part), windows), parts))
+        return Nearest.joined(each_of(lambda part: self._nearest(places.some(part), ask.some(part), windows, least), parts))
 
-    def _nearest(self, places: Places, ask: Ask, windows: int) -> Nearest:
+    def _nearest(self, places: Places, ask: Ask, windows: int, least: FloatArray | None) -> Nearest:
         """Return what is nearest to each of k places as far as so many windows suffice."""
-        horizon = empty_horizon(self._mesh, windows=min(WINDOWS_PER_POINT, windows))
+        horizon = empty_horizon(self._mesh, windows=min(WINDOWS_PER_POINT, windows), least=least)
         distances, bounds, found, shares, spent = search_all(
             self._mesh, horizon, self._segments, places.faces, places.flat,
             ask.labels, ask.runs, ask.arcs, ask.clear, ask.limits, ask.aims, windows,

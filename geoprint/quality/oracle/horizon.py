@@ -79,6 +79,7 @@ class Horizon(NamedTuple):
         items: (c,) what they belong to.
         counts: how many windows there are; how many wait in the heap; how many are allowed.
         visited: (n,) number of the last search that turned at each vertex.
+        least: (3 m,) how far every half-edge is at least from whatever is looked for [mm]; 0 where nobody knows.
         found: nearest segment so far, and the window and the face in which it is seen.
         best: its distance [mm], and the share of the segment at which it is nearest.
         seen: where it is nearest, from the source of that window [mm].
@@ -95,13 +96,14 @@ class Horizon(NamedTuple):
     items: IntArray
     counts: IntArray
     visited: IntArray
+    least: FloatArray
     found: IntArray
     best: FloatArray
     seen: ComplexArray
 
 
-def empty_horizon(mesh: FlatMesh, *, windows: int) -> Horizon:
-    """Return room for searches of so many windows."""
+def empty_horizon(mesh: FlatMesh, *, windows: int, least: FloatArray | None = None) -> Horizon:
+    """Return room for searches of so many windows, and what is known of the way behind every half-edge."""
     return Horizon(
         halves=np.zeros(windows, dtype=np.int64),
         parents=np.zeros(windows, dtype=np.int64),
@@ -114,6 +116,7 @@ def empty_horizon(mesh: FlatMesh, *, windows: int) -> Horizon:
         items=np.zeros(windows, dtype=np.int64),
         counts=np.array([0, 0, windows]),
         visited=np.full(mesh.totals.size, -1),
+        least=np.zeros(mesh.starts.size) if least is None else least,
         found=np.zeros(3, dtype=np.int64),
         best=np.zeros(2),
         seen=np.zeros(1, dtype=np.complex128),
@@ -127,8 +130,10 @@ def add(
 ) -> int:  # fmt: skip
     """Put a window or a turn into the heap, unless it is too far; return its number."""
     key = before + ahead
+    edge = half if half >= 0 else -1 - half
+    if key + horizon.least[edge] >= horizon.best[0]:
+        return -1
     if goal.aimed:
-        edge = half if half >= 0 else -1 - half
         x, y, z = mesh.middles[edge, 0] - goal.x, mesh.middles[edge, 1] - goal.y, mesh.middles[edge, 2] - goal.z
         key += max(sqrt(x * x + y * y + z * z) - mesh.halves[edge], 0.0)
     if key >= horizon.best[0] or horizon.counts[0] >= horizon.counts[2]:

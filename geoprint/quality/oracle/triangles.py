@@ -61,7 +61,7 @@ class Places(NamedTuple):
     faces: IntArray
     flat: ComplexArray
 
-    def some(self, part: slice) -> Places:
+    def some(self, part: slice | IntArray | BoolArray) -> Places:
         """Return some of them."""
         return Places(self.faces[part], self.flat[part])
 

@@ -115,6 +115,22 @@ def test_a_rolled_plate_keeps_its_distances() -> None:
     np.testing.assert_allclose(found[1].distances, found[0].distances, rtol=1e-3, atol=1e-3)
 
 
+@pytest.mark.parametrize("shape", ["saddle", "half torus", "sheet with hole"])
+def test_what_is_known_of_the_way_behind_narrows_the_search_and_changes_nothing(shape: str) -> None:
+    surface = make(shape, faces=600)
+    mesh, path = laid(surface, [dot(surface, 0)])
+    places = flat_places(mesh, vertex_points(surface, np.arange(len(surface.vertices))))
+    distance, asked = GeodesicDistance(mesh, path), anything(places)
+    wide = distance(places, asked)
+    asked = Ask.anything(limits=1.001 * wide.distances + 1e-3)
+    away = np.linalg.norm(surface.vertices - surface.vertices[0], axis=1)[mesh.starts.reshape(-1, 3)]
+    least = 0.5 * (away + np.roll(away, -1, axis=1)).ravel() - mesh.halves
+    narrow = distance(places, asked, least=np.maximum(least, 0.0))
+    np.testing.assert_allclose(narrow.distances, wide.distances, atol=1e-9)
+    assert narrow.complete.all()
+    assert narrow.windows < 0.5 * distance(places, asked).windows
+
+
 @settings(max_examples=8, deadline=None)
 @given(st.integers(0, 10_000))
 def test_cutting_triangles_changes_nothing(number: int) -> None:
