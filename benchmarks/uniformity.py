@@ -1,33 +1,51 @@
-"""How even are the paths of each backend? Prints the README's table and makes its pictures.
+"""How even are the paths of each backend? Writes the full table, the README's rows of it and its pictures.
 
-    python -m benchmarks.uniformity [--parts FILE ...] [--save FILE] [--picture [FOLDER]] [--smoke]
-    python -m benchmarks.uniformity --compare A.json B.json
+    python -m benchmarks.uniformity [--parts FILE ...] [--write] [--picture [FOLDER]] [--smoke]
+    python -m benchmarks.uniformity --compare A.csv B.csv
 
 Parts are those in data/, surfaces by formula (irregular triangulations: structured ones flatter the heat method) and
 any mesh files [mm]. All are planned `SPACING` apart and measured as `geoprint compare` does it by default; what the
 columns mean stands in `geoprint.account.metrics`. The area scale is that of lscm's chart, chart over surface, 1 on
 average: where its 1st and 99th percentile by area are near each other, a flat map loses little.
+
+With --write the figures are kept in benchmarks/uniformity.csv and as a page in benchmarks/uniformity.md, and README
+gets its rows. The pictures bear the digest of the kept figures, so that a test notices one that is older than these.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
+import csv
+import hashlib
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from math import isnan
+from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 from types import MappingProxyType
 
 from benchmarks.parts.evenness_picture import evenness_picture
+from benchmarks.parts.stamps import stamped
 from benchmarks.parts.surfaces import SHAPES, Shape, cap, triangulated
+from geoprint.account import record_evenness
 from geoprint.account.compared.pictures import comparison_picture
-from geoprint.account.metrics import COVERED_ONCE, FOLLOWING, GAP, LEVELS, OVERLAP, THICKNESS, WIDTH, Metric
+from geoprint.account.metrics import (
+    COVERED_ONCE,
+    FOLLOWING,
+    GAP,
+    LEVELS,
+    NONE,
+    OFF,
+    OFF_MOST,
+    OVERLAP,
+    THICKNESS,
+    WIDTH,
+    Metric,
+)
+from geoprint.account.records.evenness import EvennessRecord
 from geoprint.backends import distortion
 from geoprint.config import job_of
 from geoprint.pipeline import compare
-from geoprint.quality import Uniformity
 from geoprint.results import Comparison
 from geoprint.surfaces.files import save_ply
 
@@ -61,39 +79,13 @@ IMAGES = Path(__file__).parents[1] / ".github" / "images"
 NEARLY_FLAT = 1.2
 
 
-@dataclass(frozen=True, slots=True)
-class Evenness:
-    """One backend on one part; shares, as in `geoprint.quality.Uniformity`.
-
-    Attributes:
-        thickness_cv: variation of the thickness with a constant flow.
-        following_cv: the same with a flow that follows the width.
-        covered_once: of the area.
-        gap: area missed.
-        overlap: area covered twice.
-        level_cv: variation of the spacing from level to level; NaN with a single level.
-        width_cv: that of the width of the strips.
-    """
-
-    thickness_cv: float
-    following_cv: float
-    covered_once: float
-    gap: float
-    overlap: float
-    level_cv: float
-    width_cv: float
-
-
-# What the columns show of it, in their order.
-COLUMNS: tuple[tuple[Metric, Callable[[Evenness], float]], ...] = (
-    (THICKNESS, lambda found: found.thickness_cv),
-    (FOLLOWING, lambda found: found.following_cv),
-    (COVERED_ONCE, lambda found: found.covered_once),
-    (GAP, lambda found: found.gap),
-    (OVERLAP, lambda found: found.overlap),
-    (LEVELS, lambda found: found.level_cv),
-    (WIDTH, lambda found: found.width_cv),
-)
+# What the columns show, in their order; README shows the first ones.
+COLUMNS = (THICKNESS, FOLLOWING, COVERED_ONCE, GAP, OVERLAP, OFF, OFF_MOST, LEVELS, WIDTH)
+README_COLUMNS = COLUMNS[:6]
+KEPT, PAGE = (Path(__file__).with_name(f"uniformity.{suffix}") for suffix in ("csv", "md"))
+README = Path(__file__).parents[1] / "README.md"
+# The lines of README between which its rows stand.
+ROWS = ("<!-- evenness -->\n", "<!-- /evenness -->\n")
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,13 +95,13 @@ class Row:
     Attributes:
         part: what it is.
         area_scale: 1st and 99th percentile of the area scale of lscm's chart, or None where it has none.
-        backends: evenness by name.
+        backends: by name the figure of each column, by its key; without those that were not measured.
         refused: reason by name, of those that cannot plan on it.
     """
 
     part: str
     area_scale: tuple[float, float] | None
-    backends: Mapping[str, Evenness]
+    backends: Mapping[str, Mapping[str, float]]
     refused: Mapping[str, str]
 
     @property
@@ -119,27 +111,85 @@ class Row:
 
 
 def main() -> None:
-    """Print the table, or the difference of two saved ones."""
+    """Print the table, or the difference of two kept ones."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--parts", nargs="+", type=Path, default=[], metavar="FILE", help="meshes [mm] besides")
-    parser.add_argument("--save", type=Path, metavar="FILE", help="write the figures as JSON too")
+    parser.add_argument("--write", action="store_true", help="keep the figures, write their page and README's rows")
     parser.add_argument("--compare", nargs=2, type=Path, metavar=("A", "B"), help="print what changed from A to B")
     parser.add_argument("--picture", type=Path, nargs="?", const=IMAGES, metavar="FOLDER", help="write both pictures")
     parser.add_argument("--smoke", action="store_true", help="the smallest case only, to see that the script runs")
     arguments = parser.parse_args()
     if arguments.compare is not None:
-        first, second = (loaded(path) for path in arguments.compare)
+        first, second = (loaded(path.read_text(encoding="utf-8")) for path in arguments.compare)
         print("\n".join(differences(first, second)))
         return
-    pictured: Path | None = arguments.picture
     with tempfile.TemporaryDirectory() as folder:
         parts = _smoke_parts() if arguments.smoke else _parts(Path(folder), arguments.parts)
-        rows = [_measured(title, file, smoke=arguments.smoke, picture=pictured) for title, file in parts.items()]
+        spacing = SMOKE_SPACING if arguments.smoke else SPACING
+        compared = {title: measured(file, spacing=spacing) for title, file in parts.items()}
+    rows = [row_of(title, found) for title, found in compared.items()]
     print("\n".join(table(rows)))
-    if arguments.save is not None:
-        arguments.save.write_text(json.dumps([asdict(row) for row in rows], indent=1) + "\n", encoding="utf-8")
-    if pictured is not None:
-        (pictured / "evenness.png").write_bytes(picture(rows))
+    if arguments.write:
+        KEPT.write_text(kept(rows), encoding="utf-8")
+        PAGE.write_text(page(rows), encoding="utf-8")
+        README.write_text(with_rows(README.read_text(encoding="utf-8"), rows), encoding="utf-8")
+    if arguments.picture is not None:
+        arguments.picture.mkdir(parents=True, exist_ok=True)
+        drawn = {"apex.png": comparison_picture(compared[PICTURED]), "evenness.png": picture(rows)}
+        for name, png in drawn.items():
+            (arguments.picture / name).write_bytes(stamped(png, stamp(kept(rows))))
+
+
+def kept(rows: Sequence[Row]) -> str:
+    """Return the text of the kept file: a line a part and backend, shares to six digits."""
+    text = StringIO()
+    lines = csv.writer(text, lineterminator="\n")
+    lines.writerow(["part", "area_scale_p1", "area_scale_p99", "backend", *(each.key for each in COLUMNS), "refused"])
+    for row in rows:
+        scale = ("", "") if row.area_scale is None else tuple(f"{each:.4f}" for each in row.area_scale)
+        for name in (*row.backends, *row.refused):
+            found = row.backends.get(name, {})
+            figures = [f"{found[each.key]:.6f}" if each.key in found else "" for each in COLUMNS]
+            lines.writerow([row.part, *scale, name, *figures, row.refused.get(name, "")])
+    return text.getvalue()
+
+
+def loaded(text: str) -> list[Row]:
+    """Read the text of a kept file."""
+    rows: dict[str, Row] = {}
+    for line in csv.DictReader(StringIO(text)):
+        scale = line["area_scale_p1"], line["area_scale_p99"]
+        area_scale = (float(scale[0]), float(scale[1])) if scale[0] else None
+        row = rows.get(line["part"], Row(line["part"], area_scale, {}, {}))
+        name, figures = line["backend"], {each.key: float(line[each.key]) for each in COLUMNS if line[each.key]}
+        backends = {**row.backends, name: figures} if figures else row.backends
+        refused = {**row.refused, name: line["refused"]} if line["refused"] else row.refused
+        rows[row.part] = Row(row.part, row.area_scale, backends, refused)
+    return list(rows.values())
+
+
+def stamp(text: str) -> str:
+    """Return what a picture says of the kept figures that it was drawn with."""
+    return f"figures {hashlib.sha256(text.encode()).hexdigest()[:16]}"
+
+
+def page(rows: Sequence[Row]) -> str:
+    """Return the page of the full table."""
+    meanings = [f"- {each.column}: {each.label}; {each.meaning}." for each in COLUMNS]
+    words = (
+        f"Paths {SPACING:g} mm apart, planned and measured as `geoprint compare` does it by default. Written by "
+        "`python -m benchmarks.uniformity --write`; the same figures to six digits are in uniformity.csv."
+    )
+    return "\n".join(["# How even is each backend?", "", words, "", *table(rows), "", *meanings, ""])
+
+
+def with_rows(readme: str, rows: Sequence[Row]) -> str:
+    """Return README with the rows of the parts in data/."""
+    before, after = readme.split(ROWS[0])[0], readme.split(ROWS[1])[1]
+    names = [each.label if each.column in {"gap", "overlap"} else each.column for each in README_COLUMNS]
+    head = f"| part | {' | '.join(f'{name}, %' for name in names)} |", "|" + "---|" * (1 + len(names))
+    lines = [" | ".join((f"| {row.part}", *_cells(row, README_COLUMNS))) + " |" for row in rows if row.part in OWN]
+    return f"{before}{ROWS[0]}" + "\n".join([*head, *lines]) + f"\n{ROWS[1]}{after}"
 
 
 def table(rows: Sequence[Row]) -> Iterator[str]:
@@ -147,7 +197,7 @@ def table(rows: Sequence[Row]) -> Iterator[str]:
     names = " / ".join(BACKENDS)
     yield f"In each cell: {names}."
     yield ""
-    yield f"| part | area scale p1 - p99 | {' | '.join(f'{metric.column}, %' for metric, _ in COLUMNS)} |"
+    yield f"| part | area scale p1 - p99 | {' | '.join(f'{metric.column}, %' for metric in COLUMNS)} |"
     yield "|" + "---|" * (2 + len(COLUMNS))
     ordered = _sorted(rows)
     for title, chosen in (
@@ -157,6 +207,7 @@ def table(rows: Sequence[Row]) -> Iterator[str]:
         if chosen:
             yield f"| **{title}** |" + " |" * (1 + len(COLUMNS))
         yield from (_line(row) for row in chosen)
+    yield ""
     for row in ordered:
         for name, reason in row.refused.items():
             yield f"{row.part}: {name} refuses: {reason}"
@@ -164,13 +215,13 @@ def table(rows: Sequence[Row]) -> Iterator[str]:
 
 def picture(rows: Sequence[Row]) -> bytes:
     """Return a PNG of the thickness CV of each backend on each part, ordered as in the table."""
-    cvs = {row.part: {name: found.thickness_cv for name, found in row.backends.items()} for row in _sorted(rows)}
+    cvs = {row.part: {name: found[THICKNESS.key] for name, found in row.backends.items()} for row in _sorted(rows)}
     flat = sum(row.spread <= NEARLY_FLAT for row in rows)
     return evenness_picture(cvs, nearly_flat=flat, backends=BACKENDS)
 
 
 def differences(first: Sequence[Row], second: Sequence[Row]) -> Iterator[str]:
-    """Return a Markdown table of the figures that two saved tables do not share, to 1e-4."""
+    """Return a Markdown table of the figures that two kept tables do not share, to 1e-4."""
     before, after = ({row.part: row for row in rows} for rows in (first, second))
     yield "| part | backend | figure | A | B | B - A |"
     yield "|" + "---|" * 6
@@ -183,10 +234,9 @@ def differences(first: Sequence[Row], second: Sequence[Row]) -> Iterator[str]:
             if old is None or new is None:
                 yield f"| {part} | {name} | planned only in {'B' if old is None else 'A'} | | | |"
                 continue
-            for figure, value in asdict(old).items():
-                change = asdict(new)[figure] - value
-                if abs(change) > 1e-4:
-                    yield f"| {part} | {name} | {figure} | {value:.4f} | {value + change:.4f} | {change:+.4f} |"
+            for key in old.keys() & new.keys():
+                if abs(new[key] - old[key]) > 1e-4:
+                    yield f"| {part} | {name} | {key} | {old[key]:.4f} | {new[key]:.4f} | {new[key] - old[key]:+.4f} |"
 
 
 def _parts(folder: Path, files: Sequence[Path]) -> dict[str, Path]:
@@ -202,32 +252,20 @@ def _smoke_parts() -> dict[str, Path]:
     return {PICTURED: DATA / OWN[PICTURED]}
 
 
-def _measured(title: str, file: Path, *, smoke: bool, picture: Path | None) -> Row:
-    """Compare the backends on a part, and draw it where it is the one that is drawn."""
-    spacing = SMOKE_SPACING if smoke else SPACING
-    compared = compare(job_of(surface=file, unit="mm", spacing=spacing, robot=False), backends=BACKENDS)
-    if picture is not None and title == PICTURED:
-        picture.mkdir(parents=True, exist_ok=True)
-        (picture / "apex.png").write_bytes(comparison_picture(compared))
-    return _row(title, compared)
+def measured(file: Path, *, spacing: float = SPACING) -> Comparison:
+    """Compare the backends on a part as the command does."""
+    return compare(job_of(surface=file, unit="mm", spacing=spacing, robot=False), backends=BACKENDS)
 
 
-def _row(title: str, compared: Comparison) -> Row:
-    found = {name: evenness_of(outcome.uniformity) for name, outcome in compared.planned}
-    return Row(title, _area_scale(compared), found, dict(compared.refused))
+def row_of(title: str, compared: Comparison) -> Row:
+    """Return what the table shows of a comparison."""
+    found = {name: record_evenness(each.uniformity, distance=each.plan.distance) for name, each in compared.planned}
+    backends = {name: _figures(record) for name, record in found.items()}
+    return Row(title, _area_scale(compared), backends, dict(compared.refused))
 
 
-def evenness_of(measured: Uniformity) -> Evenness:
-    """Return what the table shows of a measurement."""
-    return Evenness(
-        thickness_cv=measured.thickness.cv,
-        following_cv=measured.followed.cv,
-        covered_once=measured.covered_once,
-        gap=measured.gap,
-        overlap=measured.overlap,
-        level_cv=float("nan") if measured.levels is None else measured.levels.figures.cv,
-        width_cv=measured.width_cv,
-    )
+def _figures(record: EvennessRecord) -> dict[str, float]:
+    return {each.key: value for each in COLUMNS if (value := each.of(record)) is not None}
 
 
 def _area_scale(compared: Comparison) -> tuple[float, float] | None:
@@ -238,32 +276,19 @@ def _area_scale(compared: Comparison) -> tuple[float, float] | None:
     return None
 
 
-def loaded(path: Path) -> list[Row]:
-    """Read what `--save` wrote."""
-    return [
-        Row(
-            part=row["part"],
-            area_scale=None if row["area_scale"] is None else tuple(row["area_scale"]),
-            backends={name: Evenness(**found) for name, found in row["backends"].items()},
-            refused=row["refused"],
-        )
-        for row in json.loads(path.read_text(encoding="utf-8"))
-    ]
-
-
 def _sorted(rows: Sequence[Row]) -> list[Row]:
     return sorted(rows, key=lambda row: row.spread)
 
 
 def _line(row: Row) -> str:
     scale = "-" if row.area_scale is None else f"{row.area_scale[0]:.2f} - {row.area_scale[1]:.2f}"
-    figures = (_cell(row, value) for _, value in COLUMNS)
-    return " | ".join(("| " + row.part, scale, *figures)) + " |"
+    return " | ".join(("| " + row.part, scale, *_cells(row, COLUMNS))) + " |"
 
 
-def _cell(row: Row, value: Callable[[Evenness], float]) -> str:
-    shares = (value(row.backends[name]) if name in row.backends else float("nan") for name in BACKENDS)
-    return " / ".join("-" if isnan(share) else f"{100 * share:.2f}" for share in shares)
+def _cells(row: Row, columns: Sequence[Metric]) -> Iterator[str]:
+    for metric in columns:
+        shares = (row.backends.get(name, {}).get(metric.key) for name in BACKENDS)
+        yield " / ".join(NONE if share is None else f"{100 * share:.2f}" for share in shares)
 
 
 if __name__ == "__main__":
