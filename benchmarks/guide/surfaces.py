@@ -195,7 +195,7 @@ def own_backend(data: Path) -> bytes:
     for axis, (name, outcome), colour in zip(axes, found.items(), (ORANGE, BLUE), strict=True):
         view = outcome.plan.workpiece.upright
         _draw_paths(axis, outcome.plan, view, colour=colour)
-        axis.set_title(f"{name}: thickness varies by {outcome.uniformity.thickness.cv:.1%}", fontsize=10)
+        axis.set_title(name, fontsize=10)
     return small_png(figure)
 
 

@@ -1,9 +1,10 @@
 """Prints of a plan, made without geoprint's sampler: errors on the points of the path, and the layer simulated again.
 
 Nothing of `geoprint.quality` enters. Each print moves the points of every run by errors that are drawn for these points
-themselves (what strays along a run by the Cholesky factor of its covariance), lays them back onto the disc or dome that
-the part is, and gives each run a flow of its own. The volume then spreads over the part as heat does, on cells of a
-polar grid, exactly in time and by Fourier's modes around the pole; nothing leaves over the rim.
+themselves (what strays along a run, and how far the arm is off over the part, by the Cholesky factors of covariances),
+lays them back onto the disc or dome that the part is, and gives each run a flow of its own. The volume then spreads
+over the part as heat does, on cells of a polar grid, exactly in time and by Fourier's modes around the pole; nothing
+leaves over the rim.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-from geoprint.model import FloatArray, IntArray, PoseStream, PrintErrors
+from geoprint.model import ACCURACY_LENGTH, FloatArray, IntArray, PoseStream, PrintErrors
 
 # Of the covariance's diagonal, so that it has a Cholesky factor.
 JITTER = 1e-9
@@ -146,7 +147,8 @@ def lines_of(poses: PoseStream, shape: Shape, *, spacing: float) -> Lines:
 def reprinted(lines: Lines, errors: PrintErrors, layer: Layer, *, prints: int, rng: np.random.Generator) -> FloatArray:
     """Return the coefficient of variation of the thickness of each of many prints."""
     count = int(lines.runs.max()) + 1
-    factors = [_factor(lines.arcs[lines.runs == run], errors) for run in range(count)]
+    factors = [_factor(lines.arcs[lines.runs == run, None], errors.correlation) for run in range(count)]
+    factors.append(_factor(lines.points, ACCURACY_LENGTH))
     found = [
         layer.cv(lines, _printed(lines, errors, factors, rng), 1.0 + rng.normal(0.0, errors.run_flow, count))
         for _ in range(prints)
@@ -159,9 +161,9 @@ def planned_cv(lines: Lines, layer: Layer) -> float:
     return layer.cv(lines, lines.points, np.ones(int(lines.runs.max()) + 1))
 
 
-def _factor(arcs: FloatArray, errors: PrintErrors) -> FloatArray:
-    away = (arcs[:, None] - arcs[None, :]) / errors.correlation
-    return np.asarray(np.linalg.cholesky(np.exp(-0.5 * away**2) + JITTER * np.eye(arcs.size)), dtype=np.float64)
+def _factor(places: FloatArray, length: float) -> FloatArray:
+    away = ((places[:, None] - places[None, :]) ** 2).sum(axis=2) / length**2
+    return np.asarray(np.linalg.cholesky(np.exp(-0.5 * away) + JITTER * np.eye(len(places))), dtype=np.float64)
 
 
 def _printed(lines: Lines, errors: PrintErrors, factors: list[FloatArray], rng: np.random.Generator) -> FloatArray:
@@ -170,7 +172,8 @@ def _printed(lines: Lines, errors: PrintErrors, factors: list[FloatArray], rng: 
     moved = np.array(lines.points + rng.normal(0.0, errors.placement, 3), dtype=np.float64)
     moved += np.asarray(np.cross(rng.normal(0.0, errors.placement_turn, 3), lines.points - centre), dtype=np.float64)
     moved += lines.tool @ rng.normal(0.0, errors.needle_runout, 2)
-    for run, factor in enumerate(factors):
+    moved += errors.accuracy_deviation * factors[-1] @ rng.standard_normal(lines.points.shape)
+    for run, factor in enumerate(factors[:-1]):
         here = lines.runs == run
         moved[here] += rng.normal(0.0, errors.run_deviation, 3)
         moved[here] += errors.path_deviation * factor @ rng.standard_normal((factor.shape[0], 3))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 from geoprint.account.metrics import cover_text
@@ -28,6 +29,9 @@ NOTABLE_CV = 0.01
 LEAST_STANDING_OUT = 0.001
 # A tip nearer to the surface than this share of the stand-off lays a visibly thinner bead.
 NOTABLE_HEIGHT = 0.9
+# An arm that keeps the stand-off no better than the first share of it [95 % bound] halves the bead's height somewhere,
+# which is worth knowing; from the second on its tip may scratch the part.
+NOTABLE_INACCURACY, LARGEST_INACCURACY = 0.5, 1.0
 
 
 def warnings_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
@@ -48,6 +52,7 @@ def warnings_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
         *laid_warnings(told),
         *_close_targets(told.robot),
         *_uncertain(workpiece),
+        *(_inaccurate(told, least=LARGEST_INACCURACY) if plan.robot else ()),
         *_unheld(workpiece),
         *_unchanging(workpiece),
         *([plan.laid.light.lacking] if plan.laid and plan.laid.light and plan.laid.light.lacking else []),
@@ -81,6 +86,7 @@ def notes_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
         *_paths(told),
         *_creases(plan),
         *(_wide_needle(plan, told) if plan.robot else []),
+        *(_inaccurate(told, least=NOTABLE_INACCURACY, below=LARGEST_INACCURACY) if plan.robot else ()),
         *made_up_notes(plan, told),
         *_of_each(told.robot, lambda robot: near_borders(robot.motion)),
         *_of_each(told.robot, _bends),
@@ -259,6 +265,19 @@ def _uncertain(workpiece: Workpiece) -> Iterator[str]:
             f"by the touched points the surface may lie {uncertainty.bound:.2f} mm off along its normal (95 % bound), "
             f"{uncertainty.bound / standoff:.0%} of the stand-off: `geoprint calibrate --part` says which point to "
             "touch next."
+        )
+
+
+def _inaccurate(told: PlanRecord, *, least: float, below: float = math.inf) -> Iterator[str]:
+    """Say within what the arm keeps the stand-off, where that is from one share of it to another."""
+    printed = None if told.uniformity is None else told.uniformity.printed
+    found = None if printed is None else printed.standoff
+    share = 0.0 if found is None or found.within_mm is None else found.within_mm / found.wanted_mm
+    if found is not None and least <= share < below:
+        yield (
+            f"the arm keeps the stand-off of {found.wanted_mm:g} mm within {found.within_mm:.2f} mm (95 % bound), "
+            f"{share:.0%} of it: raise `standoff_mm`, or measure how far the paths of yours lie off "
+            "(`path_accuracy_mm` in [errors])."
         )
 
 

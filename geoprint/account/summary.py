@@ -37,7 +37,7 @@ from geoprint.account.records.plan import (
     SurfaceRecord,
     TimingsRecord,
 )
-from geoprint.account.records.printed import PrintedRecord
+from geoprint.account.records.printed import PrintedRecord, StandoffRecord
 from geoprint.account.records.rounding import as_json, place_of
 from geoprint.account.records.tried import MiddleRecord, SourceRecord
 from geoprint.account.robot_summary import record_robot
@@ -45,7 +45,7 @@ from geoprint.backends import diagnostics, distortion, predicted_spacing
 from geoprint.export import Json
 from geoprint.model import PASCAL_PER_KPA, PrintErrors, Surface
 from geoprint.paths import largest_lean, mean_lean
-from geoprint.quality import thickness_within
+from geoprint.quality import standoff_within, thickness_within
 from geoprint.results import Laid, Layer, Plan, TriedMiddle, TriedSource
 from geoprint.surfaces import component_labels, describe, edge_lengths, face_areas, middle_of, pieces
 from geoprint.surfaces.repair import PreparationReport
@@ -231,7 +231,9 @@ def _chart(plan: Plan) -> ChartRecord:
 
 
 def _printed(plan: Plan) -> PrintedRecord | None:
-    return record_printed(plan.printed, of_cell=says_errors(plan))
+    within = standoff_within(plan.workpiece.cell.errors or PrintErrors())
+    standoff = StandoffRecord(wanted_mm=plan.poses.standoff + plan.workpiece.below, within_mm=within)
+    return record_printed(plan.printed, of_cell=says_errors(plan), standoff=standoff)
 
 
 def _deposition(laid: Laid, plan: Plan) -> DepositionRecord:

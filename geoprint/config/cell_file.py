@@ -261,6 +261,8 @@ class ErrorsTable(Table):
 
     repeatability_mm: NonNegativeFloat
     path_repeatability_mm: NonNegativeFloat
+    # An arm that nobody has measured is not guessed to be like another.
+    path_accuracy_mm: NonNegativeFloat = 0.0
     correlation_mm: Annotated[float, Field(ge=1.0, le=1000.0)]
     placement_mm: NonNegativeFloat
     placement_turn_deg: NonNegativeFloat

@@ -41,6 +41,7 @@ from geoprint.model.path import (
 )
 from geoprint.model.polylines import Polylines as Polylines
 from geoprint.model.print_errors import (
+    ACCURACY_LENGTH as ACCURACY_LENGTH,
     PATH_FACTOR as PATH_FACTOR,
     POSE_FACTOR as POSE_FACTOR,
     PrintErrors as PrintErrors,

@@ -1,4 +1,4 @@
-"""How far a print strays from its plan: what repeats badly, where the part stands, how the needle runs, what flows."""
+"""How far a print strays from its plan: how arm and flow err, where the part stands, how the needle runs."""
 
 from __future__ import annotations
 
@@ -14,18 +14,25 @@ from geoprint.model.values import comparable
 # repeatability, RT) the mean sqrt(pi / 2) and the variance 2 - pi / 2.
 POSE_FACTOR = float(2.0 * np.sqrt(2.0 / np.pi) + 3.0 * np.sqrt(3.0 - 8.0 / np.pi))
 PATH_FACTOR = float(np.sqrt(np.pi / 2.0) + 3.0 * np.sqrt(2.0 - np.pi / 2.0))
+# Path accuracy is given as the mean of the distance from the commanded path, in that plane.
+ACCURACY_FACTOR = float(np.sqrt(np.pi / 2.0))
+# Length over the part along which the arm's deviation from its paths changes [mm]. ASSUMED: some paths of a part, and
+# less than the links of a small arm, with whose angles it changes.
+ACCURACY_LENGTH = 100.0
 
 
 @final
 @comparable
 class PrintErrors:
-    """What moves a print: standard deviations, but for both repeatabilities, which are those of [ISO9283].
+    """What moves a print: standard deviations, but for both repeatabilities, as [ISO9283] has them, and path accuracy.
 
     Unless a cell says otherwise they are those of the packaged cells.
 
     Attributes:
         repeatability: of a pose (RP): each run as a whole lies so far off [mm].
         path_repeatability: of a path (RT): along a run the tip strays so far, slowly [mm].
+        path_accuracy: mean distance of the arm's paths from the commanded ones, of an IRB 120 as in [MAPS]: alike in
+            every print, nearly alike for paths beside one another; 0 where nobody has measured it [mm].
         correlation: length along a run over which that fades: its correlation is exp(-(s / length)^2 / 2) [mm].
         placement: of where the part stands, along each axis; touched points tell it better [mm].
         placement_turn: of how it stands, about each axis [rad].
@@ -36,6 +43,7 @@ class PrintErrors:
 
     repeatability: float = 0.01
     path_repeatability: float = 0.03
+    path_accuracy: float = 0.114
     correlation: float = 20.0
     placement: float = 0.1
     placement_turn: float = float(np.radians(0.1))
@@ -52,3 +60,8 @@ class PrintErrors:
     def path_deviation(self) -> float:
         """Standard deviation of where the tip is along a run, along each axis [mm]."""
         return self.path_repeatability / PATH_FACTOR
+
+    @property
+    def accuracy_deviation(self) -> float:
+        """Standard deviation of how far the arm's paths lie off, along each axis [mm]."""
+        return self.path_accuracy / ACCURACY_FACTOR

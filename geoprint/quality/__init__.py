@@ -23,6 +23,7 @@ from geoprint.quality.printed import (
     alike as alike,
     difference as difference,
     printed as printed,
+    standoff_within as standoff_within,
     thickness_within as thickness_within,
 )
 from geoprint.quality.ranking import (

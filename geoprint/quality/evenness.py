@@ -248,8 +248,10 @@ def _measured(
     pieces = stretches_of_path(mesh, path, samples, spacing=spacing)
     layer = LevelledLayer(paths.surface, pieces.places, spacing=spacing, wanted=wanted)
     local = shares_at(mesh, samples.places, wanted, spacing=spacing)
-    constant = layer.field(pieces.volumes(spacing * local))
-    following = layer.field(pieces.volumes(spacing * np.clip(covered.widths * local, *flow_shares)))
+    flows = spacing * local, spacing * np.clip(covered.widths * local, *flow_shares)
+    constant = layer.field(pieces.volumes(flows[0]))
+    # Little differs between the two, and that alone is spread again.
+    following = constant + layer.field(pieces.volumes(flows[1] - flows[0]))
     return Uniformity(
         thickness=layer.over_all(constant),
         followed=layer.over_all(following),

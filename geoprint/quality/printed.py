@@ -10,12 +10,14 @@ the standard deviation of its spread over the spacing (`thickness`):
   q^2 / (2 sqrt(pi) s);
 - what comes nearer to the rim by d leaves the volume d less there: d^2 / (sqrt(pi) s) spacings of rim.
 
-Two prints in a row stand on the same cell: the part lies as it lay and the needle is as bent, but the arm strays anew.
+Two prints in a row stand on the same cell: the part lies as it lay, the needle is as bent and the arm as inaccurate,
+but it strays anew.
 So two plans are compared by such pairs, a print of either.
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, final
 
 import numpy as np
@@ -227,10 +229,17 @@ def thickness_within(errors: PrintErrors) -> float:
     return NORMAL_95 * errors.flow
 
 
+def standoff_within(errors: PrintErrors) -> float | None:
+    """Return within what the arm keeps the stand-off at 95 of 100 places [mm]; None without its path accuracy."""
+    if errors.path_accuracy == 0.0:
+        return None
+    return NORMAL_95 * math.hypot(errors.run_deviation, errors.path_deviation, errors.accuracy_deviation)
+
+
 def _normal(batch: int, columns: int) -> NDArray[np.float64]:
     """Return standard normal numbers, a row for each column of a map and a column a print.
 
-    Those of placement and needle, the last ones, are the same in every two prints.
+    Those of placement, needle and accuracy, the last ones, are the same in every two prints.
     """
     rng = np.random.default_rng([SEED, batch])
     of_cell = np.repeat(rng.standard_normal((OF_CELL, BATCH // 2)), 2, axis=1)

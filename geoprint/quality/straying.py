@@ -1,7 +1,8 @@
 """What each kind of error does to measured spacings, as linear maps from independent standard normal numbers.
 
 An error of the arm moves a whole run, or strays along it; a wrong placement moves all of the part; a needle that is
-bent moves the tip with the tool. Where sample and foot move alike, the spacing stays.
+bent moves the tip with the tool; an inaccurate arm moves all paths, those beside one another nearly alike. Where sample
+and foot move alike, the spacing stays.
 """
 
 from __future__ import annotations
@@ -13,16 +14,17 @@ from scipy.sparse import csr_array, hstack
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
-from geoprint.model import FloatArray, IntArray, PoseStream, PrintErrors
+from geoprint.model import ACCURACY_LENGTH, FloatArray, IntArray, PoseStream, PrintErrors
 from geoprint.quality.deposited import deposited_rows
 from geoprint.quality.spans import Spans
 
 Sparse: TypeAlias = "csr_array"
 
 # What errors are called, by the keys of the cell.
-SOURCES = ("repeatability", "path_repeatability", "placement", "needle_runout")
-# Numbers that belong to the cell and not to the arm: shift and turn of the part, and where the needle's tip is.
-OF_CELL = 8
+SOURCES = ("repeatability", "path_repeatability", "placement", "needle_runout", "path_accuracy")
+# Numbers that belong to the cell and are alike in all its prints: shift and turn of the part, where the needle's tip
+# is, and how far the arm lies off and how that changes along each axis.
+OF_CELL = 20
 # What strays along a run is white noise, smoothed: nodes so far apart over the correlation length, so many around.
 NODE_SHARE = 0.7
 NODES_AROUND = 8
@@ -45,7 +47,7 @@ def strays(spans: Spans, errors: PrintErrors, *, poses: PoseStream | None) -> tu
 
     Returns:
         Maps from the shift of each run (3 r), the nodes along all runs (3 a node), a shift and a turn of the part (6),
-        and the two coordinates of the needle's tip.
+        the two coordinates of the needle's tip, and the arm's inaccuracy (12).
     """
     count, runs = spans.count, node_counts(spans, errors).size
     whole = _blocks(spans, spans.runs[:, :, None], np.ones((count, 2, 1)), columns=runs)
@@ -60,6 +62,7 @@ def strays(spans: Spans, errors: PrintErrors, *, poses: PoseStream | None) -> tu
         along * errors.path_deviation,
         csr_array(placed),
         csr_array(errors.needle_runout * needle),
+        _inaccurate(spans, centre) * errors.accuracy_deviation,
     )
 
 
@@ -114,6 +117,17 @@ def _blocks(spans: Spans, nodes: IntArray, weights: FloatArray, *, columns: int)
     each = int(np.prod(values.shape[1:]))
     starts = np.arange(spans.count + 1) * each
     return csr_array((values.ravel(), places.ravel(), starts), shape=(spans.count, 3 * columns))
+
+
+def _inaccurate(spans: Spans, centre: FloatArray) -> Sparse:
+    """Return the map from a shift and its change along each axis, about a centre; equally large everywhere.
+
+    Two places at a and b from the centre, in lengths, have the correlation (1 + a . b) / |(1, a)| / |(1, b)|.
+    """
+    away = (np.stack([spans.places, spans.feet], axis=1) - centre) / ACCURACY_LENGTH
+    weights = np.concatenate([np.ones((spans.count, 2, 1)), away], axis=2)
+    weights /= np.linalg.norm(weights, axis=2, keepdims=True)
+    return _blocks(spans, np.broadcast_to(np.arange(4), weights.shape), weights, columns=4)
 
 
 def _needle(spans: Spans, poses: PoseStream) -> FloatArray:

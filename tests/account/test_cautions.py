@@ -8,6 +8,7 @@ import pytest
 
 from geoprint.account import record_plan
 from geoprint.account.cautions import notes_of, warnings_of, wide_needle_notes
+from geoprint.account.records.printed import StandoffRecord
 from geoprint.account.records.robot import BendRecord, RobotRecord
 from geoprint.config import load_cell
 from geoprint.model import Cell
@@ -46,6 +47,27 @@ def test_a_needle_wider_than_the_spacing_is_said_with_one_that_is_not(
 @pytest.fixture(scope="module")
 def planned(shared_plans: SharedPlans) -> Plan:
     return shared_plans.plan(plate((12.0, 12.0), (8, 8)), spacing=3.0, place="demo")
+
+
+@pytest.mark.parametrize(
+    ("within", "noted", "warned"),
+    [(None, 0, 0), (0.149, 0, 0), (0.151, 1, 0), (0.299, 1, 0), (0.301, 0, 1)],
+)
+def test_an_arm_that_hardly_keeps_the_standoff_is_noted_and_one_that_may_scratch_is_warned_of(
+    planned: Plan, within: float | None, noted: int, warned: int
+) -> None:
+    told = record_plan(planned)
+    assert told.uniformity is not None
+    assert told.uniformity.printed is not None
+    standoff = StandoffRecord(wanted_mm=0.3, within_mm=within)
+    printed = told.uniformity.printed.model_copy(update={"standoff": standoff})
+    told = told.model_copy(update={"uniformity": told.uniformity.model_copy(update={"printed": printed})})
+    notes, warnings = (
+        [text for text in said if text.startswith("the arm keeps the stand-off of 0.3 mm within")]
+        for said in (notes_of(planned, told), warnings_of(planned, told))
+    )
+    assert (len(notes), len(warnings)) == (noted, warned)
+    assert not [text for text in warnings_of(replace(planned, robot=()), told) if "keeps the stand-off" in text]
 
 
 def attitude(robot: RobotRecord, *, closer: int, soonest: float) -> RobotRecord:

@@ -12,7 +12,7 @@ from geoprint.account import outcome_text, record_plan
 from geoprint.account.comparison_summary import tell_comparison
 from geoprint.account.prints.expected import expected_rows, expected_text, in_print
 from geoprint.account.records.comparison import PartRecord, PlannedRecord
-from geoprint.account.records.printed import PrintedApartRecord, PrintedRecord, VarianceRecord
+from geoprint.account.records.printed import PrintedApartRecord, PrintedRecord, StandoffRecord, VarianceRecord
 from geoprint.config import job_of, load_cell, packaged_cell_text
 from geoprint.model import Placement, PrintErrors, TouchedPoints
 from geoprint.pipeline import compare
@@ -51,7 +51,7 @@ def compared(tmp_path_factory: pytest.TempPathFactory) -> Comparison:
     text = packaged_cell_text("irb120-bent45")
     for key, old, new in (
         ("repeatability_mm", 0.01, 0.2), ("path_repeatability_mm", 0.03, 0), ("placement_mm", 0.1, 0),
-        ("needle_runout_mm", 0.05, 0), ("run_flow_share", 0.02, 0.3),
+        ("needle_runout_mm", 0.05, 0), ("path_accuracy_mm", 0.114, 0), ("run_flow_share", 0.02, 0.3),
     ):  # fmt: skip
         assert f"\n{key} = {old}\n" in text
         text = text.replace(f"\n{key} = {old}\n", f"\n{key} = {new}\n")
@@ -106,10 +106,21 @@ def test_figures_stand_with_their_interval_and_a_dash_where_there_are_none() -> 
     assert shares.values == ("0% / 0% / 90% / 10%", "-")
 
 
+def test_the_standoff_that_the_arm_keeps_stands_beside_the_wanted_one() -> None:
+    kept, unknown = (
+        in_prints(0.01).model_copy(update={"standoff": StandoffRecord(wanted_mm=0.5, within_mm=within)})
+        for within in (0.178, None)
+    )
+    assert expected_rows([kept, unknown, in_prints(0.01), None])[2].values == (
+        "\N{PLUS-MINUS SIGN}0.18, 36% of 0.5", "path accuracy not measured", "-", "-"
+    )  # fmt: skip
+
+
 def test_a_cell_of_ones_own_says_how_far_its_prints_stray(compared: Comparison, told: PlannedRecord) -> None:
     printed, plan = told.uniformity.printed, compared.planned[0][1].plan
     assert printed is not None
     assert (printed.errors, printed.mend_first) == ("cell", "run_flow")
+    assert printed.standoff == StandoffRecord(wanted_mm=0.3, within_mm=None)
     shares = printed.shares
     # How the part is turned, which the cell still has, matters along the rim alone.
     assert 0.0 < shares.placement < 5e-4
@@ -132,6 +143,8 @@ def test_without_a_cell_the_packaged_one_counts_and_so_it_does_for_cells_without
     (tmp_path / "old.toml").write_text(text[:start] + text[text.index("[signals]") :], encoding="utf-8")
     old = load_cell(tmp_path / "old.toml")
     assert old.errors is None
+    (tmp_path / "unmeasured.toml").write_text(text.replace("\npath_accuracy_mm = 0.114\n", "\n"), encoding="utf-8")
+    assert load_cell(tmp_path / "unmeasured.toml").errors == replace(PrintErrors(), path_accuracy=0.0)
     assert load_cell(None).errors == errors_of(old, None, middle=np.zeros(3)) == PrintErrors()
 
 

@@ -91,6 +91,7 @@ def refused(changes: Mapping[str, object], match: str) -> None:
         ("good_print.rounds", 1, 0),
         ("errors.repeatability_mm", 0.0, -0.001),
         ("errors.path_repeatability_mm", 0.0, -0.001),
+        ("errors.path_accuracy_mm", 0.0, -0.001),
         ("errors.correlation_mm", 1.0, 0.99),
         ("errors.correlation_mm", 1000.0, 1001.0),
         ("errors.placement_mm", 0.0, -0.001),

@@ -66,11 +66,16 @@ def run_blocks(page: Page, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys
     # What a page registers is gone when it ends.
     monkeypatch.setattr(known._KNOWN, "_own", dict(known._KNOWN._own))  # pyright: ignore[reportPrivateUsage]
     names: dict[str, object] = {"__name__": "__main__"}
+    printed = ""
     for block in page.blocks:
         if block.word and block.word != "refused":
             (folder / block.word).write_text(block.text, encoding="utf-8")
         if block.language == "python":
+            capsys.readouterr()
             exec(compile(block.text, f"{page.name}.md", "exec"), names)  # noqa: S102  (our own text)
+            printed = capsys.readouterr().out
+        if block.language == "output":
+            assert block.text == printed, f"{page.name}: what it says is printed is not"
         for line in commands(block.text) if block.language == "sh" else []:
             status = run(line, monkeypatch)
             expected = (2, 3, 4) if block.word == "refused" else (0,)
@@ -104,3 +109,10 @@ def test_names_orders_and_links_fit_together() -> None:
     names = {page.name for page in pages()}
     for page in PAGES:
         assert set(re.findall(r"\]\(([\w-]+)\.md\)", page.text)) <= names, page.name
+
+
+def test_no_caption_quotes_a_figure() -> None:
+    # They would be older than what the commands print some day: figures stand in blocks that are compared with it.
+    for page in PAGES:
+        captions = re.findall(r"!\[([^\]]*)\]", page.text)
+        assert not [caption for caption in captions if re.search(r"\d\s*%", caption)], page.name

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from benchmarks.expected import NONE, expected_print, small_part
 from benchmarks.parts.reprints import planned_cv, reprinted
 from geoprint.model import FloatArray, PoseStream, PrintErrors, Surface
-from geoprint.quality import Printed, Uniformity, alike, difference, joined_spans, printed, uniformity
+from geoprint.quality import Printed, Uniformity, alike, difference, joined_spans, printed, standoff_within, uniformity
 from geoprint.quality.spans import no_spans
 from geoprint.quality.straying import node_counts, strays
 from tests.meshes import plate
@@ -49,7 +49,7 @@ def in_print(
 
 
 def spread(measured: Uniformity, errors: PrintErrors, poses: PoseStream | None) -> tuple[float, ...]:
-    """Return the variances of plan, flow, runs, along runs, placement and needle."""
+    """Return the variances of plan, flow, runs, along runs, placement, needle and an arm off its paths."""
     return in_print(measured, errors, poses=poses).variances
 
 
@@ -99,6 +99,34 @@ def test_what_moves_all_paths_alike_leaves_less_along_the_rim_alone(rows: tuple[
     turned = in_print(rows[1], replace(NONE, needle_runout=0.3), poses=rows[0])
     assert turned.variances[:5] == pytest.approx((0.0,) * 5, abs=1e-12)
     assert turned.variances[5] == pytest.approx(9.0 * found.variances[4], rel=0.02)
+    # An arm that is off by a mean of 0.1253 mm in the plane square to its paths is off by 0.1 mm along each axis.
+    off = in_print(rows[1], replace(NONE, path_accuracy=0.125331), poses=rows[0])
+    assert off.variances[:6] == pytest.approx((0.0,) * 6, abs=1e-12)
+    assert off.variances[6] == pytest.approx(found.variances[4], rel=0.02)
+    assert off.largest_error == "path_accuracy"
+
+
+def test_an_arm_off_its_paths_changes_spans_by_what_it_changes_along_them(rows: tuple[PoseStream, Uniformity]) -> None:
+    spans = rows[1].sides.spans[1]
+    map_off = strays(spans, replace(NONE, path_accuracy=0.125331), poses=None)[4].toarray()
+    centre = spans.places.mean(axis=0)
+    a, b = (np.column_stack([np.ones(spans.count), (ends - centre) / 100.0]) for ends in (spans.places, spans.feet))
+    norms = np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1)
+    assert (map_off**2).sum(axis=1) == pytest.approx(2.0 * 0.01 * (1.0 - (a * b).sum(axis=1) / norms), rel=1e-5)
+    # Spans are 1 mm long across the rows: a thousandth of a spacing, where 0.1 mm change in 100 mm.
+    assert np.sqrt((map_off**2).sum(axis=1)) == pytest.approx(0.001, rel=0.1)
+    # A shift alone leaves spans in the middle as they are; what grows along y makes all of them longer, to the right.
+    middle = np.abs(spans.places - centre)[:, 1] < 1.0
+    assert np.abs(map_off[middle, :3]).max() < 3e-5
+    assert map_off[middle, 2 * 3 + 1] == pytest.approx(np.tile(0.001, middle.sum()), rel=0.01)
+
+
+def test_the_arm_keeps_the_standoff_within_two_deviations_along_the_normal() -> None:
+    # Mean distances of 0.114 mm in a plane: a deviation of 0.0910 mm along each axis, and 1.96 of them.
+    assert standoff_within(replace(NONE, path_accuracy=0.114)) == pytest.approx(0.17828, abs=1e-5)
+    all_of_arm = replace(NONE, path_accuracy=0.114, repeatability=0.05 * IN_SPACE, path_repeatability=0.05 * IN_A_PLANE)
+    assert standoff_within(all_of_arm) == pytest.approx(1.96 * np.sqrt(0.09096**2 + 2 * 0.05**2), rel=1e-4)
+    assert standoff_within(replace(PrintErrors(), path_accuracy=0.0)) is None
 
 
 def test_flow_from_run_to_run_is_shared_by_neighbours(rows: tuple[PoseStream, Uniformity]) -> None:
@@ -173,7 +201,8 @@ def test_what_is_expected_is_the_same_every_time(rows: tuple[PoseStream, Uniform
 
 def test_two_prints_in_a_row_stand_on_the_same_cell() -> None:
     part = small_part(12.0)
-    placed = expected_print(part, replace(NONE, placement=0.1, needle_runout=0.05)).cvs.reshape(-1, 2)
+    of_cell = replace(NONE, placement=0.1, needle_runout=0.05, path_accuracy=0.1)
+    placed = expected_print(part, of_cell).cvs.reshape(-1, 2)
     assert (placed[:, 0] == placed[:, 1]).all()
     assert np.unique(placed[:, 0]).size == len(placed)
     strayed = expected_print(part, TEN_MICRONS).cvs.reshape(-1, 2)

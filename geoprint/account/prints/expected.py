@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations
 
 from geoprint.account.records.comparison import PlannedRecord
-from geoprint.account.records.printed import PrintedApartRecord, PrintedRecord, VarianceRecord
+from geoprint.account.records.printed import PrintedApartRecord, PrintedRecord, StandoffRecord, VarianceRecord
 from geoprint.quality import Printed, alike, difference
 from geoprint.report import Row
 from geoprint.results import Plan
@@ -18,15 +18,19 @@ WORDS: Mapping[str, str] = {
     "path_repeatability": "how the arm strays along a run (`path_repeatability_mm`)",
     "placement": "where the part stands (`placement_mm`, or touched points)",
     "needle_runout": "how the needle is bent (`needle_runout_mm`)",
+    "path_accuracy": "how far the arm's paths lie off (`path_accuracy_mm`)",
 }
 
 
-def record_printed(found: Printed | None, *, of_cell: bool) -> PrintedRecord | None:
+def record_printed(
+    found: Printed | None, *, of_cell: bool, standoff: StandoffRecord | None = None
+) -> PrintedRecord | None:
     """Return what is said of the thickness in print; nothing where nobody expects one.
 
     Args:
         found: as sampled.
         of_cell: whether the errors are those of a cell that was given.
+        standoff: what is expected of it; None for paths of a file.
     """
     if found is None:
         return None
@@ -38,6 +42,7 @@ def record_printed(found: Printed | None, *, of_cell: bool) -> PrintedRecord | N
         shares=VarianceRecord(**found.shares),
         mend_first=found.largest_error,
         errors="cell" if of_cell else "packaged cell",
+        standoff=standoff,
     )
 
 
@@ -65,8 +70,8 @@ def unbroken(text: str) -> str:
 
 
 def expected_rows(every: Sequence[PrintedRecord | None]) -> list[Row]:
-    """Return the rows of the report on the thickness in print."""
-    return [
+    """Return the rows of the report on thickness and stand-off in print."""
+    rows = [
         Row(
             "Evenness", "printed, expected variation (CV)", f"what 95 of 100 prints have; {_whose(every)}",
             tuple(unbroken(expected_text(told)) for told in every), decides=True,
@@ -76,6 +81,10 @@ def expected_rows(every: Sequence[PrintedRecord | None]) -> list[Row]:
             tuple(_shares(told) for told in every),
         ),
     ]  # fmt: skip
+    if any(told is not None and told.standoff is not None for told in every):
+        meaning = "95 of 100 places keep within, by the arm alone; of the stand-off"
+        rows.append(Row("Evenness", "printed, stand-off off by [mm]", meaning, tuple(map(_standoff, every))))
+    return rows
 
 
 def in_print(order: Sequence[PlannedRecord], apart: Sequence[PrintedApartRecord]) -> tuple[str, ...]:
@@ -133,8 +142,18 @@ def _shares(told: PrintedRecord | None) -> str:
     if told is None:
         return "-"
     shares = told.shares
-    arm, rest = shares.repeatability + shares.path_repeatability, shares.placement + shares.needle_runout
+    arm = shares.repeatability + shares.path_repeatability + shares.path_accuracy
+    rest = shares.placement + shares.needle_runout
     return f"{shares.plan:.0%} / {shares.run_flow:.0%} / {arm:.0%} / {rest:.0%}"
+
+
+def _standoff(told: PrintedRecord | None) -> str:
+    if told is None or told.standoff is None:
+        return "-"
+    within, wanted = told.standoff.within_mm, told.standoff.wanted_mm
+    if within is None:
+        return "path accuracy not measured"
+    return f"\N{PLUS-MINUS SIGN}{within:.2f}, {within / wanted:.0%} of {wanted:g}"
 
 
 def _listed(phrases: Sequence[str]) -> str:

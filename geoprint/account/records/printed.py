@@ -18,6 +18,16 @@ class VarianceRecord(Record):
     path_repeatability: Rounded = Field(description="of the arm along a run")
     placement: Rounded = Field(description="of where the part stands")
     needle_runout: Rounded = Field(description="of a bent needle; 0 where nobody knows how the tool stands")
+    path_accuracy: Rounded = Field(default=0.0, description="of an arm that lies off its paths; 0 in older versions")
+
+
+class StandoffRecord(Record):
+    """How well the arm keeps the tip over the surface."""
+
+    wanted_mm: Rounded = Field(description="of the tip over what the layer lies on")
+    within_mm: Rounded | None = Field(
+        description="95 of 100 places, by the arm alone; null where the cell has no path accuracy"
+    )
 
 
 class PrintedRecord(Record):
@@ -29,6 +39,7 @@ class PrintedRecord(Record):
     shares: VarianceRecord = Field(description="of the variance in print, by what makes it")
     mend_first: str | None = Field(description="the error that makes most of it; null where the plan itself does")
     errors: Literal["cell", "packaged cell"] = Field(description="whose errors these are")
+    standoff: StandoffRecord | None = Field(default=None, description="in print; left out for paths of a file")
 
 
 class PrintedApartRecord(Record):
