@@ -25,8 +25,8 @@ def compare(
     """Plan one part with several backends and measure how even each is.
 
     Like is compared with like: the same seed and spacing, the same surface, refined to what the backend that needs the
-    finest one asks for, and where fronts meet the middle that the best covering of all has. Evenness is reported whatever the robot says; what the cell cannot print carries the
-    reason.
+    finest one asks for, and where fronts meet the middle that the best covering of all has. Evenness is reported
+    whatever the robot says; what the cell cannot print carries the reason.
 
     Args:
         job: what to plan; its backend is ignored, its resolution means the backends that have a raster.

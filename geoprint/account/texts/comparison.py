@@ -18,8 +18,8 @@ from geoprint.account.texts.tables import GAP as SEAM, Cells, fitting, grid, lef
 METRICS = (THICKNESS, FOLLOWING, COVERED_ONCE, GAP, OVERLAP, HOLE, OFF)
 COLUMNS = {
     "backend": 0, THICKNESS.column: 1, FOLLOWING.column: 8, "printed CV": 5, COVERED_ONCE.column: 2, GAP.column: 3,
-    OVERLAP.column: 4, HOLE.column: 9, OFF.column: 11, "overhang": 14, "runs": 7, "length mm": 10, "print s": 6, "printable": 3,
-    "clear mm": 12, "planned in s": 13,
+    OVERLAP.column: 4, HOLE.column: 9, OFF.column: 11, "overhang": 14, "runs": 7, "length mm": 10, "print s": 6,
+    "printable": 3, "clear mm": 12, "planned in s": 13,
 }  # fmt: skip
 LEFT_ALIGNED = {"part", "backend", "printable"}
 # Narrower than this a table tells nothing: each backend has a line of words.

@@ -147,7 +147,9 @@ class GeodesicDistance:
         ends = [0, count // 2, count] if count >= SHARED_POINTS else [0, count]
         parts = [slice(first, last) for first, last in pairwise(ends)]
         windows = self._windows // len(parts)
-        return Nearest.joined(each_of(lambda part: self._nearest(places.some(part), ask.some(part), windows, least), parts))
+        return Nearest.joined(
+            each_of(lambda part: self._nearest(places.some(part), ask.some(part), windows, least), parts)
+        )
 
     def _nearest(self, places: Places, ask: Ask, windows: int, least: FloatArray | None) -> Nearest:
         """Return what is nearest to each of k places as far as so many windows suffice."""
