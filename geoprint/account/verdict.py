@@ -12,7 +12,7 @@ from geoprint.account.prints.overhang import table_sentences
 from geoprint.account.records.comparison import PlannedRecord, RefusedRecord
 from geoprint.account.records.evenness import EvennessRecord
 from geoprint.account.records.tried import MiddleRecord
-from geoprint.quality import EVEN_ENOUGH, MOST_MISSED, SAME_THICKNESS, Covering, ranked as ranking
+from geoprint.quality import EVEN_ENOUGH, MOST_MISSED, Covering, equally_good, ranked as ranking
 
 # Uncovered or overlapped area below this share is not worth a word.
 NOTABLE = 0.001
@@ -90,7 +90,7 @@ def _same_middle(order: Sequence[PlannedRecord]) -> list[str]:
     if len(order) < 2 or not chosen:
         return []
     kept = [row.backend for row in order if not row.middles]
-    besides = f"; with {_listed(kept)} there was nothing to choose" if kept else ""
+    besides = f"; with {listed(kept)} there was nothing to choose" if kept else ""
     return [f"Where fronts meet, contours of all backends are compared {chosen[0]}, as the best of them are{besides}."]
 
 
@@ -112,17 +112,17 @@ def _decision(part: str, order: Sequence[PlannedRecord], *, alone: bool) -> str:
     if not others:
         # Alone, no other was asked.
         return f"{'' if alone else 'Only '}{best.backend} covers {part}: {_thicknesses(order)}."
+    leading = order[: equally_good(coverings)]
+    who = f"{listed([row.backend for row in leading])} {'covers' if len(leading) == 1 else 'cover'} {part}"
     leader = min(coverings, key=lambda each: (not each.covers, each.fault))
     worse = [row for row, each in zip(order, coverings, strict=True) if not each.is_alike(leader)]
     if worse:
         holes = {row.backend: ", with holes" for row in worse if row.uniformity.gap > MOST_MISSED}
-        more = _listed([f"{row.backend} {_once(row)}{holes.get(row.backend, '')}" for row in worse])
+        more = listed([f"{row.backend} {_once(row)}{holes.get(row.backend, '')}" for row in worse])
         once = f"{_once(best)} of the area is covered once ({more})"
-        return f"{best.backend} covers {part} best: {once}; {_thicknesses(order)}.{_enough(order)}"
-    if coverings[-1].cv - coverings[0].cv < SAME_THICKNESS:
-        names = _listed([row.backend for row in order])
-        return f"{names} cover {part} equally well: {_thicknesses(order)}.{_enough(order)}"
-    return f"{best.backend} covers {part} most evenly: {_thicknesses(order)}.{_enough(order)}"
+        return f"{who} best: {once}; {_thicknesses(order)}.{_enough(order)}"
+    how = "equally well" if len(leading) == len(order) else "most evenly"
+    return f"{who} {how}: {_thicknesses(order)}.{_enough(order)}"
 
 
 def _once(row: PlannedRecord) -> str:
@@ -133,7 +133,7 @@ def _thicknesses(order: Sequence[PlannedRecord]) -> str:
     """Return how much the thickness of the layer varies with several backends, that of the first in full."""
     varies = [THICKNESS.text(row.uniformity, digits=1) for row in order]
     others = [f"{row.backend} {text}" for row, text in zip(order[1:], varies[1:], strict=True)]
-    brackets = "; ".join(["standard deviation over mean, constant flow", *([_listed(others)] if others else [])])
+    brackets = "; ".join(["standard deviation over mean, constant flow", *([listed(others)] if others else [])])
     return f"the thickness of its layer varies by {varies[0]} ({brackets})"
 
 
@@ -159,7 +159,7 @@ def _faults(order: Sequence[PlannedRecord]) -> list[str]:
                 else []
             ),
         ]
-        said += [f"{row.backend} {_listed(faults)}."] if faults else []
+        said += [f"{row.backend} {listed(faults)}."] if faults else []
     return said
 
 
@@ -167,7 +167,7 @@ def _printing(ranked: Sequence[PlannedRecord]) -> list[str]:
     if ranked[0].printable is None:
         return ["Whether the robot can print them was not asked."]
     taken = [f"{row.print_time_s:.0f} s with {row.backend}" for row in ranked if row.print_time_s is not None]
-    said = [f"Printing takes {_listed(taken)}."] if taken else []
+    said = [f"Printing takes {listed(taken)}."] if taken else []
     unprinted = [row for row in ranked if row.not_printable is not None]
     return said + [f"{row.backend} cannot be printed: {row.not_printable}" for row in unprinted]
 
@@ -175,14 +175,15 @@ def _printing(ranked: Sequence[PlannedRecord]) -> list[str]:
 def _levels(ranked: Sequence[PlannedRecord]) -> list[str]:
     spacings = [row.spacing_mm for row in ranked]
     if len({row.paths.levels for row in ranked}) > 1:
-        counted = _listed([f"{row.paths.levels} with {row.backend}" for row in ranked])
+        counted = listed([f"{row.paths.levels} with {row.backend}" for row in ranked])
         why = "because each backend measures its own distance to the middle"
         return [f"The number of levels differs ({counted}), {why}; what is compared is evenness, not level by level."]
     if max(spacings) > 1.005 * min(spacings):
-        wanted = _listed([f"{row.spacing_mm:.3g} mm with {row.backend}" for row in ranked])
+        wanted = listed([f"{row.spacing_mm:.3g} mm with {row.backend}" for row in ranked])
         return [f"Equal rounds mean different spacings ({wanted}): figures are ratios to each one's own."]
     return []
 
 
-def _listed(phrases: Sequence[str]) -> str:
+def listed(phrases: Sequence[str]) -> str:
+    """Return phrases as a list in a sentence."""
     return phrases[0] if len(phrases) == 1 else f"{', '.join(phrases[:-1])} and {phrases[-1]}"

@@ -31,8 +31,8 @@ from geoprint.quality.ranking import (
     MOST_MISSED as MOST_MISSED,
     MOST_TWICE as MOST_TWICE,
     SAME_COVERAGE as SAME_COVERAGE,
-    SAME_THICKNESS as SAME_THICKNESS,
     Covering as Covering,
+    equally_good as equally_good,
     ranked as ranked,
 )
 from geoprint.quality.rigid_fit import RigidFit as RigidFit, moved as moved, rigid_fit as rigid_fit

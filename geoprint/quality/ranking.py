@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import takewhile
 from typing import NamedTuple
 
 # A layer whose thickness varies by less than this is even enough: the flow from run to run varies it by half as much.
@@ -54,3 +55,10 @@ def ranked(coverings: Sequence[Covering]) -> list[int]:
     order = sorted(range(len(coverings)), key=lambda index: (not coverings[index].covers, coverings[index].fault))
     alike = sum(coverings[index].is_alike(coverings[order[0]]) for index in order)
     return [*sorted(order[:alike], key=lambda index: coverings[index].cv), *order[alike:]]
+
+
+def equally_good(ordered: Sequence[Covering]) -> int:
+    """Return how many of some coverings, the best first, cannot be told from the best one; that counts too."""
+    best = ordered[0]
+    same = takewhile(lambda each: each.is_alike(best) and 0.0 <= each.cv - best.cv < SAME_THICKNESS, ordered)
+    return len(list(same))

@@ -75,7 +75,7 @@ def test_thicknesses_are_equal_within_a_five_hundredth_and_the_worst_counts(told
         "c, b and a cover part equally well: the thickness of its layer varies by 1.0% (standard deviation over mean, "
         "constant flow; b 1.1% and a 1.2%). All of them are even enough to print."
     )
-    assert verdict("part", [*equal, like(told, "d", cv=0.0121)])[0].startswith("c covers part most evenly: ")
+    assert verdict("part", [*equal, like(told, "d", cv=0.0121)])[0].startswith("c, b and a cover part most evenly: ")
 
 
 def test_all_are_even_enough_up_to_four_percent_and_two_fragments(told: PlannedRecord) -> None:

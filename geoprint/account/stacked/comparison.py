@@ -9,7 +9,8 @@ import numpy as np
 from geoprint.account.records.stack import StackRecord
 from geoprint.account.records.stack_comparison import ComparedStackRecord, RefusedStackRecord
 from geoprint.account.texts.stack import stack_warnings
-from geoprint.quality import EVEN_ENOUGH, MOST_MISSED, SAME_THICKNESS, Covering, ranked
+from geoprint.account.verdict import listed
+from geoprint.quality import EVEN_ENOUGH, MOST_MISSED, Covering, equally_good, ranked
 
 
 def compared_stack(backend: str, told: StackRecord | str, *, asked: bool) -> ComparedStackRecord | RefusedStackRecord:
@@ -93,11 +94,11 @@ def _decision(order: Sequence[ComparedStackRecord], *, part: str) -> str:
             f"{best.backend} covers the layers over {part} best: missed or covered twice are {shares} of their area; "
             f"their thickness varies by {spacings}."
         )
-    how = "equally well" if found[-1].cv - found[0].cv < SAME_THICKNESS else "most evenly"
-    names = " and ".join(row.backend for row in order) if how == "equally well" else best.backend
+    leading = [row.backend for row in order[: equally_good(found)]]
+    how = "equally well" if len(leading) == len(order) else "most evenly"
     enough = " All of them are even enough to print." if all(each.cv <= EVEN_ENOUGH for each in found) else ""
-    verb = "cover" if how == "equally well" else "covers"
-    return f"{names} {verb} the layers over {part} {how}: their thickness varies by {spacings}.{enough}"
+    verb = "covers" if len(leading) == 1 else "cover"
+    return f"{listed(leading)} {verb} the layers over {part} {how}: their thickness varies by {spacings}.{enough}"
 
 
 def _printing(order: Sequence[ComparedStackRecord]) -> Iterator[str]:

@@ -14,6 +14,7 @@ from geoprint.account.metrics import (
     HOLE,
     LEVELS,
     MEAN_SPACING,
+    OF_BACKEND,
     OVERLAP,
     SPACING,
     THICKNESS,
@@ -23,8 +24,8 @@ from geoprint.account.prints.expected import expected_text
 from geoprint.account.records.evenness import SpacingRecord
 from geoprint.account.records.measure import MeasuredRecord, MeasurementRecord, MeasureTimingsRecord
 from geoprint.account.texts.tables import fitting, grid, left_out
-from geoprint.account.verdict import covering
-from geoprint.quality import ranked
+from geoprint.account.verdict import covering, listed
+from geoprint.quality import equally_good, ranked
 
 # What the columns show, and how much each matters: where the terminal is narrow, the highest numbers go first.
 METRICS = (THICKNESS, FOLLOWING, COVERED_ONCE, GAP, OVERLAP, HOLE, MEAN_SPACING, SPACING)
@@ -58,7 +59,8 @@ def measure_table(
     lines = [title, "", *grid(names, [rows], left={"file"}), ""]
     if names != every:
         lines += [f"left out at this width, told with `--json` and `--out`: {left_out(every, names, COLUMNS)}", ""]
-    sentences = [sentence for each in told.files for sentence in _minded(each)]
+    sentences = [*measure_verdict(told)[: len(told.files) > 1]]
+    sentences += [sentence for each in told.files for sentence in _minded(each)]
     return "\n".join([*lines, *sentences, *_expected(told)]).rstrip()
 
 
@@ -71,7 +73,7 @@ def measure_csv(told: MeasurementRecord) -> str:
         **{
             metric.key.replace(".", "_"): lambda r, metric=metric: metric.of(r.uniformity)
             for metric in CATALOGUE
-            if metric is not LEVELS
+            if metric not in {LEVELS, *OF_BACKEND}
         },
         "fill": lambda r: r.uniformity.fill,
     }  # fmt: skip
@@ -107,7 +109,11 @@ def measure_verdict(told: MeasurementRecord) -> tuple[str, ...]:
     ]
     if len(order) == 1:
         return (said[0],)
-    return (f"{order[0].file} covers {told.part.name} best of {len(order)}.", *said)
+    leading = [row.file for row in order[: equally_good([covering(row.uniformity) for row in order])]]
+    if len(leading) == len(order):
+        return (f"{listed(leading)} cover {told.part.name} equally well.", *said)
+    verb = "covers" if len(leading) == 1 else "cover"
+    return (f"{listed(leading)} {verb} {told.part.name} best of {len(order)}.", *said)
 
 
 def ranked_files(told: MeasurementRecord) -> list[MeasuredRecord]:
