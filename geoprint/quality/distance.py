@@ -150,7 +150,7 @@ def _along(points: FloatArray, offsets: IntArray, *, step: float) -> FloatArray:
     starts = arcs[offsets[:-1]]
     owner, shares = _divided((lengths := arcs[offsets[1:] - 1] - starts), step=step)
     at = starts[owner] + shares * lengths[owner]
-    return np.column_stack([np.interp(at, arcs, column) for column in points.T])
+    return np.column_stack([np.interp(at, arcs, points[:, k]) for k in range(points.shape[1])])
 
 
 def _divided(lengths: FloatArray, *, step: float) -> tuple[IntArray, FloatArray]:
@@ -165,8 +165,8 @@ def _least(mesh: FlatMesh, surface: Surface, path: SurfacePath, *, step: float) 
     starts, ends = (spatial(mesh, Places(path.faces, flat)) for flat in (path.starts, path.ends))
     # A point counts as a piece.
     owner, shares = _divided(np.maximum(np.linalg.norm(ends - starts, axis=1), step), step=step)
-    away, _ = KDTree(starts[owner] + shares[:, None] * (ends - starts)[owner]).query(surface.vertices)
-    away -= 0.5 * step
+    middles = starts[owner] + shares[:, None] * (ends - starts)[owner]
+    away: FloatArray = np.asarray(KDTree(middles).query(surface.vertices)[0], dtype=np.float64) - 0.5 * step
     # Along an edge distance changes by no more than its length.
     both = away[mesh.starts.reshape(-1, 3)]
     return np.maximum(0.5 * (both + np.roll(both, -1, axis=1)).ravel() - mesh.halves, 0.0)

@@ -113,8 +113,9 @@ def test_json_has_every_figure_and_the_time(run: Run) -> None:
 
 
 def test_a_folder_holds_page_picture_table_and_record(run: Run, folder: Path) -> None:
-    status, _, stderr = run(f"even.csv shifted.csv {PART} --out told")
+    status, stdout, stderr = run(f"even.csv shifted.csv {PART} --out told")
     assert status == 0, stderr
+    assert "even.csv covers plate.ply best of 2." in stdout
     written = folder / "told"
     assert sorted(path.name for path in written.iterdir()) == [
         "manifest.json", "measure.csv", "measure.json", "measure.png", "report.html",
