@@ -12,7 +12,6 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.model import FloatArray, IntArray, Seed, Surface, SurfaceCurves, freeze_arrays, frozen
-from geoprint.quality.evenness import LARGEST_TRIANGLE, SAMPLES_PER_SPACING
 from geoprint.quality.oracle import (
     WINDOWS_IN_ALL,
     Ask,
@@ -25,6 +24,7 @@ from geoprint.quality.oracle import (
     spatial,
     trace,
 )
+from geoprint.quality.spacing import LARGEST_TRIANGLE, SAMPLES_PER_SPACING
 from geoprint.surfaces import closest, positions
 from geoprint.surfaces.remesh import refine
 

@@ -30,16 +30,12 @@ from geoprint.quality.laying import finely, laid_path
 from geoprint.quality.levels import LevelSpacings, level_spacings, levelled
 from geoprint.quality.oracle import WINDOWS_IN_ALL, FlatMesh, GeodesicDistance, SurfacePath, flat_mesh
 from geoprint.quality.sides import SideSpacing, side_spacing
-from geoprint.quality.spacing import SpacingAt, laid_area, shares_at
+from geoprint.quality.spacing import LARGEST_TRIANGLE, SAMPLES_PER_SPACING, SpacingAt, laid_area, shares_at
 from geoprint.quality.stretches import joined
 from geoprint.quality.thickness import LevelledLayer, Thickness, stretches_of_path
 from geoprint.surfaces import closest
 from geoprint.surfaces.remesh import refine
 
-# Samples per spacing along each run.
-SAMPLES_PER_SPACING = 4
-# Triangles are halved down to this many spacings first, so that none holds too many runs to look through.
-LARGEST_TRIANGLE = 2.0
 # Paths farther from the surface than this share of the spacing are refused, unless more is allowed.
 OFF_SURFACE_SHARE = 0.1
 

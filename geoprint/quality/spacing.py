@@ -16,6 +16,10 @@ from geoprint.surfaces import PolylineDistance
 
 # Returns the (k,) distance wanted to the neighbouring path at (k, 3) places on a part [mm].
 SpacingAt: TypeAlias = Callable[[FloatArray], FloatArray]
+# Samples per spacing along each run.
+SAMPLES_PER_SPACING = 4
+# Triangles are halved down to this many spacings first, so that none holds too many runs to look through.
+LARGEST_TRIANGLE = 2.0
 # Stretches of one run are two when they are farther apart along it than this many spacings.
 APART = 2.0
 # A sample within this share of the spacing is even.

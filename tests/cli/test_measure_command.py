@@ -112,10 +112,19 @@ def test_json_has_every_figure_and_the_time(run: Run) -> None:
     assert json.loads(run(f"half.csv {PART} --json")[1])["files"][0]["uniformity"]["largest_hole_mm2"] > 400.0
 
 
+def test_files_that_cover_alike_are_called_equal_and_where_none_covers_none_is_praised(run: Run, folder: Path) -> None:
+    (folder / "again.csv").write_bytes((folder / "even.csv").read_bytes())
+    assert "even.csv and again.csv cover plate.ply equally well." in run(f"even.csv again.csv {PART}")[2]
+    said = run(f"even.csv shifted.csv again.csv {PART}")[2]
+    assert "even.csv and again.csv cover plate.ply best of 3." in said
+    (folder / "most.csv").write_bytes((folder / "half.csv").read_bytes())
+    assert "No file covers plate.ply: at best, with half.csv, 5" in run(f"half.csv most.csv {PART}")[2]
+
+
 def test_a_folder_holds_page_picture_table_and_record(run: Run, folder: Path) -> None:
-    status, stdout, stderr = run(f"even.csv shifted.csv {PART} --out told")
+    status, _, stderr = run(f"even.csv shifted.csv {PART} --out told")
     assert status == 0, stderr
-    assert "even.csv covers plate.ply best of 2." in stdout
+    assert "even.csv covers plate.ply best of 2." in stderr
     written = folder / "told"
     assert sorted(path.name for path in written.iterdir()) == [
         "manifest.json", "measure.csv", "measure.json", "measure.png", "report.html",

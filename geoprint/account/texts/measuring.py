@@ -109,7 +109,11 @@ def measure_verdict(told: MeasurementRecord) -> tuple[str, ...]:
     ]
     if len(order) == 1:
         return (said[0],)
-    leading = [row.file for row in order[: equally_good([covering(row.uniformity) for row in order])]]
+    coverings = [covering(row.uniformity) for row in order]
+    if not coverings[0].covers:
+        missed = cover_text(order[0].uniformity)
+        return (f"No file covers {told.part.name}: at best, with {order[0].file}, {missed}.", *said)
+    leading = [row.file for row in order[: equally_good(coverings)]]
     if len(leading) == len(order):
         return (f"{listed(leading)} cover {told.part.name} equally well.", *said)
     verb = "covers" if len(leading) == 1 else "cover"
