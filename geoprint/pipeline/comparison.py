@@ -25,7 +25,7 @@ def compare(
     """Plan one part with several backends and measure how even each is.
 
     Like is compared with like: the same seed and spacing, the same surface, refined to what the backend that needs the
-    finest one asks for, and where fronts meet the middle that the best covering of all has. Evenness is reported
+    finest one asks for, and where fronts meet the middle that is best for those that have a choice. Evenness counts
     whatever the robot says; what the cell cannot print carries the reason.
 
     Args:

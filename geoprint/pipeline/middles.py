@@ -44,16 +44,18 @@ def measured_covers(job: Job, workpiece: Workpiece, stage: Stages) -> tuple[Meas
 
 
 def taken_alike(each: Sequence[tuple[Measured, ...]]) -> list[Measured]:
-    """Return one covering of each of several backends, all with the middle that the best of all of them has.
+    """Return one covering of each of several backends, all with the middle of the best of those that have a choice.
 
-    Like is compared with like so. A backend for which plain contours alone were measured keeps them.
+    Like is compared with like so. A backend for which plain contours alone were measured keeps them, and has no say in
+    what becomes of the others.
 
     Args:
         each: what `measured_covers` returned, a backend each.
     """
-    every = [(kind, measured) for covers in each for kind, measured in enumerate(covers)]
-    order = ranked([_covering(found) for _, (_, found) in every])
-    return [_of_kind(covers, every[order[0]][0]) for covers in each]
+    choices = [(kind, measured) for covers in each if len(covers) > 1 for kind, measured in enumerate(covers)]
+    order = ranked([_covering(found) for _, (_, found) in choices])
+    taken = choices[order[0]][0] if choices else 0
+    return [_of_kind(covers, taken) for covers in each]
 
 
 def _of_kind(covers: tuple[Measured, ...], kind: int) -> Measured:

@@ -10,6 +10,9 @@ from scipy.spatial import KDTree
 from geoprint.model import BoolArray, FloatArray, IntArray, frozen
 from geoprint.quality.oracle import FlatMesh, Places, SurfacePath, spatial
 
+# Ends of runs nearer than this share of the spacing are one place: they touch first, whatever ends near them, so that
+# a piece shorter than the next share is joined too.
+SAME_SHARE = 1e-6
 # Ends of runs nearer than this share of the spacing touch, if no third one is there.
 TOUCHING_SHARE = 0.05
 # The ends of one run touch only where it is this many times as long as they are apart.
@@ -52,7 +55,7 @@ def joined(mesh: FlatMesh, path: SurfacePath, *, spacing: float) -> JoinedRuns:
         path: r runs on it.
         spacing: wanted [mm].
     """
-    partners = _partners(mesh, path, reach=TOUCHING_SHARE * spacing)
+    partners = _partners(mesh, path, spacing=spacing)
     count = path.lengths.size
     of, firsts = np.full(count, -1), np.zeros(count)
     signs = np.ones(count, dtype=np.int64)
@@ -80,19 +83,24 @@ def joined(mesh: FlatMesh, path: SurfacePath, *, spacing: float) -> JoinedRuns:
     )  # fmt: skip
 
 
-def _partners(mesh: FlatMesh, path: SurfacePath, *, reach: float) -> dict[int, int]:
+def _partners(mesh: FlatMesh, path: SurfacePath, *, spacing: float) -> dict[int, int]:
     """Return which end touches which: run i starts at end 2 i and ends at end 2 i + 1."""
     first = np.searchsorted(path.runs, np.arange(path.lengths.size))
     last = np.searchsorted(path.runs, np.arange(path.lengths.size), side="right") - 1
     starts = spatial(mesh, Places(path.faces[first], path.starts[first]))
     ends = spatial(mesh, Places(path.faces[last], path.ends[last]))
     places = np.stack([starts, ends], axis=1).reshape(-1, 3)
-    pairs = KDTree(places).query_pairs(reach, output_type="ndarray")
-    own = pairs[:, 0] // 2 == pairs[:, 1] // 2
-    pairs = pairs[~own | (path.lengths[pairs[:, 0] // 2] > LONGER * reach)]
-    touched = np.bincount(pairs.ravel(), minlength=len(places))
-    alone: list[list[int]] = pairs[(touched[pairs] == 1).all(axis=1)].tolist()
-    return {one: other for a, b in alone for one, other in ((a, b), (b, a))}
+    tree, least = KDTree(places), LONGER * TOUCHING_SHARE * spacing
+    free, found = np.ones(len(places), dtype=np.bool_), list[list[int]]()
+    for share in (SAME_SHARE, TOUCHING_SHARE):
+        pairs = tree.query_pairs(share * spacing, output_type="ndarray")
+        own = pairs[:, 0] // 2 == pairs[:, 1] // 2
+        pairs = pairs[(~own | (path.lengths[pairs[:, 0] // 2] > least)) & free[pairs].all(axis=1)]
+        touched = np.bincount(pairs.ravel(), minlength=len(places))
+        pairs = pairs[(touched[pairs] == 1).all(axis=1)]
+        free[pairs] = False
+        found += pairs.tolist()
+    return {one: other for a, b in found for one, other in ((a, b), (b, a))}
 
 
 def _stretches(

@@ -96,6 +96,9 @@ def test_compared_backends_all_have_the_middle_of_the_best_covering(tmp_path: Pa
     assert alone[0].middles == ()
     assert alone[1].gap == plain[1].gap
     assert taken([chosen]) == ["fitted"]
+    # Nor does it decide for others, however well it covers.
+    best = plain[0], replace(plain[1], gap=0.0, overlap=0.0)
+    assert taken(taken_alike([(best,), (plain, fitted)])) == ["fitted"]
     assert taken_alike([]) == []
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -70,9 +71,15 @@ def test_rows_cut_into_runs_that_touch_cover_nothing_twice() -> None:
         tuple(straight_line((0.0, y), (30.0, y), points=61) for y in (1.0, 3.0, 5.0, 7.0)),
         2.0,
     )
-    found = measured(cut(rows))
-    assert (found.run_count, found.overlap) == (12, pytest.approx(0.0, abs=1e-9))
-    assert found.gap == pytest.approx(0.0, abs=1e-9)
+    pieces = cut(rows)
+    # One piece of a fiftieth of a spacing, whose both ends lie near those of its neighbours.
+    first, rest = rows.lines[0], rows.lines[1:]
+    short = [first[0] + np.array([x, 0.0, 0.0]) for x in (0.0, 10.0, 10.04, 30.0)]
+    splinter = rows._replace(lines=(*(np.array([a, b]) for a, b in pairwise(short)), *rest))
+    for some, count in ((pieces, 12), (splinter, 6)):
+        found = measured(some)
+        assert (found.run_count, found.overlap) == (count, pytest.approx(0.0, abs=1e-9))
+        assert found.gap == pytest.approx(0.0, abs=1e-9)
 
 
 def covers(found: Uniformity) -> bool:
