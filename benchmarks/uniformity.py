@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import argparse
 import csv
-import hashlib
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -25,7 +24,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from benchmarks.parts.evenness_picture import evenness_picture
-from benchmarks.parts.stamps import stamped
+from benchmarks.parts.stamps import stamp, stamped
 from benchmarks.parts.surfaces import SHAPES, Shape, cap, triangulated
 from geoprint.account import record_evenness
 from geoprint.account.compared.pictures import comparison_picture
@@ -166,11 +165,6 @@ def loaded(text: str) -> list[Row]:
         refused = {**row.refused, name: line["refused"]} if line["refused"] else row.refused
         rows[row.part] = Row(row.part, row.area_scale, backends, refused)
     return list(rows.values())
-
-
-def stamp(text: str) -> str:
-    """Return what a picture says of the kept figures that it was drawn with."""
-    return f"figures {hashlib.sha256(text.encode()).hexdigest()[:16]}"
 
 
 def page(rows: Sequence[Row]) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from benchmarks.field.figures import loaded
+from benchmarks.field.figures import KEPT, loaded
 from benchmarks.field.picture import field_picture
 from benchmarks.guide import (
     appraised,
@@ -23,6 +23,7 @@ from benchmarks.guide import (
     tilted,
 )
 from benchmarks.guide.shaded import smaller
+from benchmarks.parts.stamps import stamp, stamped
 from geoprint.config import job_of
 from geoprint.guide import page_named
 from geoprint.pipeline import compare, plan, save_comparisons
@@ -78,8 +79,8 @@ def own_backend(data: Path) -> bytes:
 
 
 def yardstick(_data: Path) -> bytes:
-    """Draw the figures that are kept of every planner."""
-    return smaller(field_picture(loaded()), width=1210)
+    """Draw the figures that are kept of every planner, and say of which they are."""
+    return stamped(smaller(field_picture(loaded()), width=1210), stamp(KEPT.read_text(encoding="utf-8")))
 
 
 PICTURES: Mapping[str, Callable[[Path], bytes]] = {

@@ -13,7 +13,9 @@ from benchmarks.field.figures import KEPT, Figures, line, loaded, save
 from benchmarks.field.picture import field_picture
 from benchmarks.field.planar import concentric_infill
 from benchmarks.field.planners import PLANNERS, joined, missing_libraries, present_planners
+from benchmarks.parts.stamps import stamp, stamp_of
 from geoprint.errors import InputError
+from geoprint.guide import picture_bytes
 from tests.meshes import cylinder_patch, plate, sphere
 
 
@@ -62,6 +64,11 @@ def test_the_kept_table_has_every_planner_on_every_part_and_draws_the_same_pictu
     assert len(parts) == 9
     assert {(each.part, each.planner) for each in found} == {(part, name) for part in parts for name in PLANNERS}
     assert field_picture(found) == field_picture(found)
+
+
+def test_the_guides_picture_shows_the_kept_figures() -> None:
+    drawn = stamp_of(picture_bytes("yardstick.png"))
+    assert drawn == stamp(KEPT.read_text(encoding="utf-8")), "draw it: python -m benchmarks.guide --draw yardstick.png"
 
 
 def test_lines_are_joined_in_their_order() -> None:

@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from benchmarks.parts.stamps import stamp_of, stamped
+from benchmarks.parts.stamps import stamp, stamp_of, stamped
 from benchmarks.parts.surfaces import SHAPES, cap, triangulated
 from benchmarks.uniformity import (
     BACKENDS,
@@ -28,7 +28,6 @@ from benchmarks.uniformity import (
     page,
     picture,
     row_of,
-    stamp,
     table,
     with_rows,
 )
