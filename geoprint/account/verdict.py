@@ -11,6 +11,7 @@ from geoprint.account.metrics import COVERED_ONCE, GAP, THICKNESS, cover_text
 from geoprint.account.prints.overhang import table_sentences
 from geoprint.account.records.comparison import PlannedRecord, RefusedRecord
 from geoprint.account.records.evenness import EvennessRecord
+from geoprint.account.records.rounding import listed
 from geoprint.account.records.tried import MiddleRecord
 from geoprint.quality import EVEN_ENOUGH, MOST_MISSED, Covering, equally_good, ranked as ranking
 
@@ -182,8 +183,3 @@ def _levels(ranked: Sequence[PlannedRecord]) -> list[str]:
         wanted = listed([f"{row.spacing_mm:.3g} mm with {row.backend}" for row in ranked])
         return [f"Equal rounds mean different spacings ({wanted}): figures are ratios to each one's own."]
     return []
-
-
-def listed(phrases: Sequence[str]) -> str:
-    """Return phrases as a list in a sentence."""
-    return phrases[0] if len(phrases) == 1 else f"{', '.join(phrases[:-1])} and {phrases[-1]}"

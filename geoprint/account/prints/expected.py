@@ -7,6 +7,7 @@ from itertools import combinations
 
 from geoprint.account.records.comparison import PlannedRecord
 from geoprint.account.records.printed import PrintedApartRecord, PrintedRecord, StandoffRecord, VarianceRecord
+from geoprint.account.records.rounding import listed
 from geoprint.quality import Printed, alike, difference
 from geoprint.report import Row
 from geoprint.results import Plan
@@ -98,11 +99,11 @@ def in_print(order: Sequence[PlannedRecord], apart: Sequence[PrintedApartRecord]
     if not told:
         return ()
     best, of_best = told[0]
-    varies = _listed([f"{expected_text(printed, digits=1)} with {name}" for name, printed in told])
+    varies = listed([f"{expected_text(printed, digits=1)} with {name}" for name, printed in told])
     same = [best, *(name for name, _ in told[1:] if _indistinguishable(best, name, apart))]
     verdict = ""
     if len(told) > 1:
-        which = "they" if len(same) == len(told) else _listed(same)
+        which = "they" if len(same) == len(told) else listed(same)
         verdict = (
             f": {which} are indistinguishable on this cell"
             if len(same) > 1
@@ -154,7 +155,3 @@ def _standoff(told: PrintedRecord | None) -> str:
     if within is None:
         return "path accuracy not measured"
     return f"\N{PLUS-MINUS SIGN}{within:.2f}, {within / wanted:.0%} of {wanted:g}"
-
-
-def _listed(phrases: Sequence[str]) -> str:
-    return phrases[0] if len(phrases) == 1 else f"{', '.join(phrases[:-1])} and {phrases[-1]}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Annotated, TypeAlias, TypeVar, cast
 
@@ -29,6 +29,11 @@ def rounded(value: float | np.floating) -> float:
 def how_many(count: int, noun: str) -> str:
     """Return a number of things in words: '1 run', '2 runs'."""
     return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def listed(phrases: Sequence[str]) -> str:
+    """Return phrases as a list in a sentence: 'a', 'a and b', 'a, b and c'."""
+    return phrases[0] if len(phrases) == 1 else f"{', '.join(phrases[:-1])} and {phrases[-1]}"
 
 
 def _thousandths(value: float) -> float:

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from geoprint.account.records.rounding import listed
 from geoprint.account.records.stack import StackRecord
 from geoprint.account.records.stack_comparison import ComparedStackRecord, RefusedStackRecord
 from geoprint.account.texts.stack import stack_warnings
-from geoprint.account.verdict import listed
 from geoprint.quality import EVEN_ENOUGH, MOST_MISSED, Covering, equally_good, ranked
 
 

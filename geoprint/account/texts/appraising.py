@@ -14,6 +14,7 @@ from geoprint.account.records.appraisal import (
     RunRecord,
     Stretch,
 )
+from geoprint.account.records.rounding import listed
 
 _GAP = "  "
 _NONE = "-"
@@ -118,7 +119,7 @@ def verdict_on_photographs(told: AppraisalRecord) -> str:
     if plans and not others:
         return plan_sentences(*plans[0])[0]
     if plans:
-        missing = _listed([f"{found.missing:.2%} in {each.file}" for each, found in plans])
+        missing = listed([f"{found.missing:.2%} in {each.file}" for each, found in plans])
         return f"of what is judged of the plan there is no material on {missing}"
     if not others:
         return (
@@ -154,10 +155,6 @@ def sentence(said: str, names: Collection[str]) -> str:
     """
     begun = said if any(said.startswith(name) for name in names) else f"{said[0].upper()}{said[1:]}"
     return f"{begun}."
-
-
-def _listed(parts: Sequence[str]) -> str:
-    return f"{', '.join(parts[:-1])} and {parts[-1]}"
 
 
 def _counted(count: int, noun: str) -> str:

@@ -23,8 +23,9 @@ from geoprint.account.metrics import (
 from geoprint.account.prints.expected import expected_text
 from geoprint.account.records.evenness import SpacingRecord
 from geoprint.account.records.measure import MeasuredRecord, MeasurementRecord, MeasureTimingsRecord
+from geoprint.account.records.rounding import listed
 from geoprint.account.texts.tables import fitting, grid, left_out
-from geoprint.account.verdict import covering, listed
+from geoprint.account.verdict import covering
 from geoprint.quality import equally_good, ranked
 
 # What the columns show, and how much each matters: where the terminal is narrow, the highest numbers go first.
