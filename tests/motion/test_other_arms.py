@@ -212,7 +212,7 @@ def test_limits_that_do_not_contain_zero_are_compared_rightly() -> None:
     home = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
     arm_of(replace(robot, urdf=text, limits=limits, home=home))
     limits[0] = [0.4, 2.5]
-    with pytest.raises(UsageError, match="allows joint 1"):
+    with pytest.raises(UsageError, match="more than its maker: joint 1"):
         arm_of(replace(robot, urdf=text, limits=limits, home=home))
 
 

@@ -114,15 +114,24 @@ class Arm:
     def _require_limits_of_the_arm(self) -> None:
         """Refuse a cell that allows the arm more than its maker does."""
         robot, known = self.robot, self._chain
-        lowest, highest = np.degrees(known.limits.T)
         wider = (robot.limits < known.limits - AGREEMENT)[:, 0] | (robot.limits > known.limits + AGREEMENT)[:, 1]
         faster = robot.speeds > known.speeds * (1.0 + AGREEMENT)
-        if wider.any() or faster.any():
-            joint = int(np.argmax(wider | faster))
+
+        def both(joint: int, allowed: FloatArray, makers: FloatArray, unit: str) -> str:
+            # Digits enough to tell the two apart.
+            said, has = (", ".join(f"{value:.7g}" for value in np.degrees(each).ravel()) for each in (allowed, makers))
+            return f"joint {joint + 1} {said} {unit}, the maker {has}"
+
+        more = [
+            *(both(j, robot.limits[j], known.limits[j], "degrees") for j in np.flatnonzero(wider).tolist()),
+            *(
+                both(j, robot.speeds[j : j + 1], known.speeds[j : j + 1], "deg/s")
+                for j in np.flatnonzero(faster).tolist()
+            ),
+        ]
+        if more:
             raise UsageError(
-                f"robot: the cell allows joint {joint + 1} {np.degrees(robot.limits[joint]).round(1).tolist()} degrees "
-                f"at {np.degrees(robot.speeds[joint]):.1f} deg/s, the maker of the {robot.model} "
-                f"[{lowest[joint]:.1f}, {highest[joint]:.1f}] at {np.degrees(known.speeds[joint]):.1f}: correct "
+                f"robot: the cell allows the {robot.model} more than its maker: {'; '.join(more)}: correct "
                 "limits_deg or speeds_deg_s in the cell file."
             )
 
