@@ -76,10 +76,11 @@ def table_text(told: TableRecord) -> str:
     left = "nothing overhangs then"
     if told.length_mm > 0.0:
         left = f"{told.length_mm:.0f} mm overhang still, by up to {told.missing_deg:.0f} degrees more"
+    count = how_many(len(told.attitudes), "attitude")
     order = f"pieces of runs gathered by attitude; {told.moves_kept} in their own order"
     kept = f"runs in their own order; {told.moves_gathered} with pieces of them gathered"
     return (
-        f"{told.name}: {len(told.attitudes)} attitudes, {order if told.order == 'gathered' else kept}; {left}; "
+        f"{told.name}: {count}, {order if told.order == 'gathered' else kept}; {left}; "
         f"moves take {sum(one.move_s for one in told.attitudes):.0f} s at least"
     )
 
