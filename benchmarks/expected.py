@@ -6,9 +6,9 @@ The first table plans the parts in data/ and any mesh files [mm], `SPACINGS` apa
 the packaged cell is expected to make of them. The second proves the interval: rings on a disc and on a dome of 12 mm
 radius are printed `--prints` times by `benchmarks.parts.reprints`, which shares nothing with geoprint's sampler (other
 seeds, errors on the points of the path, the layer simulated again on a polar grid); 90 to 99 % of these prints lie
-within the interval that geoprint states for 95 % (90 to 93 where the rim decides, which is a tenth longer than the ring along
-it on parts this small). The last one shows which error changes the thickness: each alone, on both, as geoprint expects
-it and as those prints have it.
+within the interval that geoprint states for 95 % (90 to 93 where the rim decides, which is a tenth longer than the ring
+along it on parts this small). The last one shows which error changes the thickness: each alone, on both, as geoprint
+expects it and as those prints have it.
 """
 
 from __future__ import annotations
