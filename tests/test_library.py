@@ -30,7 +30,7 @@ from geoprint.errors import ExportError, GeoprintError, InputError
 from geoprint.model.values import WIDTH
 from geoprint.motion.arm import read_urdf_file
 from geoprint.pipeline.feeding import feedback_text
-from geoprint.quality import Printed
+from geoprint.quality import SOURCES, Printed
 from geoprint.results import Comparison, MeasuredFile, Measurement, Plan, Planned
 from geoprint.surfaces.files import load_file, suggested_unit, write_whole
 
@@ -172,7 +172,7 @@ def _measurement() -> Measurement:
     rows = np.array([[-15.0, y, 0.0] for y in (0.0, 2.0)]).repeat(2, axis=0) + [[0, 0, 0], [30, 0, 0]] * 2
     part = load_file(PLATE, unit="mm")
     found = geoprint.measure_paths(part.surface, geoprint.Polylines(rows, np.array([0, 2, 4])), spacing=2.0)
-    expected = Printed(planned=0.02, cvs=np.full(2, 0.02), variances=(0.0004, 0.0, 0.0, 0.0, 0.0, 0.0))
+    expected = Printed(planned=0.02, cvs=np.full(2, 0.02), variances=(0.0004, 0.0, *(0.0 for _ in SOURCES)))
     file = MeasuredFile(
         "rows", "table", "nothing", points=4, dropped=0, fit=None, measured=found, printed=expected, seconds=0.1
     )
