@@ -230,7 +230,7 @@ class Strokes:
         width: (k,) of the strip of surface that each point is to fill, over the spacing.
         dropped: lengths of those that the pattern left out because they were not worth a start [mm].
         followed: lines of the surface's faces that they follow; None where it is no field that they follow.
-        promises: whether a point of row r promises to lie r + 1/2 spacings from the source.
+        promised: (k,) distance from the source at which each point promises to lie [mm]; None where they promise none.
     """
 
     curves: SurfaceCurves
@@ -239,10 +239,11 @@ class Strokes:
     width: FloatArray
     dropped: tuple[float, ...] = ()
     followed: FollowedLines | None = None
-    promises: bool = False
+    promised: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        count = freeze_arrays(self, row="float: k", spacing="float: k", width="float: k")["k"]
+        promised = {} if self.promised is None else {"promised": "float: k"}
+        count = freeze_arrays(self, row="float: k", spacing="float: k", width="float: k", **promised)["k"]
         if count != self.curves.points.faces.size:
             raise InputError(f"strokes need one row a point: {count} rows, {self.curves.points.faces.size} points.")
         if self.spacing.min(initial=1.0) <= 0.0 or self.width.min(initial=1.0) <= 0.0:

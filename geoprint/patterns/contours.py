@@ -53,4 +53,5 @@ class ContourPattern:
         if self._middle == FITTED:
             return fitted(surface, contours)
         row = contours.point_levels.astype(np.float64)
-        return Strokes(contours.curves, row, np.full(row.size, contours.spacing), np.ones(row.size), promises=True)
+        promised = (row + 0.5) * contours.spacing
+        return Strokes(contours.curves, row, np.full(row.size, contours.spacing), np.ones(row.size), promised=promised)

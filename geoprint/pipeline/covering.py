@@ -34,7 +34,7 @@ def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
     layers = (Layer(surface, 0 if place is None else place.number - 1, process.layer_height),)
     return Plan(
         job, workpiece, contours, toolpath, stream, None, layers, (), tuple(stage.timings), flattenings,
-        followed=strokes.followed, promised=strokes.row if strokes.promises else None,
+        followed=strokes.followed, promised=strokes.promised,
     )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""How far contours lie from the distance that they promise: row r at r + 1/2 spacings from the source.
+"""How far contours lie from the distance that they promise: level k at k + 1/2 spacings from the source.
 
 This is a property of the backend, and tells backends apart. How even a print is, `evenness` says: paths that are fitted
 to the width where fronts meet leave their distance on purpose.
@@ -72,7 +72,7 @@ def distance_errors(
     part: Surface,
     source: Seed,
     curves: SurfaceCurves,
-    rows: FloatArray,
+    promised: FloatArray,
     *,
     surface: Surface,
     spacing: float,
@@ -84,9 +84,9 @@ def distance_errors(
         part: over which ways lead.
         source: where distance is zero.
         curves: with k points in all.
-        rows: (k,) row of each point; its promised distance is that and a half, times the spacing.
+        promised: (k,) distance from the source at which each point promises to lie [mm].
         surface: the part with the triangles that source and curves were made on.
-        spacing: between rows [mm].
+        spacing: between neighbouring curves [mm].
         windows: budget of work.
 
     Raises:
@@ -94,12 +94,12 @@ def distance_errors(
     """
     mesh = flat_mesh(fine := refine(part, edge_length=LARGEST_TRIANGLE * spacing))
     path = _source_path(mesh, flat_places(mesh, closest(fine, positions(surface, source.curves.points))[0]), source)
-    points = np.column_stack([positions(surface, curves.points), (rows + 0.5) * spacing])
+    points = np.column_stack([positions(surface, curves.points), promised])
     sampled = _along(points, curves.offsets, step=spacing / SAMPLES_PER_SPACING)
-    places, promised = flat_places(mesh, closest(fine, sampled[:, :3])[0]), sampled[:, 3]
+    places, wanted = flat_places(mesh, closest(fine, sampled[:, :3])[0]), sampled[:, 3]
     least = _least(mesh, fine, path, step=spacing / PIECES_PER_SPACING)
     distance = GeodesicDistance(mesh, path, windows=windows)
-    limits = (1.0 + LONGER_SHARE) * promised + LONGER_SPACINGS * spacing
+    limits = (1.0 + LONGER_SHARE) * wanted + LONGER_SPACINGS * spacing
     found = distance(places, Ask.anything(limits=limits), least=least)
     distances, complete = found.distances.copy(), found.complete.copy()
     farther = np.flatnonzero(complete & np.isinf(distances))
@@ -109,7 +109,7 @@ def distance_errors(
     known = complete & np.isfinite(distances)
     return DistanceErrors(
         spatial(mesh, places.some(known)),
-        (distances - promised)[known] / spacing,
+        (distances - wanted)[known] / spacing,
         float(1.0 - known.mean()) if known.size else 0.0,
     )
 

@@ -188,8 +188,8 @@ class Plan:
         not_printable: why the robot cannot print the paths of a comparison, or None where it can or was left out.
         printed: the thickness that prints are expected to have; None where evenness was not measured.
         followed: lines of the surface's faces that paths follow; None where it is no field that they follow.
-        promised: (k,) row of each point of the contours, which promises row + 1/2 spacings from the source; None where
-            they promise no distance.
+        promised: (k,) distance from the source at which each point of the contours promises to lie [mm]; None where
+            they promise none.
         distance: how far level curves of the backend lie from what they promise, before any is fitted to where fronts
             meet; None where they promise none, or nobody has measured it.
         fed: what the last print taught, or None where the job names none.

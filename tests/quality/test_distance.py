@@ -28,7 +28,7 @@ def errors_of(
 ) -> DistanceErrors:
     each = np.repeat(np.asarray(rows, dtype=np.float64), [len(line) for line in lines])
     return distance_errors(
-        surface, Seed(on(surface, source)), on(surface, lines), each, surface=surface, spacing=SPACING
+        surface, Seed(on(surface, source)), on(surface, lines), (each + 0.5) * SPACING, surface=surface, spacing=SPACING
     )  # fmt: skip
 
 
@@ -46,13 +46,12 @@ def test_lines_on_a_plate_are_off_by_what_they_were_moved() -> None:
     assert found.unknown == 0.0
 
 
-def test_a_row_that_rises_along_a_curve_promises_more_and_more() -> None:
+def test_a_curve_that_rises_promises_more_and_more() -> None:
     surface = plate((30.0, 20.0), (20, 13), jitter_seed=2)
     line = np.column_stack([np.linspace(0.0, 30.0, 16), np.linspace(1.0, 4.0, 16), np.zeros(16)])
-    rows = np.linspace(0.0, 1.5, 16)
     edge = straight_line((0.0, 0.0), (30.0, 0.0), points=2)
     found = distance_errors(
-        surface, Seed(on(surface, [edge])), on(surface, [line]), rows, surface=surface, spacing=SPACING
+        surface, Seed(on(surface, [edge])), on(surface, [line]), line[:, 1], surface=surface, spacing=SPACING
     )
     np.testing.assert_allclose(found.errors, 0.0, atol=1e-9)
 
@@ -73,7 +72,7 @@ def test_a_rolled_plate_keeps_its_distances() -> None:
     point = rolled(np.array([0.0]), np.array([5.0]))
     away = across * np.hypot(1.0, 0.5)
     to_point = distance_errors(
-        surface, Seed(on(surface, [point])), on(surface, [slanting]), away / SPACING - 0.5, surface=surface,
+        surface, Seed(on(surface, [point])), on(surface, [slanting]), away, surface=surface,
         spacing=SPACING,
     )  # fmt: skip
     np.testing.assert_allclose(to_point.errors, 0.0, atol=3e-3)
@@ -118,9 +117,9 @@ def test_what_the_budget_does_not_reach_is_unknown_and_left_out() -> None:
     surface = plate((30.0, 20.0), (20, 13), jitter_seed=4)
     edge = on(surface, [straight_line((0.0, 0.0), (30.0, 0.0), points=31)])
     lines = on(surface, [straight_line((0.0, 15.0), (30.0, 15.0), points=11)])
-    rows = np.full(11, 7.0)
+    promised = np.full(11, 15.0)
     whole, little = (
-        distance_errors(surface, Seed(edge), lines, rows, surface=surface, spacing=SPACING, windows=windows)
+        distance_errors(surface, Seed(edge), lines, promised, surface=surface, spacing=SPACING, windows=windows)
         for windows in (10**7, 3000)
     )
     assert whole.unknown == 0.0

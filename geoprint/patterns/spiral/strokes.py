@@ -76,7 +76,7 @@ class SpiralPattern:
         curves = all_curves(found)
         away = curves.points.values(surface, field.values)
         row: FloatArray = np.maximum(away / spacing - 0.5, 0.0)
-        return Strokes(curves, row, np.full(row.size, float(spacing)), np.ones(row.size), promises=True)
+        return Strokes(curves, row, np.full(row.size, float(spacing)), np.ones(row.size), promised=away)
 
     def _piece(self, piece: Piece, seed: SurfaceCurves, distance: FloatArray, *, spacing: float) -> SurfaceCurves:
         """Return the stroke of a piece, and small rings beside it."""
