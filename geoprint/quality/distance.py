@@ -24,7 +24,7 @@ from geoprint.quality.oracle import (
     spatial,
     trace,
 )
-from geoprint.quality.spacing import LARGEST_TRIANGLE, SAMPLES_PER_SPACING
+from geoprint.quality.spacing import LARGEST_TRIANGLE, SAMPLES_PER_SPACING, cut_evenly
 from geoprint.surfaces import closest, positions
 from geoprint.surfaces.remesh import refine
 
@@ -148,23 +148,15 @@ def _along(points: FloatArray, offsets: IntArray, *, step: float) -> FloatArray:
     sides[offsets[1:-1] - 1] = 0.0
     arcs = np.concatenate([[0.0], np.cumsum(sides)])
     starts = arcs[offsets[:-1]]
-    owner, shares = _divided((lengths := arcs[offsets[1:] - 1] - starts), step=step)
+    owner, shares, _ = cut_evenly((lengths := arcs[offsets[1:] - 1] - starts), step=step)
     at = starts[owner] + shares * lengths[owner]
     return np.column_stack([np.interp(at, arcs, points[:, k]) for k in range(points.shape[1])])
-
-
-def _divided(lengths: FloatArray, *, step: float) -> tuple[IntArray, FloatArray]:
-    """Cut (c,) lengths into even pieces of at most a step; return whose each piece is, and where its middle lies."""
-    counts = np.ceil(lengths / step).astype(np.int64)
-    owner = np.repeat(np.arange(counts.size), counts)
-    return owner, (np.arange(owner.size) - np.repeat(np.cumsum(counts) - counts, counts) + 0.5) / counts[owner]
 
 
 def _least(mesh: FlatMesh, surface: Surface, path: SurfacePath, *, step: float) -> FloatArray:
     """Return how far (3 m,) half-edges are at least from a path through the air: over the surface they are farther."""
     starts, ends = (spatial(mesh, Places(path.faces, flat)) for flat in (path.starts, path.ends))
-    # A point counts as a piece.
-    owner, shares = _divided(np.maximum(np.linalg.norm(ends - starts, axis=1), step), step=step)
+    owner, shares, _ = cut_evenly(np.linalg.norm(ends - starts, axis=1), step=step)
     middles = starts[owner] + shares[:, None] * (ends - starts)[owner]
     away: FloatArray = np.asarray(KDTree(middles).query(surface.vertices)[0], dtype=np.float64) - 0.5 * step
     # Along an edge distance changes by no more than its length.

@@ -187,3 +187,15 @@ def laid_area(mesh: FlatMesh, path: SurfacePath, wanted: SpacingAt | None, *, sp
         return float(path.lengths.sum()) * spacing
     middles = Places(path.faces, 0.5 * (path.starts + path.ends))
     return float(np.abs(path.ends - path.starts) @ wanted(spatial(mesh, middles)))
+
+
+def cut_evenly(lengths: FloatArray, *, step: float) -> tuple[IntArray, FloatArray, IntArray]:
+    """Cut (k,) lengths into even pieces of at most a step, at least one each [mm].
+
+    Returns:
+        Of which length each piece is, where in it its middle lies as a share, and how many pieces each length has.
+    """
+    counts = np.maximum(np.ceil(lengths / step), 1).astype(np.int64)
+    owner = np.repeat(np.arange(lengths.size), counts)
+    rank = np.arange(owner.size) - np.repeat(np.cumsum(counts) - counts, counts)
+    return owner, (rank + 0.5) / counts[owner], counts

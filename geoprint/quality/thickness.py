@@ -22,7 +22,7 @@ from geoprint.errors import FieldError
 from geoprint.model import FloatArray, IntArray, PoseStream, Surface, comparable
 from geoprint.quality.deposited import Samples
 from geoprint.quality.oracle import FlatMesh, SurfacePath, spatial
-from geoprint.quality.spacing import SpacingAt
+from geoprint.quality.spacing import SpacingAt, cut_evenly
 from geoprint.surfaces import closest, cotangent_laplacian, diagonal_matrix, lumped_mass
 from geoprint.surfaces.remesh import refine
 from geoprint.threads import single_threaded_blas
@@ -181,7 +181,7 @@ def stretches_of_poses(poses: PoseStream, *, spacing: float) -> Stretches:
     points = poses.surface_points
     start, along = points[laid], points[laid + 1] - points[laid]
     lengths = np.linalg.norm(along, axis=1)
-    owner, shares, counts = _cut(lengths, spacing=spacing)
+    owner, shares, counts = cut_evenly(lengths, step=STRETCH_SHARE * spacing)
     places = start[owner] + shares[:, None] * along[owner]
     return Stretches(places, (lengths / counts)[owner], laid[owner], shares)
 
@@ -197,15 +197,7 @@ def stretches_of_path(mesh: FlatMesh, path: SurfacePath, samples: Samples, *, sp
     """
     between = np.flatnonzero(np.diff(samples.runs) == 0)
     lengths = np.diff(samples.arcs)[between]
-    owner, shares, counts = _cut(lengths, spacing=spacing)
+    owner, shares, counts = cut_evenly(lengths, step=STRETCH_SHARE * spacing)
     arcs = samples.arcs[between][owner] + shares * lengths[owner]
     places = spatial(mesh, path.at(samples.runs[between][owner], arcs))
     return Stretches(places, (lengths / counts)[owner], between[owner], shares)
-
-
-def _cut(lengths: FloatArray, *, spacing: float) -> tuple[IntArray, FloatArray, IntArray]:
-    """Return of which length each equal piece is, where in it its middle lies, and how many pieces a length has."""
-    counts = np.maximum(np.ceil(lengths / (STRETCH_SHARE * spacing)), 1).astype(np.int64)
-    owner = np.repeat(np.arange(lengths.size), counts)
-    rank = np.arange(owner.size) - np.repeat(np.cumsum(counts) - counts, counts)
-    return owner, (rank + 0.5) / counts[owner], counts
