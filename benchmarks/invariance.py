@@ -10,7 +10,7 @@ of every figure, and where. All are in points: 1 % of the area, or 1 % of CV.
 The third table has the thickness CV of the same paths for elements of other sizes: the order that is observed from the
 sizes 1/4, 1/8 and 1/16 of a spacing, the CV that they tend to, and how far the default is from it. The last one has the
 CV of even rows on a plate over many random triangulations, with what it is by formula, and from which variation on it
-can be told from that by two standard deviations: what varies by itself adds in squares.
+can be distinguished from that by two standard deviations: what varies by itself adds in squares.
 """
 
 from __future__ import annotations
@@ -221,7 +221,7 @@ def floor(*, count: int, edges: Sequence[float]) -> Iterator[str]:
     """Yield the table of even rows on a plate over random triangulations."""
     yield from table(
         "triangles", "edges, spacings", "triangulations", "CV of even rows, %", "standard deviation", "largest",
-        "told from even above",
+        "distinguishable above",
     )  # fmt: skip
     yield row("by formula", "0", "", f"{100.0 * even_rows_cv():.4f}", "", "", "")
     width, height = ROWS_ON

@@ -268,9 +268,9 @@ def _uncertain(workpiece: Workpiece) -> Iterator[str]:
         )
 
 
-def _inaccurate(told: PlanRecord, *, least: float, below: float = math.inf) -> Iterator[str]:
+def _inaccurate(record: PlanRecord, *, least: float, below: float = math.inf) -> Iterator[str]:
     """Say within what the arm keeps the stand-off, where that is from one share of it to another."""
-    printed = None if told.uniformity is None else told.uniformity.printed
+    printed = None if record.uniformity is None else record.uniformity.printed
     found = None if printed is None else printed.standoff
     share = 0.0 if found is None or found.within_mm is None else found.within_mm / found.wanted_mm
     if found is not None and least <= share < below:

@@ -91,8 +91,10 @@ def _same_middle(order: Sequence[PlannedRecord]) -> list[str]:
     if len(order) < 2 or not chosen:
         return []
     kept = [row.backend for row in order if not row.middles]
-    besides = f"; with {listed(kept)} there was nothing to choose" if kept else ""
-    return [f"Where fronts meet, contours of all backends are compared {chosen[0]}, as the best of them are{besides}."]
+    besides = f"; there was nothing to choose with {listed(kept)}" if kept else ""
+    return [
+        f"Where fronts meet, backends are compared with {chosen[0]} contours, which suit the best of them{besides}."
+    ]
 
 
 def covering(told: EvennessRecord) -> Covering:

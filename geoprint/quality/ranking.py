@@ -58,7 +58,7 @@ def ranked(coverings: Sequence[Covering]) -> list[int]:
 
 
 def equally_good(ordered: Sequence[Covering]) -> int:
-    """Return how many of some coverings, the best first, cannot be told from the best one; that counts too."""
+    """Return how many of some coverings, the best first, cannot be distinguished from the best one; that counts too."""
     best = ordered[0]
     same = takewhile(lambda each: each.is_alike(best) and 0.0 <= each.cv - best.cv < SAME_THICKNESS, ordered)
     return len(list(same))

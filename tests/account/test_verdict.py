@@ -228,7 +228,7 @@ def test_compared_backends_have_one_middle_and_that_is_said(told: PlannedRecord)
     fitted = MiddleRecord(middle="fitted", gap=0.004, overlap=0.001, cv=0.01, runs=7, taken=True)
     plain = MiddleRecord(middle="plain", gap=0.02, overlap=0.013, cv=0.05, runs=9, taken=False)
     rows = [like(told, name).model_copy(update={"middles": (fitted, plain)}) for name in ("a", "b")]
-    alike = "Where fronts meet, contours of all backends are compared fitted, as the best of them are"
+    alike = "Where fronts meet, backends are compared with fitted contours, which suit the best of them"
     assert f"{alike}." in verdict("part", rows)
-    assert f"{alike}; with c there was nothing to choose." in verdict("part", [*rows, like(told, "c")])
+    assert f"{alike}; there was nothing to choose with c." in verdict("part", [*rows, like(told, "c")])
     assert not any("compared" in text for text in verdict("part", rows[:1]) + verdict("part", [like(told, "c")]))

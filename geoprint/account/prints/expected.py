@@ -148,10 +148,10 @@ def _shares(told: PrintedRecord | None) -> str:
     return f"{shares.plan:.0%} / {shares.run_flow:.0%} / {arm:.0%} / {rest:.0%}"
 
 
-def _standoff(told: PrintedRecord | None) -> str:
-    if told is None or told.standoff is None:
+def _standoff(record: PrintedRecord | None) -> str:
+    if record is None or record.standoff is None:
         return "-"
-    within, wanted = told.standoff.within_mm, told.standoff.wanted_mm
+    within, wanted = record.standoff.within_mm, record.standoff.wanted_mm
     if within is None:
         return "path accuracy not measured"
     return f"\N{PLUS-MINUS SIGN}{within:.2f}, {within / wanted:.0%} of {wanted:g}"

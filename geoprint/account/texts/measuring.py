@@ -60,7 +60,7 @@ def measure_table(
     lines = [title, "", *grid(names, [rows], left={"file"}), ""]
     if names != every:
         lines += [f"left out at this width, told with `--json` and `--out`: {left_out(every, names, COLUMNS)}", ""]
-    sentences = [*measure_verdict(told)[: len(told.files) > 1]]
+    sentences = [measure_verdict(told)[0]] if len(told.files) > 1 else []
     sentences += [sentence for each in told.files for sentence in _minded(each)]
     return "\n".join([*lines, *sentences, *_expected(told)]).rstrip()
 

@@ -40,9 +40,7 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
         lines.append(_evenness_text(told.uniformity, told.deposition))
         if told.uniformity.distance is not None:
             off, most = OFF.text(told.uniformity), OFF_MOST.text(told.uniformity)
-            lines.append(
-                f"distance: level curves lie {off} of a spacing off theirs (standard deviation), {most} at most"
-            )
+            lines.append(f"distance: level curves are off by {off} of a spacing (standard deviation), {most} at most")
         lines += [] if told.uniformity.printed is None else [_printed_text(told.uniformity.printed)]
     if len(told.patches) > 1:
         lines += [
