@@ -86,9 +86,9 @@ def middle_sentences(middles: Sequence[MiddleRecord], *, backend: str | None = N
 
 
 def _same_middle(order: Sequence[PlannedRecord]) -> list[str]:
-    """Say which middle all of several backends have, where one was chosen for them."""
+    """Say which middle backends have, where one was chosen for several of them."""
     chosen = [each.middle for row in order for each in row.middles if each.taken]
-    if len(order) < 2 or not chosen:
+    if len(chosen) < 2:
         return []
     kept = [row.backend for row in order if not row.middles]
     besides = f"; there was nothing to choose with {listed(kept)}" if kept else ""
