@@ -43,7 +43,7 @@ class BoxTree(NamedTuple):
 def box_tree(corners: FloatArray) -> BoxTree:
     """Return the tree of (m, 3, 3) corners of triangles, m >= 1: each box is halved across its longest side."""
     count = corners.shape[0]
-    order, room, middles = np.empty(count, np.int64), np.empty(count, np.int64), np.empty(count)
+    order, middles = np.empty(count, np.int64), np.empty(count)
     for triangle in range(count):
         order[triangle] = triangle
     boxes = np.empty((2 * count, 6))
@@ -65,8 +65,8 @@ def box_tree(corners: FloatArray) -> BoxTree:
         if last - first > LEAF:
             for triangle in order[first:last]:
                 middles[triangle] = corners[triangle, 0, axis] + corners[triangle, 1, axis] + corners[triangle, 2, axis]
-            sort_by(middles, order[first:last], room)
             middle = (first + last) // 2
+            halve(middles, order[first:last], middle - first)
             halves[box] = made
             firsts[made], lasts[made], firsts[made + 1], lasts[made + 1] = first, middle, middle, last
             made += 2
@@ -75,32 +75,36 @@ def box_tree(corners: FloatArray) -> BoxTree:
 
 
 @inner
-def sort_by(keys: FloatArray, items: IntArray, room: IntArray) -> None:
-    """Sort items in place by their keys, which are finite; those of equal keys keep their order.
+def halve(keys: FloatArray, items: IntArray, middle: int) -> None:
+    """Reorder items in place so that no key before the middle is larger than one from it on.
 
-    Stretches that are sorted already are merged, twice as long ones each time [Knuth1998, sec. 5.2.4]; NumPy's argsort
-    would be compiled for longer than all else here.
+    Around the key halfway, smaller ones are brought to its left and larger ones to its right, and the side that holds
+    the middle is divided again [Hoare1961, algorithm 65].
 
     Args:
-        keys: of each item that there may be.
+        keys: of each item that there may be; finite.
         items: (k,) numbers.
-        room: at least as long, to be written to.
+        middle: 0 <= middle < k.
     """
-    count, length = items.size, 1
-    while length < count:
-        for first in range(0, count, 2 * length):
-            middle, last = min(first + length, count), min(first + 2 * length, count)
-            left, right = first, middle
-            for place in range(first, last):
-                if right == last or (left < middle and keys[items[left]] <= keys[items[right]]):
-                    room[place] = items[left]
-                    left += 1
-                else:
-                    room[place] = items[right]
-                    right += 1
-        for place in range(count):
-            items[place] = room[place]
-        length *= 2
+    first, last = 0, items.size - 1
+    while first < last:
+        pivot = keys[items[(first + last) // 2]]
+        left, right = first, last
+        while left <= right:
+            while keys[items[left]] < pivot:
+                left += 1
+            while keys[items[right]] > pivot:
+                right -= 1
+            if left <= right:
+                items[left], items[right] = items[right], items[left]
+                left += 1
+                right -= 1
+        if middle <= right:
+            last = right
+        elif middle >= left:
+            first = left
+        else:
+            return
 
 
 @njit
