@@ -91,7 +91,7 @@ def deviations(planned: Plan, robot: RobotPlan) -> FloatArray:
     solved = arm.solutions(T_base_work @ transforms.rigid(rotations, made.places))[:, robot.joint_path.branch]
     written = written_path(robot.joint_path, robot.targets, arm)
     joints = transforms.wrapped(solved - written.joints[orders.poses])
-    events = switching_events(orders, signals=cell.signals, tips_at=tips)
+    events = switching_events(orders, signals=cell.signals, tips_at=tips, speed=cell.process.speed)
     switches = [each for _, some in sorted(made.switchings.items()) for each in some if not each.flow]
     places = [trigger.distance - event.distance for trigger, event in zip(switches, events, strict=True)]
     seen = timeline(made, orders, signals=cell.signals, tips_at=tips)

@@ -97,7 +97,7 @@ def export(count: int, mode: SignalMode) -> tuple[Program, float, float]:
 def execution(program: Program, count: int, mode: SignalMode) -> tuple[float, float, float]:
     """Return the times of reading and of executing a program [s], and the memory of executing [MB]."""
     cell, placement, orders, tips_at = _case(count, mode)
-    events = switching_events(orders, signals=cell.signals, tips_at=tips_at)
+    events = switching_events(orders, signals=cell.signals, tips_at=tips_at, speed=cell.process.speed)
     start = time.process_time()
     texts = [(name, text) for name, text in program.modules if name.endswith(".mod")]
     modules = [parse_module(name, text) for name, text in (*texts, resident_module(cell, placement))]

@@ -32,6 +32,8 @@ TIES: Mapping[Event, tuple[str, ...]] = {
 }
 # Switchings nearer to each other than this [s] are one.
 SAME_MOMENT = 1e-4
+# The ramp of a run is over after this [s]; so many samples until then, of which the last ones are at speed.
+RAMP_TIME, RAMP_SAMPLES, RAMP_PLATEAU = 0.15, 301, 20
 # What a person sets to print.
 PRINT: Mapping[str, Value] = {"geoDryRun": False, "geoSpeedPct": 100.0, "geoFirstRun": 1.0}
 
@@ -133,15 +135,30 @@ class Subject:
         """Return (d, 2, 3) where the valve must open and shut for the deposits from a run on, in base coordinates."""
         signals, orders = self.cell.signals, self.orders
         ends = [(first, last) for first, last in orders.deposits if orders.runs[first] + 1 >= first_run]
-        moments = orders.times[np.array(ends, dtype=np.int64).reshape(-1, 2)]
+        moments = self._flowing(orders.times[np.array(ends, dtype=np.int64).reshape(-1, 2)])
         moments = moments - np.array([signals.valve_open, signals.valve_close])
         return transforms.apply(self.T_base_work, self.tips(moments.ravel())).reshape(-1, 2, 3)
+
+    def _flowing(self, spans: FloatArray) -> FloatArray:
+        """Return (d, 2) when material must begin and end in (d, 2) spans of deposit [s].
+
+        A valve that only opens and shuts waits as long as the tip is behind one that would have its speed at once.
+        """
+        if self.cell.signals.mode == "analog":
+            return spans
+        waits = np.zeros(spans.shape)
+        for row, (first, last) in enumerate(spans.tolist()):
+            since = np.linspace(0.0, min(RAMP_TIME, (last - first) / 2.0), RAMP_SAMPLES)
+            for end, moments in enumerate((first + since, last - since)):
+                steps = np.linalg.norm(np.diff(self.tips(moments), axis=0), axis=1)
+                waits[row, end] = max(since[-1] - steps.sum() / steps[-RAMP_PLATEAU:].mean() * since[1], 0.0)
+        return spans + waits * np.array([1.0, -1.0])
 
     def lit(self, *, first_run: int = 1) -> BoolArray:
         """Tell for each deposit from a run on whether the lamp goes on for it, or is still on from the one before."""
         signals, orders = self.cell.signals, self.orders
         ends = [pair for pair in orders.deposits if orders.runs[pair[0]] + 1 >= first_run]
-        begins, stops = orders.times[np.array(ends, dtype=np.int64).reshape(-1, 2)].T
+        begins, stops = self._flowing(orders.times[np.array(ends, dtype=np.int64).reshape(-1, 2)]).T
         return np.insert(begins[1:] - signals.uv_lead - stops[:-1] - signals.uv_tail > SAME_MOMENT, 0, values=True)
 
     def targets(self) -> FloatArray:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 from geoprint.account.metrics import cover_text
 from geoprint.account.prints.feedback import feedback_notes
-from geoprint.account.prints.laid import laid_warnings, made_up_notes
+from geoprint.account.prints.laid import made_up_notes
 from geoprint.account.records.plan import PatchRecord, PlanRecord, SideRecord
 from geoprint.account.records.robot import MotionRecord, RobotRecord
 from geoprint.account.records.rounding import how_many
@@ -29,6 +29,8 @@ NOTABLE_CV = 0.01
 LEAST_STANDING_OUT = 0.001
 # A tip nearer to the surface than this share of the stand-off lays a visibly thinner bead.
 NOTABLE_HEIGHT = 0.9
+# Times that differ by less than this [ms] are one.
+ROUNDING_MS = 1e-3
 # An arm that keeps the stand-off no better than the first share of it [95 % bound] halves the bead's height somewhere,
 # which is worth knowing; from the second on its tip may scratch the part.
 NOTABLE_INACCURACY, LARGEST_INACCURACY = 0.5, 1.0
@@ -48,14 +50,14 @@ def warnings_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
         *([told.surface.side.sentence] if _is_doubtful(told.surface.side) else []),
         *_unsearched(workpiece),
         *coverage_warnings(told),
-        *placement_warnings(told.robot),
-        *laid_warnings(told),
-        *_close_targets(told.robot),
+        *([] if plan.job.place == "demo" else placement_texts(told.robot)),
+        *_pressure(told),
+        *_close_targets(told.robot, digested=False),
         *_uncertain(workpiece),
         *(_inaccurate(told, least=LARGEST_INACCURACY) if plan.robot else ()),
         *_unheld(workpiece),
         *_unchanging(workpiece),
-        *([plan.laid.light.lacking] if plan.laid and plan.laid.light and plan.laid.light.lacking else []),
+        *([plan.light.lacking] if plan.light and plan.light.lacking else []),
     )
 
 
@@ -77,6 +79,7 @@ def notes_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
     """
     return (
         *([] if _is_doubtful(told.surface.side) else [told.surface.side.sentence]),
+        *(placement_texts(told.robot) if plan.job.place == "demo" else []),
         *(sentence for robot in told.robot for sentence in orientation_notes(robot.motion)),
         *_inside(told.patches),
         *_repairs(plan.workpiece),
@@ -90,6 +93,7 @@ def notes_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
         *made_up_notes(plan, told),
         *_of_each(told.robot, lambda robot: near_borders(robot.motion)),
         *_of_each(told.robot, _bends),
+        *_close_targets(told.robot, digested=True),
     )
 
 
@@ -100,10 +104,10 @@ def said_once(texts: Mapping[str, Sequence[str]]) -> list[str]:
     return [text if len(whose[text]) == len(texts) else f"{', '.join(whose[text])}: {text}" for text in every]
 
 
-def placement_warnings(robots: Sequence[RobotRecord]) -> list[str]:
+def placement_texts(robots: Sequence[RobotRecord]) -> list[str]:
     """Return what a person should know of where the part stands, if anything."""
     missing = dict.fromkeys(what for robot in robots for what in robot.motion.placement_missing)
-    return [f"PLACEMENT NOT KNOWN: programs run only dry, until somebody states {' and '.join(missing)}."][
+    return [f"placement not known: programs run only dry, until somebody states {' and '.join(missing)}."][
         : len(missing)
     ]
 
@@ -222,18 +226,39 @@ def _of_each(robots: Sequence[RobotRecord], said: Callable[[RobotRecord], Iterab
         yield from (f"{which}{sentence}" for sentence in said(robot))
 
 
-def _close_targets(robots: Sequence[RobotRecord]) -> Iterator[str]:
-    """Say how many targets follow too soon, in all attitudes of a table together."""
+def _close_targets(robots: Sequence[RobotRecord], *, digested: bool) -> Iterator[str]:
+    """Say how many targets follow too soon, in all attitudes of a table together.
+
+    Args:
+        robots: its parts.
+        digested: whether to say it where all of them come late enough for a controller to take them at all, or where
+            not.
+    """
     near = {number: one.motion.targets for number, one in enumerate(robots, start=1) if one.motion.targets.closer}
     if not near:
         return
     soonest, count = min(near, key=lambda number: near[number].shortest_ms), sum(one.closer for one in near.values())
     targets = near[soonest]
+    if digested != (targets.shortest_ms >= targets.least_ms - ROUNDING_MS):
+        return
     whose = f" in attitude {soonest}" if len(robots) > 1 else ""
     yield (
         f"{count} target{'s follow' if count > 1 else ' follows'} the one before sooner than the controller digests "
         f"{'them' if count > 1 else 'it'} (robot.target_period_ms is {targets.period_ms:g}; the soonest comes after "
         f"{targets.shortest_ms:.1f} ms{whose}): the arm may slow down there."
+    )
+
+
+def _pressure(told: PlanRecord) -> Iterator[str]:
+    """Say that the pressure that the cell names is for another speed than that of the print, where it is."""
+    settings, flow = told.settings, told.deposition
+    ceiling = max((robot.motion.speed_ceiling_mm_s for robot in told.robot), default=settings.speed_mm_s)
+    if settings.pressure_kpa is None or flow is None or settings.speed_mm_s >= ceiling:
+        return
+    fitted = "" if flow.valve_kpa is None else f", by [material] {flow.valve_kpa:.3g} kPa"
+    yield (
+        f"the cell's {settings.pressure_kpa:g} kPa are for {ceiling:g} mm/s and this prints at "
+        f"{settings.speed_mm_s:g}: set the pressure that lets {flow.valve_mm3_s:.4g} mm3/s through{fitted}."
     )
 
 

@@ -10,7 +10,7 @@ from pathlib import PurePosixPath
 import numpy as np
 
 from geoprint.account.prints.attitudes import record_table_pose
-from geoprint.account.prints.laid import laid_share
+from geoprint.account.prints.laid import record_deposited
 from geoprint.account.records.evidence import EvidenceRecord, ExecutedRecord, NotExecutedRecord, ParsedRecord
 from geoprint.account.records.robot import (
     BendRecord,
@@ -38,7 +38,7 @@ from geoprint.model import Bend, FloatArray, IntArray, JointPath, PoseStream, Pr
 from geoprint.motion.arm import BORDER_MARGIN, BORDERED, Arm, border_distances, is_axial, tilts, unconfirmed_kinematics
 from geoprint.motion.controller import LIFT, SHORTEST_TIME, close_targets
 from geoprint.motion.reach import laying
-from geoprint.motion.timing import largest_even_speed, largest_jerk, slowed_shares, unconfirmed_speeds
+from geoprint.motion.timing import largest_jerk, slowed_shares, unconfirmed_speeds
 from geoprint.results import Orientation, Plan, RobotPlan
 
 # A nozzle that leans less than this from the attitude of the path does not lean [rad].
@@ -178,8 +178,8 @@ def _motion(plan: Plan, robot: RobotPlan) -> MotionRecord:
         share_at_speed=trajectory.share_at_speed,
         share_on_ramps=trajectory.share_on_ramps,
         share_slowed=SlowedRecord(**asdict(slowed_shares(trajectory))),
-        largest_even_speed_mm_s=_largest_even_speed(plan, robot),
-        laid_share=laid_share(plan, robot),
+        speed_ceiling_mm_s=robot.ceiling,
+        deposited=record_deposited(robot, plan.workpiece.cell),
         slowdowns=tuple(_slowdown(slowdown) for slowdown in trajectory.slowdowns),
         placement_calibrated=placement.calibrated,
         placement_missing=tuple(placement.missing),
@@ -206,12 +206,6 @@ def _orientation(found: Orientation | None) -> OrientationRecord | None:
         start_refused=found.start,
         others_refused=found.refused,
     )
-
-
-def _largest_even_speed(plan: Plan, robot: RobotPlan) -> float | None:
-    cell = plan.workpiece.cell
-    speed = largest_even_speed(robot.joint_path, cell.robot, process=cell.process, slowdowns=robot.trajectory.slowdowns)
-    return speed if np.isfinite(speed) else None
 
 
 def _arm(plan: Plan) -> Arm:
@@ -313,7 +307,6 @@ def _degrees(angle: float | np.floating) -> float:
 def _slowdown(slowdown: Slowdown) -> SlowdownRecord:
     return SlowdownRecord(
         run=slowdown.run,
-        kind=slowdown.kind,
         place_mm=slowdown.place,
         arc_mm=slowdown.arc,
         length_mm=slowdown.length,

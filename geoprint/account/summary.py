@@ -42,6 +42,7 @@ from geoprint.account.records.rounding import as_json, place_of
 from geoprint.account.records.tried import MiddleRecord, SourceRecord
 from geoprint.account.robot_summary import record_robot
 from geoprint.backends import diagnostics, distortion, predicted_spacing
+from geoprint.deposition import bore_of, pressure_for
 from geoprint.export import Json
 from geoprint.model import PASCAL_PER_KPA, PrintErrors, Surface
 from geoprint.paths import largest_lean, mean_lean
@@ -51,7 +52,7 @@ from geoprint.surfaces import component_labels, describe, edge_lengths, face_are
 from geoprint.surfaces.repair import PreparationReport
 
 # Version of the layout of plan.json; a change that breaks a reader raises it.
-PLAN_SCHEMA = 7
+PLAN_SCHEMA = 8
 # Runs shorter than this many spacings are little more than the marks of their start and their stop.
 FRAGMENT_SPACINGS = 5.0
 
@@ -237,13 +238,19 @@ def _printed(plan: Plan) -> PrintedRecord | None:
 
 
 def _deposition(laid: Laid, plan: Plan) -> DepositionRecord:
-    errors, flow = plan.workpiece.cell.errors or PrintErrors(), laid.following_flow[laid.following_flow > 0.0]
+    cell = plan.workpiece.cell
+    errors, flow = cell.errors or PrintErrors(), laid.following_flow[laid.following_flow > 0.0]
+    rate = plan.poses.flow.max(keepdims=True) * cell.process.speed
     return DepositionRecord(
         flow="follows the width" if laid.mode == "analog" else "constant",
+        valve_mm3_s=float(rate[0]),
+        valve_kpa=None
+        if cell.material is None
+        else float(pressure_for(cell.material.fluid, bore_of(cell.tool), flows=rate).total[0]) / PASCAL_PER_KPA,
         least_mm3_per_mm=float(flow.min()),
         most_mm3_per_mm=float(flow.max()),
         printed_mean_within=thickness_within(errors),
-        light=None if laid.light is None else LightRecord(**asdict(laid.light)),
+        light=None if plan.light is None else LightRecord(**asdict(plan.light)),
     )
 
 

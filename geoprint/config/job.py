@@ -243,14 +243,34 @@ class Job(Table):
             told="max_tilt_deg",
         ),
     ] = 15.0
+    speed: Annotated[
+        PositiveFloat | None,
+        Key(
+            "Print no faster than this in mm/s; the cell's speed_mm_s where left out.",
+            "15.0 # print no faster than this; left out: the cell's speed_mm_s",
+            group="robot",
+            told="",
+            always=False,
+        ),
+    ] = None
     on_slowdown: Annotated[
         OnSlowdown,
         Key(
-            "Where joints cannot hold the speed: 'lower' it for the run, or let the flow 'follow'.",
-            '# where joints cannot hold the speed: "lower" it for the run, or let the flow "follow"',
+            "Where joints cannot hold the speed: 'auto' finds one that deposits what was planned, 'follow' keeps it.",
+            '# where joints cannot hold the speed: "auto" finds one at which a valve deposits what was planned, '
+            '"follow" keeps it',
             group="robot",
         ),
-    ] = "lower"
+    ] = "auto"
+    accept_flow: Annotated[
+        bool,
+        Key(
+            "Write a program even where a run gets less than 90 or more than 110 % of its volume.",
+            "# true writes a program even where a run gets less than 90 or more than 110 % of its volume",
+            group="robot",
+            always=False,
+        ),
+    ] = False
     feedback: Annotated[
         Path | None,
         Key(

@@ -1,6 +1,8 @@
 """Where on the path the outputs switch, so that what lags behind them happens where the plan wants it.
 
-The valve is told to open so long before the material has to flow as it takes to open, and to close likewise; the lamp
+The valve is told to open so long before the material has to flow as it takes to open, and to close likewise. A valve
+that only opens and shuts would give a run too much while the tip comes up to its speed and while it brakes: material
+begins and ends by so much nearer to the middle of the run that the volume on these ramps is right in sum. The lamp
 leads and trails the material. Where the cell has a vacuum, it draws the material back from when the valve is told to
 close until it is told to open again, or the last lift ends, so that nothing oozes on travel. Each of these moments is
 turned into a place: the move on which the trajectory is at that moment, and the distance of the tip from the end of
@@ -21,6 +23,7 @@ import numpy as np
 from geoprint.errors import UsageError
 from geoprint.export.orders import Orders
 from geoprint.model import FloatArray, Signals, comparable
+from geoprint.motion.timing import ramp_delay
 
 Output = Literal["dispenser", "uv_lamp", "vacuum"]
 # Tips (k, 3) in the work frame [mm] at (k,) times of the trajectory [s].
@@ -28,6 +31,9 @@ TipsAt: TypeAlias = Callable[[FloatArray], FloatArray]
 
 # A moment nearer than this to that of a target [s] is that of the target: a tenth of what a controller resolves.
 SAME_MOMENT = 1e-4
+# How long after its start, or before its end, the ramp of a run is looked at, and how often [s].
+RAMP_TIME = 0.15
+RAMP_STEP = 0.004
 
 
 @final
@@ -50,7 +56,7 @@ class Event:
     on: bool
 
 
-def switching_events(orders: Orders, *, signals: Signals, tips_at: TipsAt) -> tuple[Event, ...]:
+def switching_events(orders: Orders, *, signals: Signals, tips_at: TipsAt, speed: float) -> tuple[Event, ...]:
     """Return where the outputs switch, in the order of the path.
 
     Where the lamp would go off after the next material already wants it on, it stays on. Every output that a run needs
@@ -60,11 +66,12 @@ def switching_events(orders: Orders, *, signals: Signals, tips_at: TipsAt) -> tu
         orders: targets and their times.
         signals: the lags.
         tips_at: the tip's motion as it was timed.
+        speed: of the print [mm/s].
 
     Raises:
         UsageError: a lag is longer than the motion that is there for it.
     """
-    moments = _moments(orders, signals)
+    moments = _moments(orders, signals, tips_at, speed=speed)
     tips = tips_at(np.array([moment for moment, _, _ in moments]))
     events = [
         _placed(orders, moment, tip, output=output, on=on)
@@ -73,12 +80,13 @@ def switching_events(orders: Orders, *, signals: Signals, tips_at: TipsAt) -> tu
     return tuple(sorted(events, key=lambda event: (event.target, not event.from_start)))
 
 
-def _moments(orders: Orders, signals: Signals) -> list[tuple[float, Output, bool]]:
+def _moments(orders: Orders, signals: Signals, tips_at: TipsAt, *, speed: float) -> list[tuple[float, Output, bool]]:
     """Return time, output and value of each switching."""
     spans = [(float(orders.times[first]), float(orders.times[last])) for first, last in orders.deposits]
-    valve = [(start - signals.valve_open, end - signals.valve_close) for start, end in spans]
-    lamp = [(start - signals.uv_lead, end + signals.uv_tail) for start, end in spans]
-    _check_spans(orders, signals, spans=spans, valve=valve, lamp=lamp)
+    flowing = spans if signals.mode == "analog" else [_within_ramps(span, tips_at, speed=speed) for span in spans]
+    valve = [(start - signals.valve_open, end - signals.valve_close) for start, end in flowing]
+    lamp = [(start - signals.uv_lead, end + signals.uv_tail) for start, end in flowing]
+    _check_spans(orders, signals, spans=flowing, valve=valve, lamp=lamp)
     outputs: list[tuple[Output, list[tuple[float, float]]]] = [("dispenser", valve)]
     if signals.vacuum is not None:
         openings = [*(opens for opens, _ in valve[1:]), float(orders.times[-1])]
@@ -89,7 +97,19 @@ def _moments(orders: Orders, signals: Signals) -> list[tuple[float, Output, bool
         for pair in pairs
         for moment, on in zip(pair, (True, False), strict=True)
     ]
-    return switched + _lamp_moments(spans, lamp)
+    return switched + _lamp_moments(flowing, lamp)
+
+
+def _within_ramps(span: tuple[float, float], tips_at: TipsAt, *, speed: float) -> tuple[float, float]:
+    """Return when material that flows evenly begins and ends, so that the ramps of a run do not get too much [s]."""
+    start, end = span
+    since = np.arange(0.0, min(RAMP_TIME, (end - start) / 2.0) + RAMP_STEP / 2.0, RAMP_STEP)
+    delays: list[float] = []
+    for moments in (start + since, end - since):
+        tips = tips_at(moments)
+        steps = np.linalg.norm(np.diff(tips, axis=0), axis=1)
+        delays.append(ramp_delay(since, np.append(0.0, np.cumsum(steps)), speed=speed))
+    return start + delays[0], end - delays[1]
 
 
 def _lamp_moments(

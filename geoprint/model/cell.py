@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import field, replace
 from typing import TypeAlias, final
 
 import numpy as np
@@ -300,6 +300,10 @@ class Cell:
     def demo_turn(self) -> FloatArray:
         """(3, 3) `demo_rotation`; no turn where nobody states one."""
         return np.eye(3) if self.demo_rotation is None else self.demo_rotation
+
+    def at_speed(self, speed: float) -> Cell:
+        """Return the cell with another speed of printing [mm/s]."""
+        return replace(self, process=replace(self.process, speed=speed))
 
     def _check_joints(self, table: str, joints: FloatArray | None, *, over: str) -> None:
         limits = self.robot.limits

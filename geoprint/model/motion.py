@@ -85,19 +85,18 @@ class JointPath:
         return float(np.ptp(self.joints[:, 5]) / (2.0 * np.pi))
 
 
-# What is done where joints do not hold the set speed: lower it for the whole run, or let the flow follow the dips.
-OnSlowdown = Literal["lower", "follow"]
+# What is done where joints or targets do not hold the set speed: find one for the whole print at which a valve that
+# only opens and shuts deposits what was planned, or keep the one that is set.
+OnSlowdown = Literal["auto", "follow"]
 
 
 @final
 @comparable
 class Slowdown:
-    """A stretch of deposit on which joints or targets do not hold the set speed of the tip.
+    """A stretch of deposit on which joints or targets do not hold the print's speed; the ramps of runs are none.
 
     Attributes:
         run: run of the pose stream.
-        kind: 'lowered' where the speed of the whole run was lowered to what holds all along it, 'dip' where the tip
-            slows down within it; the ramps at the ends of runs are neither.
         place: tip where the least is held, in the work frame [mm].
         arc: of that place, from the start of the run [mm].
         length: of the stretch [mm].
@@ -108,7 +107,6 @@ class Slowdown:
     """
 
     run: int
-    kind: Literal["lowered", "dip"]
     place: tuple[float, float, float]
     arc: float
     length: float
@@ -130,9 +128,9 @@ class Trajectory:
         deposit: (k,) whether material is laid.
         pose_times: (p,) when each pose of the stream is reached [s].
         stretched: runs that were slowed because the time parameterisation broke a limit between its grid points.
-        slowest_deposit: smallest tip speed on deposit, away from the ends of runs [mm/s].
+        slowest_deposit: smallest speed of the bead, away from the ends of runs [mm/s].
         slowdowns: every stretch of deposit below 99 % of the set speed, away from the ends of runs, in printing order.
-        share_at_speed: share of the deposited length that is laid within 1 % of the set speed.
+        share_at_speed: share of the deposited length within 1 % of the set speed.
         share_on_ramps: share of it that is not, but lies on the ramps at the ends of runs.
     """
 

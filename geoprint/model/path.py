@@ -124,6 +124,12 @@ class PoseStream:
         """(p, 3) point of the surface below each depositing tip; the tip itself on travel [mm]."""
         return self.tips - np.where(self.deposit, self.standoff, 0.0)[:, None] * self.normals
 
+    @property
+    def bead_lengths(self) -> FloatArray:
+        """(p - 1,) length on the surface from each depositing pose to the next [mm]."""
+        lengths: FloatArray = np.linalg.norm(np.diff(self.surface_points, axis=0), axis=1)
+        return lengths
+
     def between(self, first: int, behind: int) -> PoseStream:
         """Return the poses from row `first` to before row `behind`."""
         return self.taken(slice(first, behind))

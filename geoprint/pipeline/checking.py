@@ -55,6 +55,7 @@ from geoprint.pipeline.bundles.proof import read_seen
 from geoprint.pipeline.bundles.repeating import repeat
 from geoprint.pipeline.checking_motion import (
     check_aloft,
+    check_bead_speed,
     check_configuration,
     check_extent,
     check_passing,
@@ -216,6 +217,7 @@ class _Checking:
             aloft=setup.aloft, extent=setup.extent, duration=float(table.times[-1]),
         )  # fmt: skip
         check_extent(poses, setup.extent)
+        check_bead_speed(self.orders, poses, process=setup.cell.process)
 
     def _check_program(self, names: Sequence[str], setup: Setup, orders: Orders, table: TrajectoryTable) -> None:
         arm = Arm(setup.cell.robot, T_flange_tool=setup.cell.tool.T_flange_tool)
@@ -228,7 +230,9 @@ class _Checking:
         wanted: list[tuple[Event, ...]] = []
         self._collecting(
             "targets.csv",
-            lambda: wanted.append(switching_events(orders, signals=setup.cell.signals, tips_at=tips)),
+            lambda: wanted.append(
+                switching_events(orders, signals=setup.cell.signals, tips_at=tips, speed=setup.cell.process.speed)
+            ),
         )
         judged = [
             judge_program(

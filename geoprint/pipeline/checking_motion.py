@@ -43,6 +43,9 @@ ZONE_TOLERANCE = 1e-5
 RESTING = 0.02
 # Every place that is printed lies in the part's box to this [mm]: corners of paths are rounded by less.
 EXTENT_TOLERANCE = 0.5
+# Over so much of a bead [mm] its speed is looked at, for from pose to pose it trembles with the normals of triangles, and
+# so many times the print's it may be.
+BEAD_LENGTH, BEAD_TOLERANCE = 1.0, 1.03
 _MILLISECOND = 1e-3
 
 
@@ -86,7 +89,7 @@ def _corner_middles(orders: Orders) -> FloatArray:
 
 
 def check_speeds(orders: Orders, tips: TipsAt, times: FloatArray, *, process: Process) -> None:
-    """Check that the speed of each target is that of the trajectory up to it, and at most the process's.
+    """Check that the speed of each target is that of the trajectory up to it, and on travel at most the process's.
 
     The path there is about as long as the straight line between where the targets are passed, or longer, and at most
     as long as that of the trajectory, which swings around corners.
@@ -95,7 +98,7 @@ def check_speeds(orders: Orders, tips: TipsAt, times: FloatArray, *, process: Pr
         orders: t targets.
         tips: the trajectory.
         times: (k,) of its rows [s].
-        process: speeds of the tip.
+        process: speeds.
 
     Raises:
         VerificationError: one is not.
@@ -106,8 +109,10 @@ def check_speeds(orders: Orders, tips: TipsAt, times: FloatArray, *, process: Pr
     with np.errstate(divide="ignore", invalid="ignore"):
         slow, fast = (lines - LINE_TOLERANCE) / durations, (paths + CORNER_TOLERANCE) / durations
     moves = (paths > TURN_ON_THE_SPOT) & (durations > 0.0)
-    lowest = np.where(moves, np.minimum(planned, np.maximum(slow - SPEED_TOLERANCE, SMALLEST_SPEED)), planned)
-    highest = np.where(moves, np.minimum(planned, np.maximum(fast + SPEED_TOLERANCE, SMALLEST_SPEED)), planned)
+    # What deposits is bounded by the speed of the bead, which `check_bead_speed` looks at.
+    most = np.where(orders.laid[:-1], np.inf, planned)
+    lowest = np.where(moves, np.minimum(most, np.maximum(slow - SPEED_TOLERANCE, SMALLEST_SPEED)), planned)
+    highest = np.where(moves, np.minimum(most, np.maximum(fast + SPEED_TOLERANCE, SMALLEST_SPEED)), planned)
     lowest, highest = (np.append(process.travel_speed, each) for each in (lowest, highest))
     wrong = ~((orders.speeds >= lowest - ZONE_TOLERANCE) & (orders.speeds <= highest + ZONE_TOLERANCE))
     if wrong.any():
@@ -117,6 +122,29 @@ def check_speeds(orders: Orders, tips: TipsAt, times: FloatArray, *, process: Pr
             f"{lowest[row]:.2f} to {highest[row]:.2f}",
             line=row + 2,
         )
+
+
+def check_bead_speed(orders: Orders, poses: PosesTable, *, process: Process) -> None:
+    """Check that nothing is deposited faster than the process says, over a millimetre of bead and more.
+
+    Raises:
+        VerificationError: something is.
+    """
+    steps = np.linalg.norm(np.diff(poses.points, axis=0), axis=1)
+    passed = np.append(0.0, np.cumsum(steps))[orders.poses]
+    for first, last in orders.deposits:
+        beads, times = passed[first : last + 1], orders.times[first : last + 1]
+        ends = np.searchsorted(beads, beads + BEAD_LENGTH)
+        starts = np.flatnonzero(ends < beads.size)
+        ends = ends[starts]
+        speeds = (beads[ends] - beads[starts]) / np.maximum(times[ends] - times[starts], _MILLISECOND)
+        if speeds.max(initial=0.0) > BEAD_TOLERANCE * process.speed:
+            row = first + int(starts[speeds.argmax()])
+            raise VerificationError(
+                f"run {orders.runs[row] + 1} deposits at {speeds.max():.2f} mm/s behind target {row + 1}, allowed are "
+                f"{process.speed:g}",
+                line=row + 2,
+            )
 
 
 def check_zones(orders: Orders, tips: TipsAt) -> None:

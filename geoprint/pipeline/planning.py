@@ -18,11 +18,11 @@ from functools import partial
 import numpy as np
 
 from geoprint.config import Job
-from geoprint.deposition import exposure, following_flow
-from geoprint.errors import ClearanceError, FieldError, PlanError, ReachError, naming
+from geoprint.deposition import following_flow
+from geoprint.errors import ClearanceError, FieldError, LimitError, PlanError, ReachError, naming
 from geoprint.export import Orders, TipsAt, orders_of
-from geoprint.export.rapid import Proof, check_timeline, proven_program, timeline
-from geoprint.model import Cell, Clearance, FloatArray, JointPath, Placement, PoseStream, Program
+from geoprint.export.rapid import Proof, Timeline, check_timeline, proven_program, timeline
+from geoprint.model import Cell, Clearance, FloatArray, JointPath, Placement, PoseStream, Program, Trajectory
 from geoprint.motion.arm import Arm, check_load
 from geoprint.motion.collision import ClearanceCheck, runs_hit_by_links
 from geoprint.motion.controller import (
@@ -34,7 +34,7 @@ from geoprint.motion.controller import (
     written_path,
 )
 from geoprint.motion.reach import Easing, Leaning, lost_shares, reach
-from geoprint.motion.timing import timed_targets, tips_at
+from geoprint.motion.timing import timed_print, tips_at
 from geoprint.pipeline.choice import check_options, check_part, with_backend
 from geoprint.pipeline.expecting import with_print
 from geoprint.pipeline.feeding import with_feedback
@@ -44,7 +44,7 @@ from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import arm_of, clearance_check, leaning_of, pose_stream, with_flow_of
 from geoprint.pipeline.tilting import with_attitudes, with_table
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
-from geoprint.quality.stacked import laid_volume
+from geoprint.quality.stacked import deposited_shares, executed_flow, laid_volume
 from geoprint.results import Laid, Plan, RobotPlan, Workpiece
 from geoprint.surfaces import face_areas
 from geoprint.threads import both
@@ -59,6 +59,8 @@ RIM_SHARE = 0.1
 # A layer of a stack is slowed down by so much at most, to make up for what its paths miss: fronts that meet leave a few
 # percent, and more is a hole.
 MOST_MADE_UP = 1.03
+# No program is written that deposits less or more than this of what a run was planned to get.
+LEAST_DEPOSITED, MOST_DEPOSITED = 0.9, 1.1
 
 
 def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
@@ -230,9 +232,12 @@ def _with_robot(
             paths.poses, arm, T_base_work=placement.T_base_work, weights=cell.search, leaning=leaning, easing=easing
         )
     with stage("timing"):
-        trajectory, targets = timed_targets(
-            joint_path, cell.robot, process=cell.process, on_slowdown=paths.job.on_slowdown
+        constant_flow = cell.signals.mode == "io" and paths.job.on_slowdown == "auto"
+        process, trajectory, targets = timed_print(
+            joint_path, cell.robot, process=cell.process, constant_flow=constant_flow
         )
+        ceiling, cell = cell.process.speed, cell.at_speed(process.speed)
+        paths = replace(paths, workpiece=replace(workpiece, cell=cell))
     with stage("collision check"):
         path = controller_path(joint_path, targets, arm)
         found = check(path, poses=joint_path.poses)
@@ -241,7 +246,7 @@ def _with_robot(
         aloft, aloft_targets = aloft_path(joint_path, targets, arm)
         dry = controller_path(aloft, aloft_targets, arm, step=ALOFT_STEP)
         dry_found = check(dry, poses=aloft.poses)
-        _check_stations(aloft, workpiece.cell, arm, check=check)
+        _check_stations(aloft, cell, arm, check=check)
     with stage("program"):
         orders = orders_of(
             written_path(joint_path, targets, arm),
@@ -256,9 +261,11 @@ def _with_robot(
         program, proof = _program(paths, orders, tips, found, placement=placement, arm=arm)
         switching = timeline(proof.printing, orders, signals=cell.signals, tips_at=tips)
         check_timeline(switching)
+        _check_deposit(joint_path.poses, trajectory, switching, paths)
     robot = RobotPlan(
-        placement, joint_path, trajectory, targets, path, found, dry_found, orders, program, switching, proof.executed
-    )
+        placement, joint_path, trajectory, targets, path, found, dry_found, orders, program, switching, proof.executed,
+        ceiling,
+    )  # fmt: skip
     return replace(paths, poses=joint_path.poses, robot=(robot,), timings=tuple(stage.timings))
 
 
@@ -307,10 +314,7 @@ def _lay(poses: PoseStream, widths: FloatArray, workpiece: Workpiece, *, spacing
     cell = workpiece.cell
     wanted = poses.flow / (spacing * cell.process.layer_height)
     followed = following_flow(widths, deposit=poses.deposit, spacing=spacing, process=cell.process, wanted=wanted)
-    # The least light falls where lines lie farthest apart.
-    widest = spacing * float(wanted.max())
-    light = exposure(cell.material, speed=cell.process.speed, spacing=widest, flood=cell.flood)
-    laid = Laid(cell.signals.mode, light, following_flow=followed)
+    laid = Laid(cell.signals.mode, spacing * float(wanted.max()), following_flow=followed)
     return (replace(poses, flow=followed) if laid.mode == "analog" else poses), laid
 
 
@@ -326,11 +330,10 @@ def _whole_layer(paths: Plan) -> Plan:
         return paths
     wanted, laid = place.height * face_areas(paths.workpiece.part).sum(), laid_volume(poses, poses.flow)
     share = float(np.clip(wanted / laid, 1.0, MOST_MADE_UP)) if laid else 1.0
-    slower = replace(cell, process=replace(cell.process, speed=cell.process.speed / share))
     return replace(
         paths,
         poses=replace(poses, flow=share * poses.flow),
-        workpiece=replace(paths.workpiece, cell=slower),
+        workpiece=replace(paths.workpiece, cell=cell.at_speed(cell.process.speed / share)),
     )
 
 
@@ -341,6 +344,29 @@ def _check_stations(aloft: JointPath, cell: Cell, arm: Arm, *, check: ClearanceC
         if at is not None and at.joints is not None:
             with naming(f"the joints of [{name}]"):
                 check(there_and_back(at.joints, arm, step=ALOFT_STEP), poses=aloft.poses)
+
+
+def _check_deposit(poses: PoseStream, trajectory: Trajectory, switching: Timeline, paths: Plan) -> None:
+    """Check that every run gets about the volume that was planned, as the program was executed.
+
+    Raises:
+        LimitError: one does not, and the job does not accept that.
+    """
+    cell = paths.workpiece.cell
+    flow = executed_flow(poses, trajectory.pose_times, switching.material, cell=cell)
+    runs, shares = deposited_shares(poses, flow)
+    if paths.job.accept_flow or not (wrong := (shares < LEAST_DEPOSITED) | (shares > MOST_DEPOSITED)).any():
+        return
+    worst = int(np.abs(shares - 1.0).argmax())
+    remedy = "a wider spacing or a larger part has longer runs, whose ramps count less"
+    if cell.signals.mode == "io" and paths.job.on_slowdown != "auto":
+        remedy = "`--on-slowdown auto` finds the speed that deposits what was planned"
+    raise LimitError(
+        f"the program would deposit {shares[worst]:.0%} of the volume of run {runs[worst] + 1}, allowed are "
+        f"{LEAST_DEPOSITED:.0%} to {MOST_DEPOSITED:.0%} ({int(wrong.sum())} of {runs.size} runs): {remedy}; or accept "
+        "it with `--accept-flow`.",
+        run=int(runs[worst]), share=float(shares[worst]),
+    )  # fmt: skip
 
 
 def _program(

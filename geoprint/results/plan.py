@@ -6,7 +6,7 @@ from typing import final
 
 from geoprint.backends import Shown
 from geoprint.config import Job
-from geoprint.deposition import Exposure
+from geoprint.deposition import Exposure, exposure
 from geoprint.deposition.feedback import Correction
 from geoprint.export import Orders
 from geoprint.export.rapid import Executed, Timeline
@@ -39,16 +39,16 @@ from geoprint.surfaces import united
 @final
 @frozen
 class Laid:
-    """Flow and light along the paths of a plan.
+    """Flow along the paths of a plan.
 
     Attributes:
-        mode: of the cell's signals: 'io' lays the constant flow, 'analog' the one that follows.
-        light: what the lamp gives at the set speed, or None where nobody has measured its spot.
+        mode: of the cell's signals: 'io' deposits the constant flow, 'analog' the one that follows.
+        widest: where lines lie farthest apart, and least light falls [mm].
         following_flow: (p,) flow that follows the width [mm3/mm].
     """
 
     mode: SignalMode
-    light: Exposure | None
+    widest: float
     following_flow: FloatArray
 
 
@@ -132,6 +132,7 @@ class RobotPlan:
         program: its text.
         switching: what flows when, as the text was executed.
         executed: what of the text was executed, and how far it lies from the plan.
+        ceiling: speed that was allowed [mm/s]; the cell of the workpiece has the one that prints.
         table_kept: distance that is kept from the arm at home while a table brings the part here [mm]; None where the
             part stands still.
     """
@@ -147,6 +148,7 @@ class RobotPlan:
     program: Program
     switching: Timeline
     executed: Executed
+    ceiling: float
     table_kept: float | None = None
 
 
@@ -217,6 +219,14 @@ class Plan:
     fed: Fed | None = None
     tilting: Tilting | None = None
     joined: JoinedProgram | None = None
+
+    @property
+    def light(self) -> Exposure | None:
+        """What the lamp gives at the speed of the print; None where nobody has measured its spot, or before flow."""
+        cell = self.workpiece.cell
+        if self.laid is None:
+            return None
+        return exposure(cell.material, speed=cell.process.speed, spacing=self.laid.widest, flood=cell.flood)
 
     @property
     def flat_surface(self) -> Surface:

@@ -1,17 +1,26 @@
-"""A program that lays another volume than its paths ask for says so, and how it would not."""
+"""The volume that a program deposits over what its paths ask for: by time with a valve, by length with an output."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from geoprint.account import record_plan
-from geoprint.account.prints.laid import laid_share, laid_warnings
-from geoprint.account.records.plan import PlanRecord
-from geoprint.results import Plan
+from geoprint.account.prints.laid import record_deposited
+from geoprint.account.records.robot import DepositedRecord
+from geoprint.model import FloatArray, Signals
+from geoprint.results import Plan, RobotPlan
+from tests.export.export_cases import CELL, joint_path, stream
 from tests.meshes import plate
 from tests.shared_plans import SharedPlans
+
+# Three circles with radii of 10, 9 and 8 mm, so that their lengths are as these; the cell prints at 20 mm/s.
+POSES = stream(runs=3, points=30)
+LENGTHS = np.array([10.0, 9.0, 8.0])
+FOLLOWING = Signals(mode="analog", dispenser="doValve", uv_lamp="doUV", flow="aoFlow", flow_per_mm3_s=1.0)
+ANALOG = replace(CELL, signals=FOLLOWING)
 
 
 @pytest.fixture(scope="module")
@@ -19,46 +28,65 @@ def planned(shared_plans: SharedPlans) -> Plan:
     return shared_plans.plan(plate((12.0, 12.0), (8, 8)), spacing=3.0, place="demo")
 
 
-def _slowed(planned: Plan, *, times: float, mode: str = "io") -> Plan:
-    """Return a plan whose program takes so many times as long, while the valve does what it did."""
-    (robot,), cell = planned.robot, planned.workpiece.cell
-    slower = replace(
+def executed(planned: Plan, *, takes: tuple[float, float, float], flows: tuple[float, float] = (0.0, 1.0)) -> RobotPlan:
+    """Return a program whose runs take so many times their length over 20 mm/s.
+
+    Material flows in every run from one share of that time to another.
+    """
+    runs = np.where(POSES.laid, np.array(takes)[POSES.runs[:-1]], 1.0)
+    times: FloatArray = np.append(0.0, np.cumsum(runs * POSES.bead_lengths / 20.0))
+    ends = [np.flatnonzero(POSES.deposit & (POSES.runs == run))[[0, -1]] for run in range(3)]
+    deposits: FloatArray = times[np.array(ends)]
+    material: FloatArray = deposits[:, :1] + np.diff(deposits, axis=1) * np.array(flows)
+    (robot,) = planned.robot
+    return replace(
         robot,
-        trajectory=replace(robot.trajectory, pose_times=times * robot.trajectory.pose_times),
-        switching=replace(robot.switching, material=times * robot.switching.material),
+        joint_path=joint_path(POSES),
+        trajectory=replace(robot.trajectory, pose_times=times),
+        switching=replace(
+            robot.switching, runs=np.arange(3.0), deposits=deposits, material=material, errors=np.zeros((3, 2))
+        ),
     )
-    signals = replace(cell.signals, mode=mode, flow="aoFlow", flow_per_mm3_s=0.1)
-    workpiece = replace(planned.workpiece, cell=replace(cell, signals=signals))
-    return replace(planned, robot=(slower,), workpiece=workpiece)
 
 
-def test_a_valve_lays_by_time_and_an_output_by_length(planned: Plan) -> None:
-    once = laid_share(planned, planned.robot[0])
-    assert once is not None
-    # Ramps at the ends of runs are slower than the rest.
-    assert 1.0 <= once < 1.2
-    twice = _slowed(planned, times=2.0)
-    assert laid_share(twice, twice.robot[0]) == pytest.approx(2.0 * once)
-    followed = _slowed(planned, times=2.0, mode="analog")
-    assert laid_share(followed, followed.robot[0]) == pytest.approx(1.0, abs=0.02)
+def shares(record: DepositedRecord | None) -> tuple[float, float, float]:
+    """Return what all runs together get, and the runs that get least and most, over the planned volume."""
+    assert record is not None
+    return record.share, record.least_run, record.most_run
 
 
-def warned(told: PlanRecord, *, held: float) -> str:
-    """Return the warning of a plan whose joints hold so much."""
-    motion = told.robot[0].motion.model_copy(update={"largest_even_speed_mm_s": held})
-    (said,) = laid_warnings(told.model_copy(update={"robot": (told.robot[0].model_copy(update={"motion": motion}),)}))
-    return said
+def test_a_run_that_takes_twice_as_long_gets_twice_its_volume_from_a_valve_and_its_own_from_an_output(
+    planned: Plan,
+) -> None:
+    slow = executed(planned, takes=(1.0, 2.0, 1.5))
+    whole = LENGTHS @ [1.0, 2.0, 1.5] / LENGTHS.sum()
+    assert shares(record_deposited(slow, CELL)) == pytest.approx((whole, 1.0, 2.0), rel=1e-4)
+    assert shares(record_deposited(slow, ANALOG)) == pytest.approx((1.0, 1.0, 1.0))
 
 
-def test_what_is_laid_too_much_is_warned_of_with_what_helps(planned: Plan) -> None:
-    twice = record_plan(_slowed(planned, times=2.0))
-    (said,) = [text for text in twice.warnings if "TIMES THE VOLUME" in text]
-    assert f"LAYS {twice.robot[0].motion.laid_share:.2f} TIMES THE VOLUME of its paths" in said
-    lowered = warned(twice, held=8.04)
-    assert "the joints do not hold 20 mm/s" in lowered
-    assert "speed_mm_s of 8.0, with the pressure" in lowered
-    short = warned(twice, held=25.0)
-    assert "short runs hardly reach 20 mm/s" in short
-    assert "speed_mm_s" not in short
-    followed = record_plan(_slowed(planned, times=2.0, mode="analog"))
-    assert not any("TIMES THE VOLUME" in text for text in followed.warnings)
+def test_a_valve_is_set_for_the_speed_of_the_print(planned: Plan) -> None:
+    as_planned = executed(planned, takes=(1.0, 1.0, 1.0))
+    assert shares(record_deposited(as_planned, CELL)) == pytest.approx((1.0, 1.0, 1.0))
+    # It prints at 20 mm/s, and its valve lets through what is right at 16.
+    assert shares(record_deposited(as_planned, CELL.at_speed(16.0))) == pytest.approx((0.8, 0.8, 0.8))
+    assert shares(record_deposited(as_planned, ANALOG.at_speed(16.0))) == pytest.approx((1.0, 1.0, 1.0))
+
+
+def test_a_run_gets_nothing_while_the_valve_is_shut(planned: Plan) -> None:
+    late = executed(planned, takes=(1.0, 2.0, 1.0), flows=(0.25, 0.75))
+    assert shares(record_deposited(late, CELL))[1:] == pytest.approx((0.5, 1.0))
+    assert shares(record_deposited(late, ANALOG)) == pytest.approx((0.5, 0.5, 0.5))
+
+
+def test_where_nothing_is_deposited_there_is_no_share(planned: Plan) -> None:
+    robot = executed(planned, takes=(1.0, 1.0, 1.0))
+    dry = replace(POSES, deposit=np.zeros(POSES.count, dtype=np.bool_), flow=np.zeros(POSES.count))
+    assert record_deposited(replace(robot, joint_path=joint_path(dry)), CELL) is None
+
+
+def test_a_plan_deposits_each_run_within_five_percent_and_the_whole_within_two(planned: Plan) -> None:
+    motion = record_plan(planned).robot[0].motion
+    assert motion.deposited == record_deposited(planned.robot[0], planned.workpiece.cell)
+    whole, least, most = shares(motion.deposited)
+    assert 0.95 < least <= whole <= most < 1.05
+    assert whole == pytest.approx(1.0, abs=0.02)

@@ -24,13 +24,13 @@ def _stack(dose: float | None, *, count: int = 3, target_mm3: float | None = Non
     layers = tuple(
         StackedLayerRecord(
             folder=f"layer-{number:02}", bottom_mm=0.5 * (number - 1), height_mm=0.5, area_mm2=100.0, runs=4,
-            deposit_mm=80.0, gap=0.0, overlap=0.0, thickness_cv=None, laid_mm3=50.0, wanted_mm3=50.0,
+            deposit_mm=80.0, gap=0.0, overlap=0.0, thickness_cv=None, speed_mm_s=20.0, laid_mm3=50.0, wanted_mm3=50.0,
             print_s=None, clearance_mm=None, not_printable=None, dose_mj_cm2=dose, warnings=(), not_checked=(),
         )
         for number in range(1, count + 1)
     )  # fmt: skip
     return StackRecord(
-        schema=2, version="0", part="a.ply", thickness_mm=0.5 * count, target=None, target_mm3=target_mm3,
+        schema=3, version="0", part="a.ply", thickness_mm=0.5 * count, target=None, target_mm3=target_mm3,
         finished=FinishedFlowsRecord(constant_flow=None, following_flow=None, printed=None), layers=layers,
         program=None, left_out=(),
     )  # fmt: skip

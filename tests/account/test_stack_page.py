@@ -83,14 +83,14 @@ def told(stack: FinishedStack) -> StackRecord:
     layers = tuple(
         StackedLayerRecord(
             folder=f"layer-0{number}", bottom_mm=layer.bottom, height_mm=layer.height, area_mm2=200.0, runs=4,
-            deposit_mm=80.0, gap=0.0, overlap=0.0, thickness_cv=0.02, laid_mm3=layer.volumes[0],
+            deposit_mm=80.0, gap=0.0, overlap=0.0, thickness_cv=0.02, speed_mm_s=20.0, laid_mm3=layer.volumes[0],
             wanted_mm3=80.0, print_s=None, clearance_mm=None, not_printable=None, warnings=("mind this",),
             not_checked=("hoses",),
         )
         for number, layer in enumerate(stack.layers, start=1)
     )  # fmt: skip
     return StackRecord(
-        schema=2, version="0", part="plate.ply", thickness_mm=0.8, target=None, target_mm3=None,
+        schema=3, version="0", part="plate.ply", thickness_mm=0.8, target=None, target_mm3=None,
         finished=finished_record(stack, wanted=160.0), layers=layers, program=None, left_out=(),
     )  # fmt: skip
 

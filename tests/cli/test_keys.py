@@ -110,3 +110,8 @@ def test_settings_are_named_with_their_units_in_their_order() -> None:
         "backend", "middle", "spacing_mm", "resolution", "rounds", "source", "flip", "label", "patches",
         "fill_holes_mm", "cell", "place", "max_tilt_deg", "on_slowdown", "robot",
     ]  # fmt: skip
+
+
+def test_a_job_that_accepts_any_flow_says_so_and_its_speed_is_that_of_the_print() -> None:
+    usual, accepting = Job(surface=Path("a.ply")), Job(surface=Path("a.ply"), speed=15.0, accept_flow=True)
+    assert accepting.settings() == {**usual.settings(), "accept_flow": True}

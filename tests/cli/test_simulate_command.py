@@ -62,7 +62,7 @@ def test_a_program_as_written_lays_what_its_plan_says_that_it_lays(run: Run, bun
     assert [each.laid_mm3 for each in told.runs] == pytest.approx(
         [rate * (end - begin) for begin, end in flowing], rel=1e-3
     )
-    assert told.laid_mm3 / told.wanted_mm3 == pytest.approx(robot["motion"]["laid_share"], rel=1e-2)
+    assert told.laid_mm3 / told.wanted_mm3 == pytest.approx(robot["motion"]["deposited"]["share"], rel=1e-2)
     assert all(each.beside_mm3 == 0.0 and each.longest_bare_mm < 0.3 for each in told.runs)
 
 

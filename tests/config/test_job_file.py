@@ -14,6 +14,8 @@ from typer.testing import CliRunner
 from geoprint.cli.application import app
 from geoprint.config import Job, PatchRegion, Source, job_file_text, job_of, load_cell
 from geoprint.errors import UsageError
+from geoprint.pipeline.stages import Stages
+from geoprint.pipeline.workpiece import prepare_workpiece
 from geoprint.surfaces.files import save_ply
 from tests.meshes import plate
 
@@ -30,10 +32,12 @@ def test_a_file_holds_what_a_job_holds(tmp_path: Path) -> None:
     text = (
         SMALL
         + 'backend = "lscm"\nmax_tilt = 5\nrobot = false\nsource = { point = [1, 2, 3] }\n'
+        + "speed = 12.5\naccept_flow = true\n"
         + "[[patches]]\nbox = [0, 0, 0, 1, 1, 1]\n"
     )
     job = job_of(surface=written(tmp_path, text))
     assert (job.backend, job.max_tilt, job.robot, str(job.source)) == ("lscm", 5.0, False, "point:1,2,3")
+    assert (job.speed, job.accept_flow, job.on_slowdown) == (12.5, True, "auto")
     assert job.patches == [PatchRegion(box=[0.0, 0.0, 0.0, 1.0, 1.0, 1.0])]
 
 
@@ -71,6 +75,8 @@ def test_rounds_that_are_given_replace_the_spacing_of_the_file_and_the_other_way
         (SMALL + "spacing = 1.0\n", "job.toml is not valid TOML.*line 4"),
         ('surface = "a.ply"\nspacing = nan\n', "job.toml, line 2: spacing: .*finite"),
         ('surface = "a.ply"\nspacing = "1"\n', "job.toml, line 2: spacing: .*number, found '1'"),
+        (SMALL + "speed = 0\n", "job.toml, line 4: speed: .*greater than 0"),
+        (SMALL + 'on_slowdown = "lower"\n', "job.toml, line 4: on_slowdown: .*'auto' or 'follow', found 'lower'"),
         ("surface = 5\nspacing = 1.0\n", "job.toml, line 1: surface: "),
         ("spacing = 1.0\n", "job.toml: surface: field required"),
         (SMALL + "rounds = 3\n", "job.toml: give either spacing or rounds"),
@@ -139,7 +145,8 @@ def test_the_file_that_geoprint_brings_names_every_key_and_each_of_its_lines_is_
 def test_a_job_is_planned_with_the_keys_of_its_file_and_the_options_of_the_command(tmp_path: Path) -> None:
     save_ply(plate((16.0, 12.0)), tmp_path / "part.ply")
     path = written(
-        tmp_path, SMALL + 'backend = "fast-marching"\nrobot = false\nmax_tilt = 3.0\non_slowdown = "follow"\n'
+        tmp_path,
+        SMALL + 'backend = "fast-marching"\nrobot = false\nmax_tilt = 3.0\non_slowdown = "follow"\nspeed = 12.5\n',
     )
     out = tmp_path / "out"
     done = CliRunner().invoke(app, ["plan", str(path), "--out", str(out), "--spacing", "3", "--json"])
@@ -148,9 +155,22 @@ def test_a_job_is_planned_with_the_keys_of_its_file_and_the_options_of_the_comma
         f'"{key}": {value}' in done.stdout
         for key, value in (
             ("backend", '"fast-marching"'), ("robot", "false"), ("max_tilt_deg", "3.0"), ("on_slowdown", '"follow"'),
-            ("spacing_mm", "3.0"), ("name", '"part.ply"'),
+            ("spacing_mm", "3.0"), ("name", '"part.ply"'), ("speed_mm_s", "12.5"),
         )
     )  # fmt: skip
+
+
+def test_a_job_may_print_slower_than_its_cell_and_no_faster(tmp_path: Path) -> None:
+    save_ply(plate((16.0, 12.0)), tmp_path / "part.ply")
+    path, stages = written(tmp_path, SMALL + "robot = false\n"), Stages(lambda _: None)
+
+    def speed(asked: float | None) -> float:
+        return prepare_workpiece(job_of(surface=path, speed=asked), stages, backends=["heat"]).cell.process.speed
+
+    # The packaged cell prints at 20 mm/s.
+    assert [speed(asked) for asked in (None, 20.0, 12.5)] == [20.0, 20.0, 12.5]
+    with pytest.raises(UsageError, match=r"`--speed 20\.1` is above the speed_mm_s of .*, 20: give less"):
+        speed(20.1)
 
 
 @pytest.mark.parametrize("kind", ["pipe", "long"])

@@ -205,4 +205,4 @@ def tips_of(poses: PoseStream) -> TipsAt:
 def events(poses: PoseStream | None = None, cell: Cell = CELL) -> tuple[Event, ...]:
     """Where the outputs of the small plan switch."""
     poses = stream() if poses is None else poses
-    return switching_events(orders(poses), signals=cell.signals, tips_at=tips_of(poses))
+    return switching_events(orders(poses), signals=cell.signals, tips_at=tips_of(poses), speed=cell.process.speed)

@@ -17,31 +17,32 @@ from geoprint.export.setup_file import read_setup, setup_file
 from geoprint.export.switching import switching_events
 from geoprint.export.tables import poses_table, read_poses_table
 from geoprint.export.targets_table import read_orders, targets_table
-from geoprint.model import Cell, Hexapod, Purge, Signals, TiltTurn
+from geoprint.model import Cell, FloatArray, Hexapod, Purge, Signals, TiltTurn
 from tests.export.export_cases import CELL, DEMONSTRATION, EXTENT, PLACEMENT, orders, stream, tips_of
 from tests.motion.machine.tables import hexapod_noun, tilt_turn_noun
 
 POSES = stream(runs=3, points=30)
 ORDERS = orders(POSES)
 TIPS = tips_of(POSES)
+SPEED = CELL.process.speed
 
 
 def signals(**lags: float) -> Signals:
     return replace(CELL.signals, **lags)  # pyright: ignore[reportArgumentType]
 
 
-def simulated(lags: Signals, *, real: Signals | None = None) -> Timeline:
+def simulated(lags: Signals, *, real: Signals | None = None, plan: Orders = ORDERS, tips: TipsAt = TIPS) -> Timeline:
     """Write a program for the lags, read it back, and simulate it with these or other lags."""
     cell = replace(CELL, signals=lags)
     program = rapid_program(
-        ORDERS, cell=cell, placement=PLACEMENT, surface_within=None, tips_at=TIPS, part_name="x", spacing=1.0
+        plan, cell=cell, placement=PLACEMENT, surface_within=None, tips_at=tips, part_name="x", spacing=1.0
     )
     made = read_back(program.modules, cell=cell, placement=PLACEMENT)
-    return timeline(made, ORDERS, signals=real or lags, tips_at=TIPS)
+    return timeline(made, plan, signals=real or lags, tips_at=tips)
 
 
 def test_without_lags_outputs_switch_at_the_ends_of_the_deposits() -> None:
-    events = switching_events(ORDERS, signals=signals(), tips_at=TIPS)
+    events = switching_events(ORDERS, signals=signals(), tips_at=TIPS, speed=SPEED)
     first, last = ORDERS.deposits[0]
     assert events[:4] == (
         Event(first + 1, 0.0, from_start=True, output="dispenser", on=True),
@@ -53,7 +54,7 @@ def test_without_lags_outputs_switch_at_the_ends_of_the_deposits() -> None:
 
 
 def test_a_valve_that_opens_late_is_told_on_the_approach_and_one_that_shuts_late_before_the_end() -> None:
-    events = switching_events(ORDERS, signals=signals(valve_open=0.05, valve_close=0.05), tips_at=TIPS)
+    events = switching_events(ORDERS, signals=signals(valve_open=0.05, valve_close=0.05), tips_at=TIPS, speed=SPEED)
     first, last = ORDERS.deposits[0]
     opens, shuts = (next(event for event in events if event.on == on and event.output == "dispenser") for on in (1, 0))
     assert (opens.target, opens.from_start) == (first, False)
@@ -63,7 +64,7 @@ def test_a_valve_that_opens_late_is_told_on_the_approach_and_one_that_shuts_late
 
 
 def test_a_moment_before_the_last_move_is_placed_on_the_move_it_falls_on() -> None:
-    events = switching_events(ORDERS, signals=signals(valve_close=0.15), tips_at=TIPS)
+    events = switching_events(ORDERS, signals=signals(valve_close=0.15), tips_at=TIPS, speed=SPEED)
     _, last = ORDERS.deposits[0]
     shuts = next(event for event in events if not event.on and event.output == "dispenser")
     moves = np.linalg.norm(np.diff(ORDERS.tips[last - 2 : last + 1], axis=0), axis=1)
@@ -76,9 +77,13 @@ def test_a_lamp_that_trails_into_the_lead_of_the_next_run_stays_on() -> None:
     travel = [ORDERS.times[start] - ORDERS.times[end] for (_, end), (start, _) in zip(
         ORDERS.deposits, ORDERS.deposits[1:], strict=False)]  # fmt: skip
     assert max(travel) < 0.25
-    lamps = [event for event in switching_events(ORDERS, signals=long, tips_at=TIPS) if event.output == "uv_lamp"]
+    lamps = [
+        event
+        for event in switching_events(ORDERS, signals=long, tips_at=TIPS, speed=SPEED)
+        if event.output == "uv_lamp"
+    ]
     assert len(lamps) == 6
-    merged = switching_events(ORDERS, signals=signals(uv_lead=0.08, uv_tail=0.0), tips_at=TIPS)
+    merged = switching_events(ORDERS, signals=signals(uv_lead=0.08, uv_tail=0.0), tips_at=TIPS, speed=SPEED)
     assert len(merged) == 12
     found = simulated(long)
     assert len(found.lamp) == 3
@@ -98,7 +103,9 @@ def unhurried() -> tuple[Orders, TipsAt]:
 def test_every_run_switches_its_own_lamp_on_so_that_printing_can_begin_there(lead: float, tail: float) -> None:
     slow, tips = unhurried()
     lags = signals(uv_lead=lead, uv_tail=tail)
-    lamps = [event for event in switching_events(slow, signals=lags, tips_at=tips) if event.output == "uv_lamp"]
+    lamps = [
+        event for event in switching_events(slow, signals=lags, tips_at=tips, speed=SPEED) if event.output == "uv_lamp"
+    ]
     assert [slow.runs[event.target] for event in lamps if event.on] == [0, 1, 2]
     program = rapid_program(
         slow, cell=replace(CELL, signals=lags), placement=PLACEMENT, surface_within=None, tips_at=tips, part_name="x",
@@ -116,7 +123,68 @@ def test_every_run_switches_its_own_lamp_on_so_that_printing_can_begin_there(lea
 def test_a_valve_that_would_be_told_to_open_in_the_run_before_is_refused() -> None:
     slow, tips = unhurried()
     with pytest.raises(UsageError, match=r"valve_open_s is 0\.4 s, longer than the approach to a run at 4\.4 s"):
-        switching_events(slow, signals=signals(valve_open=0.4, valve_close=0.3), tips_at=tips)
+        switching_events(slow, signals=signals(valve_open=0.4, valve_close=0.3), tips_at=tips, speed=SPEED)
+
+
+def ramped(pull: float) -> tuple[Orders, TipsAt]:
+    """Return orders whose runs begin and end at rest, and the motion of their tip.
+
+    The tip accelerates and brakes with `pull` [mm/s2], and holds the 20 mm/s of the cell in between.
+    """
+    steps = np.linalg.norm(np.diff(POSES.tips, axis=0), axis=1)
+    arcs = np.append(0.0, np.cumsum(steps))
+    passed, moments = [arcs[:1]], [np.array([1.0])]
+    for run in range(3):
+        first, last = np.flatnonzero(POSES.deposit & (POSES.runs == run))[[0, -1]]
+        length, ramp = arcs[last] - arcs[first], SPEED / pull
+        took = length / SPEED + ramp
+        up = np.linspace(0.0, ramp, 201)
+        begin = moments[-1][-1] + (arcs[first] - passed[-1][-1]) / 60.0
+        moments.append(begin + np.concatenate([up, took - up[::-1]]))
+        passed.append(arcs[first] + np.concatenate([0.5 * pull * up**2, length - 0.5 * pull * up[::-1] ** 2]))
+    passed.append(arcs[-1:])
+    moments.append(moments[-1][-1:] + (arcs[-1] - passed[-2][-1]) / 60.0)
+    way, when = np.concatenate(passed), np.concatenate(moments)
+    times = np.interp(arcs, way, when)
+
+    def tips(at: FloatArray) -> FloatArray:
+        where = np.interp(at, when, way)
+        return np.column_stack([np.interp(where, arcs, POSES.tips[:, axis]) for axis in range(3)])
+
+    return replace(ORDERS, times=times, duration=float(times[-1]) + 1.0), tips
+
+
+@pytest.mark.parametrize("pull", [250.0, 400.0, 1000.0])
+def test_a_valve_waits_for_the_ramps_so_that_each_run_gets_its_volume_and_an_output_does_not(pull: float) -> None:
+    slow, tips = ramped(pull)
+    found = simulated(signals(), plan=slow, tips=tips)
+    wait = 20.0 / (2.0 * pull)
+    np.testing.assert_allclose(found.material - found.deposits, [[wait, -wait]] * 3, atol=5e-4)
+    # Polygons of 30 sides; one second of the valve is right for 20 mm.
+    lengths = 60.0 * np.sin(np.pi / 30.0) * np.array([10.0, 9.0, 8.0])
+    np.testing.assert_allclose(20.0 * np.diff(found.material, axis=1)[:, 0], lengths, rtol=5e-3)
+    np.testing.assert_allclose(found.lamp, found.material, atol=2e-3)
+    check_timeline(found)
+    follows = replace(signals(), mode="analog", flow="aoFlow", flow_per_mm3_s=0.2)
+    output = simulated(follows, plan=slow, tips=tips)
+    np.testing.assert_allclose(output.material, output.deposits, atol=5e-4)
+    np.testing.assert_allclose(20.0 * np.diff(output.material, axis=1)[:, 0], lengths + 400.0 / pull, rtol=5e-3)
+
+
+def test_a_valve_waits_no_longer_than_50_ms_for_a_ramp() -> None:
+    slow, tips = ramped(100.0)
+    found = simulated(signals(), plan=slow, tips=tips)
+    np.testing.assert_allclose(found.material - found.deposits, [[0.05, -0.05]] * 3, atol=5e-4)
+
+
+def test_a_valve_that_lags_opens_and_shuts_so_much_sooner_than_the_material_is_wanted() -> None:
+    slow, tips = ramped(400.0)
+    lags = signals(valve_open=0.04, valve_close=0.06, uv_lead=0.02, uv_tail=0.03)
+    found = simulated(lags, plan=slow, tips=tips)
+    np.testing.assert_allclose(found.material - found.deposits, [[0.025, -0.025]] * 3, atol=1e-3)
+    np.testing.assert_allclose(found.lamp - found.material, [[-0.02, 0.03]] * 3, atol=2e-3)
+    early = simulated(lags, real=signals(), plan=slow, tips=tips)
+    np.testing.assert_allclose(early.material - found.material, [[-0.04, -0.06]] * 3, atol=1e-3)
 
 
 @given(
@@ -181,7 +249,7 @@ def test_lags_that_are_not_those_of_the_cell_are_seen_in_the_material() -> None:
 )
 def test_lags_longer_than_the_motion_that_is_there_for_them_are_refused(lags: dict[str, float], reason: str) -> None:
     with pytest.raises(UsageError, match=reason):
-        switching_events(ORDERS, signals=signals(**lags), tips_at=TIPS)
+        switching_events(ORDERS, signals=signals(**lags), tips_at=TIPS, speed=SPEED)
 
 
 def test_an_output_that_is_switched_on_twice_or_never_off_is_no_timeline() -> None:

@@ -68,7 +68,7 @@ def test_an_untouched_bundle_passes_and_its_page_says_what_matters(bundle: Path)
         "plate.ply", "2 runs", "calibrated", "surface known within", "tip in base coordinates", "closest approach",
         "dry run, 20 mm higher",
         "valve doValve", "opens 0.05 s and closes 0.08 s late",
-            "20 mm/s laying", "geoDryRun FALSE", "geoFirstRun", "material already laid",
+            "prints at 20 mm/s", "geoDryRun FALSE", "geoFirstRun", "material already laid",
     ):  # fmt: skip
         assert words in " ".join(sheet.split()), words
     assert max(len(line) for line in sheet.split("\n")) <= 100
@@ -81,12 +81,15 @@ def test_the_result_object_holds_the_times_of_valve_material_and_lamp(bundle: Pa
     runs = found["switching"]["runs"]
     assert [run["run"] for run in runs] == [0, 1]
     for run, lamp in zip(runs, found["switching"]["lamp_s"], strict=True):
-        assert run["material_s"] == pytest.approx(run["deposit_s"], abs=1e-3)
+        # The valve waits for the ramps at both ends.
+        waits = np.array([1.0, -1.0]) * (np.array(run["material_s"]) - run["deposit_s"])
+        assert (waits > 0.001).all()
+        assert (waits < 0.01).all()
         assert lamp == pytest.approx([run["material_s"][0] - 0.02, run["material_s"][1] + 0.03], abs=1e-3)
     planned = json.loads((bundle / "plan.json").read_text())["robot"][0]["program"]["switching"]
     assert planned["runs"] == runs
     assert planned["lamp_s"] == found["switching"]["lamp_s"]
-    assert found["switching"]["largest_error_mm"] < 0.001
+    assert found["switching"]["largest_error_mm"] < 0.05
 
 
 def test_a_folder_without_a_program_is_refused(tmp_path: Path) -> None:

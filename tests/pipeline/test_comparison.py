@@ -197,7 +197,7 @@ def test_the_written_report_opens_offline_and_shows_part_and_robot(browser: Page
     assert browser.errors() == []
     assert all(address.startswith("file:") for address in browser.requests())
     words = str(browser.run("document.body.innerText"))
-    assert "PLACEMENT NOT KNOWN" in words
+    assert "placement not known" in words.lower()
     assert "exact distance of each level to the one outside" in words
 
 

@@ -16,7 +16,7 @@ import pytest
 from geoprint.account import PlanRecord, as_json, comparison_table, outcome_text, record_plan, summary, tell_comparison
 from geoprint.account.records.comparison import PartRecord
 from geoprint.config import job_of, load_cell, packaged_cell_text
-from geoprint.errors import ClearanceError, InputError, ReachError, UsageError, VerificationError
+from geoprint.errors import ClearanceError, InputError, LimitError, ReachError, UsageError, VerificationError
 from geoprint.export import read_poses_table, read_trajectory_table
 from geoprint.model import BoolArray, FloatArray, JointPath, Placement, PrintErrors, Slowdown, Surface
 from geoprint.motion.arm import Arm
@@ -95,15 +95,17 @@ def test_the_written_trajectory_keeps_speeds_and_accelerations_and_goes_from_hom
     np.testing.assert_allclose(table.joints[[0, -1]], np.tile(robot.home, (2, 1)), atol=1e-8)
 
 
-def test_the_tip_keeps_the_set_speed_on_deposit(cap_plan: Plan) -> None:
+def test_the_bead_keeps_the_speed_of_the_print(cap_plan: Plan) -> None:
     trajectory, cell = robot_of(cap_plan).trajectory, cap_plan.workpiece.cell
+    # The tip stands 0.3 mm over a sphere of 30 mm.
+    farther = 30.3 / 30.0
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     rows = slice(2000, 6000)
     tips = arm.tool_poses(trajectory.joints[rows])[:, :3, 3]
     speeds = np.linalg.norm(np.diff(tips, axis=0), axis=1) / 0.001
     laid = trajectory.deposit[rows][:-1]
-    assert speeds[laid].max() <= 1.01 * cell.process.speed
-    assert np.median(speeds[laid]) == pytest.approx(cell.process.speed, rel=0.01)
+    assert speeds[laid].max() <= 1.015 * farther * cell.process.speed
+    assert np.median(speeds[laid]) == pytest.approx(farther * cell.process.speed, rel=0.005)
 
 
 def test_poses_csv_holds_surface_points_normals_and_closed_runs(cap_bundle: tuple[Path, PlanRecord]) -> None:
@@ -129,14 +131,16 @@ def test_plan_json_says_what_was_planned(cap_plan: Plan, cap_bundle: tuple[Path,
     assert found["robot"][0]["motion"]["targets"]["period_ms"] == 20.0
     assert found["robot"][0]["motion"]["targets"]["closer"] == (periods < 0.02 - 1e-9).sum()
     assert found["robot"][0]["motion"]["targets"]["shortest_ms"] == pytest.approx(1e3 * periods.min(), abs=1e-5)
-    assert any("than the controller digests" in warning for warning in found["warnings"])
+    # None comes so soon that a controller does not take it at all: something to know, not to act on.
+    assert any("than the controller digests" in note for note in found["notes"])
     assert cap_plan.uniformity is not None
     assert found["uniformity"]["thickness"]["cv"] == pytest.approx(cap_plan.uniformity.thickness.cv, abs=1e-6)
     assert cap_plan.uniformity.levels is not None
     assert found["uniformity"]["levels"]["spacing"]["cv"] == pytest.approx(
         cap_plan.uniformity.levels.figures.cv, abs=1e-6
     )
-    assert any("PLACEMENT NOT KNOWN" in warning for warning in found["warnings"])
+    # It was asked for: no news.
+    assert any("placement not known" in note for note in found["notes"])
     # Warnings are to act on; what only informs stands beside them, and a person reads both in this order.
     assert cap_plan.workpiece.side.sentence in found["notes"]
     assert not {*found["notes"]} & {*found["warnings"]}
@@ -401,10 +405,9 @@ def test_nothing_is_laid_at_rest_and_corners_rounded_and_split_are_counted_and_p
     assert "split at 2 corners" in outcome_text(record_plan(split))
 
 
-def test_the_worst_slowdown_is_named_in_one_line_and_all_are_in_the_summary(cap_plan: Plan) -> None:
-    assert "% of the deposit within 1 % of the set speed" in outcome_text(record_plan(cap_plan))
+def test_speed_slowest_place_and_deposit_stand_in_one_line_and_all_slowdowns_in_the_summary(cap_plan: Plan) -> None:
     slow = Slowdown(
-        run=3, kind="dip", place=(1.0, 2.0, 3.0), arc=4.0, length=0.5, set_speed=20.0, held_speed=7.25, joint=5,
+        run=3, place=(1.0, 2.0, 3.0), arc=4.0, length=0.5, set_speed=20.0, held_speed=7.25, joint=5,
         limit="acceleration",
     )  # fmt: skip
     slowdowns = replace(slow, run=1, held_speed=9.0), slow
@@ -412,21 +415,22 @@ def test_the_worst_slowdown_is_named_in_one_line_and_all_are_in_the_summary(cap_
     trajectory = replace(robot.trajectory, slowdowns=slowdowns, share_at_speed=0.6, share_on_ramps=0.125)
     slower = replace(cap_plan, robot=(replace(robot, trajectory=trajectory),))
     told = record_plan(slower)
-    assert "run 4 dips to 7.2 mm/s by the acceleration of joint 5 at (1.0, 2.0, 3.0), 1 more by less" in outcome_text(
-        told
-    )
     said, motion = outcome_text(told), told.robot[0].motion
+    speed, deposited = cap_plan.workpiece.cell.process.speed, motion.deposited
+    assert speed < motion.speed_ceiling_mm_s == 20.0
+    assert deposited is not None
+    assert 0.95 <= deposited.least_run <= deposited.share <= deposited.most_run <= 1.05
+    assert abs(deposited.share - 1.0) <= 0.02
     assert (
-        "60.0% of the deposit within 1 % of the set speed, 20 mm/s (the rest: joint accelerations 27.5%, ramps" in said
-    )
+        f"speed: prints at {speed:g} mm/s (ceiling 20), 60.0% of the deposit within 1 % of it; down to 7.25 mm/s over "
+        f"1 mm, in run 4 by the acceleration of joint 5 at (1.0, 2.0, 3.0); deposits {deposited.share:.1%}, runs "
+    ) in said
     assert motion.share_slowed is not None
     assert (motion.share_slowed.speed, motion.share_slowed.acceleration) == (0.0, 0.275)
-    assert motion.largest_even_speed_mm_s is not None
-    assert f"; all but the ramps would hold {motion.largest_even_speed_mm_s:.1f} mm/s; run 4 dips" in said
     listed = as_json(motion)["slowdowns"]
     assert isinstance(listed, list)
     assert listed[1] == {
-        "run": 3, "kind": "dip", "place_mm": [1.0, 2.0, 3.0], "arc_mm": 4.0, "length_mm": 0.5, "set_mm_s": 20.0,
+        "run": 3, "place_mm": [1.0, 2.0, 3.0], "arc_mm": 4.0, "length_mm": 0.5, "set_mm_s": 20.0,
         "held_mm_s": 7.25, "joint": 5, "limit": "acceleration",
     }  # fmt: skip
 
@@ -618,3 +622,29 @@ def test_the_surface_that_was_planned_on_is_written_with_the_plan(cap_plan: Plan
     found = load(tmp_path / "out" / "surface.ply", unit="mm")
     np.testing.assert_array_equal(found.vertices, cap_plan.workpiece.surface.vertices)
     assert not (tmp_path / "out" / "trajectory.csv").exists()
+
+
+def test_a_program_that_deposits_too_much_is_not_written_unless_that_is_accepted(tmp_path: Path) -> None:
+    job = job_of(
+        surface=saved(tmp_path, spherical_cap(radius=6.0, angle=0.5, rings=12)), unit="mm", spacing=1.0, place="demo",
+        on_slowdown="follow",
+    )  # fmt: skip
+    with pytest.raises(LimitError, match=r"would deposit \d{3}% of the volume of run \d.*`--on-slowdown auto`"):
+        plan(job)
+    accepted = record_plan(plan(job.model_copy(update={"accept_flow": True}))).robot[0].motion
+    assert accepted.deposited is not None
+    assert accepted.deposited.most_run > 1.1
+    found = record_plan(plan(job.model_copy(update={"on_slowdown": "auto"})))
+    motion = found.robot[0].motion
+    assert motion.deposited is not None
+    assert found.settings.speed_mm_s < motion.speed_ceiling_mm_s
+    assert motion.deposited.most_run <= 1.05
+
+
+def test_a_job_may_ask_for_less_than_the_speed_of_its_cell_and_not_for_more(tmp_path: Path) -> None:
+    part = saved(tmp_path, plate((24.0, 18.0), (24, 18)))
+    job = job_of(surface=part, unit="mm", spacing=3.0, place="demo", speed=5.0)
+    told = record_plan(plan(job))
+    assert (told.settings.speed_mm_s, told.robot[0].motion.speed_ceiling_mm_s) == (5.0, 5.0)
+    with pytest.raises(UsageError, match=r"`--speed 21` is above the speed_mm_s of irb120-bent45.toml, 20"):
+        plan(job.model_copy(update={"speed": 21.0}))

@@ -94,7 +94,7 @@ def test_a_layer_lays_what_it_holds(third: Plan) -> None:
     process, flow = third.workpiece.cell.process, float(poses.flow.max())
     assert flow * process.speed == pytest.approx(2.0 * 0.5 * load_cell(None).process.speed, rel=1e-12)
     assert process.speed < load_cell(None).process.speed
-    assert any("leave out" in note and f"{process.speed:.4g} mm/s" in note for note in record_plan(third).notes)
+    assert any("leave out" in note and "so much slower" in note for note in record_plan(third).notes)
 
 
 def test_what_the_program_lays_is_what_it_was_planned_to_but_for_where_the_tip_slows_down(third: Plan) -> None:
@@ -171,7 +171,7 @@ def test_a_stack_is_written_whole_and_each_layer_checks(device: tuple[Path, Stac
     text = stack_text(told)
     assert "1 mm in 2 layers of 0.5 mm" in text
     assert " 2 from 0.5 mm: " in text
-    assert text.count("PLACEMENT NOT KNOWN") == 1
+    assert "placement not known" not in text
     assert "things; `--verbose` lists them" in text
     assert told.layers[0].not_checked[0] in stack_text(told, verbose=True)
     (upper,) = (layer.model_copy(update={"warnings": ("mind this",)}) for layer in told.layers[1:])
@@ -278,7 +278,7 @@ def test_what_a_person_saw_the_program_of_a_stack_do_stands_on_its_run_sheet(
 
 def test_without_a_robot_a_stack_has_no_program(tmp_path: Path) -> None:
     layer = StackedLayerRecord.model_validate(
-        dict.fromkeys(("bottom_mm", "height_mm", "area_mm2", "deposit_mm", "laid_mm3", "wanted_mm3"), 1.0)
+        dict.fromkeys(("bottom_mm", "height_mm", "area_mm2", "deposit_mm", "speed_mm_s", "laid_mm3", "wanted_mm3"), 1.0)
         | dict.fromkeys(("gap", "overlap", "thickness_cv", "print_s", "clearance_mm", "not_printable"))
         | {"folder": "layer-01", "runs": 1, "warnings": (), "not_checked": ()}
     )

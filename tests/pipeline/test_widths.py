@@ -69,7 +69,7 @@ def test_the_least_light_and_what_is_expected_in_print_are_of_the_width_that_is_
     (tmp_path / "lamp.toml").write_text(ANALOG.read_text() + known + lamp)
     wide = LINES + "[width]\ndirection = [0.0, 1.0, 0.0]\nbegin_mm = 1.2\nend_mm = 1.6\n"
     one, other = (plan(_job(tmp_path, field, cell=tmp_path / "lamp.toml", spacing=1.2)) for field in (LINES, wide))
-    lights = [paths.laid.light for paths in (one, other) if paths.laid is not None]
+    lights = [paths.light for paths in (one, other)]
     assert lights[0] is not None
     assert lights[1] is not None
     assert lights[1].all_passes * 1.6 == pytest.approx(lights[0].all_passes * 1.2, rel=0.05)

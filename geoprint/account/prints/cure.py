@@ -32,7 +32,7 @@ def with_cure(told: StackRecord, cell: Cell) -> StackRecord:
     cure = CureRecord(
         needed_mj_cm2=needed,
         penetration_mm=penetration,
-        speed_mm_s=cell.process.speed,
+        speed_mm_s=told.layers[0].speed_mm_s,
         flood_s=None if cell.flood is None else cell.flood.duration,
     )
     return told.model_copy(update={"layers": layers, "cure": cure})

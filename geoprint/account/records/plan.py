@@ -59,7 +59,7 @@ class SettingsRecord(create_model("AskedRecord", __base__=Record, **_asked())):
     spacing_mm: float = Field(description="wanted distance between neighbouring paths [mm]")
     patches: list[PatchRegion] = Field(description="where on the body the part lies")
     cell: str = Field(description="name of the cell")
-    speed_mm_s: float = Field(description="of the tip on deposit [mm/s]")
+    speed_mm_s: float = Field(description="at which it prints [mm/s]")
     travel_speed_mm_s: float = Field(description="of the tip on travel [mm/s]")
     standoff_mm: float = Field(description="of the tip from the surface [mm]")
     clearance_mm: float = Field(description="that the tool keeps [mm]")
@@ -244,6 +244,10 @@ class DepositionRecord(Record):
     flow: Literal["constant", "follows the width"] = Field(
         description="that is printed; constant over the wanted width where that differs"
     )
+    valve_mm3_s: Rounded = Field(description="that a valve lets through which only opens and shuts [mm3/s]")
+    valve_kpa: Rounded | None = Field(
+        default=None, description="pressure that lets it through, of a [material] whose flow is fitted [kPa]"
+    )
     least_mm3_per_mm: Rounded = Field(description="of a flow that follows the width [mm3/mm]")
     most_mm3_per_mm: Rounded = Field(description="of a flow that follows the width [mm3/mm]")
     printed_mean_within: Rounded = Field(description="share off the mean thickness that 95 of 100 prints keep within")
@@ -260,7 +264,7 @@ class TimingsRecord(Record):
 class PlanRecord(Record):
     """The content of plan.json; what varies from run to run stands in timings.json."""
 
-    layout: Literal[7] = Field(alias="schema", description="version of this layout")
+    layout: Literal[8] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     input: InputRecord = Field(description="file of the part")
     settings: SettingsRecord = Field(description="what was asked for, and with which cell")

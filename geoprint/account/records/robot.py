@@ -54,10 +54,9 @@ class LeanRecord(Record):
 
 
 class SlowdownRecord(Record):
-    """A stretch of deposit on which the joints do not hold the set speed."""
+    """A stretch of deposit on which the joints do not hold the print's speed."""
 
     run: int = Field(description="from 0")
-    kind: Literal["lowered", "dip"] = Field(description="the whole run lowered, or slower on a stretch")
     place_mm: Place = Field(description="tip where the least is held [mm]")
     arc_mm: Rounded = Field(description="of that place, from the start of the run [mm]")
     length_mm: Rounded = Field(description="of the stretch [mm]")
@@ -128,6 +127,14 @@ class OrientationRecord(Record):
     others_refused: tuple[str, ...] = Field(description="why those before it in the search's order are")
 
 
+class DepositedRecord(Record):
+    """Volume that the program deposits as it was executed, over the planned one."""
+
+    share: Rounded = Field(description="of all runs together")
+    least_run: Rounded = Field(description="of the run that gets least")
+    most_run: Rounded = Field(description="of the run that gets most")
+
+
 class MotionRecord(Record):
     """The arm's motion from home to home."""
 
@@ -138,22 +145,14 @@ class MotionRecord(Record):
     tilt: TiltRecord = Field(description="from the surface normal")
     lean: LeanRecord = Field(description="from the attitude of the path")
     smallest_wrist_angle_deg: Rounded = Field(description="of joint 5 [degrees]")
-    slowest_deposit_mm_s: Rounded = Field(description="of the tip [mm/s]")
+    slowest_deposit_mm_s: Rounded = Field(description="of the bead, beside the ramps [mm/s]")
     stretched_pieces: Count = Field(description="of the motion that had to be slower than planned")
     largest_jerk_m_s3: Rounded = Field(description="of the tip on deposit, over steps of 10 ms [m/s3]")
-    share_at_speed: Rounded = Field(description="of the deposit within 1 % of the set speed")
+    share_at_speed: Rounded = Field(description="of the deposit within 1 % of the print's speed")
     share_on_ramps: Rounded = Field(description="of the deposit, at the ends of runs")
     share_slowed: SlowedRecord | None = Field(default=None, description="of the deposit: the rest")
-    largest_even_speed_mm_s: Rounded | None = Field(
-        default=None,
-        description="set speed up to which all of the deposit but the ramps keeps within 1 % of it, as the joints move"
-        " here [mm/s]; left out where nothing is laid",
-    )
-    laid_share: Rounded | None = Field(
-        default=None,
-        description="volume that the program lays as it was executed, over that of its paths; left out where nothing"
-        " is laid",
-    )
+    speed_ceiling_mm_s: float = Field(description="that was allowed; settings name the one that prints [mm/s]")
+    deposited: DepositedRecord | None = Field(default=None, description="left out where nothing is deposited")
     slowdowns: tuple[SlowdownRecord, ...] = Field(description="beside the ramps")
     placement_calibrated: bool = Field(description="whether touched points say where the fixture stands")
     placement_missing: tuple[str, ...] = Field(description="what nobody stated; then programs run only dry")

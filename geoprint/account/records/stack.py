@@ -43,6 +43,10 @@ class StackedLayerRecord(Record):
     thickness_cv: float | None = Field(
         description="variation of its own thickness, with the flow to print; null where it was not measured"
     )
+    speed_mm_s: float = Field(
+        description="at which its valve lets through what that of all layers does, before its missing volume is made"
+        " up [mm/s]"
+    )
     laid_mm3: Rounded = Field(
         description="volume that is laid, as the program was executed; without a robot, as the path has it [mm3]"
     )
@@ -123,7 +127,7 @@ class StackProgramRecord(Record):
 class StackRecord(Record):
     """The content of stack.json."""
 
-    layout: Literal[2] = Field(alias="schema", description="version of this layout")
+    layout: Literal[3] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     part: str = Field(description="file that the lowest layer lies on")
     thickness_mm: Rounded = Field(description="of all layers together, where it is largest [mm]")

@@ -8,7 +8,14 @@ from geoprint.results import FinishedStack, StackedLayer
 
 
 def layer_record(
-    told: PlanRecord, kept: StackedLayer, *, folder: str, area: float, pattern: str, not_printable: str | None
+    told: PlanRecord,
+    kept: StackedLayer,
+    *,
+    folder: str,
+    area: float,
+    pattern: str,
+    speed: float,
+    not_printable: str | None,
 ) -> StackedLayerRecord:
     """Return what is said of a planned layer.
 
@@ -18,6 +25,7 @@ def layer_record(
         folder: of its bundle.
         area: of the surface in its middle [mm2].
         pattern: that its paths have.
+        speed: at which it prints, before its missing volume is made up [mm/s].
         not_printable: why the robot cannot print it, or None.
     """
     even, robots, laid = told.uniformity, told.robot, told.deposition
@@ -33,6 +41,7 @@ def layer_record(
         gap=None if even is None else even.gap,
         overlap=None if even is None else even.overlap,
         thickness_cv=None if layer is None else layer.cv,
+        speed_mm_s=speed,
         laid_mm3=float(kept.volumes[kept.printed]),
         wanted_mm3=area * kept.height,
         print_s=_seconds(told),

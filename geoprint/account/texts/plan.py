@@ -17,9 +17,6 @@ from geoprint.account.records.rounding import how_many
 from geoprint.account.robot_summary import LISTED_PLACES
 from geoprint.account.texts.marks import marked_lines
 
-# A smaller share of the deposit is not worth a word.
-NOTABLE_SHARE = 5e-4
-
 
 def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
     """Return the lines that a person reads when a plan is done.
@@ -124,7 +121,7 @@ def _robot_text(told: RobotRecord, *, speed: float) -> list[str]:
             f"degrees, {told.program.targets} targets, {motion.targets.shortest_mm:.2g} mm and more apart"
         ),
         _attitude_text(motion),
-        _pace_text(motion, speed=speed),
+        _speed_text(motion, speed=speed),
         f"clearance: {found.smallest_mm:.2f} mm at the closest ({found.at})",
     ]
 
@@ -154,30 +151,18 @@ def _attitude_text(told: MotionRecord) -> str:
     return f"nozzle: {turn}; joint 6 makes {told.joint_6_turns:.1f} turns; {lean}"
 
 
-def _pace_text(told: MotionRecord, *, speed: float) -> str:
-    """Return one line on the deposit's speed: the share at the set one, why not the rest, and what all would hold."""
-    slowed = told.share_slowed
-    causes = {"ramps at the ends of runs": told.share_on_ramps}
-    if slowed is not None:
-        causes |= {
-            "joint speeds": slowed.speed,
-            "joint accelerations": slowed.acceleration,
-            "targets of bends": slowed.targets,
-        }
-    line = f"speed: {told.share_at_speed:.1%} of the deposit within 1 % of the set speed, {speed:g} mm/s"
-    listed = sorted(causes.items(), key=lambda each: -each[1])
-    rest = ", ".join(f"{cause} {share:.1%}" for cause, share in listed if share >= NOTABLE_SHARE)
-    line += f" (the rest: {rest})" if rest else ""
-    if told.largest_even_speed_mm_s is not None:
-        line += f"; all but the ramps would hold {told.largest_even_speed_mm_s:.1f} mm/s"
-    if not told.slowdowns:
+def _speed_text(told: MotionRecord, *, speed: float) -> str:
+    """Return one line on the speed of the print, where it dips and why, and what is deposited."""
+    ceiling = f" (ceiling {told.speed_ceiling_mm_s:g})" if speed < told.speed_ceiling_mm_s else ""
+    line = f"speed: prints at {speed:g} mm/s{ceiling}, {told.share_at_speed:.1%} of the deposit within 1 % of it"
+    if told.slowdowns:
+        worst = min(told.slowdowns, key=lambda dip: dip.held_mm_s)
+        length = sum(dip.length_mm for dip in told.slowdowns)
+        why = f"the {worst.limit} of joint {worst.joint}" if worst.joint else "the spacing of its targets in a bend"
+        x, y, z = worst.place_mm
+        where = f"in run {worst.run + 1} by {why} at ({x:.1f}, {y:.1f}, {z:.1f})"
+        line += f"; down to {worst.held_mm_s:.3g} mm/s over {length:.3g} mm, {where}"
+    found = told.deposited
+    if found is None:
         return line
-    worst = min(told.slowdowns, key=lambda slowdown: slowdown.held_mm_s)
-    what = "is lowered" if worst.kind == "lowered" else "dips"
-    x, y, z = worst.place_mm
-    others = len({slowdown.run for slowdown in told.slowdowns}) - 1
-    why = f"the {worst.limit} of joint {worst.joint}" if worst.joint else "the spacing of its targets in a bend"
-    return (
-        f"{line}; run {worst.run + 1} {what} to {worst.held_mm_s:.1f} mm/s by {why} "
-        f"at ({x:.1f}, {y:.1f}, {z:.1f})" + (f", {others} more by less" if others else "")
-    )
+    return f"{line}; deposits {found.share:.1%}, runs {found.least_run:.1%} to {found.most_run:.1%}"

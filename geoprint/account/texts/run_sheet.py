@@ -24,14 +24,14 @@ from geoprint.account.records.check import (
     StackSettingsNow,
 )
 from geoprint.account.records.evidence import EvidenceRecord
-from geoprint.account.records.plan import PatchRecord, PlanRecord
-from geoprint.account.records.robot import ClearanceRecord, MotionRecord
+from geoprint.account.records.plan import DepositionRecord, PatchRecord, PlanRecord
+from geoprint.account.records.robot import ClearanceRecord, MotionRecord, RobotRecord
 from geoprint.account.records.rounding import as_json, how_many
 from geoprint.account.robot_summary import record_executed, record_switching
 from geoprint.account.texts.attitude_sheet import attitude_rows
 from geoprint.export import Json, Orders, Setup
 from geoprint.export.rapid import Settings, StackSettings, Timeline
-from geoprint.model import PASCAL_PER_KPA, FloatArray
+from geoprint.model import PASCAL_PER_KPA, FloatArray, Process
 from geoprint.surfaces import in_words
 
 WIDTH, NARROW = 100, 60
@@ -285,9 +285,10 @@ def _process(setup: Setup, told: PlanRecord) -> list[str]:
     process, flood = setup.cell.process, setup.cell.flood
     (layer,) = told.layers
     below = " over the layer below" if layer.bottom_mm else ""
-    pressure = "not named" if process.pressure is None else f"{process.pressure / PASCAL_PER_KPA:g} kPa"
-    texts = [f"air pressure {pressure}; layer {process.layer_height:g} mm, stand-off {layer.standoff_mm:g} mm{below}"]
-    light = None if told.deposition is None else told.deposition.light
+    flow = told.deposition
+    light = None if flow is None else flow.light
+    texts = [] if flow is None else [f"air pressure: {_pressure(process, flow, told.robot)}"]
+    texts.append(f"layer {process.layer_height:g} mm, stand-off {layer.standoff_mm:g} mm{below}")
     if setup.cell.purge is not None:
         texts.append(f"nozzle primed by the program before its first run: {setup.cell.purge.duration:g} s at [purge]")
     if light is not None:
@@ -298,9 +299,20 @@ def _process(setup: Setup, told: PlanRecord) -> list[str]:
     return texts
 
 
+def _pressure(process: Process, flow: DepositionRecord, robots: Sequence[RobotRecord]) -> str:
+    """Say which pressure is set: the one that lets the flow of the print through."""
+    wanted = f"that which lets {flow.valve_mm3_s:.4g} mm3/s through at {process.speed:g} mm/s"
+    if flow.valve_kpa is not None:
+        wanted += f", by [material] {flow.valve_kpa:.3g} kPa"
+    if process.pressure is None:
+        return wanted
+    ceiling = robots[0].motion.speed_ceiling_mm_s
+    return f"{wanted}; the cell names {process.pressure / PASCAL_PER_KPA:g} kPa for {ceiling:g} mm/s"
+
+
 def _limits(setup: Setup, motion: MotionRecord) -> list[str]:
     process = setup.cell.process
-    laying = f"tip {process.speed:g} mm/s laying (slowest {motion.slowest_deposit_mm_s:.1f})"
+    laying = f"prints at {process.speed:g} mm/s (slowest {motion.slowest_deposit_mm_s:.1f})"
     joints = f"joints from and to home at {process.joint_speed_share:.0%} of their speeds"
     return [f"{laying}, {process.travel_speed:g} mm/s travelling; {joints}"]
 

@@ -113,7 +113,7 @@ def proven_program(
 ) -> tuple[Program, Proof]:
     """Write the modules as `rapid_program` does, and return with them what they did when they were executed."""
     names = _name_shared_data(orders)
-    events = switching_events(orders, signals=cell.signals, tips_at=tips_at)
+    events = switching_events(orders, signals=cell.signals, tips_at=tips_at, speed=cell.process.speed)
     triggers = triggers_of(orders, events, signals=cell.signals, names=output_names(cell.signals))
     moves = _moves(orders, names=names, triggers=triggers, axes=external_axes(cell, placement))
     runs = _procedures(orders, moves, triggers=triggers)

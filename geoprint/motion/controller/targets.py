@@ -38,7 +38,7 @@ from geoprint.motion.controller.bends import bends_of
 from geoprint.motion.controller.choice import TIME_ROUNDING
 from geoprint.motion.controller.fitting import COINCIDENT, rounded_lengths, zones_of
 from geoprint.motion.controller.rounded_chain import Course, rounded_chain
-from geoprint.motion.reach import tip_lengths, turns
+from geoprint.motion.reach import bead_steps, tip_lengths, turns
 from geoprint.transforms import same_sign
 
 # Largest angle [rad] between a pose left out and the attitude of the straight move past it: at the end of a 120 mm tool
@@ -171,10 +171,12 @@ def _speeds(
     poses: PoseStream, chosen: IntArray, times: FloatArray, *, lengths: FloatArray, process: Process
 ) -> FloatArray:
     """Return the speed of the move to each target [mm/s], given the lengths of the controller's path."""
-    passed = np.append([0.0], np.cumsum(tip_lengths(poses)))
+    passed, beads = (np.append([0.0], np.cumsum(each)) for each in (tip_lengths(poses), bead_steps(poses)))
     paths, durations = np.diff(passed[chosen]), np.diff(times[chosen])
+    # Over a bulge the tip goes farther than the bead, whose speed is that of the process.
+    farther = np.where(paths < COINCIDENT, 1.0, paths / np.maximum(np.diff(beads[chosen]), COINCIDENT))
     lengths = np.clip(lengths, EVEN_SHARE * paths, paths)
-    planned = np.where(poses.laid[chosen[:-1]], process.speed, process.travel_speed)
+    planned = np.where(poses.laid[chosen[:-1]], process.speed * farther, process.travel_speed)
     turning = (lengths < COINCIDENT) | (durations <= 0.0)
     mean = np.where(turning, planned, lengths / np.where(turning, 1.0, durations))
     steps = 10.0 ** (SPEED_DIGITS - 1 - np.floor(np.log10(np.maximum(mean, SMALLEST_SPEED))))

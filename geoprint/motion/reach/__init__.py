@@ -24,6 +24,7 @@ from geoprint.motion.reach.margins import (
 from geoprint.motion.reach.pose_samples import (
     TURN_STEP as TURN_STEP,
     PoseSamples as PoseSamples,
+    bead_steps as bead_steps,
     keyframes as keyframes,
     sample_poses as sample_poses,
     tip_lengths as tip_lengths,

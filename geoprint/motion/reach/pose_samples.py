@@ -12,6 +12,8 @@ from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, frozen
 # Between poses farther apart than this [mm, rad] the straight move is sampled in between.
 STEP = 2.0
 TURN_STEP = float(np.radians(1.0))
+# Over so much of the tip's path it is asked how much longer or shorter the bead is [mm].
+BEAD_WINDOW = 1.0
 
 
 @final
@@ -84,6 +86,26 @@ def keyframes(Ts_base_tool: FloatArray, *, count: int) -> IntArray:
 def tip_lengths(poses: PoseStream) -> FloatArray:
     """Return the (p - 1,) lengths of the tip's straight steps [mm]."""
     return np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)
+
+
+def bead_steps(poses: PoseStream) -> FloatArray:
+    """Return the (p - 1,) lengths that the steps of the tip have on the surface [mm]; on travel those of the tip.
+
+    The tip goes farther than its bead over a bulge, and less far in a hollow. How much is taken over a millimetre about
+    each step: the normals of triangles jump from step to step, and a speed must not.
+    """
+    steps, beads = tip_lengths(poses), poses.bead_lengths
+    found = steps.copy()
+    laid = poses.laid
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], laid, [False]]).astype(np.int8)))
+    for first, last in edges.reshape(-1, 2).tolist():
+        passed, left = (np.append(0.0, np.cumsum(each[first:last])) for each in (steps, beads))
+        middles = (passed[1:] + passed[:-1]) / 2.0
+        low, high = np.maximum(middles - BEAD_WINDOW / 2.0, 0.0), np.minimum(middles + BEAD_WINDOW / 2.0, passed[-1])
+        moved = high > low
+        share = np.interp(high, passed, left) - np.interp(low, passed, left)
+        found[first:last] *= np.divide(share, high - low, out=np.ones_like(share), where=moved)
+    return found
 
 
 def turns(poses: PoseStream) -> FloatArray:

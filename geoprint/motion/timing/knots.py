@@ -9,7 +9,7 @@ import numpy as np
 
 from geoprint.errors import LimitError
 from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, Process, frozen
-from geoprint.motion.reach import tip_lengths, turns
+from geoprint.motion.reach import bead_steps, tip_lengths, turns
 
 METRES_PER_MILLIMETRE = 1e-3
 
@@ -40,8 +40,8 @@ class Knots:
         arcs: (n,) arc length from the start of the run or travel [mm].
         lengths: (n,) path parameter from the first knot [m].
         ceilings: (n - 1,) largest growth of the path parameter on each step [m/s].
-        tip_shares: (n - 1,) travel of the tip by path parameter, in [0, 1].
-        deposit: (n - 1,) whether material is laid on the step.
+        bead_shares: (n - 1,) length of bead by path parameter; on travel that of the tip.
+        deposit: (n - 1,) whether the step deposits.
         places: (p,) knot of each pose.
     """
 
@@ -52,7 +52,7 @@ class Knots:
     arcs: FloatArray
     lengths: FloatArray
     ceilings: FloatArray
-    tip_shares: FloatArray
+    bead_shares: FloatArray
     deposit: BoolArray
     places: IntArray
 
@@ -71,11 +71,11 @@ def path_knots(joint_path: JointPath, *, process: Process) -> Knots:
 
     The path parameter is hypot(travel of the tip, turn of the tool * 10 mm per radian), so that a tool that turns on
     the spot moves along too; on legs that only lay material it is the travel of the tip, unless the tool all but
-    turns on the spot there.
+    turns on the spot there. The speed on deposit is that of the bead: over a bulge the tip has to be faster.
 
     Args:
         joint_path: p poses, p > 0.
-        process: speeds of the tip.
+        process: speeds.
 
     Raises:
         LimitError: the joints jump where the tool stands still.
@@ -91,11 +91,12 @@ def path_knots(joint_path: JointPath, *, process: Process) -> Knots:
     np.logical_or.at(stops, places, poses.stops)
     stops[[0, -1]] = True
     deposit = poses.laid[moved]
-    tip_ceilings = np.where(deposit, process.speed, process.travel_speed) * METRES_PER_MILLIMETRE
+    speeds = np.where(deposit, process.speed, process.travel_speed) * METRES_PER_MILLIMETRE
+    beads = bead_steps(poses)[moved] * METRES_PER_MILLIMETRE
     passed, steps = passed[moved], steps[moved]
     steps = np.where(_tip_alone(passed / steps, deposit, stops), passed, steps)
     with np.errstate(divide="ignore"):
-        ceilings = tip_ceilings / (passed / steps)
+        ceilings = speeds / (beads / steps)
     return Knots(
         joints=joint_path.joints[first],
         stops=stops,
@@ -104,14 +105,14 @@ def path_knots(joint_path: JointPath, *, process: Process) -> Knots:
         arcs=poses.arcs[first],
         lengths=np.concatenate([[0.0], np.cumsum(steps)]),
         ceilings=ceilings,
-        tip_shares=passed / steps,
+        bead_shares=beads / steps,
         deposit=deposit,
         places=places,
     )
 
 
 def _tip_alone(shares: FloatArray, deposit: BoolArray, stops: BoolArray) -> BoolArray:
-    """Return for each step whether its leg lays material all along and nowhere turns nearly on the spot."""
+    """Return for each step whether its leg deposits all along and nowhere turns nearly on the spot."""
     if shares.size == 0:
         return deposit
     starts = np.flatnonzero(stops)[:-1]

@@ -4,9 +4,8 @@ From home to the first pose and from the last one back, all joints move together
 Between the poses' stops each leg runs from rest to rest: a spline of the joints with continuous second
 derivative, timed by TOPP-RA under the joint speeds and accelerations and the speed of the tip.
 
-Where the joints cannot hold the set speed along a run that lays material, `lower` lowers the speed of the whole run
-to what they hold all along it, so that the bead stays even; `follow` keeps the dips. The trajectory lists
-them in either case. The ramps at the stops are left out of this and of `slowest_deposit`: twice the length in which
+Where joints or targets do not hold the speed of a run that deposits, it dips there and no farther than it must; the
+trajectory lists where. The ramps at the stops are left out of this and of `slowest_deposit`: twice the length in which
 the tip would come from rest to its speed on a straight path. Where a leg is all ramp its largest speed counts.
 """
 
@@ -25,7 +24,6 @@ from geoprint.model import (
     FloatArray,
     IntArray,
     JointPath,
-    OnSlowdown,
     PoseStream,
     Process,
     Robot,
@@ -34,7 +32,7 @@ from geoprint.model import (
 )
 from geoprint.motion.timing.confirmation import is_installed
 from geoprint.motion.timing.knots import COINCIDENT_JOINTS, Knots, path_knots
-from geoprint.motion.timing.slowdown import Pace, held_after_dips, held_speeds, lowered, pace
+from geoprint.motion.timing.slowdown import Pace, lowered, pace
 from geoprint.motion.timing.topp import Motion, confirm_motion, fastest_motion, straight_motion
 from geoprint.motion.timing.verification import SAMPLE_TIME, verify
 
@@ -46,18 +44,13 @@ Known: TypeAlias = dict[tuple[int, bytes], Motion]
 # Legs that a second solver is asked about until it finds a motion.
 MOST_ASKED = 3
 
-# A true ramp may be longer than twice the ideal one: a lower speed is reached sooner. A run that still dips after so
-# many lowerings keeps its dips, and they are reported.
-MOST_LOWERINGS = 5
-
 
 def retime(
     joint_path: JointPath,
     robot: Robot,
     *,
     process: Process,
-    on_slowdown: OnSlowdown = "lower",
-    lowered: tuple[Slowdown, ...] = (),
+    slower: tuple[Slowdown, ...] = (),
     known: Known | None = None,
 ) -> Trajectory:
     """Run through a joint path in the shortest time that joints and process allow.
@@ -65,9 +58,8 @@ def retime(
     Args:
         joint_path: p poses with their joints.
         robot: limits and home.
-        process: speeds of the tip, and the share of the joint speeds from and to home.
-        on_slowdown: what is done where the set speed is not held.
-        lowered: runs, or places of them, that are slower for another reason; where the joints hold less, that counts.
+        process: speeds, and the share of the joint speeds from and to home.
+        slower: places that are slower for another reason; where the joints hold less, that counts.
         known: motions of legs of this very path and robot that were timed before; what is timed now is added.
 
     Returns:
@@ -83,7 +75,7 @@ def retime(
         raise InputError("the joint path has no poses; there is nothing to time: plan at least one run.")
     knots = path_knots(joint_path, process=process)
     timer = _LegTimer(robot, known if known is not None else {})
-    knots, legs, slower, found = _timed(knots, timer, process=process, on_slowdown=on_slowdown, wanted=lowered)
+    knots, legs, found = _timed(knots, timer, process=process, slower=slower)
     rows = knots.legs
     there = _home_motion(robot.home, knots.joints[0], robot=robot, process=process)
     motions = [*there, *legs, *_home_motion(knots.joints[-1], robot.home, robot=robot, process=process)]
@@ -104,32 +96,15 @@ def retime(
 
 
 def _timed(
-    knots: Knots, timer: _LegTimer, *, process: Process, on_slowdown: OnSlowdown, wanted: tuple[Slowdown, ...]
-) -> tuple[Knots, list[Motion], tuple[Slowdown, ...], Pace]:
-    """Return the knots with the ceilings kept, the motions of the legs, what was lowered, and the pace."""
-    robot, first_time = timer.robot, not timer.known
-    slower = (
-        {slow.run: slow for slow in held_speeds(knots, robot=robot, process=process)} if on_slowdown == "lower" else {}
-    )
-    runs = [slow for slow in wanted if slow.kind == "lowered"]
-    places = tuple(slow for slow in wanted if slow.kind == "dip")
-    slower |= {slow.run: slow for slow in runs if slow.held_speed <= slower.get(slow.run, slow).held_speed}
-    knots = lowered(knots, (*slower.values(), *places))
+    knots: Knots, timer: _LegTimer, *, process: Process, slower: tuple[Slowdown, ...]
+) -> tuple[Knots, list[Motion], Pace]:
+    """Return the knots with the ceilings kept, the motions of the legs, and how evenly they deposit."""
+    first_time = not timer.known
+    knots = lowered(knots, slower)
     legs = [timer(knots, first, last) for first, last in knots.legs]
-    found = pace(knots, legs, robot=robot, process=process)
-    for _ in range(MOST_LOWERINGS if on_slowdown == "lower" else 0):
-        again = {slow.run: slow for slow in held_after_dips(knots, found.dips)}
-        if not again:
-            break
-        slower |= again
-        knots = lowered(knots, tuple(again.values()))
-        for leg, (first, last) in enumerate(knots.legs):
-            if int(knots.runs[last]) in again:
-                legs[leg] = timer(knots, first, last)
-        found = pace(knots, legs, robot=robot, process=process)
     if first_time and legs and is_installed():
-        _confirm_longest(knots, legs, robot=robot)
-    return knots, legs, (*slower.values(), *places), found
+        _confirm_longest(knots, legs, robot=timer.robot)
+    return knots, legs, pace(knots, legs, robot=timer.robot, process=process)
 
 
 def _confirm_longest(knots: Knots, legs: list[Motion], *, robot: Robot) -> None:

@@ -1,17 +1,16 @@
-"""Where the joints cannot hold the set speed of the tip on deposit: what they hold instead, and which joint it is."""
+"""Where joints or targets do not hold the print's speed on deposit: what they hold instead, and what limits it."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple, final
+from typing import Literal, final
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
-from geoprint.model import BoolArray, FloatArray, IntArray, Process, Robot, Slowdown
+from geoprint.model import BoolArray, FloatArray, IntArray, Process, Robot, Slowdown, Trajectory, comparable
 from geoprint.motion.timing.knots import METRES_PER_MILLIMETRE, Knots
 from geoprint.motion.timing.strain import GriddedPath, strains
-from geoprint.motion.timing.topp import Motion, at_grid, end_ramps
+from geoprint.motion.timing.topp import Motion, end_ramps
 
 # A tip within 1 % of its speed lays an even bead.
 EVEN_SHARE = 0.99
@@ -20,24 +19,19 @@ EVEN_SHARE = 0.99
 # end; the path bends, so that the true ramp is longer.
 RAMP_FACTOR = 2.0
 
-# A lowered speed is a whole number of these steps [mm/s], so that the program can name it exactly.
-SPEED_DECIMALS = 1
-SPEED_STEP = 10.0**-SPEED_DECIMALS
-SPEED_ROUNDING = 1e-9
-
 JOINTS = 6
 
 
 @final
 @dataclass(frozen=True, slots=True)
 class Pace:
-    """How evenly the tip runs on deposit.
+    """How evenly the bead is deposited.
 
     Attributes:
-        slowest: smallest tip speed away from the ramps [mm/s]; the set speed where nothing is laid.
-        dips: stretches below 99 % of the speed of their run, away from the ramps.
-        share_at_speed: share of the deposited length within 1 % of the set speed; 1 where nothing is laid.
-        share_on_ramps: share of it that is below 99 % of the run's speed, on the ramps.
+        slowest: smallest speed away from the ramps [mm/s]; the set speed where nothing is deposited.
+        dips: stretches below 99 % of the speed that is asked for, away from the ramps.
+        share_at_speed: share of the deposited length within 1 % of the set speed; 1 where nothing is deposited.
+        share_on_ramps: share of it that is below 99 % of the speed that is asked for, on the ramps.
     """
 
     slowest: float
@@ -46,72 +40,53 @@ class Pace:
     share_on_ramps: float
 
 
-def held_speeds(knots: Knots, *, robot: Robot, process: Process) -> tuple[Slowdown, ...]:
-    """Find the runs whose joints do not hold the set speed all along, off the ramps at their stops, and what they hold.
+@final
+@comparable
+class Slowed:
+    """Shares of the deposited length that are not within 1 % of the set speed, away from the ramps, by the limit.
 
-    A joint that would have to turn f times as fast as it may sets the speed to 1/f, one that is accelerated f^2 times
-    too much as well: at constant speed of the tip the accelerations go with its square. Runs that lose less than 1 %
-    keep their speed; others get a whole number of tenths of a millimetre a second.
-
-    Args:
-        knots: of the path, with the set speed as ceiling.
-        robot: limits of the joints.
-        process: with the set speed.
-
-    Returns:
-        One slowdown a run, of kind 'lowered'.
+    Attributes:
+        speed: of a joint.
+        acceleration: of a joint.
+        targets: of a bend would follow each other sooner than a controller takes.
     """
-    holds: dict[int, list[Hold]] = {}
-    for first, last in knots.legs:
-        if knots.deposit[first:last].any():
-            holds.setdefault(int(knots.runs[last]), []).append(hold_of(knots, first, last, robot=robot))
-    slower: list[Slowdown] = []
-    for run, legs in holds.items():
-        share, hold, step = _held(legs)
-        if share < EVEN_SHARE:
-            joint, limit = _limiting(hold.factors[step])
-            slower.append(
-                Slowdown(
-                    run=run,
-                    kind="lowered",
-                    place=_place(knots.tips[hold.first + step]),
-                    arc=float(knots.arcs[hold.first + step]),
-                    length=_laid_length(knots, run),
-                    set_speed=process.speed,
-                    held_speed=stepped(process.speed * share),
-                    joint=joint,
-                    limit=limit,
-                )
-            )
-    return tuple(slower)
+
+    speed: float
+    acceleration: float
+    targets: float
 
 
-def held_after_dips(knots: Knots, dips: tuple[Slowdown, ...]) -> tuple[Slowdown, ...]:
-    """Return what runs hold that still dip: one slowdown of kind 'lowered' for each, at the speed of its lowest dip."""
-    lowest = {dip.run: dip for dip in sorted(dips, key=lambda dip: -dip.held_speed)}
-    return tuple(
-        replace(dip, kind="lowered", length=_laid_length(knots, run), held_speed=stepped(dip.held_speed))
-        for run, dip in lowest.items()
-    )
+def slowed_shares(trajectory: Trajectory) -> Slowed:
+    """Return which limits keep which share of the deposit from its set speed.
+
+    What is neither at speed nor on a ramp is shared out by the lengths of the slowdowns.
+    """
+    slower = [each for each in trajectory.slowdowns if each.held_speed < EVEN_SHARE * each.set_speed]
+    total = sum(each.length for each in slower)
+    missing = max(1.0 - trajectory.share_at_speed - trajectory.share_on_ramps, 0.0)
+
+    def share(limit: str) -> float:
+        return missing * sum(each.length for each in slower if each.limit == limit) / total if total > 0.0 else 0.0
+
+    return Slowed(share("speed"), share("acceleration"), share("targets"))
 
 
-def lowered(knots: Knots, slower: tuple[Slowdown, ...]) -> Knots:
-    """Return the knots with the ceilings of some runs, or of places of them, at the speeds that they hold."""
+def lowered(knots: Knots, places: tuple[Slowdown, ...]) -> Knots:
+    """Return the knots with the ceilings at some places of runs at the speeds that are held there."""
     ceilings = knots.ceilings.copy()
-    for slowdown in slower:
-        steps = _laid(knots, slowdown.run)
-        if slowdown.kind == "dip":
-            steps &= np.abs(knots.arcs[1:] - slowdown.arc) <= slowdown.length / 2.0
-        held = slowdown.held_speed * METRES_PER_MILLIMETRE / knots.tip_shares[steps]
-        ceilings[steps] = np.minimum(ceilings[steps], held) if slowdown.kind == "dip" else held
+    for place in places:
+        steps = knots.deposit & (knots.runs[1:] == place.run)
+        steps &= np.abs(knots.arcs[1:] - place.arc) <= place.length / 2.0
+        held = place.held_speed * METRES_PER_MILLIMETRE / knots.bead_shares[steps]
+        ceilings[steps] = np.minimum(ceilings[steps], held)
     return replace(knots, ceilings=ceilings)
 
 
 def pace(knots: Knots, motions: list[Motion], *, robot: Robot, process: Process) -> Pace:
-    """Measure how evenly the tip runs on deposit.
+    """Measure how evenly the bead is deposited.
 
     Args:
-        knots: what was timed; the ceilings of its depositing steps are the speeds of the runs.
+        knots: what was timed; the ceilings of its depositing steps are the speeds that are asked for.
         motions: of its legs, in their order.
         robot: limits of the joints.
         process: with the set speed.
@@ -137,60 +112,6 @@ def pace(knots: Knots, motions: list[Motion], *, robot: Robot, process: Process)
     )
 
 
-def _laid(knots: Knots, run: int) -> BoolArray:
-    """Return for each step whether it lays material of a run."""
-    return knots.deposit & (knots.runs[1:] == run)
-
-
-def _laid_length(knots: Knots, run: int) -> float:
-    laid = _laid(knots, run)
-    return float((np.diff(knots.lengths) * knots.tip_shares)[laid].sum()) / METRES_PER_MILLIMETRE
-
-
-def stepped(speed: float) -> float:
-    """Return the speed [mm/s] rounded down to a whole number of steps, where it has one."""
-    steps = np.floor(speed / SPEED_STEP + SPEED_ROUNDING)
-    return round(float(steps) * SPEED_STEP, SPEED_DECIMALS) if steps > 0 else speed
-
-
-class Hold(NamedTuple):
-    """What a leg needs to run at its ceilings all along.
-
-    Attributes:
-        first: its first knot.
-        lengths: (n,) path parameter of its knots [m].
-        laid: (n - 1,) whether the step lays material.
-        factors: (n - 1, 12) the `strains` of each step at the ceilings: speeds of the joints, then accelerations.
-        ramps: lengths of the ideal ramps at its ends [m].
-    """
-
-    first: int
-    lengths: FloatArray
-    laid: BoolArray
-    factors: FloatArray
-    ramps: tuple[float, float]
-
-
-def hold_of(knots: Knots, first: int, last: int, *, robot: Robot) -> Hold:
-    """Return what a leg needs to run at its ceilings all along."""
-    lengths, ceilings = knots.lengths_of(first, last), knots.ceilings[first:last]
-    path = CubicSpline(lengths, knots.joints[first : last + 1])
-    factors = strains(GriddedPath.of(path, lengths), at_grid(ceilings, lengths, lengths), robot=robot)
-    return Hold(first, lengths, knots.deposit[first:last], factors, end_ramps(path, ceilings=ceilings, robot=robot))
-
-
-def _held(legs: list[Hold]) -> tuple[float, Hold, int]:
-    """Return the share of the set speed that is held along all legs, and the leg and step that hold no more."""
-    share, worst, step = 1.0, legs[0], 0
-    for leg in legs:
-        inner = off_ramps(leg.lengths, ramps=leg.ramps) & leg.laid
-        factors = np.where(inner, leg.factors.max(axis=1), 0.0)
-        if share * factors.max() > 1.0:
-            step, worst = int(factors.argmax()), leg
-            share = 1.0 / float(factors[step])
-    return share, worst, step
-
-
 def off_ramps(grid: FloatArray, *, ramps: tuple[float, float]) -> BoolArray:
     """Return for each step whether it lies off the ramps; the first and the last one never do."""
     start, end = (RAMP_FACTOR * ramp for ramp in ramps)
@@ -202,15 +123,15 @@ def off_ramps(grid: FloatArray, *, ramps: tuple[float, float]) -> BoolArray:
 @final
 @dataclass(frozen=True, slots=True, eq=False)
 class _Profile:
-    """The tip's speed along the steps of one timed leg that lay material, h of them.
+    """The bead's speed along the steps of one timed leg that deposit, h of them.
 
     Attributes:
         motion: of the leg.
         rows: (h,) step of the motion's grid.
         run: run of the stream.
-        lengths: (h,) that the tip passes [mm].
-        speeds: (2, h) tip speed at both ends of the step [mm/s].
-        wanted: (h,) speed of the run [mm/s].
+        lengths: (h,) of bead [mm].
+        speeds: (2, h) of the bead at both ends of the step [mm/s].
+        wanted: (h,) that is asked for [mm/s].
         inner: (h,) whether the step lies off the ramps; where none does, only the fastest step.
         tips: (h, 3) tip at the start of the step [mm].
         arcs: (h,) arc length there, from the start of the run [mm].
@@ -230,12 +151,12 @@ class _Profile:
     def of(cls, knots: Knots, first: int, last: int, motion: Motion, *, robot: Robot, set_speed: float) -> _Profile:
         """Return the profile of one leg."""
         lengths, grid = knots.lengths_of(first, last), motion.grid
-        laid, tip_shares = knots.deposit[first:last], knots.tip_shares[first:last]
+        laid, shares = knots.deposit[first:last], knots.bead_shares[first:last]
         ceilings = knots.ceilings[first:last].copy()
-        ceilings[laid] = set_speed * METRES_PER_MILLIMETRE / tip_shares[laid]
+        ceilings[laid] = set_speed * METRES_PER_MILLIMETRE / shares[laid]
         step = first + np.searchsorted(lengths, grid[1:]) - 1
         rows = np.flatnonzero(knots.deposit[step])
-        step, shares = step[rows], knots.tip_shares[step[rows]]
+        step, shares = step[rows], knots.bead_shares[step[rows]]
         speeds = np.stack([motion.speeds[rows], motion.speeds[rows + 1]]) * shares / METRES_PER_MILLIMETRE
         inner = off_ramps(grid, ramps=end_ramps(motion.path, ceilings=ceilings, robot=robot))[rows]
         if not inner.any():
@@ -267,7 +188,7 @@ class _Profile:
         return faster if faster.size == 1 else slower
 
     def above(self, speeds: FloatArray | float) -> FloatArray:
-        """Return the share of each step on which the tip is at least so fast; its square is linear in the length."""
+        """Return the share of each step that is deposited at least so fast; its square is linear in the length."""
         squares = self.speeds**2
         low: FloatArray = squares.min(axis=0)
         high: FloatArray = squares.max(axis=0)
@@ -276,7 +197,7 @@ class _Profile:
         return np.where(high == low, high >= np.square(speeds), share.clip(0.0, 1.0)).astype(np.float64)
 
     def dips(self, *, robot: Robot, set_speed: float) -> list[Slowdown]:
-        """Return the stretches off the ramps that are below 99 % of the run's speed."""
+        """Return the stretches off the ramps that are below 99 % of the speed that is asked for."""
         steps = np.flatnonzero(self.inner)
         slow = steps[self._off_ramps < EVEN_SHARE * self.wanted[steps]]
         stretches = np.split(slow, np.flatnonzero(np.diff(slow) > 1) + 1) if slow.size else []
@@ -291,7 +212,6 @@ class _Profile:
         joint, limit = _limiting(strains(path, self.motion.speeds[near], robot=robot).max(axis=0))
         return Slowdown(
             run=self.run,
-            kind="dip",
             place=_place(self.tips[lowest]),
             arc=float(self.arcs[lowest]),
             length=float(below[stretch].sum()),

@@ -6,7 +6,7 @@ import numpy as np
 
 from geoprint.errors import LimitError, VerificationError
 from geoprint.model import FloatArray, JointPath, PoseStream, Process, Robot, Trajectory
-from geoprint.motion.reach import tip_lengths, turns
+from geoprint.motion.reach import bead_steps, tip_lengths, turns
 from geoprint.surfaces import in_words
 
 SAMPLE_TIME = 1e-3  # between rows of a trajectory [s]
@@ -43,7 +43,7 @@ def verify(trajectory: Trajectory, joint_path: JointPath, *, robot: Robot, proce
         trajectory: to check.
         joint_path: what it must pass.
         robot: limits and home.
-        process: largest speeds of the tip; they are compared with the mean speed from pose to pose.
+        process: largest speeds, of the bead on deposit; they are compared with the mean from pose to pose.
 
     Raises:
         LimitError: a joint leaves its range, or is too fast or accelerated too much; the tip is too fast; the
@@ -127,7 +127,7 @@ def _bend(trajectory: Trajectory, poses: PoseStream, *, time: float) -> str:
 
 
 def _refuse_fast_tip(trajectory: Trajectory, poses: PoseStream, *, process: Process) -> None:
-    passed = tip_lengths(poses)
+    passed = bead_steps(poses)
     allowed = np.where(poses.laid, process.speed, process.travel_speed)
     excess = passed - (1.0 + LIMIT_TOLERANCE) * allowed * np.diff(trajectory.pose_times)
     if excess.max(initial=0.0) <= COINCIDENT:
@@ -135,7 +135,7 @@ def _refuse_fast_tip(trajectory: Trajectory, poses: PoseStream, *, process: Proc
     step = int(excess.argmax())
     run, time = int(poses.runs[step + 1]), float(trajectory.pose_times[step])
     raise LimitError(
-        f"run {run + 1}, {time:.3f} s: the tip goes {passed[step]:.3g} mm from pose {step} to the next in "
+        f"run {run + 1}, {time:.3f} s: {passed[step]:.3g} mm are passed from pose {step} to the next in "
         f"{trajectory.pose_times[step + 1] - time:.4g} s, allowed are {allowed[step]:g} mm/s; time the path again.",
         run=run, time_s=time, length_mm=float(passed[step]), allowed_mm_s=float(allowed[step]),
     )  # fmt: skip

@@ -10,8 +10,8 @@ entry point brings it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Future, as_completed
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from importlib.metadata import version
 from pathlib import Path
@@ -141,7 +141,7 @@ def save_stacks(staging: Path, directory: Path | str, *, overwrite: bool, told: 
     write_bundle(directory, listed, overwrite=overwrite, verify=verify, unlisted=timings)
 
 
-def _printed(found: Sequence[_Found]) -> list[tuple[StackedLayerRecord, StackedLayer]]:
+def _printed(found: Iterable[_Found]) -> list[tuple[StackedLayerRecord, StackedLayer]]:
     """Return those of the planned layers in which something is printed."""
     return [layer for layer in found if not isinstance(layer, LeftOutRecord)]
 
@@ -154,7 +154,7 @@ def _finished(
     finished = finished_stack(job, stack, [layer for _, layer in printed])
     layers = tuple(record for record, _ in printed)
     untold = StackRecord(
-        schema=2,
+        schema=3,
         version=version("geoprint"),
         part=job.surface.name,
         thickness_mm=stack.thickness,
@@ -182,19 +182,20 @@ def _planned(job: Job, folder: Path, observe: Callable[[str], None]) -> list[_Fo
     """
     observe("layers")
     with layer_processes() as pool:
-        waiting: dict[Future[_Found], int] = {}
         try:
             # This process waits while others plan: what it read itself it would hold beside them.
             with stopped_later():
                 counted = pool.submit(_count, job)
             count = counted.result()
             observe(f"{count} layers")
-            with stopped_later():
-                for number in range(1, count + 1):
-                    waiting[pool.submit(_layer, job, number, folder / f"layer-{number:02}")] = number
-            for done, future in enumerate(as_completed(waiting), start=1):
-                future.result()
-                observe(f"{count} layers, {done} done")
+            found = _all_of(range(1, count + 1), job, folder, observe, pool)
+            # One pressure deposits what is planned in all layers at one speed only.
+            while len(speeds := {record.speed_mm_s for record, _ in _printed(found.values())}) > 1:
+                slowest = min(speeds)
+                faster = [number for number, one in found.items() if not _prints_at(slowest, one)]
+                observe(f"{len(faster)} layers again at {slowest:g} mm/s")
+                slower = job.model_copy(update={"speed": slowest})
+                found |= _all_of(faster, slower, folder, observe, pool)
         except BrokenProcessPool as error:
             raise ResourceError(
                 "a process that planned a layer was ended from outside, most likely for want of memory: each takes "
@@ -204,13 +205,31 @@ def _planned(job: Job, folder: Path, observe: Callable[[str], None]) -> list[_Fo
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise
-        found = [future.result() for future, _ in sorted(waiting.items(), key=lambda each: each[1])]
-    printed = [not isinstance(layer, LeftOutRecord) for layer in found]
-    holes = [layer for layer, above in zip(found, printed[1:], strict=False) if above]
-    empty = next((layer for layer in (*holes, found[0]) if isinstance(layer, LeftOutRecord)), None)
+    layers = list(found.values())
+    printed = [not isinstance(layer, LeftOutRecord) for layer in layers]
+    holes = [layer for layer, above in zip(layers, printed[1:], strict=False) if above]
+    empty = next((layer for layer in (*holes, layers[0]) if isinstance(layer, LeftOutRecord)), None)
     if empty is not None:
         raise FieldError(empty.reason)
-    return found
+    return layers
+
+
+def _all_of(
+    numbers: Iterable[int], job: Job, folder: Path, observe: Callable[[str], None], pool: ProcessPoolExecutor
+) -> dict[int, _Found]:
+    """Plan some layers, and return what is said and kept of each by its number."""
+    with stopped_later():
+        waiting = {
+            pool.submit(_layer, job, number, folder / f"layer-{number:02}"): number for number in sorted(numbers)
+        }
+    for done, future in enumerate(as_completed(waiting), start=1):
+        future.result()
+        observe(f"{len(waiting)} layers, {done} done")
+    return {number: future.result() for future, number in waiting.items()}
+
+
+def _prints_at(speed: float, found: _Found) -> bool:
+    return isinstance(found, LeftOutRecord) or found[0].speed_mm_s <= speed
 
 
 def _count(job: Job) -> int:
@@ -223,12 +242,21 @@ def _layer(job: Job, number: int, folder: Path) -> _Found:
     try:
         with naming(f"layer {number}"):
             planned = plan(job.model_copy(update={"layer": number}))
-            told = save_plan(planned, folder)
+            told = save_plan(planned, folder, overwrite=True)
     except FieldError as error:
         if not error.details.get(EMPTY):
             raise
         return LeftOutRecord(number=number, reason=str(error))
-    kept, area = stacked_layer(planned), float(face_areas(planned.workpiece.part).sum())
+    workpiece, kept = planned.workpiece, stacked_layer(planned)
+    # Where the missing volume of a layer is made up it prints so much slower, and its valve lets through the same.
+    made_up = float(planned.poses.flow.max()) / (planned.contours.spacing * workpiece.cell.process.layer_height)
+    constant = workpiece.cell.signals.mode == "io"
     return layer_record(
-        told, kept, folder=folder.name, area=area, pattern=str(planned.job.drawing), not_printable=planned.not_printable
+        told,
+        kept,
+        folder=folder.name,
+        area=float(face_areas(workpiece.part).sum()),
+        pattern=str(planned.job.drawing),
+        speed=round(workpiece.cell.process.speed * (made_up if constant else 1.0), 6),
+        not_printable=planned.not_printable,
     ), kept

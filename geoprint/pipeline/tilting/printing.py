@@ -63,12 +63,14 @@ class _Printed:
         T_table_plate: (4, 4) the plate's pose.
         robot: its part of the plan.
         refused: directions before it, in words.
+        speed: at which it prints [mm/s].
     """
 
     attitude: Attitude
     T_table_plate: FloatArray
     robot: RobotPlan
     refused: tuple[str, ...]
+    speed: float
 
 
 def with_attitudes(paths: Plan, placement: Placement, stage: Stages, *, chain: Chain) -> Plan:
@@ -90,12 +92,27 @@ def with_attitudes(paths: Plan, placement: Placement, stage: Stages, *, chain: C
     overlap = table.overlap if paths.workpiece.cell.signals.mode == "analog" else 0.0
     divided = portions(tilting.attitudes, deposited(paths), overlap=overlap, critical=within.critical)
     known = posed_surface(paths.workpiece.surface, paths.workpiece.body)
-    printed: list[_Printed] = []
-    for number, (attitude, portion) in enumerate(zip(tilting.attitudes, divided, strict=True), start=1):
-        of = _Asked(number, len(divided), attitude, portion, _aims(paths, portion, tilting, within), known)
-        cell = attitude_cell(paths.workpiece.cell, number=number, count=len(divided))
+    asked = [
+        _Asked(number, len(divided), attitude, portion, _aims(paths, portion, tilting, within), known)
+        for number, (attitude, portion) in enumerate(zip(tilting.attitudes, divided, strict=True), start=1)
+    ]
+
+    def printed_at(of: _Asked, speed: float) -> _Printed:
+        cell = attitude_cell(paths.workpiece.cell.at_speed(speed), number=of.number, count=of.count)
         own = replace(paths, workpiece=replace(paths.workpiece, cell=cell))
-        printed.append(_printed(own, placement, of, stage, table=machine, within=within, chain=chain))
+        return _printed(own, placement, of, stage, table=machine, within=within, chain=chain)
+
+    ceiling = paths.workpiece.cell.process.speed
+    printed = [printed_at(of, ceiling) for of in asked]
+    # One pressure deposits what is planned in all attitudes at one speed only.
+    while len({one.speed for one in printed}) > 1:
+        slowest = min(one.speed for one in printed)
+        printed = [
+            one if one.speed == slowest else printed_at(of, slowest) for of, one in zip(asked, printed, strict=True)
+        ]
+    printed = [replace(one, robot=replace(one.robot, ceiling=ceiling)) for one in printed]
+    cell = paths.workpiece.cell.at_speed(printed[0].speed)
+    paths = replace(paths, workpiece=replace(paths.workpiece, cell=cell))
     robots = _swept(paths, placement, machine, printed, stage)
     changed = tuple(one.attitude for one in printed)
     found = tilting_of(paths, machine, changed, order=tilting.order, moves=tilting.moves)
@@ -130,14 +147,15 @@ def _printed(
         own = attitude_paths(paths, asked.portion, stands, known=asked.known)
         stage.observe(f"attitude {asked.number} of {asked.count}")
         try:
-            robot = chain(own, stands, stage).robot[0]
+            planned = chain(own, stands, stage)
         except (ReachError, ClearanceError) as error:
             refused.append(f"{_said(asked, table, stands)}: {error}")
             errors.append(error)
             starts.append((own, stands))
             continue
         attitude = asked.attitude if not refused else replace(asked.attitude, up=up, slack=within.slack(up, asked.aims))
-        return _Printed(attitude, T_table_plate, robot, tuple(refused))
+        speed = planned.workpiece.cell.process.speed
+        return _Printed(attitude, T_table_plate, planned.robot[0], tuple(refused), speed)
     raise _refusal(asked, table, errors, starts, stage)
 
 

@@ -72,7 +72,7 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
     """
     with stage("reading"):
         # In the order in which a person thinks: file, unit, spacing, placement; and all of it before the long work.
-        loaded, cell = load_file(job.surface, unit=job.unit, label=job.label), load_cell(job.cell)
+        loaded, cell = load_file(job.surface, unit=job.unit, label=job.label), _at_most(load_cell(job.cell), job.speed)
         job = with_rounds(job, cell)
         if job.rounds is None:
             _wanted_spacing(job, loaded.surface if job.spacing is not None else prepared_part(job, loaded).surface)
@@ -194,6 +194,18 @@ def _skin(job: Job, loaded: MeshFile) -> SidedPart:
     part, side = printed_side(asked, body, flip=job.flip, filed=filed, cut=cut)
     files = (loaded,) if named is None else (loaded, named)
     return SidedPart(files, prepared, part, side, body, target=read_target(job))
+
+
+def _at_most(cell: Cell, speed: float | None) -> Cell:
+    """Return the cell with the speed that a job allows."""
+    if speed is None:
+        return cell
+    if speed > cell.process.speed:
+        raise UsageError(
+            f"`--speed {speed:g}` is above the speed_mm_s of {cell.name}, {cell.process.speed:g}: give less, or raise "
+            "that key."
+        )
+    return cell.at_speed(speed)
 
 
 def _require_placement(job: Job, cell: Cell) -> None:

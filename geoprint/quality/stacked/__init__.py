@@ -15,6 +15,7 @@ from geoprint.quality.stacked.columns import (
 )
 from geoprint.quality.stacked.finished import Finished as Finished, finished as finished
 from geoprint.quality.stacked.flows import (
+    deposited_shares as deposited_shares,
     executed_flow as executed_flow,
     flow_of_all as flow_of_all,
     laid_volume as laid_volume,

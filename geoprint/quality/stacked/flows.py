@@ -52,7 +52,7 @@ def flow_by_length(poses: PoseStream, times: FloatArray, material: FloatArray) -
     """
     took = np.diff(times)
     shares = np.divide(_open(times, material), took, out=np.ones_like(took), where=took > 0.0)
-    return _spread(poses, shares * _lengths(poses) * (poses.flow[:-1] + poses.flow[1:]) / 2.0)
+    return _spread(poses, shares * poses.bead_lengths * (poses.flow[:-1] + poses.flow[1:]) / 2.0)
 
 
 def flow_of_all(whole: PoseStream, parts: Sequence[tuple[PoseStream, FloatArray]]) -> FloatArray:
@@ -74,13 +74,28 @@ def flow_of_all(whole: PoseStream, parts: Sequence[tuple[PoseStream, FloatArray]
 
 def laid_volume(poses: PoseStream, flow: FloatArray) -> float:
     """Return the volume that a (p,) flow lays along a path [mm3]: linear between the poses [mm3/mm]."""
-    return float((_lengths(poses) * (flow[:-1] + flow[1:]) / 2.0)[poses.laid].sum())
+    return float((poses.bead_lengths * (flow[:-1] + flow[1:]) / 2.0)[poses.laid].sum())
+
+
+def deposited_shares(poses: PoseStream, flow: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Return the (r,) runs that deposit, and the volume that each gets over the one that was planned.
+
+    Args:
+        poses: p of them, as the robot makes them, with the flow that was planned.
+        flow: (p,) that is deposited [mm3/mm].
+    """
+    rows = np.flatnonzero(poses.laid)
+    runs, own = np.unique(poses.runs[rows + 1], return_inverse=True)
+    found, wanted = (
+        np.bincount(own, (poses.bead_lengths * (each[:-1] + each[1:]) / 2.0)[rows]) for each in (flow, poses.flow)
+    )
+    return runs, found / wanted
 
 
 def _steps(poses: PoseStream, flow: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
     """Return first poses (k,) of the steps that lay material, their middles (k, 3) and volumes (k,) [mm, mm3]."""
     rows, places = np.flatnonzero(poses.laid), poses.surface_points
-    volumes = _lengths(poses) * (flow[:-1] + flow[1:]) / 2.0
+    volumes = poses.bead_lengths * (flow[:-1] + flow[1:]) / 2.0
     return rows, (places[rows] + places[rows + 1]) / 2.0, volumes[rows]
 
 
@@ -101,11 +116,6 @@ def _spread(poses: PoseStream, volumes: FloatArray) -> FloatArray:
     A volume where the tip stands still comes to its neighbours.
     """
     laid = np.where(poses.laid, volumes, 0.0)
-    lengths = np.where(poses.laid, _lengths(poses), 0.0)
+    lengths = np.where(poses.laid, poses.bead_lengths, 0.0)
     total, along = (np.append(each, 0.0) + np.insert(each, 0, 0.0) for each in (laid, lengths))
     return np.divide(total, along, out=np.zeros_like(total), where=along > 0.0)
-
-
-def _lengths(poses: PoseStream) -> FloatArray:
-    found: FloatArray = np.linalg.norm(np.diff(poses.surface_points, axis=0), axis=1)
-    return found

@@ -98,9 +98,10 @@ def test_a_joint_move_that_takes_no_time_is_given_a_tenth_of_a_second(seconds: f
         times=usual.times - usual.there + seconds,
         duration=usual.duration - usual.there - usual.back + 2 * seconds,
     )
+    tips = tips_of(stream())
     program = rapid_program(
-        wanted, cell=CELL, placement=PLACEMENT, surface_within=0.21, tips_at=tips_of(stream()), part_name="rings",
-        spacing=2.0,
+        wanted, cell=CELL, placement=PLACEMENT, surface_within=0.21,
+        tips_at=lambda moments: tips(moments + usual.there - seconds), part_name="rings", spacing=2.0,
     )  # fmt: skip
     text = dict(program.modules)["GeoCell.mod"]
     assert re.findall(r"num nGeo(There|Back):=([\d.]+);", text) == [("There", written), ("Back", written)]

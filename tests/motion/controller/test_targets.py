@@ -344,6 +344,19 @@ def test_speeds_follow_the_trajectory_where_it_is_slower() -> None:
     np.testing.assert_allclose(thinned(poses, share=1e-3).speeds[1:], SMALLEST_SPEED)
 
 
+@pytest.mark.parametrize(("side", "tip_speed"), [(1.0, 21.2), (-1.0, 18.8)])
+def test_the_bead_keeps_the_set_speed_so_that_targets_over_a_bulge_are_faster_and_in_a_hollow_slower(
+    side: float, tip_speed: float
+) -> None:
+    """Circles of 5 mm on the surface are 5.3 and 4.7 mm for the tip 0.3 mm above it; rounded moves are shorter."""
+    radius = 5.0 + 0.3 * side
+    tips = arc(radius=radius, step=0.1)
+    poses = replace(stream(tips), normals=side * tips / radius)
+    np.testing.assert_allclose(thinned(poses, share=tip_speed / 20.0).speeds[1:], tip_speed, rtol=3e-3)
+    np.testing.assert_allclose(thinned(poses, share=2.0).speeds[1:], tip_speed, rtol=1e-6)
+    np.testing.assert_allclose(thinned(poses, share=0.4).speeds[1:], 8.0, rtol=3e-3)
+
+
 def test_a_turn_on_the_spot_keeps_the_set_speed_and_is_not_rounded() -> None:
     wobble = np.radians(5.0) * np.sin(np.linspace(0.0, 12.0, 40))
     found = thinned(stream(np.zeros((40, 3)), quaternions=tilted(wobble)), still=0.02)

@@ -80,9 +80,9 @@ def test_a_nod_that_no_joint_follows_at_speed_is_passed_by_a_lean() -> None:
     assert demand(path).max() > 1.05
     found = eased_path(path)
     assert demand(found).max() <= 1.0
-    trajectory = retime(found, CELL.robot, process=PROCESS, on_slowdown="follow")
+    trajectory = retime(found, CELL.robot, process=PROCESS)
     assert trajectory.slowdowns == ()
-    assert retime(path, CELL.robot, process=PROCESS, on_slowdown="follow").slowdowns
+    assert retime(path, CELL.robot, process=PROCESS).slowdowns
 
 
 def test_lean_stays_in_its_cone_and_the_tip_and_the_ends_where_they_were() -> None:

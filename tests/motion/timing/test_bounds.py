@@ -1,19 +1,15 @@
-"""Constant tip speed at its bounds: 1 % of the speed, two ideal ramps at a stop, and whichever joint holds least."""
+"""Slowdowns at their bounds: 1 % of the speed, two ideal ramps at a stop, and where deposit begins along a leg."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from geoprint.model import FloatArray, Robot, Slowdown
+from geoprint.model import FloatArray, Robot
 from geoprint.motion.timing.knots import Knots, path_knots
 from geoprint.motion.timing.slowdown import (
-    Hold,
-    _held,  # pyright: ignore[reportPrivateUsage]
     _Profile,  # pyright: ignore[reportPrivateUsage]
-    held_after_dips,
     off_ramps,
-    stepped,
 )
 from geoprint.motion.timing.topp import (
     Motion,
@@ -32,15 +28,9 @@ def turning(share: float) -> FloatArray:
     return rate * np.linspace(-LENGTH / 2.0, LENGTH / 2.0, COUNT) - ROBOT.home[5]
 
 
-def test_a_run_that_loses_less_than_one_percent_keeps_its_speed_and_one_that_loses_more_does_not() -> None:
-    assert timed(made(turning(0.993)), "lower", speed=60.0).slowdowns == ()
-    (slow,) = timed(made(turning(0.985)), "lower", speed=60.0).slowdowns
-    assert slow.held_speed == pytest.approx(0.985 * 60.0, abs=0.11)
-
-
 def test_a_dip_below_99_percent_is_listed_with_its_place_and_one_above_is_not() -> None:
-    assert timed(made(turning(0.993)), "follow", speed=60.0).slowdowns == ()
-    (dip,) = timed(made(turning(0.985)), "follow", speed=60.0).slowdowns
+    assert timed(made(turning(0.993)), speed=60.0).slowdowns == ()
+    (dip,) = timed(made(turning(0.985)), speed=60.0).slowdowns
     assert dip.held_speed == pytest.approx(0.985 * 60.0, rel=1e-3)
 
 
@@ -49,53 +39,6 @@ def test_twice_the_ideal_ramp_at_each_stop_is_no_dip_and_neither_is_the_first_or
     assert np.flatnonzero(off_ramps(grid, ramps=(1.0, 1.5))).tolist() == [2, 3, 4, 5, 6]
     assert np.flatnonzero(off_ramps(grid, ramps=(0.0, 0.0))).tolist() == [1, 2, 3, 4, 5, 6, 7, 8]
     assert not off_ramps(grid, ramps=(3.0, 3.0)).any()
-
-
-@pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 0, 2)])
-def test_all_legs_of_a_run_hold_what_the_worst_of_their_laying_steps_off_the_ramps_holds(
-    order: tuple[int, ...],
-) -> None:
-    def leg(first: int, factors: list[float], *, laid: tuple[bool, ...] = (True,) * 6) -> Hold:
-        every = np.zeros((6, 12))
-        every[:, 7] = factors
-        every[:, 1] = 0.5
-        return Hold(first, np.arange(7.0), np.array(laid), every, (0.5, 0.5))
-
-    legs = [
-        leg(10, [9.0, 1.0, 1.1, 1.0, 1.0, 9.0]),
-        leg(20, [9.0, 1.0, 1.0, 1.25, 1.2, 9.0]),
-        leg(30, [9.0, 1.15, 8.0, 1.0, 1.0, 9.0], laid=(True, True, False, True, True, True)),
-    ]
-
-    share, worst, step = _held([legs[index] for index in order])
-
-    assert share == pytest.approx(0.8)
-    assert (worst.first, step) == (20, 3)
-
-
-def test_legs_that_need_nothing_hold_the_whole_speed() -> None:
-    leg = Hold(0, np.arange(7.0), np.ones(6, np.bool_), np.full((6, 12), 0.7), (0.5, 0.5))
-    assert _held([leg])[0] == 1.0
-
-
-def test_a_run_that_dips_again_holds_its_lowest_dip() -> None:
-    knots = path_knots(made(np.zeros(COUNT), runs=2), process=PROCESS)
-
-    def dip(run: int, speed: float) -> Slowdown:
-        return Slowdown(run=run, kind="dip", place=(speed, 0.0, 0.0), arc=1.0, length=2.0, set_speed=20.0,
-                        held_speed=speed, joint=5, limit="speed")  # fmt: skip
-
-    found = held_after_dips(knots, (dip(0, 15.0), dip(0, 12.38), dip(0, 17.0), dip(1, 19.0)))
-
-    assert {each.run: (each.held_speed, each.place[0], each.kind) for each in found} == {
-        0: (12.3, 12.38, "lowered"), 1: (19.0, 19.0, "lowered"),
-    }  # fmt: skip
-    assert [each.length for each in found] == [pytest.approx(LENGTH / 2.0, abs=0.3)] * 2
-
-
-@pytest.mark.parametrize(("speed", "found"), [(12.39, 12.3), (12.3, 12.3), (0.1, 0.1), (0.09, 0.09)])
-def test_lowered_speeds_are_whole_tenths_rounded_down(speed: float, found: float) -> None:
-    assert stepped(speed) == found
 
 
 def test_what_is_laid_along_a_leg_begins_where_the_deposit_does_and_lies_where_the_tip_is(
@@ -114,7 +57,7 @@ def test_what_is_laid_along_a_leg_begins_where_the_deposit_does_and_lies_where_t
     tips = np.column_stack([x, np.zeros_like(x), np.zeros_like(x)])
     path = solved(stream(tips, deposit=np.arange(len(x)) >= 40), arm_of(bent_cell()))
 
-    timed(path, "follow")
+    timed(path)
 
     (profile,) = caught
     assert profile.lengths.sum() == pytest.approx(20.0, abs=1e-6)

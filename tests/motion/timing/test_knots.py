@@ -10,17 +10,18 @@ import pytest
 from geoprint.errors import LimitError
 from geoprint.model import FloatArray, JointPath
 from geoprint.motion.timing.knots import Knots, path_knots
-from geoprint.motion.timing.spacing import _laid_length  # pyright: ignore[reportPrivateUsage]
 from tests.motion.cells import bent_cell
-from tests.motion.joint_paths import line, stream, tilted, two_runs
+from tests.motion.joint_paths import arc, line, stream, tilted
 
 PROCESS = replace(bent_cell().process, speed=20.0, travel_speed=60.0)
 
 
 def path_of(tips: FloatArray, angles: FloatArray, *, laid: bool, joints: FloatArray | None = None) -> JointPath:
+    """Return the path of a tool that leans by angles [rad] along a flat surface."""
     count = len(tips)
+    poses = stream(tips, quaternions=tilted(angles), deposit=np.full(count, laid))
     return JointPath(
-        poses=stream(tips, quaternions=tilted(angles), deposit=np.full(count, laid)),
+        poses=replace(poses, normals=np.tile([0.0, 0.0, 1.0], (count, 1))),
         joints=np.zeros((count, 6)) if joints is None else joints, configuration=np.zeros((count, 4), dtype=np.int64),
         branch=0, rotations=np.zeros(count), leans=np.zeros((count, 2)), T_base_work=np.eye(4),
     )  # fmt: skip
@@ -35,7 +36,7 @@ def knots_of(step: float, turn: float, *, laid: bool) -> Knots:
 def test_on_travel_a_radian_counts_as_10_mm_beside_the_way_of_the_tip() -> None:
     found = knots_of(4.0, 0.3, laid=False)
     np.testing.assert_allclose(found.lengths, [0.0, 0.005, 0.010])
-    np.testing.assert_allclose(found.tip_shares, 0.8)
+    np.testing.assert_allclose(found.bead_shares, 0.8)
     np.testing.assert_allclose(found.ceilings, 0.06 / 0.8)
 
 
@@ -50,7 +51,7 @@ def test_where_material_is_laid_the_tip_alone_is_the_length_down_to_a_hundredth(
     """A turn of 0.3 rad is as long as 3 mm, a hundredth of which is 0.03 mm."""
     found = knots_of(step, 0.3, laid=True)
     np.testing.assert_allclose(np.diff(found.lengths), 1e-3 * (step if alone else np.hypot(step, 3.0)))
-    assert (found.tip_shares == 1.0).all() == alone
+    assert np.isclose(found.bead_shares, 1.0, rtol=1e-12).all() == alone
 
 
 def test_one_step_that_all_but_turns_on_the_spot_takes_its_whole_leg_with_it() -> None:
@@ -71,12 +72,22 @@ def test_joints_may_differ_by_a_hundred_millionth_of_a_radian_at_one_place(jump:
         assert path_knots(path, process=PROCESS).places.tolist() == [0, 0, 1]
 
 
-def test_the_laid_length_of_a_run_leaves_out_its_travel_and_other_runs() -> None:
-    """Half circles of 20 and 16 mm with chords of half a millimetre, between travel."""
-    poses = two_runs()
-    path = JointPath(
-        poses=poses, joints=np.zeros((poses.count, 6)), configuration=np.zeros((poses.count, 4), dtype=np.int64),
-        branch=0, rotations=np.zeros(poses.count), leans=np.zeros((poses.count, 2)), T_base_work=np.eye(4),
-    )  # fmt: skip
-    assert _laid_length(path, 0) == pytest.approx(20.0 * np.pi, abs=0.01)
-    assert _laid_length(path, 1) == pytest.approx(16.0 * np.pi, abs=0.01)
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_bead_keeps_the_speed_so_that_the_tip_is_faster_over_a_bulge_and_slower_in_a_hollow(side: float) -> None:
+    """A circle of 5 mm on the surface is one of 5.3 mm for the tip outside of it, of 4.7 mm inside."""
+    outward = side * arc(radius=1.0, step=0.02)
+    tips = 5.0 * side * outward + 0.3 * outward
+    path = path_of(tips, np.zeros(len(tips)), laid=True)
+    found = path_knots(replace(path, poses=replace(path.poses, normals=outward)), process=PROCESS)
+    share = 5.0 / (5.0 + 0.3 * side)
+    np.testing.assert_allclose(found.lengths, 1e-3 * path.poses.arcs, rtol=1e-12)
+    np.testing.assert_allclose(found.bead_shares, share, rtol=1e-9)
+    np.testing.assert_allclose(found.ceilings, 0.02 / share, rtol=1e-9)
+
+
+def test_on_travel_the_speed_is_that_of_the_tip() -> None:
+    outward = arc(radius=1.0, step=0.02)
+    path = path_of(5.3 * outward, np.zeros(len(outward)), laid=False)
+    found = path_knots(replace(path, poses=replace(path.poses, normals=outward)), process=PROCESS)
+    np.testing.assert_allclose(found.bead_shares, 1.0, rtol=1e-12)
+    np.testing.assert_allclose(found.ceilings, 0.06, rtol=1e-12)

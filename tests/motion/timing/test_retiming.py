@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from geoprint.errors import InputError, LimitError, VerificationError
-from geoprint.model import FloatArray, JointPath, OnSlowdown, Trajectory
+from geoprint.model import FloatArray, JointPath, Trajectory
 from geoprint.motion.timing import confirmation, path_speeds, topp, unconfirmed_speeds
 from geoprint.motion.timing.reachability import Problem
 from geoprint.motion.timing.retiming import _labels, retime  # pyright: ignore[reportPrivateUsage]
@@ -36,8 +36,8 @@ def trajectory(path: JointPath) -> Trajectory:
     return retime(path, ROBOT, process=PROCESS)
 
 
-def timed(joint_path: JointPath, *, speed: float = PROCESS.speed, on_slowdown: OnSlowdown = "follow") -> Trajectory:
-    return retime(joint_path, ROBOT, process=replace(PROCESS, speed=speed), on_slowdown=on_slowdown)
+def timed(joint_path: JointPath, *, speed: float = PROCESS.speed) -> Trajectory:
+    return retime(joint_path, ROBOT, process=replace(PROCESS, speed=speed))
 
 
 def tip_speeds(found: Trajectory) -> FloatArray:
@@ -145,11 +145,9 @@ def test_a_deposit_that_begins_at_travel_speed_counts_from_there() -> None:
     deposit = np.arange(81) >= 40
     path = solved(stream(line((-20.0, 0.0, 0.0), (20.0, 0.0, 0.0), count=81), deposit=deposit), ARM)
     process = replace(PROCESS, speed=60.0, travel_speed=20.0)
-    followed = retime(path, ROBOT, process=process, on_slowdown="follow")
-    assert followed.slowest_deposit == pytest.approx(20.0, rel=1e-3)
-    assert tip_speeds(followed)[followed.deposit[:-1]].max() == pytest.approx(60.0, rel=1e-2)
-    even = retime(path, ROBOT, process=process, on_slowdown="lower")
-    assert tip_speeds(even)[even.deposit[:-1]].max() == pytest.approx(20.0, rel=1e-2)
+    found = retime(path, ROBOT, process=process)
+    assert found.slowest_deposit == pytest.approx(20.0, rel=1e-3)
+    assert tip_speeds(found)[found.deposit[:-1]].max() == pytest.approx(60.0, rel=1e-2)
 
 
 def test_a_piece_of_two_poses_is_timed_like_one_of_many() -> None:
@@ -349,7 +347,7 @@ def test_a_start_or_an_end_that_is_not_at_rest_is_found(path: JointPath, order: 
 
 
 def test_a_tip_that_is_too_fast_is_found(path: JointPath, trajectory: Trajectory) -> None:
-    with pytest.raises(LimitError, match="the tip goes"):
+    with pytest.raises(LimitError, match="mm are passed from pose"):
         verify(trajectory, path, robot=ROBOT, process=replace(PROCESS, speed=19.0))
 
 

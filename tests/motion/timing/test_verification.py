@@ -10,8 +10,6 @@ from scipy.interpolate import CubicSpline
 
 from geoprint.errors import LimitError, VerificationError
 from geoprint.model import FloatArray, Trajectory
-from geoprint.motion.timing.even_speed import _held_share  # pyright: ignore[reportPrivateUsage]
-from geoprint.motion.timing.slowdown import Hold
 from geoprint.motion.timing.topp import end_ramps
 from geoprint.motion.timing.verification import (
     _bend,  # pyright: ignore[reportPrivateUsage]
@@ -94,14 +92,3 @@ def test_the_ramp_to_a_speed_is_its_square_over_twice_the_acceleration_and_10_m_
     robot = replace(ROBOT, accelerations=np.full(6, 12.0))
     found = end_ramps(CubicSpline(lengths, joints), ceilings=np.array([np.inf, np.inf, np.inf, 4.0]), robot=robot)
     assert found == pytest.approx((10.0**2 / 2.0 * 1e-3 / 12.0, 4.0**2 / 2.0 * 1e-3 / 12.0))
-
-
-@pytest.mark.parametrize(("step", "held"), [(1, 0.5), (2, 0.25)])
-def test_a_ramp_is_as_long_as_the_square_of_its_speed(step: int, held: float) -> None:
-    """At half the speed the ramp of 4 m is 1 m; twice that is left out, and what follows counts."""
-    factors = np.full((20, 12), 0.1)
-    factors[15, 7] = 2.0
-    factors[step, 7] = 4.0
-    assert _held_share(Hold(0, np.arange(21.0), np.ones(20, np.bool_), factors, (4.0, 0.0))) == pytest.approx(held)
-    back = Hold(0, np.arange(21.0), np.ones(20, np.bool_), factors[::-1].copy(), (0.0, 4.0))
-    assert _held_share(back) == pytest.approx(held)

@@ -1,0 +1,162 @@
+"""One speed for a whole print: the highest at which a valve that only opens and shuts deposits what was planned.
+
+Such a valve lets the same volume through in every second, so that a run that takes longer than its length over the
+speed gets too much. The ramps at its ends do not count: the valve opens and shuts so much nearer to the middle of the
+run (`ramp_delay`) that what lies on them is right in sum.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from geoprint.model import FloatArray, IntArray, JointPath, PoseStream, Process, Robot, Targets, Trajectory
+from geoprint.motion.reach import bead_steps
+from geoprint.motion.timing.retiming import Known, retime
+from geoprint.motion.timing.slowdown import EVEN_SHARE
+from geoprint.motion.timing.spacing import timed_targets
+
+# Volume over the planned one that is allowed: 5 % of each run and 2 % of all of them, with room for the executed ramps.
+RUN_EXCESS = 0.045
+WHOLE_EXCESS = 0.018
+# The speed is a whole number of these steps [mm/s], so that the program can name it exactly.
+SPEED_DECIMALS = 1
+# What a speed is estimated to deposit proves a little off once it is timed: it is looked for so often.
+MOST_TRIES = 8
+# A print that is slower has other targets, which may need no place to be slower: it keeps so much of its speed a time.
+KEPT_SHARE = 0.95
+# The valve waits for a ramp no longer than the print takes for this [mm]. The bead begins a quarter of it behind where
+# the tip stood: at 20 mm/s and 1 m/s2 the valve waits 10 ms, which pass 0.2 mm at speed, and 0.05 mm are missing.
+LONGEST_WAIT = 1.0
+# Beads shorter than this [mm] get no volume that could be judged.
+SHORTEST = 1e-9
+# A ramp goes on while the speed rises by 1 % in this time [s]; at one acceleration that is so until 0.4 s.
+RISE_TIME = 0.004
+
+
+class TimedPrint(NamedTuple):
+    """What a print is timed as.
+
+    Attributes:
+        process: with the speed of the print.
+        trajectory: at that speed.
+        targets: that are written of it.
+    """
+
+    process: Process
+    trajectory: Trajectory
+    targets: Targets
+
+
+def timed_print(joint_path: JointPath, robot: Robot, *, process: Process, constant_flow: bool) -> TimedPrint:
+    """Time a joint path, at the speed that deposits what was planned where the flow cannot follow.
+
+    Args:
+        joint_path: p poses with their joints.
+        robot: limits, home and the period of its targets.
+        process: its speed is not exceeded.
+        constant_flow: whether the same volume flows in every second; else the speed stays.
+
+    Raises:
+        InputError: the joint path is empty.
+        LimitError: a limit cannot be kept.
+        VerificationError: the result does not pass the poses.
+    """
+    known: Known = {}
+    poses, speed = joint_path.poses, process.speed
+
+    def lower_than(speed: float, trajectory: Trajectory) -> float | None:
+        return _Steps.of(poses, trajectory.pose_times, speed=speed).highest_speed(speed) if constant_flow else None
+
+    def at(speed: float) -> Process:
+        return replace(process, speed=speed)
+
+    # What the joints hold does not depend on the targets, which stand otherwise at every speed.
+    for _ in range(MOST_TRIES if constant_flow else 0):
+        lower = lower_than(speed, retime(joint_path, robot, process=at(speed), known=known))
+        if lower is None:
+            break
+        speed = lower
+    found = TimedPrint(at(speed), *timed_targets(joint_path, robot, process=at(speed), known=known))
+    for tries in range(MOST_TRIES):
+        lower = lower_than(speed, found.trajectory)
+        if lower is None:
+            break
+        # Near the end it takes what surely fits.
+        kept = KEPT_SHARE if tries < MOST_TRIES / 2 else 0.0
+        speed = max(lower, float(np.floor(kept * speed * 10.0**SPEED_DECIMALS) / 10.0**SPEED_DECIMALS))
+        found = TimedPrint(at(speed), *timed_targets(joint_path, robot, process=at(speed), known=known))
+    return found
+
+
+def ramp_delay(times: FloatArray, lengths: FloatArray, *, speed: float) -> float:
+    """Return how much longer a run takes to come up to speed than at that speed all along [s].
+
+    The ramp ends where the print's speed is reached within 1 %, or the speed rises no more.
+
+    Args:
+        times: (k,) rising, from rest [s].
+        lengths: (k,) passed until then, from 0 [mm].
+        speed: of the print [mm/s].
+    """
+    if lengths[-1] == 0.0:
+        return 0.0
+    passed, took = np.diff(lengths), np.diff(times)
+    speeds = np.divide(passed, took, out=np.zeros_like(took), where=took > 0.0)
+    later = np.interp(times[:-1] + RISE_TIME, times[:-1], speeds)
+    up = (speeds > 0.0) & ((speeds >= EVEN_SHARE * speed) | (EVEN_SHARE * later <= speeds))
+    end = int(up.argmax())
+    return float(np.clip(times[end] - times[0] - lengths[end] / min(speeds[end], speed), 0.0, LONGEST_WAIT / speed))
+
+
+class _Steps(NamedTuple):
+    """The steps between poses that deposit.
+
+    Attributes:
+        runs: (k,) run of each, from 0 without gaps.
+        lengths: (k,) of bead [mm].
+        times: (k,) that each takes without the delays of ramps [s].
+    """
+
+    runs: IntArray
+    lengths: FloatArray
+    times: FloatArray
+
+    @classmethod
+    def of(cls, poses: PoseStream, times: FloatArray, *, speed: float) -> _Steps:
+        """Return those of a stream whose poses are passed at (p,) times, at a speed of the print [mm/s]."""
+        rows = np.flatnonzero(poses.laid)
+        runs = np.unique(poses.runs[rows + 1], return_inverse=True)[1]
+        lengths, took = bead_steps(poses)[rows], np.diff(times)[rows]
+        for own in np.split(np.arange(rows.size), np.flatnonzero(np.diff(runs)) + 1):
+            for order in (own, own[::-1]):
+                passed = [np.append(0.0, np.cumsum(each[order])) for each in (took, lengths)]
+                left = ramp_delay(passed[0], passed[1], speed=speed)
+                for step in order:
+                    removed = min(left, max(float(took[step]) - float(lengths[step]) / speed, 0.0))
+                    took[step] -= removed
+                    left -= removed
+        return cls(runs, lengths, took)
+
+    def highest_speed(self, speed: float) -> float | None:
+        """Return the highest lower speed at which each run and the whole probably get their volume.
+
+        A step that is faster now takes as long as it is then asked for; none takes less than now.
+
+        Returns:
+            None where they do at this speed already, or at no other.
+        """
+        if self._fits(speed):
+            return None
+        tenths = np.arange(np.ceil(speed * 10.0**SPEED_DECIMALS) - 1.0, 0.0, -1.0)
+        fitting = (float(lower) for lower in np.round(tenths * 10.0**-SPEED_DECIMALS, SPEED_DECIMALS))
+        return next((lower for lower in fitting if self._fits(lower)), None)
+
+    def _fits(self, speed: float) -> bool:
+        """Tell whether a constant flow at a speed [mm/s] gives each run and the whole their volume."""
+        took = np.maximum(self.times, self.lengths / speed)
+        shares = speed * np.bincount(self.runs, took) / np.maximum(np.bincount(self.runs, self.lengths), SHORTEST)
+        whole = speed * took.sum() / self.lengths.sum() if self.lengths.size else 1.0
+        return bool((shares <= 1.0 + RUN_EXCESS).all() and whole <= 1.0 + WHOLE_EXCESS)
