@@ -13,6 +13,7 @@ from geoprint.model import Cell, Cylinder, FloatArray, Obstacle, Placement, Robo
 from geoprint.motion.arm import JOINTS, Arm, tilts
 from geoprint.motion.collision import link_solids, obstacle_target, polytope, tool_solids
 from geoprint.motion.machine import straight_course, table_machine, work_poses
+from geoprint.motion.reach import bead_steps
 from geoprint.report import (
     MOST_FRAMES,
     Body,
@@ -86,7 +87,7 @@ def motion_shades(plan: Plan, vertices: FloatArray) -> MotionShades:
 def _laid(robot: RobotPlan) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the (k, 3) middles of the pieces of deposit of a robot's part, their leans [rad] and speeds [mm/s]."""
     poses, times = robot.joint_path.poses, robot.trajectory.pose_times
-    lengths, durations = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1), np.diff(times)
+    lengths, durations = bead_steps(poses), np.diff(times)
     rows = np.flatnonzero(poses.laid & (lengths > 0.0) & (durations > 0.0))
     places = poses.surface_points
     return (places[rows] + places[rows + 1]) / 2.0, tilts(poses)[rows], lengths[rows] / durations[rows]

@@ -37,7 +37,7 @@ from geoprint.motion.reach import Easing, Leaning, lost_shares, reach
 from geoprint.motion.timing import timed_print, tips_at
 from geoprint.pipeline.choice import check_options, check_part, with_backend
 from geoprint.pipeline.expecting import with_print
-from geoprint.pipeline.feeding import with_feedback
+from geoprint.pipeline.feeding import printing_at, with_feedback
 from geoprint.pipeline.middles import Measured, measured_covers, taken_alike
 from geoprint.pipeline.refusals import printed
 from geoprint.pipeline.stages import Stages
@@ -236,7 +236,7 @@ def _with_robot(
         process, trajectory, targets = timed_print(
             joint_path, cell.robot, process=cell.process, constant_flow=constant_flow
         )
-        ceiling, cell = cell.process.speed, cell.at_speed(process.speed)
+        ceiling, cell = cell.process.speed, printing_at(paths, process.speed)
         paths = replace(paths, workpiece=replace(workpiece, cell=cell))
     with stage("collision check"):
         path = controller_path(joint_path, targets, arm)

@@ -143,8 +143,8 @@ const COLOURINGS = {
   speed: (part, backend) => ({
     colorscale: evenly(PACE),
     values: () => ofMotion(backend, backend.speed, 1),
-    said: (at) => backend.speed ? `tip at ${(100 * backend.speed[at]).toFixed(0)}% of the set speed` : "not printable",
-    title: "speed of the tip / set speed [1]",
+    said: (at) => backend.speed ? `deposited at ${(100 * backend.speed[at]).toFixed(0)}% of the print's speed` : "not printable",
+    title: "speed / speed of the print [1]",
     ticks: [[0, "0"], [0.5, "0.5"], [1, "1"]],
     legend: "Light: as set, dark red: slower, at the ends of runs and where joints or targets hold the tip back. Grey: no motion.",
   }),

@@ -43,6 +43,15 @@ def with_feedback(paths: Plan) -> Plan:
     return replace(paths, poses=poses, workpiece=workpiece, fed=fed)
 
 
+def printing_at(paths: Plan, speed: float) -> Cell:
+    """Return the cell of a plan with the speed of its print [mm/s]; what a valve is late by is a length of path."""
+    cell = paths.workpiece.cell
+    slower = cell.at_speed(speed)
+    if paths.fed is None:
+        return slower
+    return _later(slower, paths.fed.correction, duration=1.0 / speed - 1.0 / cell.process.speed)
+
+
 def _bounds(cell: Cell) -> FlowBounds:
     signals, process = cell.signals, cell.process
     latest = process.speed * min(signals.valve_open, signals.valve_close)
@@ -71,7 +80,11 @@ def _commanded(poses: PoseStream, found: Correction, cell: Cell, *, spacing: flo
 
 def _timed(cell: Cell, found: Correction) -> Cell:
     """Return the cell with a valve that is as much later as what was found, so that it is commanded earlier."""
-    signals, speed = cell.signals, cell.process.speed
-    valve_open = max(signals.valve_open + found.opening / speed, 0.0)
-    valve_close = max(signals.valve_close + found.shutting / speed, 0.0)
-    return replace(cell, signals=replace(signals, valve_open=valve_open, valve_close=valve_close))
+    return _later(cell, found, duration=1.0 / cell.process.speed)
+
+
+def _later(cell: Cell, found: Correction, *, duration: float) -> Cell:
+    """Return the cell with a valve that is later by what was found, at so many seconds for a millimetre."""
+    valve_open = max(cell.signals.valve_open + found.opening * duration, 0.0)
+    valve_close = max(cell.signals.valve_close + found.shutting * duration, 0.0)
+    return replace(cell, signals=replace(cell.signals, valve_open=valve_open, valve_close=valve_close))
