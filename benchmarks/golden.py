@@ -56,7 +56,9 @@ CASES: dict[str, tuple[str, ...] | tuple[tuple[str, ...], ...]] = {
     "flat-lscm": (
         "plan", "data/heart_flat_patch.ply", *DEMO, "--spacing", "3", "--backend", "lscm", "--resolution", "300",
     ),
-    "flat-heat": ("plan", "data/heart_flat_patch.ply", *DEMO, "--spacing", "2", "--on-slowdown", "follow"),
+    "flat-heat": (
+        "plan", "data/heart_flat_patch.ply", *DEMO, "--spacing", "2", "--on-slowdown", "follow", "--accept-flow",
+    ),
     "analog": ("plan", "data/plate.ply", "--unit", "mm", "--spacing", "3", "--cell", "tests/golden/analog.toml"),
     "straight": ("plan", "data/plate.ply", *DEMO, "--rounds", "4", "--cell", STRAIGHT),
     "paper": ("plan", "data/heart_flat_patch.ply", *DEMO, "--cell", "data/paper_case_a.toml"),

@@ -25,6 +25,7 @@ import numpy as np
 
 from benchmarks.parts.tables import row, table
 from geoprint import plan
+from geoprint.account.prints.laid import record_deposited
 from geoprint.config import PACKAGED_CELLS, Job, job_of, packaged_cell_text
 from geoprint.errors import GeoprintError
 from geoprint.paths import largest_lean, mean_lean
@@ -34,8 +35,8 @@ DATA = Path(__file__).parents[1] / "data"
 SEED = 20
 RADII = (8.0, 30.0)
 HEADINGS = (
-    "part", "cell", "on slowdown", "prints", "at speed off ramps", "ramps", "mean lean", "largest lean", "clearance",
-    "print", "planning",
+    "part", "cell", "on slowdown", "prints", "mm/s", "deposits", "worst run", "at speed off ramps", "ramps",
+    "mean lean", "largest lean", "clearance", "print", "planning",
 )  # fmt: skip
 
 
@@ -54,7 +55,7 @@ def main() -> None:
     parser.add_argument("--parts", type=Path, metavar="FOLDER", help="with patches and whole hearts")
     parser.add_argument("--spacing", type=float, default=1.0, metavar="MM")
     parser.add_argument("--cell", nargs="*", default=list(PACKAGED_CELLS), choices=PACKAGED_CELLS)
-    parser.add_argument("--on-slowdown", nargs="*", default=["follow", "lower"], choices=["follow", "lower"])
+    parser.add_argument("--on-slowdown", nargs="*", default=["auto"], choices=["auto", "follow"])
     parser.add_argument("--discs", type=int, default=0, metavar="N", help="cut from whole hearts")
     parser.add_argument("--accelerations", type=float, default=1.0, metavar="SHARE", help="of the joints")
     parser.add_argument("--smoke", action="store_true", help="a disc of data/ at 4 mm, one cell")
@@ -68,7 +69,7 @@ def main() -> None:
             "patch": {"at": [1.5, 0.0, -57.5], "radius": 6.0},
         }
         cases = [Case("disc about the apex", disc)]
-        cells, slowdowns = list(PACKAGED_CELLS[:1]), ["follow"]
+        cells, slowdowns = list(PACKAGED_CELLS[:1]), ["auto"]
     else:
         cases = list(_patches(arguments.parts, arguments.spacing))
         cases += _discs(arguments.parts, arguments.spacing, arguments.discs)
@@ -109,12 +110,16 @@ def _row(case: Case, cell: str, slowdown: str, *, accelerations: float) -> list[
         with TemporaryDirectory() as folder:
             planned = plan(_job(case, cell, slowdown, Path(folder), accelerations=accelerations))
     except GeoprintError as error:
-        return [str(error)[:110].replace("|", "/"), *[""] * 6, f"{time.process_time() - began:.0f} s"]
+        return [str(error)[:110].replace("|", "/"), *[""] * 9, f"{time.process_time() - began:.0f} s"]
     took = time.process_time() - began
     (robot,) = planned.robot
-    timed = robot.trajectory
+    timed, deposited = robot.trajectory, record_deposited(robot, planned.workpiece.cell)
+    assert deposited is not None
     return [
         "yes",
+        f"{planned.workpiece.cell.process.speed:g}",
+        f"{deposited.share:.1%}",
+        f"{max(deposited.most_run, 2.0 - deposited.least_run, key=lambda share: abs(share - 1.0)):.1%}",
         f"{timed.share_at_speed / max(1.0 - timed.share_on_ramps, 1e-9):.1%}",
         f"{timed.share_on_ramps:.1%}",
         f"{np.degrees(mean_lean(planned.poses)):.1f} deg",

@@ -24,7 +24,7 @@ from geoprint.config import load_cell, packaged_cell_text
 
 DATA = Path(__file__).parents[1] / "data"
 SMOKE_DISC = ("--at", "0", "0", "0", "--radius", "4", "--no-robot")
-PRINTED = ("--place", "demo", "--on-slowdown", "follow")
+PRINTED = ("--place", "demo")
 CELL = "irb120-slim45"
 PAUSE_S = 0.2
 KB_PER_MB = 1024.0

@@ -24,7 +24,7 @@ SPACING = 1.5
 SMOKE_SPACING = 4.0
 COLUMNS = (
     "part", "targets", "laid moves", "below 12 ms", "below 20 ms", "least ms", "p1 ms", "smallest zone mm",
-    "bends rounded, close", "runs lowered by targets", "time s", "at speed", "written speed", "trajectory's speed",
+    "bends rounded, close", "places slower for targets", "time s", "at speed", "written speed", "trajectory's speed",
     "rounded mm", "trajectory off mm", "jerk m/s3", "speeds", THICKNESS.column,
 )  # fmt: skip
 SHORTEST, PERIOD = 0.012, 0.02
@@ -87,12 +87,11 @@ def _cells(planned: Plan, robot: RobotPlan) -> Iterator[str]:
 def _paces(planned: Plan, robot: RobotPlan, arm: Arm) -> tuple[FloatArray, FloatArray, float]:
     """Return written speeds and the tip's, over the run's, off the ramps; and how far it leaves the path [mm]."""
     poses, trajectory = robot.joint_path.poses, robot.trajectory
-    lowered = {slow.run: slow.held_speed for slow in trajectory.slowdowns if slow.kind == "lowered"}
+    speed = planned.workpiece.cell.process.speed
     tips = tips_at(trajectory.times, trajectory.joints, arm, T_base_work=robot.placement.T_base_work)(trajectory.times)
     speeds = np.linalg.norm(np.diff(tips, axis=0), axis=1) / np.diff(trajectory.times)
     written, driven, missed = [np.empty(0)], [np.empty(0)], 0.0
     for run in range(int(poses.runs[-1]) + 1):
-        speed = lowered.get(run, planned.workpiece.cell.process.speed)
         rows = np.flatnonzero(poses.deposit & (poses.runs == run))
         steps = np.linalg.norm(np.diff(poses.tips[rows], axis=0), axis=1)
         times = trajectory.pose_times[rows]

@@ -36,7 +36,7 @@ def even_speed(cell: Cell, arm: Arm, *, noises: tuple[float, ...], smoke: bool =
         noises: [degrees].
         smoke: whether only the first patch is printed, widely spaced.
     """
-    columns = ("noise", "on slowdown", "at speed", "on ramps", "lean largest, mean", "not at speed")
+    columns = ("noise", "at speed", "on ramps", "lean largest, mean", "not at speed")
     yield from table(f"patch at {cell.process.speed:g} mm/s", *columns)
     for name in PATCHES[: 1 if smoke else None]:
         path = PATCH_FOLDER / f"{name}.ply"
@@ -50,14 +50,13 @@ def even_speed(cell: Cell, arm: Arm, *, noises: tuple[float, ...], smoke: bool =
         paths = cover(job, prepare_workpiece(job, stage, backends=[job.backend]), stage)
         for noise in noises:
             joint_path, lean = _trembling(paths, arm, noise=noise)
-            for on_slowdown in ("lower", "follow"):
-                found = retime(joint_path, cell.robot, process=cell.process, on_slowdown=on_slowdown)
-                told = [
-                    f"run {slow.run} at {slow.arc:.1f} mm, {slow.held_speed:.1f} mm/s, joint {slow.joint} {slow.limit}"
-                    for slow in found.slowdowns
-                ]
-                shares = f"{found.share_at_speed:.2%}", f"{found.share_on_ramps:.2%}"
-                yield row(name, f"{noise:g} deg", on_slowdown, *shares, lean, "; ".join(told) or "nothing else")
+            found = retime(joint_path, cell.robot, process=cell.process)
+            slower = [
+                f"run {slow.run} at {slow.arc:.1f} mm, {slow.held_speed:.1f} mm/s, joint {slow.joint} {slow.limit}"
+                for slow in found.slowdowns
+            ]
+            shares = f"{found.share_at_speed:.2%}", f"{found.share_on_ramps:.2%}"
+            yield row(name, f"{noise:g} deg", *shares, lean, "; ".join(slower) or "nothing else")
 
 
 def _trembling(paths: Plan, arm: Arm, *, noise: float) -> tuple[JointPath, str]:
