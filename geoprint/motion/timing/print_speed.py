@@ -94,10 +94,11 @@ def timed_print(joint_path: JointPath, robot: Robot, *, process: Process, consta
 def ramp_delay(times: FloatArray, lengths: FloatArray, *, speed: float) -> float:
     """Return how much longer a run takes to come up to speed than at that speed all along [s].
 
-    The ramp ends where the print's speed is reached within 1 %, or the speed rises no more.
+    The ramp ends where the print's speed is reached within 1 %, or the speed rises no more: then that is the speed that
+    the run begins with. Where it rises all along, the print's speed counts, which the run is too short for.
 
     Args:
-        times: (k,) rising, from rest [s].
+        times: (k,) rising, from rest to the middle of the run or before [s].
         lengths: (k,) passed until then, from 0 [mm].
         speed: of the print [mm/s].
     """
@@ -108,14 +109,15 @@ def ramp_delay(times: FloatArray, lengths: FloatArray, *, speed: float) -> float
     later = np.interp(times[:-1] + RISE_TIME, times[:-1], speeds)
     up = (speeds > 0.0) & ((speeds >= EVEN_SHARE * speed) | (EVEN_SHARE * later <= speeds))
     end = int(up.argmax())
-    return float(np.clip(times[end] - times[0] - lengths[end] / min(speeds[end], speed), 0.0, LONGEST_WAIT / speed))
+    reached = speed if end == up.size - 1 else min(speeds[end], speed)
+    return float(np.clip(times[end] - times[0] - lengths[end] / reached, 0.0, LONGEST_WAIT / speed))
 
 
 class _Steps(NamedTuple):
     """The steps between poses that deposit.
 
     Attributes:
-        runs: (k,) run of each, from 0 without gaps.
+        runs: (k,) run of each, or piece of one, from 0 without gaps.
         lengths: (k,) of bead [mm].
         times: (k,) that each takes without the delays of ramps [s].
     """
@@ -128,12 +130,16 @@ class _Steps(NamedTuple):
     def of(cls, poses: PoseStream, times: FloatArray, *, speed: float) -> _Steps:
         """Return those of a stream whose poses are passed at (p,) times, at a speed of the print [mm/s]."""
         rows = np.flatnonzero(poses.laid)
-        runs = np.unique(poses.runs[rows + 1], return_inverse=True)[1]
+        # Over a table a run may be printed in several pieces.
+        begins = (np.diff(rows) > 1) | (np.diff(poses.runs[rows + 1]) != 0)
+        runs = np.append(0, np.cumsum(begins))[: rows.size]
         lengths, took = bead_steps(poses)[rows], np.diff(times)[rows]
-        for own in np.split(np.arange(rows.size), np.flatnonzero(np.diff(runs)) + 1):
+        for own in np.split(np.arange(rows.size), np.flatnonzero(begins) + 1):
+            halfway = float(took[own].sum()) / 2.0
             for order in (own, own[::-1]):
-                passed = [np.append(0.0, np.cumsum(each[order])) for each in (took, lengths)]
-                left = ramp_delay(passed[0], passed[1], speed=speed)
+                until, passed = (np.append(0.0, np.cumsum(each[order])) for each in (took, lengths))
+                half = slice(0, max(int(np.searchsorted(until, halfway, side="right")), 2))
+                left = ramp_delay(until[half], passed[half], speed=speed)
                 for step in order:
                     removed = min(left, max(float(took[step]) - float(lengths[step]) / speed, 0.0))
                     took[step] -= removed
