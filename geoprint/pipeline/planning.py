@@ -354,7 +354,7 @@ def _check_deposit(poses: PoseStream, trajectory: Trajectory, switching: Timelin
     """
     cell = paths.workpiece.cell
     flow = executed_flow(poses, trajectory.pose_times, switching.material, cell=cell)
-    runs, shares = deposited_shares(poses, flow)
+    runs, shares = deposited_shares(poses, flow, layer_height=cell.process.layer_height)
     if paths.job.accept_flow or not (wrong := (shares < LEAST_DEPOSITED) | (shares > MOST_DEPOSITED)).any():
         return
     worst = int(np.abs(shares - 1.0).argmax())

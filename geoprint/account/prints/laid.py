@@ -21,7 +21,7 @@ def record_deposited(robot: RobotPlan, cell: Cell) -> DepositedRecord | None:
     if wanted == 0.0:
         return None
     flow = executed_flow(poses, robot.trajectory.pose_times, robot.switching.material, cell=cell)
-    _, shares = deposited_shares(poses, flow)
+    _, shares = deposited_shares(poses, flow, layer_height=cell.process.layer_height)
     return DepositedRecord(
         share=laid_volume(poses, flow) / wanted, least_run=float(shares.min()), most_run=float(shares.max())
     )

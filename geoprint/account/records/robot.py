@@ -128,7 +128,7 @@ class OrientationRecord(Record):
 
 
 class DepositedRecord(Record):
-    """Volume that the program deposits as it was executed, over the planned one."""
+    """Volume that the program deposits as it was executed, over the planned one; short runs count as dots."""
 
     share: Rounded = Field(description="of all runs together")
     least_run: Rounded = Field(description="of the run that gets least")

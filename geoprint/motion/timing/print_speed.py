@@ -7,8 +7,8 @@ run (`ramp_delay`) that what lies on them is right in sum.
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from typing import NamedTuple, final
 
 import numpy as np
 
@@ -25,13 +25,13 @@ WHOLE_EXCESS = 0.018
 SPEED_DECIMALS = 1
 # What a speed is estimated to deposit proves a little off once it is timed: it is looked for so often.
 MOST_TRIES = 8
-# A print that is slower has other targets, which may need no place to be slower: it keeps so much of its speed a time.
-KEPT_SHARE = 0.95
+# What a print keeps of its speed in one try after the other until its targets fit. The tries that are left look for a
+# higher one, until it is so close.
+SHRINKING = (0.95, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3)
+CLOSE_SHARE = 0.04
 # The valve waits for a ramp no longer than the print takes for this [mm]. The bead begins a quarter of it behind where
 # the tip stood: at 20 mm/s and 1 m/s2 the valve waits 10 ms, which pass 0.2 mm at speed, and 0.05 mm are missing.
 LONGEST_WAIT = 1.0
-# Beads shorter than this [mm] get no volume that could be judged.
-SHORTEST = 1e-9
 # A ramp goes on while the speed rises by 1 % in this time [s]; at one acceleration that is so until 0.4 s.
 RISE_TIME = 0.004
 
@@ -64,31 +64,70 @@ def timed_print(joint_path: JointPath, robot: Robot, *, process: Process, consta
         LimitError: a limit cannot be kept.
         VerificationError: the result does not pass the poses.
     """
-    known: Known = {}
-    poses, speed = joint_path.poses, process.speed
+    search = _Search(joint_path, robot, process, {})
+    return search.highest_with_targets(search.highest_of_joints()) if constant_flow else search.timed(process.speed)
 
-    def lower_than(speed: float, trajectory: Trajectory) -> float | None:
-        return _Steps.of(poses, trajectory.pose_times, speed=speed).highest_speed(speed) if constant_flow else None
 
-    def at(speed: float) -> Process:
-        return replace(process, speed=speed)
+@final
+@dataclass(frozen=True, slots=True)
+class _Search:
+    """Looks for the highest speed at which a joint path deposits what was planned; motions are timed only once."""
 
-    # What the joints hold does not depend on the targets, which stand otherwise at every speed.
-    for _ in range(MOST_TRIES if constant_flow else 0):
-        lower = lower_than(speed, retime(joint_path, robot, process=at(speed), known=known))
-        if lower is None:
-            break
-        speed = lower
-    found = TimedPrint(at(speed), *timed_targets(joint_path, robot, process=at(speed), known=known))
-    for tries in range(MOST_TRIES):
-        lower = lower_than(speed, found.trajectory)
-        if lower is None:
-            break
-        # Near the end it takes what surely fits.
-        kept = KEPT_SHARE if tries < MOST_TRIES / 2 else 0.0
-        speed = max(lower, float(np.floor(kept * speed * 10.0**SPEED_DECIMALS) / 10.0**SPEED_DECIMALS))
-        found = TimedPrint(at(speed), *timed_targets(joint_path, robot, process=at(speed), known=known))
-    return found
+    joint_path: JointPath
+    robot: Robot
+    process: Process
+    known: Known
+
+    def timed(self, speed: float) -> TimedPrint:
+        """Return the print at a speed [mm/s]."""
+        process = replace(self.process, speed=speed)
+        return TimedPrint(process, *timed_targets(self.joint_path, self.robot, process=process, known=self.known))
+
+    def highest_of_joints(self) -> float:
+        """Return the highest speed that the joints allow, whatever targets are written [mm/s]."""
+        speed = self.process.speed
+        for _ in range(MOST_TRIES):
+            process = replace(self.process, speed=speed)
+            lower = self._lower(speed, retime(self.joint_path, self.robot, process=process, known=self.known))
+            if lower is None:
+                break
+            speed = lower
+        return speed
+
+    def highest_with_targets(self, speed: float) -> TimedPrint:
+        """Return the print at a speed [mm/s], or at the highest lower one at which its targets leave the volume right.
+
+        A slower print has other targets: between a speed that fits and one that does not lies the highest that fits.
+        """
+        found = self.timed(speed)
+        lower = self._lower(speed, found.trajectory)
+        fits, too_high = lower is None, speed
+        for kept in SHRINKING if not fits else ():
+            if not fits:
+                speed = max(lower or 0.0, _stepped(kept * too_high))
+            elif too_high - found.process.speed > CLOSE_SHARE * too_high:
+                speed = _stepped((too_high + found.process.speed) / 2.0)
+            else:
+                break
+            tried = self.timed(speed)
+            lower = self._lower(speed, tried.trajectory)
+            if lower is None:
+                found, fits = tried, True
+            else:
+                found, too_high = found if fits else tried, speed
+        return found
+
+    def _lower(self, speed: float, trajectory: Trajectory) -> float | None:
+        """Return a lower speed that probably fits, or None where this one does."""
+        poses = self.joint_path.poses
+        width = float(poses.flow.max(initial=0.0)) / self.process.layer_height
+        return _Steps.of(poses, trajectory.pose_times, speed=speed, width=width).highest_speed(speed)
+
+
+def _stepped(speed: float) -> float:
+    """Return a speed rounded down to a whole number of steps, to one at least [mm/s]."""
+    steps = 10.0**SPEED_DECIMALS
+    return round(max(float(np.floor(speed * steps)), 1.0) / steps, SPEED_DECIMALS)
 
 
 def ramp_delay(times: FloatArray, lengths: FloatArray, *, speed: float) -> float:
@@ -120,14 +159,16 @@ class _Steps(NamedTuple):
         runs: (k,) run of each, or piece of one, from 0 without gaps.
         lengths: (k,) of bead [mm].
         times: (k,) that each takes without the delays of ramps [s].
+        width: of the bead [mm]: a run that is shorter is a dot, and what it gets too much spreads over that.
     """
 
     runs: IntArray
     lengths: FloatArray
     times: FloatArray
+    width: float
 
     @classmethod
-    def of(cls, poses: PoseStream, times: FloatArray, *, speed: float) -> _Steps:
+    def of(cls, poses: PoseStream, times: FloatArray, *, speed: float, width: float) -> _Steps:
         """Return those of a stream whose poses are passed at (p,) times, at a speed of the print [mm/s]."""
         rows = np.flatnonzero(poses.laid)
         # Over a table a run may be printed in several pieces.
@@ -144,7 +185,7 @@ class _Steps(NamedTuple):
                     removed = min(left, max(float(took[step]) - float(lengths[step]) / speed, 0.0))
                     took[step] -= removed
                     left -= removed
-        return cls(runs, lengths, took)
+        return cls(runs, lengths, took, width)
 
     def highest_speed(self, speed: float) -> float | None:
         """Return the highest lower speed at which each run and the whole probably get their volume.
@@ -163,6 +204,7 @@ class _Steps(NamedTuple):
     def _fits(self, speed: float) -> bool:
         """Tell whether a constant flow at a speed [mm/s] gives each run and the whole their volume."""
         took = np.maximum(self.times, self.lengths / speed)
-        shares = speed * np.bincount(self.runs, took) / np.maximum(np.bincount(self.runs, self.lengths), SHORTEST)
+        lengths = np.bincount(self.runs, self.lengths)
+        excess = (speed * np.bincount(self.runs, took) - lengths) / np.maximum(lengths, self.width)
         whole = speed * took.sum() / self.lengths.sum() if self.lengths.size else 1.0
-        return bool((shares <= 1.0 + RUN_EXCESS).all() and whole <= 1.0 + WHOLE_EXCESS)
+        return bool((excess <= RUN_EXCESS).all() and whole <= 1.0 + WHOLE_EXCESS)

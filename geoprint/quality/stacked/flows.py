@@ -77,19 +77,23 @@ def laid_volume(poses: PoseStream, flow: FloatArray) -> float:
     return float((poses.bead_lengths * (flow[:-1] + flow[1:]) / 2.0)[poses.laid].sum())
 
 
-def deposited_shares(poses: PoseStream, flow: FloatArray) -> tuple[IntArray, FloatArray]:
+def deposited_shares(poses: PoseStream, flow: FloatArray, *, layer_height: float) -> tuple[IntArray, FloatArray]:
     """Return the (r,) runs that deposit, and the volume that each gets over the one that was planned.
+
+    A run that is shorter than its bead is wide is a dot: what it gets too much or too little is counted over a dot.
 
     Args:
         poses: p of them, as the robot makes them, with the flow that was planned.
         flow: (p,) that is deposited [mm3/mm].
+        layer_height: [mm].
     """
     rows = np.flatnonzero(poses.laid)
     runs, own = np.unique(poses.runs[rows + 1], return_inverse=True)
     found, wanted = (
         np.bincount(own, (poses.bead_lengths * (each[:-1] + each[1:]) / 2.0)[rows]) for each in (flow, poses.flow)
     )
-    return runs, found / wanted
+    widest = float(poses.flow.max())
+    return runs, 1.0 + (found - wanted) / np.maximum(wanted, widest * widest / layer_height)
 
 
 def _steps(poses: PoseStream, flow: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:

@@ -114,11 +114,15 @@ def test_a_pose_that_is_there_twice_changes_no_delay_and_a_rest_at_the_start_cou
         assert delay == pytest.approx(rest + 0.01, rel=0.012)
 
 
+# Of the bead in tests of runs as long as that, or longer [mm].
+WIDTH = 1.0
+
+
 def steps(*runs: tuple[float, float]) -> _Steps:
     """Return runs of which (length [mm], speed [mm/s]) are given, in ten steps each."""
     lengths = np.repeat([length / 10.0 for length, _ in runs], 10)
     speeds = np.repeat([speed for _, speed in runs], 10)
-    return _Steps(np.repeat(np.arange(len(runs)), 10), lengths, lengths / speeds)
+    return _Steps(np.repeat(np.arange(len(runs)), 10), lengths, lengths / speeds, WIDTH)
 
 
 def test_what_holds_its_speed_keeps_it() -> None:
@@ -135,6 +139,11 @@ def test_a_short_run_is_given_no_more_than_4_and_a_half_percent_too_much() -> No
     assert steps((20.0, 19.2), (80.0, 20.0)).highest_speed(20.0) is None
 
 
+def test_what_a_dot_is_given_too_much_counts_over_the_width_of_its_bead() -> None:
+    """A fifth of a width at v instead of 10 mm/s: (v / 10 - 1) / 5 <= 0.045, v <= 12.25."""
+    assert steps((0.2, 10.0), (99.8, 20.0)).highest_speed(20.0) == 12.2
+
+
 def test_all_runs_together_are_given_no_more_than_1_8_percent_too_much() -> None:
     """One run at 10 mm/s: 10.18 mm/s at most."""
     assert steps((10.0, 10.0)).highest_speed(20.0) == 10.1
@@ -145,11 +154,11 @@ def test_all_runs_together_are_given_no_more_than_1_8_percent_too_much() -> None
 def test_within_a_run_only_the_sum_counts() -> None:
     """A twentieth of a run at 10 mm/s, the rest at 20: 0.05 v / 10 + 0.95 <= 1.018, v <= 13.6."""
     lengths = np.array([5.0, 95.0])
-    assert _Steps(np.zeros(2, dtype=np.int64), lengths, lengths / [10.0, 20.0]).highest_speed(20.0) == 13.6
+    assert _Steps(np.zeros(2, dtype=np.int64), lengths, lengths / [10.0, 20.0], WIDTH).highest_speed(20.0) == 13.6
     # Two hundredths cost (20 / 10 - 1) * 0.02 = 2 %, one hundredth half of that.
     for dip, speed in ((2.0, 19.0), (1.0, None)):
         lengths = np.array([dip, 100.0 - dip])
-        found = _Steps(np.zeros(2, dtype=np.int64), lengths, lengths / [10.0, 20.0]).highest_speed(20.0)
+        found = _Steps(np.zeros(2, dtype=np.int64), lengths, lengths / [10.0, 20.0], WIDTH).highest_speed(20.0)
         assert found == speed
 
 
@@ -162,7 +171,7 @@ def test_the_ramps_at_both_ends_of_a_run_take_nothing_and_a_stop_within_it_does(
     times = np.append(middle, middle[-1] + np.cumsum(np.diff(times)[::-1]))
     lengths = np.append(up, up[-1] + np.cumsum(np.diff(lengths)[::-1]))
     tips = np.column_stack([lengths, 0.0 * lengths, 0.0 * lengths])
-    found = _Steps.of(stream(tips), times, speed=20.0)
+    found = _Steps.of(stream(tips), times, speed=20.0, width=WIDTH)
     np.testing.assert_allclose(found.lengths, np.diff(lengths))
     assert found.times.sum() == pytest.approx(lengths[-1] / 20.0 + 0.1, abs=0.025 * 20.0 / pull)
     assert (found.times <= np.diff(times) + 1e-12).all()
@@ -175,10 +184,10 @@ def test_only_what_deposits_is_counted_and_runs_have_no_gaps() -> None:
         deposit=np.array([True, True, False, False, True, True]),
         runs=np.array([3, 3, 7, 7, 7, 7]),
     )
-    found = _Steps.of(poses, np.array([0.0, 0.05, 1.0, 2.0, 3.0, 3.05]), speed=20.0)
+    found = _Steps.of(poses, np.array([0.0, 0.05, 1.0, 2.0, 3.0, 3.05]), speed=20.0, width=WIDTH)
     assert found.runs.tolist() == [0, 1]
     np.testing.assert_allclose(found.times, 0.05)
-    nothing = _Steps.of(replace(poses, deposit=np.zeros(6, np.bool_)), np.arange(6.0), speed=20.0)
+    nothing = _Steps.of(replace(poses, deposit=np.zeros(6, np.bool_)), np.arange(6.0), speed=20.0, width=WIDTH)
     assert nothing.highest_speed(20.0) is None
 
 
