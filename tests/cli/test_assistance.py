@@ -51,7 +51,7 @@ def test_bash_completes_commands_and_their_options(installed: Path) -> None:
     """
     kept = os.environ | {"PATH": f"{installed}:{os.environ['PATH']}", "PYTHONPATH": str(Path.cwd())}
     done = subprocess.run([bash, "-c", asked], capture_output=True, text=True, check=True, env=kept)
-    assert done.stdout.split("\n") == ["plan place", "--spacing", "--density", ""], done.stderr
+    assert done.stdout.split("\n") == ["plan place", "--spacing --speed", "--density", ""], done.stderr
 
 
 @pytest.mark.parametrize("shell", ["zsh", "fish"])

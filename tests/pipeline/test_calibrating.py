@@ -262,7 +262,7 @@ def test_a_calibrated_cell_that_does_not_state_the_parts_place_makes_programs_th
     assert "RUNS DRY ONLY" in sheet
     assert "geoDryRun FALSE" not in sheet
     for text in (outcome_text(record_plan(planned)), sheet, modules["GeoCell.mod"], modules["GeoPrint.mod"]):
-        assert "NOT KNOWN" in text
+        assert "placement not known" in text
         assert "where the part stands on the fixture (part_mm)" in text
         assert "touched points)" not in text
 
@@ -275,7 +275,7 @@ def test_a_part_whose_place_is_stated_prints_there_and_the_run_sheet_says_where(
     save_plan(planned, tmp_path / "out")
     assert planned.robot
     assert not planned.robot[0].program.dry_run
-    assert "NOT KNOWN" not in outcome_text(record_plan(planned))
+    assert "placement not known" not in outcome_text(record_plan(planned))
     sheet = " ".join(run_sheet(check_bundle(tmp_path / "out")).split())
     assert "part on the fixture, as stated: its origin at (6.00, -8.00, 20.00) mm, turned (0.00, 0.00, 90.00)" in sheet
     motion = json.loads((tmp_path / "out" / "plan.json").read_text())["robot"][0]["motion"]
