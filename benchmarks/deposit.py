@@ -36,7 +36,7 @@ OWN = tuple(DATA / name for name in ("plate.ply", "heart_flat_patch.ply", "heart
 BACKENDS = ("lscm", "heat")
 NUMBER = r"(-?[\d.]+(?:E-?\d+)?)"
 SPEED = re.compile(rf"speeddata (\w+):=\[{NUMBER}")
-MOVE = re.compile(r"(?:MoveL|TriggL) \[\[([^\]]*)\],\[([^\]]*)\].*?\],(\w+),(.*?)(\w+),tGeoNozzle")
+MOVE = re.compile(r"(?:MoveL|TriggL) (?:GeoAloft\()?\[\[([^\]]*)\],\[([^\]]*)\].*?\]\)?,(\w+),(.*?)(\w+),tGeoNozzle")
 SWITCH = re.compile(rf"TriggIO (\w+),{NUMBER}((?:\\Start)?)\\DOp:=doValve,(\w+);")
 
 
