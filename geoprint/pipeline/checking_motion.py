@@ -43,7 +43,7 @@ ZONE_TOLERANCE = 1e-5
 RESTING = 0.02
 # Every place that is printed lies in the part's box to this [mm]: corners of paths are rounded by less.
 EXTENT_TOLERANCE = 0.5
-# Over so much of a bead [mm] its speed is looked at, for from pose to pose it trembles with the normals of triangles,
+# Over so much of a bead [mm] its speed is looked at, for from pose to pose it varies with the normals of triangles,
 # and so many times the print's it may be.
 BEAD_LENGTH, BEAD_TOLERANCE = 1.0, 1.03
 _MILLISECOND = 1e-3

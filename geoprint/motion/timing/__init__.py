@@ -7,7 +7,6 @@ from geoprint.motion.timing.moments import (
     tips_at as tips_at,
 )
 from geoprint.motion.timing.print_speed import (
-    RUN_EXCESS as RUN_EXCESS,
     ramp_delay as ramp_delay,
     timed_print as timed_print,
 )

@@ -15,7 +15,7 @@ MOST_LOWERINGS = 6
 KEPT_SHARE = 0.8
 # Where a place is lowered, so much is on either side of its targets [mm].
 BESIDE = 0.5
-# A place is not lowered below this share of the set speed: what a ramp or a stop leaves no room for, no speed mends.
+# A place is not lowered below this share of the set speed: no speed helps where a ramp or a stop leaves no room.
 SLOWEST_SHARE = 0.25
 
 

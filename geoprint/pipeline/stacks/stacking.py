@@ -44,6 +44,8 @@ from geoprint.surfaces import face_areas
 REPORT = "report.html"
 # What is said and kept of a layer, or why there is nothing to print in it.
 _Found: TypeAlias = "tuple[StackedLayerRecord, StackedLayer] | LeftOutRecord"
+# Speeds of layers [mm/s] that are equal to so many digits are one.
+SPEED_DECIMALS = 6
 
 
 def plan_stack(
@@ -248,15 +250,15 @@ def _layer(job: Job, number: int, folder: Path) -> _Found:
             raise
         return LeftOutRecord(number=number, reason=str(error))
     workpiece, kept = planned.workpiece, stacked_layer(planned)
-    # Where the missing volume of a layer is made up it prints so much slower, and its valve lets through the same.
-    made_up = float(planned.poses.flow.max()) / (planned.contours.spacing * workpiece.cell.process.layer_height)
-    constant = workpiece.cell.signals.mode == "io"
+    # What the whole print would be slower by: where the missing volume of a layer is made up, so much is its own.
+    asked = job.speed or load_cell(job.cell).process.speed
+    share = workpiece.cell.process.speed / planned.robot[0].ceiling if planned.robot else 1.0
     return layer_record(
         told,
         kept,
         folder=folder.name,
         area=float(face_areas(workpiece.part).sum()),
         pattern=str(planned.job.drawing),
-        speed=round(workpiece.cell.process.speed * (made_up if constant else 1.0), 6),
+        speed=round(asked * share, SPEED_DECIMALS),
         not_printable=planned.not_printable,
     ), kept
