@@ -245,9 +245,7 @@ def _measured(
     layer = LevelledLayer(paths.surface, pieces.places, spacing=spacing, wanted=wanted)
     local = shares_at(mesh, samples.places, wanted, spacing=spacing)
     flows = spacing * local, spacing * np.clip(covered.widths * local, *flow_shares)
-    constant = layer.field(pieces.volumes(flows[0]))
-    # Little differs between the two, and that alone is spread again.
-    following = constant + layer.field(pieces.volumes(flows[1] - flows[0]))
+    constant, following = layer.fields(np.column_stack([pieces.volumes(flow) for flow in flows])).T
     return Uniformity(
         thickness=layer.over_all(constant),
         followed=layer.over_all(following),

@@ -33,6 +33,7 @@ from geoprint.surfaces.operators import (
     mean_normal as mean_normal,
     signed_volume as signed_volume,
     smallest_angles as smallest_angles,
+    stiffness as stiffness,
     sum_around_vertices as sum_around_vertices,
     vertex_normals as vertex_normals,
 )

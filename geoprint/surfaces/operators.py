@@ -25,8 +25,10 @@ def doubled_area_vectors(vertices: FloatArray, faces: IntArray) -> FloatArray:
         vertices: (n, 3) positions.
         faces: (m, 3); a face without area has a zero normal.
     """
-    a, b, c = (vertices[faces[:, corner]] for corner in range(3))
-    return np.cross(b - a, c - a)
+    # One row an axis, which numpy works on twice as fast as on one a face.
+    corners = vertices.T[:, faces.T]
+    (x, y, z), (u, v, w) = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    return np.column_stack([y * w - z * v, z * u - x * w, x * v - y * u])
 
 
 def face_areas(surface: Surface) -> FloatArray:
@@ -100,9 +102,11 @@ def corner_cotangents(surface: Surface) -> FloatArray:
     Raises:
         MeshError: a face has no area.
     """
-    sides = _opposite_sides(surface)
+    corners = surface.vertices.T[:, surface.faces.T]
+    sides = [corners[:, (corner + 2) % 3] - corners[:, (corner + 1) % 3] for corner in range(3)]
     doubled = _positive_lengths(doubled_area_vectors(surface.vertices, surface.faces), surface)
-    return -np.einsum("mcx,mcx->mc", sides[:, [1, 2, 0]], sides[:, [2, 0, 1]]) / doubled[:, None]
+    products = [(sides[(corner + 1) % 3] * sides[(corner + 2) % 3]).sum(axis=0) for corner in range(3)]
+    return np.column_stack(products) / -doubled[:, None]
 
 
 def cotangent_laplacian(surface: Surface, factors: FloatArray | float = 1.0) -> csc_array[np.float64]:
@@ -122,16 +126,20 @@ def cotangent_laplacian(surface: Surface, factors: FloatArray | float = 1.0) -> 
     Raises:
         MeshError: a face has no area.
     """
+    return stiffness(surface, corner_cotangents(surface) * np.reshape(factors, (-1, 1)))
+
+
+def stiffness(surface: Surface, cotangents: FloatArray) -> csc_array[np.float64]:
+    """Return the matrix of `cotangent_laplacian` for the (m, 3) cotangents at the corners times the factors."""
     count = len(surface.vertices)
-    # What scipy makes of them anyway; as they are, four times as many would take most of the memory here.
-    start = surface.faces.astype(np.int32).ravel()
-    end = np.roll(start.reshape(-1, 3), -1, axis=1).ravel()
+    # What scipy makes of them anyway; as they are, twice as many would take most of the memory here.
+    start = surface.faces.astype(np.int32)
+    end = np.roll(start, -1, axis=1)
     # The side from corner i to i + 1 is opposite to corner i + 2.
-    weights = (np.roll(corner_cotangents(surface), -2, axis=1) * np.reshape(factors, (-1, 1))).ravel() / 2
-    rows = np.concatenate([start, end, start, end])
-    columns = np.concatenate([end, start, start, end])
-    values = np.concatenate([-weights, -weights, weights, weights])
-    return csc_array((values, (rows, columns)), shape=(count, count))
+    weights = np.roll(cotangents, -2, axis=1) / 2
+    at_corners = weights + np.roll(weights, 1, axis=1)
+    ahead = csc_array((weights.ravel(), (start.ravel(), end.ravel())), shape=(count, count))
+    return csc_array(diagonal_matrix(_sum_at_corners(surface, at_corners.ravel())) - ahead - ahead.T)
 
 
 def lumped_mass(surface: Surface) -> FloatArray:

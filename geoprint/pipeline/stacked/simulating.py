@@ -36,9 +36,6 @@ def stacked_layer(planned: Plan) -> StackedLayer:
 
     Args:
         planned: with a place in a stack, and with the flow chosen.
-
-    Raises:
-        FieldError: its thickness cannot be simulated.
     """
     place, laid, poses = planned.workpiece.place, planned.laid, planned.poses
     assert place is not None  # noqa: S101  # A stack's job names the layer.
@@ -53,7 +50,7 @@ def stacked_layer(planned: Plan) -> StackedLayer:
     spacing = planned.contours.spacing
     pieces = stretches_of_poses(poses, spacing=spacing)
     layer = LevelledLayer(planned.workpiece.part, pieces.places, spacing=spacing, wanted=widths)
-    fields = np.stack([layer.field(pieces.volumes(flow)) for flow in flows])
+    fields = layer.fields(np.column_stack([pieces.volumes(flow) for flow in flows])).T
     ground, feet = Ground(place.base), column_feet(place.base, count=COLUMNS)
     shown = replace(poses, flow=flows[printed])
     rows = np.flatnonzero(poses.deposit)
