@@ -47,6 +47,9 @@ class JointPath:
         leans: (p, 2) lean that was added before that, about the tool's x and y axes [rad].
         T_base_work: (4, 4) where the part stands.
         eased: stretches that were turned for the speed of the tip, in the order of printing.
+        via_rows: (e,) places on the straight moves between poses that the timed path has to pass as well, rising: row
+            of the pose before, and the share of the move.
+        via_joints: (e, 6) angles there [rad].
     """
 
     poses: PoseStream
@@ -57,21 +60,24 @@ class JointPath:
     leans: FloatArray
     T_base_work: FloatArray
     eased: tuple[Eased, ...] = ()
+    via_rows: FloatArray = field(default_factory=lambda: np.empty(0))
+    via_joints: FloatArray = field(default_factory=lambda: np.empty((0, 6)))
 
     def __post_init__(self) -> None:
         sizes = freeze_arrays(
             self, joints="float: p 6", configuration="int: p 4", rotations="float: p", leans="float: p 2",
-            T_base_work="float: 4 4",
+            T_base_work="float: 4 4", via_rows="float: e", via_joints="float: e 6",
         )  # fmt: skip
         if sizes["p"] != self.poses.count:
             raise InputError(f"JointPath has {sizes['p']} rows for {self.poses.count} poses.")
 
     def between(self, first: int, behind: int) -> JointPath:
         """Return the poses from row `first` to before row `behind`."""
-        rows = slice(first, behind)
+        rows, vias = slice(first, behind), (self.via_rows > first) & (self.via_rows < behind - 1)
         return replace(
             self, poses=self.poses.between(first, behind), joints=self.joints[rows],
             configuration=self.configuration[rows], rotations=self.rotations[rows], leans=self.leans[rows],
+            via_rows=self.via_rows[vias] - first, via_joints=self.via_joints[vias],
         )  # fmt: skip
 
     @property

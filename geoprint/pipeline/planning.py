@@ -34,7 +34,7 @@ from geoprint.motion.controller import (
     written_path,
 )
 from geoprint.motion.reach import Easing, Leaning, lost_shares, reach
-from geoprint.motion.timing import timed_print, tips_at
+from geoprint.motion.timing import held_straight, timed_print, tips_at
 from geoprint.pipeline.choice import check_options, check_part, with_backend
 from geoprint.pipeline.expecting import with_print
 from geoprint.pipeline.feeding import printing_at, with_feedback
@@ -232,6 +232,7 @@ def _with_robot(
             paths.poses, arm, T_base_work=placement.T_base_work, weights=cell.search, leaning=leaning, easing=easing
         )
     with stage("timing"):
+        joint_path = held_straight(joint_path, arm, process=cell.process)
         constant_flow = cell.signals.mode == "io" and paths.job.on_slowdown == "auto"
         process, trajectory, targets = timed_print(
             joint_path, cell.robot, process=cell.process, constant_flow=constant_flow

@@ -43,6 +43,7 @@ class Knots:
         bead_shares: (n - 1,) length of bead by path parameter; on travel that of the tip.
         deposit: (n - 1,) whether the step deposits.
         places: (p,) knot of each pose.
+        rows: (n,) pose of each; of a via point the pose before, and the share of the move behind it.
     """
 
     joints: FloatArray
@@ -55,6 +56,12 @@ class Knots:
     bead_shares: FloatArray
     deposit: BoolArray
     places: IntArray
+    rows: FloatArray
+
+    @property
+    def starts(self) -> FloatArray:
+        """(n - 1,) row from which the move to each next knot goes on: of poses in one place the last."""
+        return np.maximum(self.rows[:-1], np.ceil(self.rows[1:]) - 1.0)
 
     @property
     def legs(self) -> list[tuple[int, int]]:
@@ -81,33 +88,43 @@ def path_knots(joint_path: JointPath, *, process: Process) -> Knots:
         LimitError: the joints jump where the tool stands still.
     """
     poses = joint_path.poses
-    passed = tip_lengths(poses) * METRES_PER_MILLIMETRE
-    steps = np.hypot(passed, turns(poses) * METRES_PER_RADIAN)
+    rows = np.append(np.arange(poses.count, dtype=np.float64), joint_path.via_rows)
+    order = np.argsort(rows, kind="stable")
+    rows, joints = rows[order], np.concatenate([joint_path.joints, joint_path.via_joints])[order]
+    before, behind = np.floor(rows).astype(np.int64), np.ceil(rows).astype(np.int64)
+    shares, step = np.diff(rows), before[:-1]
+    passed = tip_lengths(poses)[step] * shares * METRES_PER_MILLIMETRE
+    steps = np.hypot(passed, turns(poses)[step] * shares * METRES_PER_RADIAN)
     moved = steps > COINCIDENT
     places = np.concatenate([[0], np.cumsum(moved)])
     first = np.flatnonzero(np.concatenate([[True], moved]))
-    _refuse_jump(joint_path, np.abs(joint_path.joints - joint_path.joints[first][places]))
+    _refuse_jump(joint_path, np.abs(joints - joints[first][places]), before)
     stops = np.zeros(first.size, dtype=np.bool_)
-    np.logical_or.at(stops, places, poses.stops)
+    own = np.flatnonzero(rows == before)
+    np.logical_or.at(stops, places[own], poses.stops)
     stops[[0, -1]] = True
-    deposit = poses.laid[moved]
+    deposit = poses.laid[step][moved]
     speeds = np.where(deposit, process.speed, process.travel_speed) * METRES_PER_MILLIMETRE
-    beads = bead_steps(poses)[moved] * METRES_PER_MILLIMETRE
+    beads = (bead_steps(poses)[step] * shares)[moved] * METRES_PER_MILLIMETRE
     passed, steps = passed[moved], steps[moved]
     steps = np.where(_tip_alone(passed / steps, deposit, stops), passed, steps)
     with np.errstate(divide="ignore"):
         ceilings = speeds / (beads / steps)
+    missing = (behind - rows)[first]
+    behind = behind[first]
+    lengths = np.append(0.0, tip_lengths(poses))[behind]
     return Knots(
-        joints=joint_path.joints[first],
+        joints=joints[first],
         stops=stops,
-        runs=poses.runs[first],
-        tips=poses.tips[first],
-        arcs=poses.arcs[first],
+        runs=poses.runs[behind],
+        tips=poses.tips[behind] - missing[:, None] * (poses.tips[behind] - poses.tips[before[first]]),
+        arcs=poses.arcs[behind] - missing * lengths,
         lengths=np.concatenate([[0.0], np.cumsum(steps)]),
         ceilings=ceilings,
         bead_shares=beads / steps,
         deposit=deposit,
-        places=places,
+        places=places[own],
+        rows=rows[first],
     )
 
 
@@ -120,9 +137,9 @@ def _tip_alone(shares: FloatArray, deposit: BoolArray, stops: BoolArray) -> Bool
     return np.repeat(suited, np.diff(np.append(starts, shares.size)))
 
 
-def _refuse_jump(joint_path: JointPath, differences: FloatArray) -> None:
-    pose, joint = np.unravel_index(int(differences.argmax()), differences.shape)
-    found = float(differences[pose, joint])
+def _refuse_jump(joint_path: JointPath, differences: FloatArray, rows: IntArray) -> None:
+    at, joint = np.unravel_index(int(differences.argmax()), differences.shape)
+    found, pose = float(differences[at, joint]), rows[at]
     if found > COINCIDENT_JOINTS:
         run = int(joint_path.poses.runs[pose])
         raise LimitError(
