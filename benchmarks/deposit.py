@@ -10,7 +10,8 @@ height times the length of bead, which lies the stand-off below the tip along th
 
 The columns: volume of all runs over the wanted one as plan.json says and as the text is read; the least and the most
 that a run gets, likewise; the speed of the print and what was allowed; the share of the length at that speed; time on
-deposit over length by speed; warnings.
+deposit over length by speed; how far trajectory.csv is from the moves of the text, all along from the first to the
+last, by kinematics of this script (`off_moves`); warnings.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from benchmarks.parts.tables import row, table
 from geoprint import job_of, plan, save_plan
@@ -40,22 +42,36 @@ MOVE = re.compile(r"(?:MoveL|TriggL) (?:GeoAloft\()?\[\[([^\]]*)\],\[([^\]]*)\].
 SWITCH = re.compile(rf"TriggIO (\w+),{NUMBER}((?:\\Start)?)\\DOp:=doValve,(\w+);")
 
 
+# Arm of the packaged cell [mm]: shoulder, upper arm, offset of the elbow, forearm, flange.
+SHOULDER, UPPER_ARM, ELBOW, FOREARM, FLANGE = 290.0, 270.0, 70.0, 302.0, 72.0
+FRAME = re.compile(r"(?:tooldata tGeoNozzle:=\[TRUE,|wobjdata wGeoPart:=\[FALSE,TRUE,\"\",)\[\[([^\]]*)\],\[([^\]]*)\]")
+ZONE = re.compile(rf"zonedata (\w+):=\[FALSE,{NUMBER}")
+# Straight pieces that stand for the parabola in which the controller rounds a corner [ABBRapid, zonedata].
+PIECES = 12
+
+
 class Program(NamedTuple):
     """What a RAPID text says of its moves, n of them, as they stand.
 
     Attributes:
         tips: (n, 3) where each ends [mm].
-        axes: (n, 3) of the nozzle there, out of it.
+        turns: rotation there.
+        zones: (n,) radius in which the controller rounds it [mm].
         speeds: (n,) [mm/s].
         stops: (n,) whether it ends at rest.
         switches: move, distance from its end or where it is negative from its start [mm], and whether the valve opens.
+        tool: place and rotation on the flange.
+        part: place and rotation in the base frame.
     """
 
     tips: FloatArray
-    axes: FloatArray
+    turns: Rotation
+    zones: FloatArray
     speeds: FloatArray
     stops: FloatArray
     switches: list[tuple[int, float, bool]]
+    tool: tuple[FloatArray, Rotation]
+    part: tuple[FloatArray, Rotation]
 
 
 class Deposited(NamedTuple):
@@ -85,14 +101,14 @@ def report(files: Sequence[Path], *, backends: Sequence[str], spacing: float, pa
     """Yield the table, a line a part and backend."""
     yield from table(
         f"part, {pattern}, {spacing:g} mm", "backend", "whole: plan / text", "least run", "most run", "mm/s (of)",
-        "at speed", "time", "warnings",
+        "at speed", "time", "off moves", "warnings",
     )  # fmt: skip
     for file in files:
         for backend in backends:
             try:
                 yield row(file.stem, backend, *_cells(file, backend=backend, spacing=spacing, pattern=pattern))
             except GeoprintError as error:
-                yield row(file.stem, backend, f"refused: {error}"[:100], *[""] * 6)
+                yield row(file.stem, backend, f"refused: {error}"[:100], *[""] * 7)
 
 
 def _cells(file: Path, *, backend: str, spacing: float, pattern: str) -> Iterator[str]:
@@ -100,7 +116,9 @@ def _cells(file: Path, *, backend: str, spacing: float, pattern: str) -> Iterato
     planned = plan(job_of(surface=file, unit=unit, spacing=spacing, backend=backend, pattern=pattern, place="demo"))
     with tempfile.TemporaryDirectory() as folder:
         told = save_plan(planned, Path(folder) / "out")
-        found = deposited(read_program(Path(folder) / "out" / "rapid"), told, spacing=spacing)
+        program = read_program(Path(folder) / "out" / "rapid")
+        found = deposited(program, told, spacing=spacing)
+        off, turned = off_moves(program, Path(folder) / "out" / "trajectory.csv")
     motion = told.robot[0].motion
     said, speed = motion.deposited, told.settings.speed_mm_s
     assert said is not None
@@ -112,6 +130,7 @@ def _cells(file: Path, *, backend: str, spacing: float, pattern: str) -> Iterato
     poses, times = planned.robot[0].joint_path.poses, planned.robot[0].trajectory.pose_times
     laid = poses.laid
     yield f"{float(np.diff(times)[laid].sum()) * speed / float(poses.bead_lengths[laid].sum()):.3f}"
+    yield f"{off:.4f} mm, {turned:.3f} deg"
     yield str(len(told.warnings))
 
 
@@ -119,7 +138,8 @@ def read_program(folder: Path) -> Program:
     """Read the moves of the runs of a program from its text alone."""
     texts = [path.read_text("latin-1") for path in sorted(folder.glob("*.mod"))]
     speeds = {name: float(value) for text in texts for name, value in SPEED.findall(text)}
-    moves: list[tuple[list[float], list[float], float, bool]] = []
+    zones = {name: float(value) for text in texts for name, value in ZONE.findall(text)} | {"fine": 0.0}
+    moves: list[tuple[list[float], list[float], float, float]] = []
     switches: list[tuple[int, float, bool]] = []
     waiting: dict[str, tuple[float, bool]] = {}
     for line in "\n".join(texts).splitlines():
@@ -133,13 +153,84 @@ def read_program(folder: Path) -> Program:
                     switches.append((len(moves), distance, opens))
             waiting = {name: each for name, each in waiting.items() if name not in triggers}
             tip, quaternion = ([float(number) for number in part.split(",")] for part in (place, turn))
-            moves.append((tip, quaternion, speeds[speed], zone == "fine"))
-    w, x, y, z = np.array([move[1] for move in moves]).T
-    axes = np.column_stack([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), 1.0 - 2.0 * (x * x + y * y)])
+            moves.append((tip, quaternion, speeds[speed], zones[zone]))
+    frames = [
+        (np.array(place.split(","), dtype=np.float64), _rotation([turn.split(",")])[0])
+        for text in texts
+        for place, turn in FRAME.findall(text)
+    ]
+    radii = np.array([move[3] for move in moves])
     return Program(
-        np.array([move[0] for move in moves]), axes, np.array([move[2] for move in moves]),
-        np.array([move[3] for move in moves]), switches,
+        np.array([move[0] for move in moves]), _rotation([move[1] for move in moves]), radii,
+        np.array([move[2] for move in moves]), radii == 0.0, switches, frames[0], frames[1],
     )  # fmt: skip
+
+
+def _rotation(quaternions: Sequence[Sequence[float | str]]) -> Rotation:
+    """Return the rotations of quaternions w x y z."""
+    return Rotation.from_quat(np.array(quaternions, dtype=np.float64)[:, [1, 2, 3, 0]])
+
+
+def off_moves(program: Program, trajectory: Path) -> tuple[float, float]:
+    """Return how far the timed motion is from the moves with their zones [mm], and from their attitude [degrees].
+
+    Attitude is compared where no corner is rounded.
+    """
+    table = np.loadtxt(trajectory, delimiter=",", skiprows=1)
+    tips, turns = _tool(program, table[table[:, 8] >= 0, 1:7])
+    lines = [_rounded(program, move) for move in range(1, len(program.tips))]
+    move, off, turned = 0, 0.0, 0.0
+    for tip, turn in zip(tips, turns, strict=True):
+        near = range(move, min(move + 3, len(lines)))
+        away = [_distance(tip, lines[each]) for each in near]
+        move += int(np.argmin(away))
+        off = max(off, min(away))
+        start, end = program.tips[move], program.tips[move + 1]
+        length = float(np.linalg.norm(end - start))
+        along = float((tip - start) @ (end - start)) / max(length, 1e-9)
+        if program.zones[move] < along < length - program.zones[move + 1]:
+            whole = program.turns[move].inv() * program.turns[move + 1]
+            meant = program.turns[move] * Rotation.from_rotvec(along / length * whole.as_rotvec())
+            turned = max(turned, float(np.degrees((meant.inv() * turn).magnitude())))
+    return off, turned
+
+
+def _tool(program: Program, joints: FloatArray) -> tuple[FloatArray, Rotation]:
+    """Return the tips (n, 3) and rotations of the tool on the part for (n, 6) joints [rad]."""
+    turn, place = Rotation.identity(len(joints)), np.zeros((len(joints), 3))
+    for joint, (axis, step) in enumerate(
+        [("z", (0, 0, SHOULDER)), ("y", (0, 0, UPPER_ARM)), ("y", (0, 0, ELBOW)), ("x", (FOREARM, 0, 0)),
+         ("y", (0, 0, 0)), ("x", (FLANGE, 0, 0))]
+    ):  # fmt: skip
+        turn *= Rotation.from_euler(axis, joints[:, [joint]])
+        place += turn.apply(np.array(step, dtype=np.float64))
+    turn *= Rotation.from_euler("y", np.pi / 2.0)
+    place += turn.apply(program.tool[0])
+    return program.part[1].inv().apply(place - program.part[0]), program.part[1].inv() * turn * program.tool[1]
+
+
+def _rounded(program: Program, move: int) -> FloatArray:
+    """Return the controller's path from about the target before a move to about its end, both corners whole."""
+    tips, zones = program.tips, program.zones
+
+    def corner(at: int) -> FloatArray:
+        if zones[at] == 0.0 or not 0 < at < len(tips) - 1:
+            return tips[at : at + 1]
+        before, behind = tips[at - 1] - tips[at], tips[at + 1] - tips[at]
+        entry, leave = (tips[at] + zones[at] * each / np.linalg.norm(each) for each in (before, behind))
+        share = np.linspace(0.0, 1.0, PIECES + 1)[:, None]
+        return (1.0 - share) ** 2 * entry + 2.0 * share * (1.0 - share) * tips[at] + share**2 * leave
+
+    return np.concatenate([corner(move - 1), corner(move)])
+
+
+def _distance(tip: FloatArray, line: FloatArray) -> float:
+    """Return the distance of a place from a polyline [mm]."""
+    along = np.diff(line, axis=0)
+    squares = np.einsum("ij,ij->i", along, along)
+    shares = np.einsum("ij,ij->i", tip - line[:-1], along) / np.where(squares > 0.0, squares, 1.0)
+    feet = line[:-1] + np.clip(shares, 0.0, 1.0)[:, None] * along
+    return float(np.linalg.norm(tip - feet, axis=1).min())
 
 
 def deposited(program: Program, told: PlanRecord, *, spacing: float) -> Deposited:
@@ -154,7 +245,7 @@ def deposited(program: Program, told: PlanRecord, *, spacing: float) -> Deposite
     rate, (layer,) = told.deposition.valve_mm3_s, told.layers
     lengths = np.append(np.inf, np.linalg.norm(np.diff(program.tips, axis=0), axis=1))
     ends = np.cumsum(np.append(0.0, (lengths / program.speeds)[1:]))
-    below = program.tips + layer.standoff_mm * program.axes
+    below = program.tips + layer.standoff_mm * program.turns.apply([0.0, 0.0, 1.0])
     passed = np.cumsum(np.append(0.0, np.linalg.norm(np.diff(below, axis=0), axis=1)))
     opened, closed = (
         [(move, _moment(program, move, off, lengths, ends)) for move, off, opens in program.switches if opens == on]

@@ -173,6 +173,8 @@ def _motion(plan: Plan, robot: RobotPlan) -> MotionRecord:
         lean=_lean(path, lengths),
         smallest_wrist_angle_deg=_degrees(path.smallest_wrist_angle),
         slowest_deposit_mm_s=trajectory.slowest_deposit,
+        off_moves_mm=robot.off_moves.distance,
+        off_moves_deg=_degrees(robot.off_moves.turn),
         stretched_pieces=trajectory.stretched,
         largest_jerk_m_s3=largest_jerk(trajectory, _arm(plan), T_base_work=placement.T_base_work),
         share_at_speed=trajectory.share_at_speed,

@@ -30,6 +30,7 @@ from geoprint.model import (
     freeze_arrays,
     frozen,
 )
+from geoprint.motion.timing import OffMoves
 from geoprint.quality import DistanceErrors, Printed, Uniformity
 from geoprint.results.tilting import Tilting
 from geoprint.results.workpiece import Workpiece
@@ -132,6 +133,7 @@ class RobotPlan:
         program: its text.
         switching: what flows when, as the text was executed.
         executed: what of the text was executed, and how far it lies from the plan.
+        off_moves: how far the trajectory is from the moves of the program, all along.
         ceiling: speed that was allowed [mm/s]; the cell of the workpiece has the one that prints.
         table_kept: distance that is kept from the arm at home while a table brings the part here [mm]; None where the
             part stands still.
@@ -148,6 +150,7 @@ class RobotPlan:
     program: Program
     switching: Timeline
     executed: Executed
+    off_moves: OffMoves
     ceiling: float
     table_kept: float | None = None
 

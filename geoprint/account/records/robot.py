@@ -146,6 +146,8 @@ class MotionRecord(Record):
     lean: LeanRecord = Field(description="from the attitude of the path")
     smallest_wrist_angle_deg: Rounded = Field(description="of joint 5 [degrees]")
     slowest_deposit_mm_s: Rounded = Field(description="of the bead, beside the ramps [mm/s]")
+    off_moves_mm: Rounded = Field(description="largest distance of the timed path from the moves, all along [mm]")
+    off_moves_deg: Rounded = Field(description="and turn [degrees]")
     stretched_pieces: Count = Field(description="of the motion that had to be slower than planned")
     largest_jerk_m_s3: Rounded = Field(description="of the tip on deposit, over steps of 10 ms [m/s3]")
     share_at_speed: Rounded = Field(description="of the deposit within 1 % of the print's speed")

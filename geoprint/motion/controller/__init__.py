@@ -6,7 +6,11 @@ from geoprint.motion.controller.aloft import (
     aloft_configuration as aloft_configuration,
     aloft_path as aloft_path,
 )
-from geoprint.motion.controller.fitting import LARGEST_ZONE as LARGEST_ZONE
+from geoprint.motion.controller.fitting import (
+    LARGEST_ZONE as LARGEST_ZONE,
+    apexes as apexes,
+    rounded_deviations as rounded_deviations,
+)
 from geoprint.motion.controller.interpolation import (
     controller_path as controller_path,
     there_and_back as there_and_back,

@@ -18,6 +18,8 @@ from geoprint.model import BoolArray, FloatArray, IntArray
 
 # Largest radius in which the controller may round a target [mm]: below half a bead, however wide the targets stand.
 LARGEST_ZONE = 0.3
+# A corner of the path itself is cut by no more than this [mm]: less than the path may be off in all.
+LARGEST_CUT = 0.004
 # Steps of the tip below this [mm] are turns on the spot.
 COINCIDENT = 1e-6
 # The places are found by iteration; each round leaves a third of what was off, or less.
@@ -26,11 +28,27 @@ ROUNDS = 16
 PIECES = 6
 
 
-def zones_of(places: FloatArray, rests: BoolArray) -> FloatArray:
-    """Return (t,) half the distance of each target to its nearer neighbour, at most `LARGEST_ZONE`; 0 at rest [mm]."""
-    distances = np.linalg.norm(np.diff(places, axis=0), axis=1)
+def zones_of(places: FloatArray, rests: BoolArray, *, moved: BoolArray | None = None) -> FloatArray:
+    """Return the (t,) zones of targets [mm]; 0 at rest.
+
+    They are half the distance to the nearer neighbour, and no larger than `LARGEST_ZONE`. One that is not moved stands
+    on the path: its zone cuts its corner by no more than `LARGEST_CUT`.
+
+    Args:
+        places: (t, 3) [mm].
+        rests: (t,) where the tool stops.
+        moved: (t,) which stand outside of a bend, by what their zones cut off; all of them where it is left out.
+    """
+    steps = np.diff(places, axis=0)
+    distances = np.linalg.norm(steps, axis=1)
     nearer = np.minimum(np.append(distances, 0.0), np.append([0.0], distances))
-    return np.where(rests | (nearer < COINCIDENT), 0.0, np.minimum(nearer / 2.0, LARGEST_ZONE))
+    zones = np.where(rests | (nearer < COINCIDENT), 0.0, np.minimum(nearer / 2.0, LARGEST_ZONE))
+    if moved is not None:
+        along = steps / np.maximum(distances[:, None], COINCIDENT)
+        bends = np.linalg.norm(np.diff(along, axis=0), axis=1)
+        largest = 4.0 * LARGEST_CUT / np.maximum(bends, COINCIDENT)
+        zones[1:-1] = np.where(moved[1:-1], zones[1:-1], np.minimum(zones[1:-1], largest))
+    return zones
 
 
 def apexes(places: FloatArray, zones: FloatArray) -> FloatArray:

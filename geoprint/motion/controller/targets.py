@@ -98,7 +98,7 @@ def written_targets(
     course = _course(poses, kept, trajectory.pose_times, tolerance=tolerance, period=period)
     rows, places = rounded_chain(course)
     chosen, moved = kept[rows], np.flatnonzero((places != course.tips[rows]).any(axis=1))
-    zones = zones_of(places, course.resting(rows))
+    zones = zones_of(places, course.resting(rows), moved=(places != course.tips[rows]).any(axis=1))
     lengths = rounded_lengths(course.tips, rows, places, zones)
     return Targets(
         poses=chosen,

@@ -16,4 +16,8 @@ from geoprint.motion.timing.slowdown import (
     slowed_shares as slowed_shares,
 )
 from geoprint.motion.timing.spacing import timed_targets as timed_targets
-from geoprint.motion.timing.straight_moves import held_straight as held_straight
+from geoprint.motion.timing.straight_moves import (
+    OffMoves as OffMoves,
+    held_straight as held_straight,
+    off_moves as off_moves,
+)

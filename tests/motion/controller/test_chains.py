@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from geoprint.model import FloatArray
 from geoprint.motion.controller.choice import Weighed, cheapest_chain, weighed
-from geoprint.motion.controller.fitting import fitted_places, rounded_deviations, rounded_lengths, zones_of
+from geoprint.motion.controller.fitting import apexes, fitted_places, rounded_deviations, rounded_lengths, zones_of
 from geoprint.motion.controller.rounded_chain import Course
 from geoprint.motion.controller.zones import triangle_middles
 from tests.motion.joint_paths import DOWN, tilted
@@ -174,3 +174,13 @@ def test_the_controllers_path_is_as_long_as_its_lines_and_half_parabolas() -> No
     np.testing.assert_allclose(rounded_lengths(tips, chosen, tips, np.zeros(3)), [4.0, 6.0])
     found = rounded_lengths(tips, chosen, tips, np.array([0.0, 1.0, 0.0]))
     np.testing.assert_allclose(found, [3.8116, 5.8116], atol=7e-4)
+
+
+def test_a_target_on_the_path_has_a_zone_that_cuts_its_corner_by_no_more_than_0_004_mm() -> None:
+    """Of a corner of 90 degrees a zone cuts off a quarter of it times sqrt(2)."""
+    places = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 4.0, 0.0], [4.0, 8.0, 0.0], [4.0, 8.4, 0.0]])
+    rests = np.array([True, False, False, False, True])
+    found = zones_of(places, rests, moved=np.zeros(5, dtype=np.bool_))
+    np.testing.assert_allclose(found, [0.0, 0.016 / np.sqrt(2.0), 0.3, 0.2, 0.0])
+    assert np.linalg.norm(apexes(places, found)[1] - places[1]) == pytest.approx(0.004)
+    np.testing.assert_allclose(zones_of(places, rests, moved=~rests), [0.0, 0.3, 0.3, 0.2, 0.0])
