@@ -1,8 +1,12 @@
-"""Strokes put into printing order: from the seed inwards, seams next to each other, resampled along the arc."""
+"""Strokes put into printing order: from the seed inwards, seams next to each other, resampled along the arc.
+
+What is too short to be printed is joined to what it faces, or dropped.
+"""
 
 from __future__ import annotations
 
 from itertools import pairwise
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -16,9 +20,18 @@ from geoprint.paths.resample import resample
 from geoprint.paths.seams import Seams, starts_apart
 from geoprint.surfaces import arc_lengths, component_labels, normals, positions
 
+Item = TypeVar("Item")
+
 # Defaults of the sampling as shares of the spacing: errors far below the bead's width, steps that a spline follows.
 STEP_SHARE = 0.5
 CHORD_ERROR_SHARE = 1.0 / 500.0
+# A run this share shorter than the shortest is not shorter: rounding decides nothing.
+ROUNDING = 1e-6
+# A short run goes on into another one whose end is within so many spacings, ahead of its own end and facing it within
+# this cosine; its direction is that over so many spacings. Ends nearer than the last have no line between them.
+JOINED_REACH, FACING, DIRECTION, TOUCHING = 1.0, 0.7, 0.5, 0.05
+# Nothing else lies within so many spacings of what joins them.
+JOINED_ROOM = 0.6
 # What the tip may leave out where it would turn sharply, as a share of the spacing: what is within 5 % counts as even.
 BACKTRACK_ERROR_SHARE = 1.0 / 20.0
 
@@ -36,16 +49,33 @@ class _Run:
     piece: int
 
 
+class _Joint(NamedTuple):
+    """Where a run goes on into another: how far, which two, and whether each is joined at its end, not its start."""
+
+    gap: float
+    runs: tuple[int, int]
+    at_end: tuple[bool, bool]
+
+
 def arrange(
-    strokes: Strokes, surface: Surface, *, speed: float, standoff: float = 0.0, seams: Seams | None = None
+    strokes: Strokes,
+    surface: Surface,
+    *,
+    speed: float,
+    standoff: float = 0.0,
+    shortest: float = 0.0,
+    seams: Seams | None = None,
 ) -> Toolpath:
     """Order, orient and resample strokes.
 
     Runs go from the seed inwards, level by level, which is the whole part of the row at which a stroke starts; inside a
     level the next run is the one nearest to where the tool is. A closed run starts at its point nearest to the end of
     the run before, so that seams lie side by side and travel is short; it keeps its direction. An open run starts at
-    its nearer end. Closed runs shorter than one spacing would be a blob rather than a bead: they are dropped and
-    counted, as are those that the pattern left out.
+    its nearer end.
+
+    A run shorter than one spacing would be a blob rather than a bead, and one shorter than the equipment needs would
+    not be what was planned. Where its end faces that of another run with nothing beside, both become one; else it is
+    dropped and counted, as are those that the pattern left out, and what is left so short where a corner splits a run.
 
     A surface in several pieces is printed piece by piece, each in the order that it has alone: first the first one,
     then always the one that starts nearest to the tool.
@@ -55,6 +85,7 @@ def arrange(
         surface: what they were drawn on.
         speed: set speed of the tip [mm/s]; `round_corners` says what depends on it.
         standoff: height of the tip over the surface [mm]: where its line turns sharply there, samples are left out.
+        shortest: run that the equipment can deposit, as `Cell.shortest_run` [mm].
         seams: of a layer of a stack: where its closed runs may start; of those places the nearest counts.
 
     Returns:
@@ -65,22 +96,35 @@ def arrange(
         FieldError: nothing is left to print of a piece, or a run is too hollow for a tip at the stand-off.
     """
     spacing = float(strokes.spacing.min())
-    runs, dropped = _worth_printing(_runs_of(strokes, surface), spacing=spacing)
+    least = max(spacing, shortest) * (1.0 - ROUNDING)
+    joined = _joined(_runs_of(strokes, surface), least=least, spacing=spacing)
+    runs, dropped = _parted(joined, [_length(run) >= least for run in joined])
+    _check_left(runs, dropped, least=least, spacing=spacing)
     ordered = _piece_by_piece(runs, seams=seams, spacing=spacing)
     closed = [run.closed for run in ordered]
     smooth = faired(surface, [run.points for run in ordered], closed=closed, spacing=spacing)
     step, error = STEP_SHARE * spacing, CHORD_ERROR_SHARE * spacing
     sampled = [resample(surface, points, step=step, chord_error=error) for points in smooth]
     rounded = round_corners(surface, sampled, closed=closed, spacing=spacing, speed=speed)
-    curves = _curves(surface, rounded.pieces, standoff=standoff, error=BACKTRACK_ERROR_SHARE * spacing)
-    rows, spacings = _carried(surface, curves, [ordered[run.run] for run in rounded.pieces])
+    lengths = np.array([float(arc_lengths(positions(surface, each.points))[-1]) for each in rounded.pieces])
+    pieces, short = _parted(rounded.pieces, list(lengths >= least))
+    kept, left_out = ([ordered[each.run] for each in some] for some in (pieces, short))
+    _check_left(kept, left_out, least=least, spacing=spacing)
+    curves = _curves(surface, pieces, standoff=standoff, error=BACKTRACK_ERROR_SHARE * spacing)
+    rows, spacings = _carried(surface, curves, kept)
+    lost = [
+        *((_length(run), float(run.spacings.mean())) for run in dropped),
+        *zip(lengths[lengths < least].tolist(), (float(run.spacings.mean()) for run in left_out), strict=True),
+        *((length, spacing) for length in strokes.dropped),
+    ]
     return Toolpath(
         curves=curves,
-        levels=np.array([ordered[run.run].level for run in rounded.pieces]),
-        layers=np.full(len(rounded.pieces), 0 if seams is None else seams.layer),
+        levels=np.array([run.level for run in kept]),
+        layers=np.full(len(pieces), 0 if seams is None else seams.layer),
         spacing=spacing,
-        dropped_runs=len(dropped) + len(strokes.dropped),
-        dropped_length=float(sum(_length(run) for run in dropped) + sum(strokes.dropped)),
+        dropped_runs=len(lost),
+        dropped_length=float(sum(length for length, _ in lost)),
+        dropped_area=float(sum(length * width for length, width in lost)),
         fillets=rounded.fillets,
         splits=rounded.splits,
         rows=rows,
@@ -143,25 +187,104 @@ def _length(run: _Run) -> float:
     return float(arc_lengths(run.places)[-1])
 
 
-def _worth_printing(runs: list[_Run], *, spacing: float) -> tuple[list[_Run], list[_Run]]:
-    """Part runs into those to print and those to drop; an open run too short to have two points is dropped too.
+def _parted(items: list[Item], keep: list[bool]) -> tuple[list[Item], list[Item]]:
+    """Part items into those to keep and the others."""
+    kept = [item for item, kept in zip(items, keep, strict=True) if kept]
+    return kept, [item for item, kept in zip(items, keep, strict=True) if not kept]
+
+
+def _joined(runs: list[_Run], *, least: float, spacing: float) -> list[_Run]:
+    """Return runs of which short ones go on into those that they face: the nearest ends first, as long as there are."""
+    runs = [*runs]
+    while joints := _joints(runs, least=least, spacing=spacing):
+        joint = min(joints, key=lambda joint: joint.gap)
+        first, second = (runs[number] for number in joint.runs)
+        # The first is turned so that it ends at the joint, the second so that it starts there.
+        first = first if joint.at_end[0] else _reordered(first, np.arange(len(first.places))[::-1])
+        second = _reordered(second, np.arange(len(second.places))[::-1]) if joint.at_end[1] else second
+        level = max(first, second, key=_length).level
+        runs = [run for number, run in enumerate(runs) if number not in joint.runs]
+        runs.append(_end_to_end(first, second, level=level))
+    return runs
+
+
+def _joints(runs: list[_Run], *, least: float, spacing: float) -> list[_Joint]:
+    """Return where short runs go on into others."""
+    opened = [number for number, run in enumerate(runs) if not run.closed and _length(run) > 0.0]
+    short = {number for number in opened if _length(runs[number]) < least}
+    if not short:
+        return []
+    ends = [(number, at_end) for number in opened for at_end in (False, True)]
+    places = np.array([runs[number].places[-1 if at_end else 0] for number, at_end in ends])
+    outwards = np.array(
+        [_outwards(runs[number].places, at_end=at_end, reach=DIRECTION * spacing) for number, at_end in ends]
+    )
+    every = np.concatenate([run.places for run in runs])
+    owner = np.repeat(np.arange(len(runs)), [len(run.places) for run in runs])
+    found = list[_Joint]()
+    # The set has no order of its own.
+    for a, b in sorted(KDTree(places).query_pairs(JOINED_REACH * spacing)):
+        pair = (ends[a][0], ends[b][0])
+        if pair[0] == pair[1] or not short & {*pair} or runs[pair[0]].piece != runs[pair[1]].piece:
+            continue
+        if _faces(places[a], outwards[a], places[b], outwards[b], touching=TOUCHING * spacing):
+            near = np.linalg.norm(every - 0.5 * (places[a] + places[b]), axis=1) < JOINED_ROOM * spacing
+            if not (near & (owner != pair[0]) & (owner != pair[1])).any():
+                gap = float(np.linalg.norm(places[b] - places[a]))
+                found.append(_Joint(gap, pair, (ends[a][1], ends[b][1])))
+    return found
+
+
+def _outwards(places: FloatArray, *, at_end: bool, reach: float) -> FloatArray:
+    """Return the (3,) unit vector in which a line leaves itself at an end, over a reach [mm]."""
+    line = places[::-1] if at_end else places
+    arcs = arc_lengths(line)
+    back = np.array([np.interp(reach, arcs, line[:, axis]) for axis in range(3)])
+    return (line[0] - back) / max(float(np.linalg.norm(line[0] - back)), np.finfo(np.float64).tiny)
+
+
+def _faces(first: FloatArray, ahead: FloatArray, second: FloatArray, behind: FloatArray, *, touching: float) -> bool:
+    """Return whether a line that ends in one place and direction goes on in another that faces it."""
+    step = second - first
+    gap = float(np.linalg.norm(step))
+    if gap < touching:
+        return float(ahead @ behind) < -FACING
+    return float(step @ ahead) > FACING * gap and float(-step @ behind) > FACING * gap
+
+
+def _end_to_end(first: _Run, second: _Run, *, level: int) -> _Run:
+    return _Run(
+        points=SurfacePoints(
+            np.concatenate([first.points.faces, second.points.faces]),
+            np.concatenate([first.points.weights, second.points.weights]),
+        ),
+        places=np.concatenate([first.places, second.places]),
+        rows=np.concatenate([first.rows, second.rows]),
+        spacings=np.concatenate([first.spacings, second.spacings]),
+        closed=False,
+        level=level,
+        piece=first.piece,
+    )
+
+
+def _check_left(kept: list[_Run], dropped: list[_Run], *, least: float, spacing: float) -> None:
+    """Check that something is left of every piece.
 
     Raises:
-        FieldError: nothing is left of a piece.
+        FieldError: nothing is.
     """
-    long_enough = [_length(run) >= (spacing if run.closed else spacing / 100) for run in runs]
-    kept = [run for run, keep in zip(runs, long_enough, strict=True) if keep]
-    dropped = [run for run, keep in zip(runs, long_enough, strict=True) if not keep]
-    if lost := {run.piece for run in dropped} - {run.piece for run in kept}:
-        raise _lost(min(lost) if kept else None, spacing=spacing)
-    return kept, dropped
-
-
-def _lost(piece: int | None, *, spacing: float) -> FieldError:
-    which = "the part" if piece is None else f"patch {piece + 1}"
-    return FieldError(
-        f"at a spacing of {spacing:g} mm every contour of {which} is shorter than one spacing: choose a "
-        "smaller spacing."
+    lost = {run.piece for run in dropped} - {run.piece for run in kept}
+    if not lost:
+        return
+    which = f"patch {min(lost) + 1}" if kept else "the part"
+    if least < spacing:
+        raise FieldError(
+            f"at a spacing of {spacing:g} mm every contour of {which} is shorter than one spacing: choose a smaller "
+            "spacing."
+        )
+    raise FieldError(
+        f"every path of {which} is shorter than {least:.3g} mm, what flows while the valve shuts "
+        "(signals.valve_close_s at process.speed_mm_s): choose a smaller spacing or print slower."
     )
 
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from geoprint.backends import Backend
 from geoprint.errors import UsageError
-from geoprint.model import ScalarField, Seed, Strokes, Surface
-from geoprint.patterns.middle import fitted
+from geoprint.model import Contours, ScalarField, Seed, Strokes, Surface
+from geoprint.patterns.middle import fitted, parted
 
 PLAIN, FITTED = MIDDLES = ("plain", "fitted")
 
@@ -40,6 +40,8 @@ class ContourPattern:
     def strokes(self, surface: Surface, seed: Seed, *, backend: Backend, spacing: float | ScalarField) -> Strokes:
         """Return a stroke for each level curve, and where the middle is fitted for each bead along a ridge.
 
+        None comes near to itself: where both sides of a finger or a neck are one bead, one bead is drawn.
+
         Raises:
             UsageError: the spacing is not the same everywhere.
             FieldError: not even the first level lies on the surface, or on a piece of it.
@@ -51,7 +53,22 @@ class ContourPattern:
             )
         contours = backend.contours(seed, spacing=spacing)
         if self._middle == FITTED:
-            return fitted(surface, contours)
+            return _apart(surface, fitted(surface, contours), contours)
         row = contours.point_levels.astype(np.float64)
         promised = (row + 0.5) * contours.spacing
-        return Strokes(contours.curves, row, np.full(row.size, contours.spacing), np.ones(row.size), promised=promised)
+        drawn = Strokes(contours.curves, row, np.full(row.size, contours.spacing), np.ones(row.size), promised=promised)
+        return _apart(surface, drawn, contours)
+
+
+def _apart(surface: Surface, drawn: Strokes, contours: Contours) -> Strokes:
+    """Return strokes that keep their distance from themselves; what is drawn anew promises the distance there."""
+    found = parted(surface, drawn.curves, spacing=contours.spacing)
+    if found.curves is drawn.curves:
+        return drawn
+    sizes = np.diff(found.curves.offsets)
+    row = np.repeat(drawn.levels[found.origins], sizes).astype(np.float64)
+    promised = None
+    if drawn.promised is not None:
+        away = found.curves.points.values(surface, contours.distance.values)
+        promised = np.where(np.repeat(found.drawn, sizes), away, (row + 0.5) * contours.spacing)
+    return Strokes(found.curves, row, np.full(row.size, contours.spacing), np.ones(row.size), promised=promised)

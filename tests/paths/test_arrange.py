@@ -16,7 +16,7 @@ from geoprint.model import FloatArray, IntArray, PoseStream, ScalarField, Stroke
 from geoprint.paths import arrange, largest_lean, mean_lean, poses, seams_of
 from geoprint.paths.attitude import smoothed_axes, tool_quaternions
 from geoprint.patterns import PATTERNS
-from geoprint.surfaces import boundary_seed, positions
+from geoprint.surfaces import boundary_seed, closest, positions
 from geoprint.transforms import rotation_of
 from tests.meshes import annulus, cylinder_patch, plate, spherical_cap
 from tests.motion.cells import straight_cell
@@ -101,7 +101,7 @@ def test_the_fourth_layer_of_a_stack_starts_where_the_first_does_and_a_single_sk
     assert set(skin.layers.tolist()) == {0}
 
 
-def test_closed_runs_shorter_than_a_spacing_are_dropped_and_counted() -> None:
+def test_closed_runs_shorter_than_a_spacing_are_dropped_and_counted_with_their_area() -> None:
     surface = plate((30.0, 30.0), (60, 60))
     x, y = surface.vertices[:, 0], surface.vertices[:, 1]
     field = ScalarField(np.minimum(np.minimum(x, 30.0 - x), np.minimum(y, 30.0 - y)))
@@ -110,6 +110,7 @@ def test_closed_runs_shorter_than_a_spacing_are_dropped_and_counted() -> None:
     assert toolpath.levels.tolist() == [0]
     assert toolpath.dropped_runs == 1
     assert toolpath.dropped_length == pytest.approx(4 * 0.6, abs=0.4)
+    assert toolpath.dropped_area == pytest.approx(3.0 * toolpath.dropped_length)
     # With what the pattern left out itself.
     laid = strokes_of(curves, levels, spacing=3.0)
     told = arrange(replace(laid, dropped=(2.0, 3.5)), surface, speed=SPEED)
@@ -118,6 +119,81 @@ def test_closed_runs_shorter_than_a_spacing_are_dropped_and_counted() -> None:
     inner, _ = isolines(surface, field, levels=np.array([14.7]))
     with pytest.raises(FieldError, match="shorter than one spacing"):
         arrange(strokes_of(inner, np.array([0]), spacing=3.0), surface, speed=SPEED)
+
+
+def lines_on(surface: Surface, lines: list[list[tuple[float, float]]], *, spacing: float = 1.0) -> Strokes:
+    """Straight open strokes on a plate, each of its places a fifth apart."""
+    fine = list[FloatArray]()
+    for line in lines:
+        (x, y), (u, v) = line
+        share: FloatArray = np.linspace(0.0, 1.0, max(round(np.hypot(u - x, v - y) / 0.2), 1) + 1)
+        fine.append(np.column_stack([x + share * (u - x), y + share * (v - y), np.zeros(share.size)]))
+    points, _ = closest(surface, np.concatenate(fine))
+    offsets = np.concatenate([[0], np.cumsum([len(line) for line in fine])])
+    curves = SurfaceCurves(points, offsets, np.zeros(len(lines), dtype=np.bool_))
+    return strokes_of(curves, np.zeros(len(lines), dtype=np.int64), spacing=spacing)
+
+
+@pytest.mark.parametrize(
+    ("short", "runs", "dropped"),
+    [
+        # It goes on where the long one ends, as far as a spacing away, and at a slant.
+        ([(10.4, 5.0), (11.0, 5.0)], 1, 0),
+        ([(10.9, 5.0), (11.4, 5.0)], 1, 0),
+        ([(11.0, 5.0), (10.4, 5.0)], 1, 0),
+        ([(10.6, 5.2), (11.1, 5.4)], 1, 0),
+        # Too far away; across; beside, facing the same way.
+        ([(11.2, 5.0), (11.7, 5.0)], 1, 1),
+        ([(10.4, 4.7), (10.4, 5.3)], 1, 1),
+        ([(9.5, 5.5), (10.1, 5.5)], 1, 1),
+        # Long enough by itself: it stays a run.
+        ([(10.4, 5.0), (11.6, 5.0)], 2, 0),
+    ],
+    ids=["touching", "near", "turned", "slanted", "far", "across", "beside", "long"],
+)
+def test_a_short_run_goes_on_into_one_that_faces_it_and_is_dropped_where_none_does(
+    short: list[tuple[float, float]], runs: int, dropped: int
+) -> None:
+    surface = plate((20.0, 10.0), (10, 5))
+    toolpath = arrange(lines_on(surface, [[(2.0, 5.0), (10.0, 5.0)], short]), surface, speed=SPEED)
+    assert (toolpath.curves.count, toolpath.dropped_runs) == (runs, dropped)
+    length = float(np.hypot(short[1][0] - short[0][0], short[1][1] - short[0][1]))
+    assert toolpath.dropped_length == pytest.approx(dropped * length)
+    assert toolpath.dropped_area == pytest.approx(dropped * length * 1.0)
+    if runs == 1 and not dropped:
+        places = positions(surface, toolpath.curves.points)
+        assert sorted(places[[0, -1], 0]) == pytest.approx([2.0, max(short[0][0], short[1][0])])
+
+
+def test_a_short_run_joins_the_nearer_of_two_but_not_across_a_third() -> None:
+    surface = plate((20.0, 10.0), (10, 5))
+    row = [[(2.0, 5.0), (9.0, 5.0)], [(9.4, 5.0), (10.1, 5.0)], [(10.7, 5.0), (18.0, 5.0)]]
+    joined = arrange(lines_on(surface, row), surface, speed=SPEED)
+    assert (joined.curves.count, joined.dropped_runs) == (2, 0)
+    places = positions(surface, joined.curves.points)
+    assert sorted(np.ptp(places[slice(*joined.curves.offsets[run : run + 2])], axis=0)[0] for run in (0, 1)) == (
+        pytest.approx([7.3, 8.1])
+    )
+    crossed = [*row[:2], [(10.5, 0.5), (10.5, 9.5)]]
+    assert arrange(lines_on(surface, crossed), surface, speed=SPEED).curves.count == 2
+    beside = [[(2.0, 5.0), (9.0, 5.0)], [(9.8, 5.0), (10.5, 5.0)], [(9.4, 5.3), (9.4, 9.0)]]
+    apart = arrange(lines_on(surface, beside), surface, speed=SPEED)
+    assert (apart.curves.count, apart.dropped_runs) == (2, 1)
+
+
+def test_the_valve_decides_what_is_too_short_where_it_needs_more_than_a_spacing() -> None:
+    surface = plate((20.0, 10.0), (10, 5))
+    drawn = lines_on(surface, [[(2.0, 5.0), (10.0, 5.0)], [(2.0, 8.0), (3.5, 8.0)]])
+    cell = straight_cell()
+    slow = replace(cell, signals=replace(cell.signals, valve_close=0.08)).at_speed(20.0)
+    assert slow.shortest_run == pytest.approx(1.6)
+    assert slow.at_speed(10.0).shortest_run == pytest.approx(0.8)
+    for shortest, left in ((0.0, 2), (1.5, 2), (slow.shortest_run, 1)):
+        toolpath = arrange(drawn, surface, speed=SPEED, shortest=shortest)
+        assert toolpath.curves.count == left
+        assert toolpath.dropped_runs == 2 - left
+    with pytest.raises(FieldError, match=r"every path of the part is shorter than 9 mm, .*valve_close_s"):
+        arrange(drawn, surface, speed=SPEED, shortest=9.0)
 
 
 def test_the_nozzle_stands_on_the_normal_at_the_stand_off() -> None:

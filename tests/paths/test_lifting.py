@@ -133,7 +133,8 @@ def test_creases_of_a_stream_are_counted_and_measured(slope_deg: float, count: i
     points, _ = closest(surface, across(surface, slope_deg=slope_deg)[0])
     nothing = np.zeros((0, 3))
     runs = SurfaceCurves(points, np.array([0, 801]), np.array([False]))
-    toolpath = Toolpath(runs, np.array([0]), np.array([0]), 1.0, 0, 0.0, nothing, nothing, np.zeros(801), np.ones(801))
+    one = np.array([0])
+    toolpath = Toolpath(runs, one, one, 1.0, 0, 0.0, 0.0, nothing, nothing, np.zeros(801), np.ones(801))
     stream = poses(
         toolpath, surface, R_base_work=np.eye(3), standoff=STANDOFF, retract=5.0, layer_height=0.5, max_tilt=0.2,
         tool=straight_cell().tool, body=None,

@@ -6,9 +6,11 @@
 - `counting`: how many beads fill the width across a ridge;
 - `corners`: tips of sharp corners drawn outwards, into the gap that they leave;
 - `fitting`: strands moved to their share of the width, two of them laid as one, one more laid between them;
-- `lines`: the strokes that come of it.
+- `lines`: the strokes that come of it;
+- `narrow`: curves that come near to themselves cut there, with one bead between both sides.
 """
 
 from geoprint.patterns.middle.fitting import (
     fitted as fitted,
 )
+from geoprint.patterns.middle.narrow import parted as parted

@@ -16,6 +16,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial import KDTree
 
 from geoprint.model import Contours, FloatArray, IntArray, Strokes, Surface, freeze_arrays, frozen
+from geoprint.paths.backtracks import BACKTRACK, unfolded
 from geoprint.patterns.middle.corners import drawn_out
 from geoprint.patterns.middle.counting import bead_counts
 from geoprint.patterns.middle.lines import LaidLine, MovedStrands, strokes_of
@@ -26,6 +27,8 @@ from geoprint.surfaces import arc_lengths
 
 # Beads become at most so much wider or narrower than nominal.
 MOST_STRETCHED = 0.2
+# What a bead on a ridge goes back by where pieces overlap is left out as far as that moves it by no more [spacings].
+OVERLAPPING = 0.5
 # A bead on a ridge ends where anything is nearer than this share of what the strands beside it are.
 CLEAR_SHARE = 0.9
 # Standard deviation of the window in which moves are smoothed along a strand [spacings].
@@ -47,12 +50,13 @@ class _Ridge:
     def __post_init__(self) -> None:
         freeze_arrays(self, rows="int: n", counts="int: n")
 
-    def beads(self, places: FloatArray, beside: InnerNeighbours) -> list[LaidLine]:
+    def beads(self, places: FloatArray, beside: InnerNeighbours, *, spacing: float) -> list[LaidLine]:
         """Return the beads that lie on the ridge itself, where their number across it is odd.
 
         Args:
             places: (k, 3) of all samples now [mm].
             beside: their neighbours.
+            spacing: of the levels [mm].
         """
         tree = KDTree(places)
         found = list[LaidLine]()
@@ -62,7 +66,10 @@ class _Ridge:
             # At either end a third strand may be nearer than the two that face each other.
             clear = np.flatnonzero(tree.query(line)[0] > CLEAR_SHARE * half)
             if clear.size > 1:
-                found.append(LaidLine(line[clear[0] : clear[-1] + 1], int(self.counts[stretch[0]] - 1) // 2))
+                # Pieces of a ridge overlap where they were joined: the bead does not go back for that.
+                onwards = line[clear[0] : clear[-1] + 1]
+                onwards = onwards[unfolded(onwards, turn=BACKTRACK, error=OVERLAPPING * spacing)]
+                found.append(LaidLine(onwards, int(self.counts[stretch[0]] - 1) // 2))
         return found
 
 
@@ -81,7 +88,7 @@ def fitted(surface: Surface, contours: Contours) -> Strokes:
     found = [_counted(rows, strands, beside) for rows in ridges(strands, beside)]
     counts = _on_both_sides(found, strands, beside)
     shared = strands.places + _moves(counts, strands, beside)
-    beads = [bead for ridge in found for bead in ridge.beads(shared, beside)]
+    beads = [bead for ridge in found for bead in ridge.beads(shared, beside, spacing=contours.spacing)]
     moved = drawn_out(strands, shared, np.concatenate([np.zeros((0, 3)), *(bead.line for bead in beads)]))
     merged = beside.on_ridge & (counts > 0) & (counts < _crossing(strands.levels))
     return strokes_of(surface, contours, MovedStrands(strands, moved, merged), beads)

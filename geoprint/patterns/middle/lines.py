@@ -18,8 +18,9 @@ NEGLIGIBLE = 1e-3
 TIP_LENGTH, TIP_WIDTH = 2.0, 0.75
 # What is left between merged stretches goes with them where it is shorter than so many samples.
 LEAST_LEFT = 4
-# The bead along a ridge goes on to a tip within this reach, and closes where its ends are so near [spacings].
-TIP_REACH, CLOSING = 1.2, 1.0
+# The bead along a ridge goes on to a tip within this reach, and closes where its ends are so near [spacings]; what it
+# goes on to lies ahead of its end, within this cosine of its direction.
+TIP_REACH, CLOSING, AHEAD = 1.2, 1.0, 0.5
 # Elsewhere it goes straight on for so many samples while everything else is farther than this [spacings].
 STRAIGHT_SAMPLES, ROOM = 4, 0.95
 
@@ -60,20 +61,25 @@ def strokes_of(surface: Surface, contours: Contours, moved: MovedStrands, beads:
         beads: along ridges; they go on to the tips of what was merged there.
     """
     stays = _staying(moved)
-    left, tips = list[LaidLine](), list[FloatArray]()
+    left, tips = list[LaidLine](), list[LaidLine]()
     for strand in np.flatnonzero(~stays).tolist():
         bent = contours.curves.xyz(surface, strand)
         for bead in _left(moved, strand, bent, level=int(contours.levels[strand])):
             if moved.merged[moved.strands.rows(strand)].any() and _is_tip(bead.line, spacing=contours.spacing):
-                tips.append(bead.line[len(bead.line) // 2])
+                tips.append(bead)
             else:
                 left.append(bead)
     beside = KDTree(moved.places[~moved.merged])
-    drawn = left + [_to_the_end(bead, tips, beside, spacing=contours.spacing) for bead in beads]
+    drawn, reached = left, set[int]()
+    for bead in beads:
+        ended, used = _to_the_end(bead, tips, beside, spacing=contours.spacing)
+        drawn, reached = [*drawn, ended], reached | used
+    # No bead goes on to these, so that they stay.
+    drawn += [tip for number, tip in enumerate(tips) if number not in reached]
     levels = np.concatenate([contours.levels[stays], np.array([bead.level for bead in drawn], dtype=np.int64)])
     curves = some_curves(contours.curves, np.flatnonzero(stays))
     if drawn:
-        curves = all_curves([curves, _landed(surface, [bead.line for bead in drawn])])
+        curves = all_curves([curves, landed(surface, [bead.line for bead in drawn])])
     order = np.argsort(levels, kind="stable")
     row = np.repeat(levels[order], np.diff(curves.offsets)[order]).astype(np.float64)
     return Strokes(some_curves(curves, order), row, np.full(row.size, contours.spacing), np.ones(row.size))
@@ -105,33 +111,60 @@ def _is_tip(line: FloatArray, *, spacing: float) -> bool:
     return 0.0 < across < TIP_WIDTH * spacing and float(arc_lengths(line)[-1]) < TIP_LENGTH * spacing
 
 
-def _to_the_end(bead: LaidLine, tips: list[FloatArray], beside: KDTree, *, spacing: float) -> LaidLine:
-    """Return a bead that goes on to the tips at its ends, or straight on while there is room; closed where these meet.
+def _to_the_end(bead: LaidLine, tips: list[LaidLine], beside: KDTree, *, spacing: float) -> tuple[LaidLine, set[int]]:
+    """Return a bead that goes on to tips ahead of its ends, or straight on; closed where its ends face each other.
 
     Args:
         bead: along a ridge.
-        tips: of what was merged.
+        tips: of what was merged; in the middle of each it turns round.
         beside: places of all other strands [mm].
         spacing: of the levels [mm].
+
+    Returns:
+        The bead, and which tips it reaches.
     """
-    line = bead.line
-    for tip in tips:
-        if np.linalg.norm(line[0] - tip) < TIP_REACH * spacing:
-            line = np.vstack([tip, line])
-        elif np.linalg.norm(line[-1] - tip) < TIP_REACH * spacing:
-            line = np.vstack([line, tip])
+    line, reached = bead.line, set[int]()
+    for _ in range(2):
+        found = _tip_ahead(line, tips, spacing=spacing)
+        if found is not None:
+            line = np.vstack([line, _turn_of(tips[found])])
+            reached.add(found)
+        line = line[::-1]
     is_long = float(arc_lengths(line)[-1]) > 4.0 * CLOSING * spacing
-    if is_long and np.linalg.norm(line[0] - line[-1]) < CLOSING * spacing:
-        return LaidLine(np.vstack([line, line[:1]]), bead.level)
+    near = np.linalg.norm(line[0] - line[-1]) < CLOSING * spacing
+    if is_long and near and _is_ahead(line, line[0]) and _is_ahead(line[::-1], line[-1]):
+        return LaidLine(np.vstack([line, line[:1]]), bead.level), reached
     for _ in range(2):
         line = _straight_on(line, beside, spacing=spacing)[::-1]
-    return LaidLine(line, bead.level)
+    return LaidLine(line, bead.level), reached
+
+
+def _tip_ahead(line: FloatArray, tips: list[LaidLine], *, spacing: float) -> int | None:
+    """Return which tip is nearest to the end of a line among those that lie ahead of it; None where none does."""
+    away = np.array([float(np.linalg.norm(_turn_of(tip) - line[-1])) for tip in tips])
+    ahead = [k for k in range(len(tips)) if away[k] < TIP_REACH * spacing and _is_ahead(line, _turn_of(tips[k]))]
+    return min(ahead, key=lambda k: away[k], default=None)
+
+
+def _turn_of(tip: LaidLine) -> FloatArray:
+    return tip.line[len(tip.line) // 2]
+
+
+def _is_ahead(line: FloatArray, place: FloatArray) -> bool:
+    """Return whether a place lies ahead of the end of a line, so that the line goes on to it without turning back."""
+    towards = place - line[-1]
+    return float(towards @ _direction(line)) >= AHEAD * float(np.linalg.norm(towards))
+
+
+def _direction(line: FloatArray) -> FloatArray:
+    """Return the (3,) unit vector in which a line ends."""
+    ahead = line[-1] - line[max(len(line) - 1 - STRAIGHT_SAMPLES, 0)]
+    return ahead / max(float(np.linalg.norm(ahead)), 1e-12)
 
 
 def _straight_on(line: FloatArray, beside: KDTree, *, spacing: float) -> FloatArray:
     """Return a line that goes on from its last place as far as nothing lies beside it, one spacing at most."""
-    ahead = line[-1] - line[max(len(line) - 1 - STRAIGHT_SAMPLES, 0)]
-    ahead = ahead / max(float(np.linalg.norm(ahead)), 1e-12)
+    ahead = _direction(line)
     steps = np.arange(1, STRAIGHT_SAMPLES + 1) * STEP_SHARE * spacing
     away = np.asarray(beside.query(line[-1] + steps[:, None] * ahead)[0])
     near = np.flatnonzero(away <= ROOM * spacing)
@@ -139,8 +172,8 @@ def _straight_on(line: FloatArray, beside: KDTree, *, spacing: float) -> FloatAr
     return line if count == 0 else np.vstack([line, line[-1] + steps[count - 1] * ahead])
 
 
-def _landed(surface: Surface, lines: list[FloatArray]) -> SurfaceCurves:
-    """Return lines near a surface as curves on it; one whose last place is its first is closed."""
+def landed(surface: Surface, lines: list[FloatArray]) -> SurfaceCurves:
+    """Return lines (n, 3) near a surface as curves on it [mm]; one whose last place is its first is closed."""
     landed, _ = closest(surface, np.concatenate(lines))
     offsets = np.concatenate([[0], np.cumsum([len(line) for line in lines])])
     closed = np.array([np.array_equal(line[0], line[-1]) for line in lines])

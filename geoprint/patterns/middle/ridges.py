@@ -19,6 +19,9 @@ PAST_GAP = 1.0
 WIDE, NARROW = 0.6, 0.5
 # Where nothing is between, half the distance across differs by less than so many spacings.
 LIKE = 0.3
+# A ridge does not turn back where it goes on: the cosine between the directions in which two ends leave their pieces,
+# over so many samples, is at most this.
+TURNING_BACK, DIRECTION_SAMPLES = 0.5, 4
 
 
 def ridges(strands: Strands, beside: InnerNeighbours) -> list[IntArray]:
@@ -68,6 +71,8 @@ def _pieces(strands: Strands, beside: InnerNeighbours) -> list[IntArray]:
             rows = stretch + held.start
             opposite = strands.places[beside.facing[rows]]
             jumps = np.linalg.norm(np.diff(opposite, axis=0), axis=1) > LARGEST_STEP * strands.spacing
+            # Round the tip of a level a strand faces itself: its ridge runs to the tip once, and not back.
+            jumps |= np.diff(_is_behind(rows, beside.facing[rows]).astype(np.int64)) > 0
             found += np.split(rows, np.flatnonzero(jumps) + 1)
     taken = np.zeros(strands.levels.size, dtype=bool)
     kept = list[IntArray]()
@@ -81,6 +86,12 @@ def _pieces(strands: Strands, beside: InnerNeighbours) -> list[IntArray]:
                     taken[strands.further(side, step)] = True
             kept.append(own)
     return kept
+
+
+def _is_behind(rows: IntArray, facing: IntArray) -> BoolArray:
+    """Return whether each of some rows comes after what it faces among them; not where it faces none of them."""
+    order = dict(zip(rows.tolist(), range(rows.size), strict=True))
+    return np.array([order.get(faced, rows.size) < own for own, faced in enumerate(facing.tolist())], dtype=np.bool_)
 
 
 def _joined(pieces: list[IntArray], strands: Strands, beside: InnerNeighbours) -> list[IntArray]:
@@ -123,9 +134,19 @@ def _nearest_first(pieces: list[IntArray], strands: Strands, beside: InnerNeighb
     tip = (levels[:, None] + 1 == levels) & (halves[:, None] > WIDE * spacing) & (halves < NARROW * spacing)
     gap = (levels[:, None] == levels) & (np.abs(halves[:, None] - halves) < LIKE * spacing)
     near = (tip & (away < PAST_TIP * spacing)) | (gap & (away < PAST_GAP * spacing))
+    outwards = np.concatenate([_outwards(piece, strands, beside) for piece in pieces])
+    near &= outwards @ outwards.T <= TURNING_BACK
     first, second = np.nonzero(near & (number[:, None] != number))
     order = np.argsort(away[first, second], kind="stable")
     return list(zip(first[order].tolist(), second[order].tolist(), strict=True))
+
+
+def _outwards(piece: IntArray, strands: Strands, beside: InnerNeighbours) -> FloatArray:
+    """Return the (2, 3) unit vectors in which a piece of a ridge starts and ends, both away from it."""
+    line = middles(piece, strands.places, beside)
+    reach = min(DIRECTION_SAMPLES, len(line) - 1)
+    vectors = np.stack([line[0] - line[reach], line[-1] - line[-1 - reach]])
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), np.finfo(np.float64).tiny)
 
 
 def steps_along(line: FloatArray, *, spacing: float) -> FloatArray:
