@@ -37,7 +37,16 @@ Deposit = Annotated[
     str | None,
     typer.Option(
         metavar="NAME",
-        help="What deposits, where a file does not tell: an output's name in RAPID, M-codes in G-code as M3/M5.",
+        help="What deposits, where a file does not tell: an output's name in RAPID; in G-code two M-codes, as M3/M5 "
+        "or M42 P4 S255/S0, or the letter of an axis that extrudes, as A.",
+    ),
+]
+Dialect = Annotated[
+    str | None,
+    typer.Option(
+        metavar="NAME",
+        help="Dialect of G-code: marlin, klipper, reprap, linuxcnc or fanuc.",
+        show_default="guessed from header or moves, and stated",
     ),
 ]
 OutOrNone = Annotated[
@@ -55,6 +64,7 @@ def measure(
     offset_up_to: OffsetUpTo = None,
     fit: Fit = False,
     deposit: Deposit = None,
+    dialect: Dialect = None,
     out: OutOrNone = None,
     max_memory: MaxMemory = None,
     overwrite: Overwrite = False,
@@ -70,7 +80,9 @@ def measure(
     if out is not None:
         check_writable(out, overwrite=overwrite)
     with watch() as observe:
-        found = measure_files(job, paths, offset_up_to=offset_up_to, fit=fit, deposit=deposit, observe=observe)
+        found = measure_files(
+            job, paths, offset_up_to=offset_up_to, fit=fit, deposit=deposit, dialect=dialect, observe=observe
+        )
         observe("writing")
         told = record_measurement(found) if out is None else save_measurement(found, out, overwrite=overwrite)
     timings = record_measure_timings(found)

@@ -58,6 +58,10 @@ from geoprint.model.process import (
     SignalMode as SignalMode,
     Signals as Signals,
 )
+from geoprint.model.readings import (
+    Reading as Reading,
+    reading as reading,
+)
 from geoprint.model.surface import (
     Contours as Contours,
     FollowedLines as FollowedLines,

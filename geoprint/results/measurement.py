@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import final
 
-from geoprint.model import FloatArray, Surface, freeze_arrays, frozen
+from geoprint.model import FloatArray, Reading, Surface, freeze_arrays, frozen
 from geoprint.quality import Printed, RigidFit, Uniformity
 from geoprint.surfaces.files import MeshFile
 
@@ -20,6 +20,7 @@ class MeasuredFile:
         deposit: how deposit was told from travel.
         points: that were read.
         dropped: runs of a single point, left out.
+        reading: what its reader used, skipped and assumed.
         fit: the motion that laid it onto the part, or None where it was taken as it is.
         measured: how evenly it covers the part.
         printed: how even prints of it are expected to be.
@@ -31,6 +32,7 @@ class MeasuredFile:
     deposit: str
     points: int
     dropped: int
+    reading: Reading
     fit: RigidFit | None
     measured: Uniformity
     printed: Printed

@@ -1,66 +1,17 @@
-"""Arcs of RAPID (MoveC): the place that each leads through, and points along it."""
+"""Arcs: points along those of G-code (G2, G3), of APT (CIRCLE) and of RAPID (MoveC)."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import fields, is_dataclass
-from typing import cast
-
 import numpy as np
 
-from geoprint.export.rapid.language.syntax import Call, Literal, Module, Name, Series
-from geoprint.export.rapid.machine import Execution
 from geoprint.model import FloatArray
-from geoprint.toolpaths.path_file import refuse
 
 # Angle between points of an arc [rad]: on a radius of 20 mm its chords are within a micrometre.
 STEP = np.radians(1.0)
-
-
-def through_places(name: str, ran: Execution, modules: Sequence[Module], rows: Sequence[int]) -> dict[int, FloatArray]:
-    """Return the place that each of some moves leads through, in the coordinates of its target [mm].
-
-    Args:
-        name: of the file.
-        ran: the execution.
-        modules: of the program.
-        rows: of moves along arcs.
-
-    Raises:
-        InputError: the place is neither written out nor a datum.
-    """
-    if not rows:
-        return {}
-    calls = {
-        (module.file, call.line): call
-        for module in modules
-        for call in _calls(module.routines)
-        if call.name.lower() in {"movec", "triggc"}
-    }
-    found: dict[int, FloatArray] = {}
-    for row in rows:
-        file, line = ran.files[int(ran.moves.files[row])], int(ran.moves.lines[row])
-        call = calls.get((file, line))
-        first = None if call is None else call.arguments[0].value
-        value: object = first.value if isinstance(first, Literal) else None
-        if isinstance(first, Name):
-            value = ran.data.get(first.name.lower())
-        if not isinstance(value, tuple):
-            refuse(name, line, "the circle's middle place is neither written out nor a datum of a module")
-        found[row] = np.array(cast("tuple[tuple[float, float, float]]", value)[0], dtype=np.float64)
-    return found
-
-
-def _calls(node: object) -> Iterator[Call]:
-    """Yield the calls within statements, however deep."""
-    if isinstance(node, Call):
-        yield node
-    elif isinstance(node, tuple):
-        for part in cast("tuple[object, ...]", node):
-            yield from _calls(part)
-    elif is_dataclass(node) and not isinstance(node, Series):
-        for field in fields(node):
-            yield from _calls(getattr(node, field.name))
+# On large radii points are nearer: chords stay within this of the arc [mm].
+SAGITTA = 0.001
+# Ends of an arc that are nearer than this make it a full turn [rad], as in RS274/NGC.
+CLOSED = 1e-6
 
 
 def along_arc(start: FloatArray, through: FloatArray | None, end: FloatArray) -> FloatArray:
@@ -74,8 +25,50 @@ def along_arc(start: FloatArray, through: FloatArray | None, end: FloatArray) ->
         return np.stack([start, through, end])
     towards = np.cross((first @ first) * second - (second @ second) * first, normal)
     centre = start + towards / (2.0 * square)
+    axis = normal / np.sqrt(square)
+    points = round_axis(start, centre=centre, axis=axis, angle=turn_to(start, end, centre=centre, axis=axis))
+    # A run goes on where the arc before it ends, without rounding.
+    points[0], points[-1] = start, end
+    return points
+
+
+def turn_to(start: FloatArray, end: FloatArray, *, centre: FloatArray, axis: FloatArray) -> float:
+    """Return by how much a start turns about an axis of length 1 to an end, counter-clockwise [rad], 0 to 2 pi."""
     x = start - centre
-    y = np.cross(normal / np.sqrt(square), x)
-    angle = float(np.mod(np.arctan2((end - centre) @ y, (end - centre) @ x), 2.0 * np.pi))
-    turns = np.linspace(0.0, angle, max(int(np.ceil(angle / STEP)), 1) + 1)[:, None]
-    return centre + np.cos(turns) * x + np.sin(turns) * y
+    return float(np.mod(np.arctan2((end - centre) @ np.cross(axis, x), (end - centre) @ x), 2.0 * np.pi))
+
+
+def round_axis(
+    start: FloatArray, *, centre: FloatArray, axis: FloatArray, angle: float, climb: float = 0.0
+) -> FloatArray:
+    """Return (k, 3) points of an arc from a start, as many as `chords` says.
+
+    Args:
+        start: where it begins.
+        centre: a point of the axis.
+        axis: of length 1.
+        angle: by which it turns about the axis, counter-clockwise [rad], 0 or more.
+        climb: how far it goes along the axis meanwhile.
+    """
+    foot = centre + ((start - centre) @ axis) * axis
+    x = start - foot
+    shares = np.linspace(0.0, 1.0, chords(angle, float(np.linalg.norm(x))) + 1)[:, None]
+    turns = angle * shares
+    return foot + np.cos(turns) * x + np.sin(turns) * np.cross(axis, x) + climb * shares * axis
+
+
+def chords(angle: float, radius: float) -> int:
+    """Return how many chords follow an arc [rad, mm]."""
+    step = min(STEP, float(np.sqrt(8.0 * SAGITTA / max(radius, SAGITTA))))
+    return max(int(np.ceil(angle / step)), 1)
+
+
+def full_turn(angle: float, *, turns: int = 1) -> float:
+    """Return the angle of an arc of G-code [rad]: a full turn where it would be none, and full turns besides.
+
+    Args:
+        angle: as `turn_to` returns it.
+        turns: full turns that are begun, 1 or more.
+    """
+    closed = angle < CLOSED or angle > 2.0 * np.pi - CLOSED
+    return (2.0 * np.pi if closed else angle) + 2.0 * np.pi * (turns - 1)

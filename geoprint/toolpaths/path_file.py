@@ -6,12 +6,13 @@ import math
 from array import array
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NoReturn, TypeAlias, final
+from typing import TypeAlias, final
 
 import numpy as np
 
+from geoprint.delimited import refuse as refuse, text_lines
 from geoprint.errors import InputError
-from geoprint.model import Polylines, frozen
+from geoprint.model import FloatArray, Polylines, Reading, frozen, reading as record
 
 # Points of one file, on deposit and on travel: about 200 MB.
 MOST_POINTS = 5_000_000
@@ -37,6 +38,7 @@ class PathFile:
         deposit: how deposit was told from travel, in words.
         points: points that were read, those of travel too.
         dropped: runs of a single point, left out.
+        reading: what was used, skipped and assumed.
     """
 
     name: str
@@ -45,15 +47,7 @@ class PathFile:
     deposit: str
     points: int
     dropped: int
-
-
-def refuse(name: str, line: int, reason: str) -> NoReturn:
-    """Raise the error that names a line of a file and what is wrong there.
-
-    Raises:
-        InputError: always.
-    """
-    raise InputError(f"{name}, line {line}: {reason}.", line=line)
+    reading: Reading
 
 
 def lines_of(path: Path) -> Iterator[tuple[int, str]]:
@@ -62,20 +56,7 @@ def lines_of(path: Path) -> Iterator[tuple[int, str]]:
     Raises:
         InputError: it cannot be read, is larger than allowed, or holds something else than text.
     """
-    try:
-        if path.stat().st_size > MOST_BYTES:
-            raise InputError(f"{path.name} is larger than {MOST_BYTES / 1e9:g} GB; give the paths of one part.")
-        with path.open("rb") as stream:
-            number = 0
-            while line := stream.readline(MOST_LINE + 1):
-                number += 1
-                if len(line) > MOST_LINE:
-                    refuse(path.name, number, f"it is longer than {MOST_LINE} bytes, which no program writes")
-                if b"\0" in line:
-                    refuse(path.name, number, "it holds a zero byte, so that this is no text; export the paths as text")
-                yield number, line.decode("utf-8-sig" if number == 1 else "utf-8", errors="replace").rstrip("\r\n")
-    except OSError as error:
-        raise InputError(f"`{path}` cannot be read ({error.strerror}); give a file of toolpaths.") from error
+    return text_lines(path, most_bytes=MOST_BYTES, most_line=MOST_LINE, what="a file of toolpaths")
 
 
 def number_of(name: str, line: int, what: str, text: str, *, scale: float = 1.0) -> float:
@@ -115,6 +96,15 @@ class Recorder:
             self.begin(number, start)
         self.point(number, end)
 
+    def lines(self, starts: FloatArray, ends: FloatArray) -> None:
+        """Deposit along lines that are counted already, from (k, 3) places to (k, 3) places; see `line`."""
+        begins = np.ones(len(starts), dtype=bool)
+        begins[1:] = (starts[1:] != ends[:-1]).any(axis=1)
+        places = np.insert(ends, np.flatnonzero(begins), starts[begins], axis=0)
+        firsts = np.flatnonzero(begins) + np.arange(int(begins.sum())) + len(self._points) // 3
+        self._points.frombytes(np.ascontiguousarray(places).tobytes())
+        self._firsts.frombytes(firsts.astype(np.int64).tobytes())
+
     def begin(self, number: int, start: Point) -> None:
         """Begin a run."""
         self._firsts.append(len(self._points) // 3)
@@ -130,13 +120,13 @@ class Recorder:
         self._points.extend(place)
         self._last = place
 
-    def count(self, number: int) -> None:
-        """Count a point that was read.
+    def count(self, number: int, points: int = 1) -> None:
+        """Count points that a line of the file makes.
 
         Raises:
             InputError: there are too many.
         """
-        self.read += 1
+        self.read += points
         if self.read > MOST_POINTS:
             refuse(self._name, number, f"the file has more than {MOST_POINTS} points; give the paths of one part")
 
@@ -144,8 +134,13 @@ class Recorder:
         """End the run."""
         self._last = None
 
-    def file(self, *, title: str, deposit: str) -> PathFile:
+    def file(self, *, title: str, deposit: str, reading: Reading | None = None) -> PathFile:
         """Return what was read.
+
+        Args:
+            title: of the format.
+            deposit: how deposit was told from travel.
+            reading: what the reader used, skipped and assumed; the points alone if not given.
 
         Raises:
             InputError: nothing is deposited along a line.
@@ -161,4 +156,6 @@ class Recorder:
         curves = Polylines(
             points[np.repeat(kept, counts)], np.concatenate([[0], np.cumsum(counts[kept])]).astype(np.int64)
         )
-        return PathFile(self._name, title, curves, deposit, self.read, int((~kept).sum()))
+        dropped = int((~kept).sum())
+        said = reading or record(used={"points": self.read}, skipped={"runs of one point": dropped})
+        return PathFile(self._name, title, curves, deposit, self.read, dropped, said)

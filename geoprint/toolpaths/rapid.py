@@ -7,9 +7,11 @@ which one deposits. Where no output is switched, MoveL and MoveC deposit, and Mo
 from __future__ import annotations
 
 import re
+from bisect import bisect_left, bisect_right
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
+from typing import TypeAlias, cast, final
 
 import numpy as np
 
@@ -19,24 +21,25 @@ from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.language.symbols import resolve
 from geoprint.export.rapid.language.syntax import Module
 from geoprint.export.rapid.machine import VERBS, Execution, Scenario, compile_task, execute
-from geoprint.model import FloatArray
+from geoprint.model import FloatArray, reading
 from geoprint.motion.arm import Arm
-from geoprint.toolpaths.arcs import along_arc, through_places
+from geoprint.toolpaths.arcs import along_arc
+from geoprint.toolpaths.foreign_rapid import THROUGH, Notes, translated
 from geoprint.toolpaths.path_file import PathFile, Point, Recorder, lines_of, refuse
 
 TITLE = "RAPID"
 # Characters of all modules; they are parsed as a whole.
 MOST_TEXT = 50_000_000
-# Steps of a program that comes to an end.
+# Steps of a program that comes to an end, and processor time that its execution may take [s]: so much, and so much more
+# for a million letters.
 MOST_STEPS = 20_000_000
+MOST_SECONDS, MOST_SECONDS_A_MILLION = 1.5, 6.0
+# Names of files that hold modules end so.
+SUFFIXES = frozenset({".mod", ".modx", ".sys", ".sysx", ".prg"})
 # What the machine, which is made for programs of geoprint, raises of a program that no controller would run either.
 _FOREIGN = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
-_LOOKS = re.compile(r"^\s*(?:%%%|MODULE\s+[A-Za-z]\w*)", re.IGNORECASE | re.MULTILINE)
-_SET = re.compile(
-    r"\b(Set(?:DO|AO|GO)|PulseDO|Set|Reset)\b((?:\s*\\\w+(?::=[^,;]*)?\s*,?)*)\s*(\w+)\s*[,;]", re.IGNORECASE
-)
-_TRIGGERED = re.compile(r"\\(DOp|GOp|AOp)\s*:=\s*(\w+)", re.IGNORECASE)
-_WAITED = re.compile(r"\bWait(DI|DO)\s+(\w+)", re.IGNORECASE)
+_LOOKS = re.compile(r"^[ \t]*(?:%%%|MODULE[ \t]+[A-Za-z]\w*)", re.IGNORECASE | re.MULTILINE)
+_Target: TypeAlias = tuple[tuple[float, float, float], tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 _CURVED = frozenset({VERBS.index("MoveC"), VERBS.index("TriggC")})
 _JOINT = VERBS.index("MoveAbsJ")
 _STRAIGHT = frozenset({VERBS.index("MoveL"), VERBS.index("TriggL")}) | _CURVED
@@ -45,6 +48,13 @@ _STRAIGHT = frozenset({VERBS.index("MoveL"), VERBS.index("TriggL")}) | _CURVED
 def is_rapid(head: str) -> bool:
     """Return whether a text begins a module of RAPID."""
     return _LOOKS.search(head) is not None
+
+
+def modules_in(folder: Path) -> list[Path]:
+    """Return the files of a folder that hold modules; a folder of a backup has them in PROGMOD and SYSMOD."""
+    places = [folder, *(each for each in sorted(folder.iterdir()) if each.name.upper() in {"PROGMOD", "SYSMOD"})]
+    files = [file for place in places for file in sorted(place.iterdir()) if file.suffix.lower() in SUFFIXES]
+    return [file for file in files if file.is_file()]
 
 
 def read_rapid(path: Path, *, deposit: str | None) -> PathFile:
@@ -58,14 +68,17 @@ def read_rapid(path: Path, *, deposit: str | None) -> PathFile:
         UsageError: the named output is not switched, or none is named of several.
         InputError: a module cannot be read or executed; names its line.
     """
-    files = sorted(path.glob("*.mod")) if path.is_dir() else [path]
+    files = modules_in(path) if path.is_dir() else [path]
     texts = {file.name: _text(file) for file in files}
-    signals = _signals("\n".join(texts.values()))
     try:
         modules = [parse_module(name, text) for name, text in texts.items()]
+        # What the controller brings by itself.
+        modules = [module for module in modules if module.name.upper() != "BASE" or len(modules) == 1]
+        modules, signals, notes = translated(modules)
         # What the machine executes must fit: every name means something, and arguments are of their kind.
         resolve(modules, signals=signals)
-        ran = _executed(modules, signals, entry=_entry(path.name, modules))
+        seconds = MOST_SECONDS + MOST_SECONDS_A_MILLION * sum(map(len, texts.values())) / 1e6
+        ran = _executed(modules, signals, entry=_entry(path.name, modules), seconds=seconds)
     except VerificationError as error:
         reason = str(error.details.get("reason") or error)
         refuse(str(error.details.get("module") or path.name), int(str(error.details.get("line") or 1)), reason)
@@ -77,10 +90,10 @@ def read_rapid(path: Path, *, deposit: str | None) -> PathFile:
         refuse(
             ran.file or path.name, max(ran.line, 1), f"the program does not run to its end: {ran.reason.rstrip('.')}"
         )
-    return _runs(path.name, ran, modules, deposit)
+    return _runs(path.name, ran, notes, deposit)
 
 
-def _executed(modules: Sequence[Module], signals: Mapping[str, str], *, entry: str) -> Execution:
+def _executed(modules: Sequence[Module], signals: Mapping[str, str], *, entry: str, seconds: float) -> Execution:
     """Execute a program on the arm that comes with geoprint; where that stands does not count in the work object."""
     cell = load_cell(None)
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
@@ -90,7 +103,9 @@ def _executed(modules: Sequence[Module], signals: Mapping[str, str], *, entry: s
         # Whoever waits for an input gets it.
         signals={name: 1.0 for name, kind in signals.items() if kind == "signaldi"},
         entry=entry,
+        watched=frozenset({THROUGH}),
         most_steps=MOST_STEPS,
+        most_seconds=seconds,
     )
     # Numbers that are too large become infinite, which is refused where they are used.
     with np.errstate(all="ignore"):
@@ -108,17 +123,6 @@ def _text(file: Path) -> str:
     return "\n".join(lines)
 
 
-def _signals(text: str) -> dict[str, str]:
-    """Return the type of each signal that the modules name, since the controller's configuration is not at hand."""
-    found: dict[str, str] = {}
-    for verb, _, name in _SET.findall(text):
-        found[name] = {"setao": "signalao", "setgo": "signalgo"}.get(verb.lower(), "signaldo")
-    found |= {name: f"signal{kind[:2].lower()}" for kind, name in _TRIGGERED.findall(text)}
-    for kind, name in _WAITED.findall(text):
-        found.setdefault(name, f"signal{kind.lower()}")
-    return found
-
-
 def _entry(name: str, modules: Sequence[Module]) -> str:
     """Return the routine that the program begins with: main, or the only one that stands alone."""
     alone = [each.name for module in modules for each in module.routines if each.kind == "PROC" and not each.parameters]
@@ -132,11 +136,13 @@ def _entry(name: str, modules: Sequence[Module]) -> str:
     return alone[0]
 
 
-def _runs(name: str, ran: Execution, modules: Sequence[Module], deposit: str | None) -> PathFile:
+def _runs(name: str, ran: Execution, notes: Notes, deposit: str | None) -> PathFile:
     """Return what an execution deposits."""
-    signal = _depositing(name, ran, deposit)
+    signal = _depositing(name, ran, notes, deposit)
+    switched = _Switched(ran, signal)
     moves = ran.moves
-    through = through_places(name, ran, modules, [row for row in range(moves.count) if moves.verbs[row] in _CURVED])
+    # The last place that was told before a move is its own.
+    through = {call.moves: np.array(cast("_Target", call.arguments[0])[0]) for call in ran.calls}
     recorder = Recorder(name)
     here: FloatArray | None = None
     frames: set[int] = set()
@@ -146,7 +152,7 @@ def _runs(name: str, ran: Execution, modules: Sequence[Module], deposit: str | N
             here = None
             continue
         there = moves.places[row]
-        on = _when_on(ran, signal, float(moves.begins[row]), float(moves.ends[row]))
+        on = switched.within(float(moves.begins[row]), float(moves.ends[row]))
         if signal is None:
             on = [(0.0, 1.0)] if verb in _STRAIGHT else []
         if here is None or not on:
@@ -155,13 +161,19 @@ def _runs(name: str, ran: Execution, modules: Sequence[Module], deposit: str | N
             frames.add(int(moves.frames[row]))
             if len(frames) > 1:
                 refuse(name, line, "it deposits in a second work object or displacement; give one part at a time")
-            _deposit(recorder, line, along_arc(here, through.get(row), there), on)
+            _deposit(recorder, line, along_arc(here, through.get(row) if verb in _CURVED else None, there), on)
         here = there
     told = "MoveL and MoveC, while MoveJ travels" if signal is None else f"the output {signal}"
-    return recorder.file(title=TITLE, deposit=told)
+    others = {f"switchings of {each}": 0 for each in dict.fromkeys(each.signal for each in ran.switchings)}
+    for each in ran.switchings:
+        others[f"switchings of {each.signal}"] += 1
+    used = {"moves": moves.count} | {kind: n for kind, n in others.items() if kind == f"switchings of {signal}"}
+    skipped = dict(notes.skipped) | {kind: n for kind, n in others.items() if kind not in used}
+    said = reading(used=used, skipped=skipped, assumed=notes.assumed)
+    return recorder.file(title=TITLE, deposit=told, reading=said)
 
 
-def _depositing(name: str, ran: Execution, deposit: str | None) -> str | None:
+def _depositing(name: str, ran: Execution, notes: Notes, deposit: str | None) -> str | None:
     """Return the output that deposits, or None where none is switched at all."""
     switched = list(dict.fromkeys(each.signal for each in ran.switchings))
     if deposit is not None:
@@ -170,6 +182,8 @@ def _depositing(name: str, ran: Execution, deposit: str | None) -> str | None:
                 f"`--deposit {deposit}`: {name} switches no such output, but {', '.join(switched) or 'none'}."
             )
         return deposit.lower()
+    if len(process := [each for each in switched if each in notes.process]) == 1:
+        return process[0]
     if len(switched) > 1:
         raise UsageError(
             f"{name} switches the outputs {', '.join(switched)}; say with `--deposit NAME` which of them deposits."
@@ -177,25 +191,29 @@ def _depositing(name: str, ran: Execution, deposit: str | None) -> str | None:
     return switched[0] if switched else None
 
 
-def _when_on(ran: Execution, signal: str | None, begin: float, end: float) -> list[tuple[float, float]]:
-    """Return the shares of a move between which an output is on."""
-    value, since = 0.0, begin
-    found: list[tuple[float, float]] = []
-    for each in ran.switchings:
-        if each.signal != signal or end <= begin:
-            continue
-        if each.time > begin:
-            moment = min(each.time, end)
+@final
+class _Switched:
+    """When an output is on."""
+
+    def __init__(self, ran: Execution, signal: str | None) -> None:
+        own = [each for each in ran.switchings if each.signal == signal]
+        self._times, self._values = [each.time for each in own], [each.value for each in own]
+
+    def within(self, begin: float, end: float) -> list[tuple[float, float]]:
+        """Return the shares of a move between which the output is on."""
+        if end <= begin:
+            return []
+        place = bisect_right(self._times, begin)
+        value, since = self._values[place - 1] if place else 0.0, begin
+        found: list[tuple[float, float]] = []
+        for i in range(place, bisect_left(self._times, end)):
+            moment, after = self._times[i], self._values[i]
             if value > 0.0 and moment > since:
                 found.append(((since - begin) / (end - begin), (moment - begin) / (end - begin)))
-            since = moment
-        if each.time >= end:
-            break
-        value = each.value
-    else:
-        if value > 0.0 and end > since:
+            value, since = after, moment
+        if value > 0.0:
             found.append(((since - begin) / (end - begin), 1.0))
-    return found
+        return found
 
 
 def _deposit(recorder: Recorder, line: int, corners: FloatArray, on: list[tuple[float, float]]) -> None:

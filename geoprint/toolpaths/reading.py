@@ -8,6 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Protocol, final
 
+from geoprint.delimited import encoding_of
 from geoprint.errors import InputError
 from geoprint.toolpaths import apt, bundles, gcode, rapid, tables
 from geoprint.toolpaths.path_file import PathFile
@@ -49,12 +50,14 @@ FORMATS: Mapping[str, Format] = MappingProxyType(
 )
 
 
-def read_paths(path: Path | str, *, deposit: str | None = None) -> PathFile:
+def read_paths(path: Path | str, *, deposit: str | None = None, dialect: str | None = None) -> PathFile:
     """Read the deposited runs of a file of toolpaths, or of a bundle's folder.
 
     Args:
         path: of a table (x, y, z, run), G-code, APT or CLS, a RAPID module or a folder of them, or a bundle.
-        deposit: what deposits, where the file does not tell: M-codes as M3/M5, or the name of an output.
+        deposit: what deposits, where the file does not tell: M-codes as M3/M5, an axis that extrudes as A, or
+            the name of an output.
+        dialect: of G-code, one of `gcode_codes.DIALECTS`; None to guess it. Other formats have none.
 
     Raises:
         UsageError: what deposits is named where nothing asks for it, or not named where it must be.
@@ -64,7 +67,7 @@ def read_paths(path: Path | str, *, deposit: str | None = None) -> PathFile:
     if path.is_dir():
         if (path / bundles.POSES).is_file():
             return bundles.read_bundle(path, deposit=deposit)
-        if any(path.glob("*.mod")):
+        if rapid.modules_in(path):
             return rapid.read_rapid(path, deposit=deposit)
         raise InputError(f"`{path}` holds neither a {bundles.POSES} nor modules (.mod); give a bundle or a file.")
     if not path.exists():
@@ -74,11 +77,14 @@ def read_paths(path: Path | str, *, deposit: str | None = None) -> PathFile:
         raise InputError(f"`{path}` is no plain file; give a file of toolpaths.")
     try:
         with path.open("rb") as stream:
-            head = stream.read(HEAD).decode("utf-8-sig", errors="replace")
+            data = stream.read(HEAD)
     except OSError as error:
         raise InputError(f"`{path}` cannot be read ({error.strerror}); give a file of toolpaths.") from error
+    head = data.decode(encoding_of(data), errors="replace")
     for known in FORMATS.values():
         if known.tells(head):
+            if known.read is gcode.read_gcode:
+                return gcode.read_gcode(path, deposit=deposit, dialect=dialect)
             return known.read(path, deposit=deposit)
     raise InputError(
         f"{path.name}, line 1: this is no known format of toolpaths; known are tables whose first row names x, y "

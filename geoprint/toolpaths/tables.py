@@ -1,31 +1,69 @@
-"""Paths as a table: a row a point, its columns named in the first row: x, y, z, and if there are several runs, run.
+"""Paths as a table: a row a point, with columns x, y, z, and usually one for the run and one for the deposit.
 
-Columns stand in any order and among others, parted by commas, semicolons, tabs or blanks. A column `deposit` says with
-0 which rows are travel, as in the poses.csv of geoprint. Lines that begin with # are comments.
+Columns stand in any order and among others, under their usual names, as `geoprint.delimited` reads them. Without a
+header there are three columns, x y z. Where no column tells the runs apart, a blank row ends a run.
 """
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping
+from collections.abc import Sequence
 from pathlib import Path
+from typing import final
 
-from geoprint.errors import InputError
-from geoprint.toolpaths.path_file import PathFile, Recorder, lines_of, number_of, refuse
+from geoprint.delimited import (
+    NUMBER,
+    PARTED_BY,
+    SAMPLE,
+    SHOWN,
+    Delimited,
+    column_named,
+    is_comment,
+    places_of,
+    separator_of,
+)
+from geoprint.model import Reading, reading
+from geoprint.toolpaths.path_file import PathFile, Recorder, lines_of, refuse
 
 TITLE = "table"
-_COLUMN = re.compile(r"(?:points[:_])?([xyz012])(?:[ _]*[\[(]?mm[\])]?)?")
-_OTHER_UNIT = re.compile(r"[xyz][ _]*[\[(/](?:cm|m|in|um|inch)[\])]?")
-_FLAGS = {"0": False, "1": True, "0.0": False, "1.0": True, "false": False, "true": True}
-_AXES = ("x", "y", "z")
-# As many letters of a line as an error shows.
-_SHOWN = 60
+AXES = ("x", "y", "z")
+# Names of the columns that tell runs apart, in the order in which they are asked; the first that is there counts.
+RUNS = (
+    "run", "run_id", "runid", "path_id", "pathid", "path", "path_index", "path_number", "path_no", "toolpath",
+    "toolpath_id", "stroke", "stroke_id", "bead", "bead_id", "polyline", "polyline_id", "curve", "curve_id", "contour",
+    "contour_id", "trajectory", "trajectory_id", "pass", "pass_id", "track", "track_id", "line_id", "seam", "seam_id",
+    "segment", "segment_id",
+)  # fmt: skip
+# Those that part runs besides: numbers of runs may begin anew in each.
+GROUPS = ("layer", "layer_id", "layer_index", "layer_number", "part", "part_id", "object", "object_id")
+# Those that say whether a row deposits, and those that say that it travels.
+DEPOSITS = (
+    "deposit", "deposits", "deposition", "deposit_on", "is_deposit", "is_deposition", "depositing", "extruder_on",
+    "extruder", "extrude", "extruding", "is_extruding", "extrusion_on", "extrusion", "print", "printing", "is_print",
+    "is_printing", "print_on", "dispense", "dispensing", "dispense_on", "dispenser", "dispenser_on", "valve",
+    "valve_on", "glue", "glue_on", "tool_on", "process", "process_on", "on", "active", "laser", "laser_on", "arc_on",
+    "weld", "welding", "spray", "spray_on", "pump", "pump_on",
+)  # fmt: skip
+TRAVELS = ("travel", "is_travel", "travelling", "traveling", "rapid", "is_rapid", "air", "air_move", "jump")
+_ON = frozenset({"1", "true", "yes", "on", "t", "y", "open"})
+_OFF = frozenset({"0", "false", "no", "off", "f", "n", "closed"})
 
 
 def is_table(head: str) -> bool:
-    """Return whether a text begins with a row that names the columns x, y and z."""
-    first = next((line for line in head.splitlines() if line.strip() and not _is_comment(line)), "")
-    return set(_AXES) <= set(_columns(_cells(first.lstrip("\ufeff"), _separator(first))))
+    """Return whether a text begins with a row, or a comment above numbers, that names x, y and z, or with numbers."""
+    lines = head.lstrip("\ufeff").splitlines()[:2000]
+    # What the end of the head cuts through is no line.
+    kept = [line for line in lines if not is_comment(line)][:SAMPLE]
+    if not kept:
+        return False
+    separator = separator_of(kept)
+    cells = [cell.strip().strip('"') for cell in (kept[0].split() if separator == " " else kept[0].split(separator))]
+    if set(AXES) <= {column_named(cell)[0] for cell in cells}:
+        return True
+    return len(cells) >= len(AXES) and all(_is_number(cell) for cell in cells)
+
+
+def _is_number(cell: str) -> bool:
+    return NUMBER.fullmatch(cell.replace("\N{MINUS SIGN}", "-")) is not None
 
 
 def read_table(path: Path, *, deposit: str | None) -> PathFile:
@@ -33,30 +71,26 @@ def read_table(path: Path, *, deposit: str | None) -> PathFile:
 
     Args:
         path: of the file.
-        deposit: not used: the table says itself what deposits.
+        deposit: name of the column that says what deposits; where it names none, the usual ones are asked.
 
     Raises:
         InputError: it cannot be read, or a row is not as the header says; names its line.
     """
-    del deposit
-    recorder, columns, separator, width = Recorder(path.name), dict[str, int](), ",", 0
-    last: str | None = None
-    for number, line in lines_of(path):
-        if not line.strip() or _is_comment(line):
-            continue
-        if not columns:
-            separator = _separator(line)
-            cells = _cells(line, separator)
-            columns, width = _header(path.name, number, cells), len(cells)
-            continue
-        cells = _cells(line, separator)
-        if len(cells) != width:
-            refuse(path.name, number, f"found {len(cells)} cells, but the header names {width} columns")
-        x, y, z = (number_of(path.name, number, axis, _dotted(cells[columns[axis]], separator)) for axis in _AXES)
-        run = cells[columns["run"]] if "run" in columns else ""
-        if not run and "run" in columns:
-            refuse(path.name, number, "the cell of column run is empty, needed is a number or a name")
-        if "deposit" in columns and not _flag(path.name, number, cells[columns["deposit"]]):
+    table = Delimited(path.name, lines_of(path), what="a file of toolpaths")
+    columns = _Columns(table, deposit)
+    recorder = Recorder(path.name)
+    last: tuple[str, ...] | None = None
+    breaks = 0
+    for number, cells, broken in table.rows([*columns.axes, *columns.keys, *columns.flags]):
+        x, y, z = (table.number(number, axis, cells[place]) for axis, place in zip(AXES, columns.axes, strict=True))
+        run = tuple([cells[place] for place in columns.keys])
+        if not all(run):
+            named = columns.name(columns.keys[run.index("")])
+            refuse(path.name, number, f"the cell of column {named} is empty, needed is a number or a name")
+        if broken and not columns.keys:
+            breaks += 1
+            last = None
+        if not columns.deposits(number, cells):
             recorder.count(number)
             last = None
         elif run == last:
@@ -64,53 +98,77 @@ def read_table(path: Path, *, deposit: str | None) -> PathFile:
         else:
             recorder.begin(number, (x, y, z))
             last = run
-    if not columns:
-        raise InputError(f"{path.name} is empty; its first row must name the columns, such as x,y,z,run.")
-    told = "its column deposit" if "deposit" in columns else "nothing: all of it deposits"
-    return recorder.file(title=TITLE, deposit=told)
+    return recorder.file(title=TITLE, deposit=columns.told, reading=columns.reading(recorder.read, breaks))
 
 
-def _is_comment(line: str) -> bool:
-    return line.lstrip().startswith("#") or line.lower().startswith("sep=")
+@final
+class _Columns:
+    """Which columns of a table are used, and for what.
 
+    Attributes:
+        axes: places of x, y and z.
+        keys: places of the columns that tell runs apart.
+        flags: place of the column that says what deposits; empty where none does.
+        told: how deposit is told from travel, in words.
+    """
 
-def _separator(line: str) -> str | None:
-    """Return what parts the columns of a header; None for blanks."""
-    return next((sign for sign in "\t;," if sign in line), None)
+    def __init__(self, table: Delimited, deposit: str | None) -> None:
+        self._table = table
+        self.axes, self.keys, self.flags = [0, 1, 2], list[int](), list[int]()
+        self._on, self._off, self.told = _ON, _OFF, "nothing: all of it deposits"
+        if table.header is None:
+            if table.width != len(AXES):
+                refuse(
+                    table.name, table.header_line, f"found {table.width} cells parted by {PARTED_BY[table.separator]} "
+                    "and no header; name the columns in the first row, such as x,y,z,run"
+                )  # fmt: skip
+            return
+        places = places_of(table, AXES)
+        if set(places) != set(AXES):
+            shown = ", ".join(table.header)[:SHOWN]
+            refuse(table.name, table.header_line, f"the first row must name the columns x, y and z, found {shown!r}")
+        self.axes = [places[axis] for axis in AXES]
+        self.keys = [*self._first(RUNS), *self._first(GROUPS)]
+        own = self._first((deposit.strip().lower(),)) if deposit else []
+        travels = [] if own else self._first(TRAVELS)
+        self.flags = own or self._first(DEPOSITS) or travels
+        if self.flags:
+            self.told = f"its column {self.name(self.flags[0])}"
+        if self.flags and self.flags == travels:
+            self._on, self._off = _OFF, _ON
 
+    def _first(self, names: Sequence[str]) -> list[int]:
+        """Return the place of the column that has the first of some names, or nothing."""
+        written = [name.lower().replace(" ", "_").replace("-", "_") for name in self._table.header or ()]
+        return next(([written.index(name)] for name in names if name in written), list[int]())
 
-def _cells(line: str, separator: str | None) -> list[str]:
-    return [cell.strip().strip('"') for cell in line.split(separator)]
+    def name(self, place: int) -> str:
+        """Return the name of a column."""
+        return (self._table.header or ())[place][:SHOWN]
 
+    def deposits(self, number: int, cells: Sequence[str]) -> bool:
+        """Return whether a row deposits.
 
-def _columns(cells: list[str]) -> dict[str, int]:
-    """Return the place of each column that is known by its name."""
-    found: dict[str, int] = {}
-    for place, cell in enumerate(cells):
-        match = _COLUMN.fullmatch(cell.lower())
-        name = match[1].translate(str.maketrans("012", "xyz")) if match else cell.lower()
-        if name in {*_AXES, "run", "deposit"}:
-            found.setdefault(name, place)
-    return found
+        Raises:
+            InputError: its cell says neither yes nor no.
+        """
+        if not self.flags:
+            return True
+        said = cells[self.flags[0]].lower().removesuffix(".0")
+        if said not in _ON | _OFF:
+            refuse(
+                self._table.name, number, f"column {self.name(self.flags[0])} is {cells[self.flags[0]][:SHOWN]!r}, "
+                "needed is 0 or 1"
+            )  # fmt: skip
+        return said in self._on
 
-
-def _header(name: str, number: int, cells: list[str]) -> Mapping[str, int]:
-    other = next((cell for cell in cells if _OTHER_UNIT.fullmatch(cell.lower())), None)
-    if other is not None:
-        refuse(name, number, f"column {other!r} is in another unit, paths are read in mm")
-    found = _columns(cells)
-    if not set(_AXES) <= set(found):
-        shown = ", ".join(cells)[:_SHOWN]
-        refuse(name, number, f"the first row must name the columns x, y and z, found {shown!r}")
-    return found
-
-
-def _dotted(cell: str, separator: str | None) -> str:
-    """Return a number with a decimal point, which may be a comma where commas part nothing."""
-    return cell.replace(",", ".") if separator != "," and "." not in cell else cell
-
-
-def _flag(name: str, number: int, cell: str) -> bool:
-    if cell.lower() not in _FLAGS:
-        refuse(name, number, f"column deposit is {cell[:_SHOWN]!r}, needed is 0 or 1")
-    return _FLAGS[cell.lower()]
+    def reading(self, points: int, breaks: int) -> Reading:
+        """Return what was used, skipped and assumed."""
+        unused = self._table.unused([*self.axes, *self.keys, *self.flags])
+        assumed = list[str]()
+        if self._table.header is None:
+            assumed.append("columns x, y, z, as no header names them")
+        if breaks:
+            assumed.append(f"a run ends at each of {breaks} blank rows")
+        told = [f"runs by the column {self.name(place)}" for place in self.keys[:1]]
+        return reading(used={"points": points}, skipped=dict(self._table.skipped) | unused, assumed=[*told, *assumed])

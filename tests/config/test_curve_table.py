@@ -43,11 +43,14 @@ def test_names_in_any_character_set_do_no_harm(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("a;b\n1;2\n", "line 1: the header must name the columns x, y and z, found 'a, b'"),
-        ("x [cm],y,z\n1,2,3\n", r"line 1: column 'x \[cm\]' is in cm, a curve is read in mm"),
+        ("a;b\n1;2\n", "line 1: the first row must name the columns x,y,z, found 'a,b'"),
+        ("x [cm],y,z\n1,2,3\n", r"line 1: column 'x \[cm\]' is in another unit \(cm\), it is read in mm"),
         ("x,y,z\n1,2\n", "line 2: found 2 cells parted by commas, but the header names 3"),
-        ("1,5,2,5,3,5\n", "line 1: found 6 cells parted by commas, .* decimal commas need semicolons or tabs"),
-        ("# no\n1;2;3\n1;2;3;4\n", "line 3: found 4 cells parted by semicolons, but without a header there are three"),
+        (
+            "1,5,2,5,3,5\n",
+            "line 1: found 6 cells parted by commas and no header.* decimal commas need semicolons or tabs",
+        ),
+        ("# no\n1;2;3\n1;2;3;4\n", "line 3: found 4 cells parted by semicolons, but without a header there are 3"),
         ("x;y;z\n1.5;2;3\n1,5;2;3\n", "decimal points in line 2 and decimal commas in line 3"),
         ("x;y;z\n1.234,5;2;3\n", "without marks between thousands"),
         ('x,y,z\n"1,234",2,3\n', "line 2: a comma before three digits may mark thousands or decimals"),
@@ -56,9 +59,9 @@ def test_names_in_any_character_set_do_no_harm(tmp_path: Path) -> None:
         ("x,y,z\n1,nan,3\n", "line 2, column y: found 'nan'"),
         ("x,y,z\n1,2,1e9\n", "line 2, column z: found '1e9', needed is a number of mm between -1,000,000 and"),
         ('x,y,z\n"1,2,3\n', "line 2 cannot be read .* check its quotes"),
-        ("# nothing\n\n", "c.csv holds no points; write a line x,y,z"),
-        ("x,y,z\n" + "1,2,3\n" * 10_001, "has 10002 rows, at most 10000 are read"),
-        ("x,y,z\n" + "1,2,3\n" * 200_000, "larger than a megabyte"),
+        ("# nothing\n\n", "c.csv is empty, as a table of points; its first row must name the columns, such as x,y,z"),
+        ("x,y,z\n" + "1,2,3\n" * 10_001, "has more than 10000 rows, which is the most"),
+        ("x,y,z\n" + "1,2,3\n" * 200_000, "has 1,200,006 bytes, a table of points has at most 1,000,000"),
     ],
 )
 def test_what_is_wrong_with_a_table_is_named_with_its_line(tmp_path: Path, text: str, sentence: str) -> None:

@@ -17,12 +17,13 @@ from geoprint.account.records.measure import (
     MotionFitRecord,
 )
 from geoprint.account.records.plan import FileRecord
+from geoprint.account.records.reading import record_reading
 from geoprint.account.records.rounding import place_of
 from geoprint.quality import RigidFit
 from geoprint.results import MeasuredFile, Measurement
 
 # Version of the layout of measure.json; a change that breaks a reader raises it.
-MEASURE_SCHEMA = 3
+MEASURE_SCHEMA = 4
 
 
 def record_measurement(found: Measurement) -> MeasurementRecord:
@@ -61,6 +62,7 @@ def _file(each: MeasuredFile, *, own_errors: bool) -> MeasuredRecord:
         points=each.points,
         runs=measured.run_count,
         dropped_runs=each.dropped,
+        reading=record_reading(each.reading),
         length_mm=measured.length,
         off_mean_mm=measured.off_mean,
         off_max_mm=measured.off_max,

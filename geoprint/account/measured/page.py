@@ -17,6 +17,7 @@ from geoprint.account.pictures import caption_of
 from geoprint.account.prints.expected import expected_rows
 from geoprint.account.records.evenness import SpacingRecord, SpacingSideRecord
 from geoprint.account.records.measure import MeasuredRecord, MeasurementRecord
+from geoprint.account.records.reading import reading_text
 from geoprint.account.texts.measuring import measure_verdict, ranked_files
 from geoprint.model import FloatArray, IntArray
 from geoprint.quality import SideSpacing
@@ -157,6 +158,8 @@ def _table(rows: tuple[MeasuredRecord, ...]) -> tuple[Row, ...]:
         _row(path, "off the part, mean / largest [mm]", "before it was laid onto it",
              [f"{r.off_mean_mm:.3f} / {r.off_max_mm:.3f}" for r in rows]),
         _row(path, "read as", "", [f"{r.format}, deposit by {r.deposit}" for r in rows]),
+        _row(path, "record of the reader", "what it used, skipped and assumed",
+             [reading_text(r.reading) for r in rows]),
     )  # fmt: skip
 
 

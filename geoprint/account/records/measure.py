@@ -11,6 +11,7 @@ from pydantic import Field
 
 from geoprint.account.records.evenness import EvennessRecord
 from geoprint.account.records.plan import FileRecord
+from geoprint.account.records.reading import ReadingRecord
 from geoprint.account.records.rounding import Count, Place, Record, Rounded, Thousandths
 
 
@@ -33,6 +34,7 @@ class MeasuredRecord(Record):
     points: Count = Field(description="that were read, those of travel too")
     runs: Count = Field(description="that were measured")
     dropped_runs: Count = Field(description="of a single point, left out")
+    reading: ReadingRecord = Field(description="what its reader used, skipped and assumed")
     length_mm: Rounded = Field(description="of the deposited paths on the part [mm]")
     off_mean_mm: Rounded = Field(description="mean distance of the paths' points from the part [mm]")
     off_max_mm: Rounded = Field(description="largest [mm]")
@@ -43,7 +45,7 @@ class MeasuredRecord(Record):
 class MeasurementRecord(Record):
     """The content of measure.json."""
 
-    layout: Literal[3] = Field(alias="schema", description="version of this layout")
+    layout: Literal[4] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     part: FileRecord = Field(description="that the paths cover")
     area_mm2: Rounded = Field(description="of the part [mm2]")

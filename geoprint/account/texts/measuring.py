@@ -23,6 +23,7 @@ from geoprint.account.metrics import (
 from geoprint.account.prints.expected import expected_text
 from geoprint.account.records.evenness import SpacingRecord
 from geoprint.account.records.measure import MeasuredRecord, MeasurementRecord, MeasureTimingsRecord
+from geoprint.account.records.reading import reading_text
 from geoprint.account.records.rounding import listed
 from geoprint.account.texts.tables import fitting, grid, left_out
 from geoprint.account.verdict import covering
@@ -141,6 +142,7 @@ def _minded(row: MeasuredRecord) -> list[str]:
     """Return what a file was read as, and what its figures leave out."""
     even, found = row.uniformity, [f"{row.file}: {row.format}, deposit by {row.deposit}"]
     found[0] += f"; {row.off_mean_mm:.3g} mm off the part in the mean, {row.off_max_mm:.3g} mm at most"
+    found.append(f"{row.file}: {reading_text(row.reading)}")
     if row.fit is not None:
         x, y, z = row.fit.translation_mm
         found.append(

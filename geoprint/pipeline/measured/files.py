@@ -38,6 +38,7 @@ def measure_files(
     offset_up_to: float | None = None,
     fit: bool = False,
     deposit: str | None = None,
+    dialect: str | None = None,
     observe: Callable[[str], None] = lambda _: None,
 ) -> Measurement:
     """Measure how evenly files of toolpaths cover a part.
@@ -47,7 +48,9 @@ def measure_files(
         paths: files of toolpaths or bundles, one or more.
         offset_up_to: how far a path may lie off the part [mm]; a tenth of the spacing if not given.
         fit: whether each is first laid onto the part by a rigid motion.
-        deposit: what deposits, where files do not tell: M-codes as M3/M5, or the name of an output.
+        deposit: what deposits, where files do not tell: M-codes as M3/M5, an axis that extrudes as A, or the name of an
+            output.
+        dialect: of G-code; None to guess it.
         observe: told the name of each stage as it starts.
 
     Raises:
@@ -67,7 +70,7 @@ def measure_files(
     found: list[MeasuredFile] = []
     for path, name in zip(paths, _names(paths), strict=True):
         observe(name)
-        read = read_paths(path, deposit=deposit)
+        read = read_paths(path, deposit=deposit, dialect=dialect)
         with naming(name):
             fitted = rigid_fit(surface, read.curves) if fit else None
             curves = read.curves if fitted is None else moved(read.curves, fitted)
@@ -84,7 +87,16 @@ def measure_files(
         )
         found.append(
             MeasuredFile(
-                name, read.format, read.deposit, read.points, read.dropped, fitted, measured, expected, seconds
+                name,
+                read.format,
+                read.deposit,
+                read.points,
+                read.dropped,
+                read.reading,
+                fitted,
+                measured,
+                expected,
+                seconds,
             )
         )
     own = job.cell is not None and cell.errors is not None
