@@ -6,12 +6,13 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import final
 
-from geoprint.account.records.rounding import as_json, rounded
+from geoprint.account.records.reading import record_reading
+from geoprint.account.records.rounding import as_json, how_many, rounded
 from geoprint.account.summary import record_preparation
 from geoprint.export import Json
-from geoprint.results import FileInspection
+from geoprint.results import FileInspection, VolumeInspection
 from geoprint.surfaces import in_words
-from geoprint.surfaces.files import LONGEST_NAME
+from geoprint.surfaces.files import LONGEST_NAME, LabelFound
 from geoprint.surfaces.remesh import TERRACE_SHARE, TERRACE_WAVELENGTH
 from geoprint.surfaces.repair import Defect
 
@@ -61,6 +62,37 @@ class FlawRecord:
 
 @final
 @dataclass(frozen=True, slots=True)
+class LabelRecord:
+    """A label of a volume: its number and name, voxels, volume, and the lowest and highest coordinates of these."""
+
+    label: int
+    name: str
+    voxels: int
+    volume_mm3: float
+    low_mm: tuple[float, ...]
+    high_mm: tuple[float, ...]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class VolumeRecord:
+    """What `geoprint inspect --json` says of a volume without a mesh.
+
+    Attributes:
+        name: of the file.
+        labels: that it holds.
+        refusal: why no surface can be put around the label, or None where none was chosen of several.
+        reading: what was used of the file, skipped and assumed.
+    """
+
+    name: str
+    labels: tuple[LabelRecord, ...]
+    refusal: str | None
+    reading: dict[str, Json]
+
+
+@final
+@dataclass(frozen=True, slots=True)
 class InspectionRecord:
     """What `geoprint inspect` says; the fields are the keys of `--json` in their order, lengths are rounded.
 
@@ -88,6 +120,8 @@ class InspectionRecord:
         outside: what tells which side of it is outside.
         terraces_mm: height of the steps where the surface is a staircase around voxels, else None.
         backends: by name, 'yes', or why one cannot plan on it or was not tried.
+        reading: what was used of the file, skipped and assumed.
+        labels: that a label volume holds.
     """
 
     name: str
@@ -113,16 +147,27 @@ class InspectionRecord:
     outside: str
     terraces_mm: float | None
     backends: dict[str, str]
+    reading: dict[str, Json]
+    labels: tuple[LabelRecord, ...]
 
 
-def inspection_summary(seen: FileInspection) -> dict[str, Json]:
+def inspection_summary(seen: FileInspection | VolumeInspection) -> dict[str, Json]:
     """Return what `geoprint inspect --json` prints."""
+    if isinstance(seen, VolumeInspection):
+        told = as_json(record_reading(seen.reading))
+        return asdict(VolumeRecord(seen.name, tuple(map(_label, seen.labels)), seen.refusal, told))
     return asdict(inspection_record(seen))
 
 
-def inspection_text(seen: FileInspection) -> str:
+def inspection_text(seen: FileInspection | VolumeInspection) -> str:
     """Return the lines that a person reads."""
-    return "\n".join(_lines(inspection_record(seen)))
+    told = [seen.reading.text] if seen.reading.text else []
+    if isinstance(seen, VolumeInspection):
+        first = f"{seen.name}: a volume of {how_many(len(seen.labels), 'label')}"
+        advice = f"`geoprint inspect {seen.name} --label N` examines the surface around one of them"
+        last = advice if seen.refusal is None else f"refused: {seen.refusal}"
+        return "\n".join([first, *_label_lines(tuple(map(_label, seen.labels))), *told, last])
+    return "\n".join([*_lines(inspection_record(seen)), *told])
 
 
 def inspection_record(seen: FileInspection) -> InspectionRecord:
@@ -152,6 +197,8 @@ def inspection_record(seen: FileInspection) -> InspectionRecord:
         outside=seen.side,
         terraces_mm=None if seen.terraces is None else rounded(seen.terraces),
         backends=dict(seen.backends),
+        reading=as_json(record_reading(seen.reading)),
+        labels=tuple(map(_label, seen.labels)),
     )
 
 
@@ -177,12 +224,29 @@ def _lines(record: InspectionRecord) -> Iterator[str]:
         yield f"refused: {record.refusal}"
     elif record.changes is not None:
         yield f"preparing changes: {'; '.join(record.changes) or 'nothing'}"
+    yield from _label_lines(record.labels)
     for region in record.regions[:MOST_REGIONS]:
         yield f"region '{region.name[:LONGEST_NAME]}': {region.faces} faces, {region.area_mm2:.4g} mm2"
     if len(record.regions) > MOST_REGIONS:
         yield f"and {len(record.regions) - MOST_REGIONS} more regions: `--json` lists all"
     for name, answer in record.backends.items():
         yield f"{name:<15}{answer}"
+
+
+def _label(found: LabelFound) -> LabelRecord:
+    return LabelRecord(
+        found.label, found.name, found.voxels, rounded(found.volume), _place(found.low), _place(found.high)
+    )
+
+
+def _label_lines(labels: tuple[LabelRecord, ...]) -> Iterator[str]:
+    for one in labels:
+        named = f" '{one.name[:LONGEST_NAME]}'" if one.name else ""
+        spans = " x ".join(f"{high - low:.4g}" for low, high in zip(one.low_mm, one.high_mm, strict=True))
+        yield (
+            f"label {one.label}{named}: {one.voxels} voxels, {one.volume_mm3 / 1000.0:.4g} cm3, {spans} mm from "
+            f"{in_words(one.low_mm)} to {in_words(one.high_mm)}"
+        )
 
 
 def _border_line(record: InspectionRecord) -> str:

@@ -14,6 +14,11 @@ from geoprint.cli.options import AsJson, MaxMemory, Overwrite, Part, PartOrJob
 from geoprint.cli.terminal import columns, say, tell_json
 from geoprint.errors import UsageError, VerificationError
 
+Threshold = Annotated[
+    float | None,
+    typer.Option(help="Of resampled labels or probabilities: share from which on a voxel belongs to a label; 0.5."),
+]
+
 
 @takes()
 def inspect(
@@ -21,18 +26,25 @@ def inspect(
     *,
     unit: str | None = None,
     label: int | None = None,
+    threshold: Threshold = None,
     fill_holes: float | None = None,
     picture: Annotated[Path | None, typer.Option(help="Draw the findings into this PNG file.")] = None,
     max_memory: MaxMemory = None,
     as_json: AsJson = False,
 ) -> None:
-    """Say what a mesh is, what is wrong with it and where, what preparing changes, and which backends can plan it."""
+    """Say what a mesh is, what is wrong with it and where, what preparing changes, and which backends can plan it.
+
+    Of a label volume it lists the labels.
+    """
     from geoprint.account import inspection_summary, inspection_text
     from geoprint.pipeline import inspect_file
+    from geoprint.results import VolumeInspection
 
     limit_memory(max_memory)
-    seen = inspect_file(surface, unit=unit, label=label, longest_hole=fill_holes)
+    seen = inspect_file(surface, unit=unit, label=label, threshold=threshold, longest_hole=fill_holes)
     if picture is not None:
+        if isinstance(seen, VolumeInspection):
+            raise UsageError(f"{seen.name} gives no surface to draw; choose a label that does with `--label N`.")
         from geoprint.report import inspection_figure
         from geoprint.surfaces.files import write_whole
 
@@ -82,6 +94,7 @@ def remesh(
         bool,
         typer.Option("--thin", help="Take a label that is as thin as its voxels with their terraces, for `--smooth`."),
     ] = False,
+    threshold: Threshold = None,
     edge_length: Annotated[
         float | None, typer.Option(help="Give it even triangles with edges of about so many mm, finer or coarser.")
     ] = None,
@@ -111,6 +124,7 @@ def remesh(
         unit=unit,
         label=label,
         thin=thin,
+        threshold=threshold,
         wavelength=smooth,
         edge_length=edge_length,
         faces=faces,

@@ -45,7 +45,7 @@ def _section(page: Page) -> str:
     text = _FENCE.sub(_named, page.text)
     rendered = MarkdownIt("commonmark", {"html": False}).enable("table").render(text)
     rendered = re.sub(r"<(/?)h([2-4])>", lambda found: f"<{found[1]}h{int(found[2]) + 1}>", rendered)
-    rendered = re.sub(r"<p><em>(.*)</em></p>(?=\n<pre>)", r'<p class="file">\1</p>', rendered)
+    rendered = re.sub(r"<p><em>((?:(?!<p>).)*)</em></p>(?=\n<pre>)", r'<p class="file">\1</p>', rendered)
     rendered = re.sub(r"<code>(--[\w-]+)</code>", r'<code class="option">\1</code>', rendered)
     rendered = _PICTURE.sub(lambda found: f'src="{_inline(found[1])}"', rendered)
     rendered = _LINK.sub(r'href="#\1"', rendered)

@@ -8,11 +8,11 @@ import numpy as np
 
 from geoprint.backends import backend as find_backend, backend_names
 from geoprint.errors import GeoprintError, InputError, MeshError, UsageError
-from geoprint.model import Seed, Surface
+from geoprint.model import Reading, Seed, Surface
 from geoprint.pipeline.workpiece import inverted_in_words, shape_in_words
-from geoprint.results import FileInspection, Remeshed
+from geoprint.results import FileInspection, Remeshed, VolumeInspection
 from geoprint.surfaces import boundary_half_edges, boundary_seed, face_areas, in_words, point_seed, signed_volume
-from geoprint.surfaces.files import load_file, suggested_unit, unit_hint
+from geoprint.surfaces.files import labels_of, load_file, load_likely, unit_hint
 from geoprint.surfaces.remesh import decimate, deviation, refine, remesh, smooth
 from geoprint.surfaces.repair import Inspection, PreparationReport, inspect, prepare, terrace_height
 
@@ -30,26 +30,44 @@ ADVICE = "ask for shorter edges, more faces or less smoothing"
 
 
 def inspect_file(
-    path: Path | str, *, unit: str | None = None, label: int | None = None, longest_hole: float | None = None
-) -> FileInspection:
-    """Examine a mesh file.
+    path: Path | str,
+    *,
+    unit: str | None = None,
+    label: int | None = None,
+    threshold: float | None = None,
+    longest_hole: float | None = None,
+) -> FileInspection | VolumeInspection:
+    """Examine a mesh file, or say which labels a volume holds.
 
     Args:
         path: of the file.
         unit: of its coordinates; where neither this nor the file says it, the likely one is assumed and said so.
-        label: of a label volume, which one is meant.
+        label: of a label volume, which one is meant; without it a volume of several is not made a mesh.
+        threshold: of a volume of shares or probabilities, from which on a voxel belongs to a label.
         longest_hole: holes up to this long [mm] count as closed by preparing.
 
     Raises:
-        UsageError: the unit is unknown or not that of the file, or the label is missing or not in the file.
+        UsageError: the unit is unknown or not that of the file, or the label is not in the file.
         InputError: the file cannot be read.
     """
-    suggested, assumed = (unit, False) if unit is not None else suggested_unit(path, label=label)
-    loaded = load_file(path, unit=suggested, label=label)
+    path = Path(path)
+    volume = labels_of(path, unit=unit, threshold=threshold)
+    labels, told = volume or ((), Reading())
+    if len(labels) > 1 and label is None:
+        return VolumeInspection(path.name, labels, None, told)
+    try:
+        if unit is None:
+            loaded, assumed = load_likely(path, label=label, threshold=threshold)
+        else:
+            loaded, assumed = load_file(path, unit=unit, label=label, threshold=threshold), False
+    except InputError as error:
+        if not labels:
+            raise
+        return VolumeInspection(path.name, labels, str(error), told)
     found = inspect(loaded.surface, longest_hole=longest_hole)
     areas = face_areas(loaded.surface)
     return FileInspection(
-        name=Path(path).name,
+        name=path.name,
         unit=loaded.unit,
         assumed=assumed,
         hint=unit_hint(found.examined, unit=loaded.unit),
@@ -59,6 +77,8 @@ def inspect_file(
         side=_side(loaded.surface, found),
         terraces=None if found.refusal is not None else terrace_height(found.examined),
         backends=tuple((name, _trial(name, found)) for name in backend_names()),
+        reading=loaded.reading,
+        labels=labels,
     )
 
 
@@ -68,6 +88,7 @@ def remesh_file(
     unit: str | None = None,
     label: int | None = None,
     thin: bool = False,
+    threshold: float | None = None,
     wavelength: float | None = None,
     edge_length: float | None = None,
     faces: int | None = None,
@@ -80,6 +101,7 @@ def remesh_file(
         unit: of its coordinates.
         label: of a label volume, which one.
         thin: whether a label as thin as its voxels is taken with their terraces.
+        threshold: of a volume of shares or probabilities, from which on a voxel belongs to a label.
         wavelength: as for `surfaces.smooth` [mm]; None leaves the noise.
         edge_length: as for `surfaces.remesh` [mm].
         faces: as for `surfaces.decimate`, instead.
@@ -90,7 +112,7 @@ def remesh_file(
         InputError: the file cannot be used; or the new surface lies farther off than allowed, or cannot be planned on.
     """
     _check_asked(wavelength, edge_length, faces)
-    before, preparation = prepare(load_file(path, unit=unit, label=label, thin=thin).surface)
+    before, preparation = prepare(load_file(path, unit=unit, label=label, thin=thin, threshold=threshold).surface)
     diagonal = float(np.linalg.norm(np.ptp(before.vertices, axis=0)))
     allowed = DEVIATION_SHARE * diagonal if max_deviation is None else max_deviation
     after, steps = before, list[str]()

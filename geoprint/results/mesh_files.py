@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import final
 
-from geoprint.model import Surface, frozen
+from geoprint.model import Reading, Surface, frozen
+from geoprint.surfaces.files import LabelFound
 from geoprint.surfaces.remesh import Deviation
 from geoprint.surfaces.repair import Inspection, PreparationReport
 
@@ -25,6 +26,8 @@ class FileInspection:
         side: what tells which side of it is outside, in words.
         terraces: height of the steps where the surface is a staircase around voxels [mm], else None.
         backends: by name, 'yes', or why a backend cannot plan on it, or that it was 'not tried' and why.
+        reading: what was used of the file, skipped and assumed.
+        labels: that a label volume holds; empty for other files.
     """
 
     name: str
@@ -37,6 +40,26 @@ class FileInspection:
     side: str
     terraces: float | None
     backends: tuple[tuple[str, str], ...]
+    reading: Reading = Reading()
+    labels: tuple[LabelFound, ...] = ()
+
+
+@final
+@frozen
+class VolumeInspection:
+    """What is said of a label volume where no label is chosen of several, or no surface can be put around one.
+
+    Attributes:
+        name: of the file.
+        labels: that it holds.
+        refusal: why there is no surface around the label that was chosen or is the only one; None where none was.
+        reading: what was used of the file, skipped and assumed.
+    """
+
+    name: str
+    labels: tuple[LabelFound, ...]
+    refusal: str | None
+    reading: Reading
 
 
 @final

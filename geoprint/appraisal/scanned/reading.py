@@ -14,8 +14,9 @@ from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
 from geoprint.surfaces import face_areas
 from geoprint.surfaces.files.formats import MESHES, content_of, read_mesh
 from geoprint.surfaces.files.mesh_file import UNITS
-from geoprint.surfaces.files.point_clouds import read_point_ply, read_point_text
-from geoprint.surfaces.files.triangle_formats import holds_points_alone
+from geoprint.surfaces.files.ply import holds_points_alone
+from geoprint.surfaces.files.point_clouds import read_point_ply
+from geoprint.surfaces.files.point_text import read_point_text
 
 CLOUDS = (".xyz", ".pwn", ".txt", ".pts", ".csv")
 SUFFIXES = (*MESHES, *CLOUDS)
@@ -118,8 +119,7 @@ def _points(path: Path, data: bytes) -> tuple[FloatArray, int, bool]:
     """Return points of a file in its unit, how many it holds, and whether they lie on a mesh."""
     suffix = path.suffix.lower()
     if suffix in CLOUDS:
-        text = data.replace(b",", b" ") if suffix == ".csv" else data
-        found = read_point_text(text, name=path.name).points
+        found = read_point_text(data, name=path.name).points
     elif suffix == ".ply" and holds_points_alone(data):
         found = read_point_ply(data, name=path.name).points
     else:

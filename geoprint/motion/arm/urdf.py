@@ -6,6 +6,7 @@ entities. Lengths in it are metres; nothing outside this package sees them.
 
 from __future__ import annotations
 
+import re
 from importlib import resources
 from pathlib import Path
 from typing import final
@@ -23,6 +24,8 @@ MILLIMETRES_PER_METRE = 1000.0
 FLANGE_FRAME = "tool0"
 # A URDF without meshes is some ten kilobytes long.
 LARGEST_FILE = 1_000_000
+# An element of macros, or a value to be computed; the name space alone, which expanded files keep, is none.
+XACRO = re.compile(r"<xacro:|=\s*[\"']\$[({]")
 FORBIDDEN = ("<!DOCTYPE", "<!ENTITY")
 
 
@@ -85,6 +88,11 @@ def read_urdf_file(path: Path | str, *, flange: str) -> str:
     if len(content) > LARGEST_FILE:
         raise UsageError(
             f"robot.urdf: {path} is longer than {LARGEST_FILE} bytes; a URDF refers to its meshes and is far shorter."
+        )
+    if path.suffix.lower() == ".xacro" or XACRO.search(text):
+        raise UsageError(
+            f"robot.urdf: {path.name} is xacro, macros that make a URDF; where its packages are installed, expand it "
+            f"with `xacro {path.name} > {path.name.split('.')[0]}_expanded.urdf`, and give the result."
         )
     chain_of(text, name=path.name, flange=flange)
     return text

@@ -16,8 +16,9 @@ import numpy as np
 from geoprint.errors import InputError
 from geoprint.model import FloatArray, IntArray
 from geoprint.surfaces.conversion import missing
+from geoprint.surfaces.files.labelling import LabelVolume
 from geoprint.surfaces.files.regions import LONGEST_NAME, printable
-from geoprint.surfaces.files.volume_formats import LabelVolume, checked_shape
+from geoprint.surfaces.files.volume_formats import checked_shape
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -210,7 +211,8 @@ def _volume(content: Dataset, frames: _Frames, *, label: int | None, name: str) 
     for frame in np.argsort(frames.segments == label, kind="stable").tolist():
         inside = _frame(packed, frame, size=rows * columns).reshape(rows, columns)
         labels[:, :, numbers[frame]][inside.T] = frames.segments[frame]
-    return LabelVolume(labels, affine, "mm", _names(content))
+    present = tuple(sorted({int(number) for number in frames.segments}))
+    return LabelVolume(labels, affine, "mm", _names(content), present)
 
 
 def _frame(packed: bytes, frame: int, *, size: int) -> NDArray[np.bool_]:

@@ -12,7 +12,7 @@ from typing import Protocol
 
 from geoprint.errors import GeoprintError, InputError, UsageError
 from geoprint.surfaces.files.archives import only_mesh
-from geoprint.surfaces.files.mesh_file import MeshFile, check_mesh
+from geoprint.surfaces.files.mesh_file import Check, Choice, MeshFile, check_mesh
 from geoprint.surfaces.files.optional_readers import (
     read_cad,
     read_cloud,
@@ -20,9 +20,10 @@ from geoprint.surfaces.files.optional_readers import (
     read_nifti_label,
     read_nrrd_label,
 )
+from geoprint.surfaces.files.ply import read_ply
+from geoprint.surfaces.files.stl import read_stl
 from geoprint.surfaces.files.text_formats import read_obj, read_off
 from geoprint.surfaces.files.three_mf import read_3mf
-from geoprint.surfaces.files.triangle_formats import read_ply, read_stl
 
 # Largest file that is read [bytes]: 40 million triangles of a binary STL.
 LARGEST_FILE = 1 << 31
@@ -39,11 +40,13 @@ class Reader(Protocol):
 class LabelReader(Protocol):
     """A function that reads a format of volumes."""
 
-    def __call__(self, data: bytes, /, *, name: str, label: int | None, thin: bool) -> MeshFile:
-        """Make a mesh of one label, None where nobody has chosen one; thin ones may be asked for with terraces."""
+    def __call__(self, data: bytes, /, *, name: str, choice: Choice) -> MeshFile:
+        """Make a mesh of one label."""
         ...
 
 
+# Points as lines of text.
+CLOUDS = (".xyz", ".pwn", ".pts", ".asc", ".txt", ".csv")
 # Formats of meshes, which may be zipped, and those of exact geometry and points.
 MESHES: Mapping[str, Reader] = {
     ".stl": read_stl,
@@ -58,8 +61,7 @@ FORMATS: Mapping[str, Reader] = {
     ".stp": partial(read_cad, kind="step"),
     ".iges": partial(read_cad, kind="iges"),
     ".igs": partial(read_cad, kind="iges"),
-    ".xyz": read_cloud,
-    ".pwn": read_cloud,
+    **dict.fromkeys(CLOUDS, read_cloud),
 }
 VOLUMES: Mapping[str, LabelReader] = {
     ".nii": read_nifti_label,
@@ -70,13 +72,22 @@ VOLUMES: Mapping[str, LabelReader] = {
 SUFFIXES = (*FORMATS, ".zip", *VOLUMES)
 
 
-def read_mesh(path: Path, *, label: int | None = None, thin: bool = False) -> MeshFile:
+def read_mesh(
+    path: Path,
+    *,
+    label: int | None = None,
+    thin: bool = False,
+    threshold: float | None = None,
+    check: Check | None = None,
+) -> MeshFile:
     """Read a mesh file by its suffix, or make a mesh of what else it holds.
 
     Args:
         path: of a file with one of the SUFFIXES; a .zip file holds one of the MESHES.
         label: of a label volume, which one is meant.
         thin: whether a label as thin as its voxels is taken with their terraces.
+        threshold: of a volume of shares or probabilities, from which on a voxel belongs to a label.
+        check: is asked whether unit and size can be right, before points or voxels are made a mesh.
 
     Returns:
         What the file holds.
@@ -94,17 +105,19 @@ def read_mesh(path: Path, *, label: int | None = None, thin: bool = False) -> Me
             "export the mesh as one of these."
         )
     # A mesh that geoprint stored may be of a label.
-    if suffix not in VOLUMES and (thin or (label is not None and suffix != ".ply")):
-        raise _without_labels(path.name, option="--thin" if label is None else "--label")
+    asked = {"--thin": thin, "--threshold": threshold is not None, "--label": label is not None and suffix != ".ply"}
+    if suffix not in VOLUMES and any(asked.values()):
+        raise _without_labels(path.name, option=next(option for option, given in asked.items() if given))
     data = content_of(path)
     digest = sha256(data).hexdigest()
     if suffix == ".zip":
         suffix, data = only_mesh(data, suffixes=MESHES, name=path.name)
     try:
         if suffix in VOLUMES:
-            file = VOLUMES[suffix](data, name=path.name, label=label, thin=thin)
+            choice = Choice(label, thin=thin, threshold=threshold, check=check)
+            file = VOLUMES[suffix](data, name=path.name, choice=choice)
         else:
-            file = FORMATS[suffix](data, name=path.name)
+            file = _checking(suffix, check)(data, name=path.name)
     except (GeoprintError, MemoryError):
         raise
     except Exception as error:  # a reader may raise anything on a damaged file
@@ -119,6 +132,13 @@ def read_mesh(path: Path, *, label: int | None = None, thin: bool = False) -> Me
         file = replace(file, name=path.name, digest=digest, label=label if suffix in VOLUMES else None)
     _check_label(file, label, name=path.name)
     return file
+
+
+def _checking(suffix: str, check: Check | None) -> Reader:
+    """Return the reader of a format that asks whether unit and size can be right where it has much to do."""
+    if suffix == ".ply":
+        return partial(read_ply, check=check)
+    return partial(read_cloud, check=check) if suffix in CLOUDS else FORMATS[suffix]
 
 
 def content_of(path: Path) -> bytes:

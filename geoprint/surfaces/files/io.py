@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from geoprint.errors import ExportError, InputError, UsageError
-from geoprint.model import FloatArray, Surface
-from geoprint.surfaces.files.formats import read_mesh
-from geoprint.surfaces.files.mesh_file import UNITS, MeshFile, ply_content, resolves, single_step
+from geoprint.model import FloatArray, Reading, Surface
+from geoprint.surfaces.files.formats import VOLUMES, content_of, read_mesh
+from geoprint.surfaces.files.mesh_file import UNITS, LabelFound, MeshFile, ply_content, resolves, single_step
+from geoprint.surfaces.files.optional_readers import read_labels
 from geoprint.surfaces.topology import used_vertices
 
 # Largest extent of a part that fits a desktop robot [mm]: beyond, the unit is taken to be wrong.
@@ -26,18 +27,26 @@ def load(path: Path | str, *, unit: str | None) -> Surface:
     return load_file(path, unit=unit).surface
 
 
-def load_file(path: Path | str, *, unit: str | None, label: int | None = None, thin: bool = False) -> MeshFile:
+def load_file(
+    path: Path | str,
+    *,
+    unit: str | None,
+    label: int | None = None,
+    thin: bool = False,
+    threshold: float | None = None,
+) -> MeshFile:
     """Read a mesh file, or make a mesh of what it holds, of known unit and believable size.
 
     The mesh is taken as the file has it: corners of STL triangles are not joined, nothing is repaired; `prepare` does
-    that.
+    that. A unit that cannot be right is refused before points or voxels are made a mesh.
 
     Args:
         path: of one of `formats.SUFFIXES`.
-        unit: of the file's coordinates, a key of UNITS; None where the file says it, as 3MF does. Of the others, which
-            carry no unit, None is answered by an error that shows what the size would be in each.
+        unit: of the file's coordinates, a key of UNITS; None where the file says it, as 3MF does, or where its format
+            has one by custom. Of the others, None is answered by an error that shows what the size would be in each.
         label: of a label volume, which one is meant.
         thin: whether a label as thin as its voxels is taken with their terraces.
+        threshold: of a volume of shares or probabilities, from which on a voxel belongs to a label.
 
     Returns:
         What the file holds, with its unit.
@@ -47,23 +56,73 @@ def load_file(path: Path | str, *, unit: str | None, label: int | None = None, t
         InputError: the file's name is not printable, it cannot be read (see `formats.read_mesh`), the size is
             implausible, or the part lies so far from the origin that the file's numbers do not resolve it.
     """
+    path = _printable(path)
+    if unit is not None and unit not in UNITS:
+        raise UsageError(f"the unit `{unit}` is not known; choose one of {', '.join(UNITS)}.")
+
+    def check(places: FloatArray, carried: str, usual: str = "") -> None:
+        _check_unit(path.name, places, unit, carried=carried, usual=usual)
+
+    file = read_mesh(path, label=label, thin=thin, threshold=threshold, check=check)
+    # Vertices that no face uses do not belong to the part.
+    used = file.vertices[used_vertices(file.faces)]
+    check(used, file.unit, file.usual)
+    return _in_unit(file, unit or file.unit or file.usual, used)
+
+
+def load_likely(path: Path | str, *, label: int | None = None, threshold: float | None = None) -> tuple[MeshFile, bool]:
+    """Read a file as `load_file`, in the unit that it says or else in the likely one, and return whether this is so.
+
+    Raises:
+        InputError: as `load_file`.
+    """
+    path = _printable(path)
+    file = read_mesh(path, label=label, threshold=threshold)
+    used = file.vertices[used_vertices(file.faces)]
+    unit = file.unit or file.usual or likely_unit(float(np.ptp(used, axis=0).max())) or "mm"
+    _check_size(path.name, np.ptp(used, axis=0) * UNITS[unit], unit=unit, carried=bool(file.unit))
+    return _in_unit(file, unit, used), not (file.unit or file.usual)
+
+
+def labels_of(
+    path: Path | str, *, unit: str | None, threshold: float | None = None
+) -> tuple[tuple[LabelFound, ...], Reading] | None:
+    """Return all labels of a volume, and what was used of it, skipped and assumed; None for a file of another kind.
+
+    Raises:
+        InputError: it cannot be read.
+        UsageError: as `label_volumes.read_volume`.
+    """
+    path = _printable(path)
+    if not path.name.lower().endswith(tuple(VOLUMES)):
+        return None
+    return read_labels(content_of(path), name=path.name, unit=unit, threshold=threshold)
+
+
+def _printable(path: Path | str) -> Path:
     path = Path(path)
     if not path.name.isprintable():
         raise InputError(f"the file name {path.name!r} holds characters that cannot be printed; rename the file.")
-    if unit is not None and unit not in UNITS:
-        raise UsageError(f"the unit `{unit}` is not known; choose one of {', '.join(UNITS)}.")
-    file = read_mesh(path, label=label, thin=thin)
-    if file.unit and unit not in {None, file.unit}:
-        raise UsageError(f"`{path.name}` says that its unit is {file.unit}, not {unit}; leave `--unit` out.")
-    unit = unit or file.unit
-    # Vertices that no face uses do not belong to the part.
-    used = file.vertices[used_vertices(file.faces)]
-    extents = used.max(axis=0) - used.min(axis=0)
-    if not unit:
-        raise UsageError(_missing_unit(path.name, extents))
-    _check_size(path.name, extents * UNITS[unit], unit=unit, carried=bool(file.unit))
-    _check_resolution(path.name, used * UNITS[unit], step=file.step * UNITS[unit])
-    return replace(file, unit=unit)
+    return path
+
+
+def _check_unit(name: str, places: FloatArray, unit: str | None, *, carried: str, usual: str) -> None:
+    """Refuse a unit that is missing, another than the file says, or by which the part is too small or large."""
+    if carried and unit not in {None, carried}:
+        raise UsageError(f"`{name}` says that its unit is {carried}, not {unit}; leave `--unit` out.")
+    extents = places.max(axis=0) - places.min(axis=0)
+    found = unit or carried or usual
+    if not found:
+        raise UsageError(_missing_unit(name, extents))
+    _check_size(name, extents * UNITS[found], unit=found, carried=bool(carried))
+
+
+def _in_unit(file: MeshFile, unit: str, used: FloatArray) -> MeshFile:
+    """Return a file with its unit, if its numbers resolve it; how far points lie from a surface is said in mm."""
+    _check_resolution(file.name, used * UNITS[unit], step=file.step * UNITS[unit])
+    file = replace(file, unit=unit)
+    said = rebuilt_in_words(file)
+    return file if said is None else replace(file, reading=replace(file.reading, assumed=(said, *file.reading.assumed)))
 
 
 def ply_bytes(surface: Surface) -> bytes:
@@ -128,8 +187,8 @@ def suggested_unit(path: Path | str, *, label: int | None = None) -> tuple[str, 
     """
     file = read_mesh(Path(path), label=label)
     used = file.vertices[used_vertices(file.faces)]
-    likely = likely_unit(float(np.ptp(used, axis=0).max())) or "mm"
-    return file.unit or likely, not file.unit
+    said = file.unit or file.usual
+    return said or likely_unit(float(np.ptp(used, axis=0).max())) or "mm", not said
 
 
 def unit_hint(surface: Surface, *, unit: str) -> str | None:
@@ -148,6 +207,15 @@ def unit_hint(surface: Surface, *, unit: str) -> str | None:
         f"{surface.name} is {_in_words(size)} large in {unit}, most parts have {smallest:g} to {largest:g} mm; "
         f"with `--unit {likely}` it would be {_in_words(size / UNITS[unit] * UNITS[str(likely)])}: check the unit."
     )
+
+
+def rebuilt_in_words(file: MeshFile) -> str | None:
+    """Return how far the points of a cloud lie from the surface that was put through them; None for other files."""
+    notes = dict(file.notes)
+    if "residual_mean" not in notes:
+        return None
+    mean, most = (_in_words(float(notes[key]) * UNITS[file.unit]) for key in ("residual_mean", "residual_max"))
+    return f"a surface rebuilt from the points, which lie {mean} from it in the mean and {most} at most"
 
 
 def _missing_unit(name: str, extents: FloatArray) -> str:

@@ -11,17 +11,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, TypeAlias, final
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias, final
 
 import numpy as np
 from scipy import ndimage
 
 from geoprint.errors import InputError, UsageError
-from geoprint.model import BoolArray, FloatArray, IntArray, Surface
+from geoprint.model import BoolArray, FloatArray, IntArray, Reading, Surface, reading
 from geoprint.surfaces.conversion import missing
 from geoprint.surfaces.files.dicom_segmentation import read_dicom
-from geoprint.surfaces.files.mesh_file import UNITS, MeshFile
-from geoprint.surfaces.files.volume_formats import LabelVolume, read_nifti, read_nrrd
+from geoprint.surfaces.files.labelling import LabelVolume, box_of, found_labels, labelled
+from geoprint.surfaces.files.mesh_file import UNITS, Choice, LabelFound, MeshFile
+from geoprint.surfaces.files.nrrd_files import read_nrrd
+from geoprint.surfaces.files.volume_formats import read_nifti
 from geoprint.surfaces.operators import signed_volume
 from geoprint.surfaces.remesh import TERRACE_SHARE, TERRACE_WAVELENGTH
 from geoprint.surfaces.topology import turned_over
@@ -54,6 +56,37 @@ MOST_STEPS = 8
 MARGIN = 4
 # Largest block of voxels around a label, finer ones between thick slices included: 1.2 GB of arrays.
 MOST_VOXELS = 100_000_000
+# Labels that a message lists.
+MOST_LISTED = 100
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class _Small:
+    """Islands or pinholes of a label: how many there are, and how many voxels they have together."""
+
+    count: int
+    voxels: int
+
+
+class LabelSurface(NamedTuple):
+    """A surface around a label.
+
+    Attributes:
+        vertices: (n, 3) [file's unit].
+        faces: (m, 3), counter-clockwise from outside.
+        smoothing: that was used [finest side of a voxel].
+        volume_error: by which share the enclosed volume differs from that of the label.
+        islands: that smoothing took away.
+        pinholes: that it closed.
+    """
+
+    vertices: FloatArray
+    faces: IntArray
+    smoothing: float
+    volume_error: float
+    islands: _Small
+    pinholes: _Small
 
 
 @final
@@ -65,105 +98,142 @@ class _Field:
         values: (i, j, k) [file's unit], positive inside.
         finer: (3,) points of the grid for each voxel.
         first: (3,) voxel index of the grid's first point.
+        widths: (3,) finest side of a voxel as a share of each, or SLICE_SHARE where that is more.
     """
 
     values: Distances
     finer: IntArray
     first: IntArray
+    widths: FloatArray
 
 
-def read_nifti_label(data: bytes, /, *, name: str, label: int | None, thin: bool) -> MeshFile:
-    """Return the surface of one label of a NIfTI file, as `volume_mesh`; raises also as `read_nifti`."""
-    return volume_mesh(read_nifti(data, name=name), label=label, name=name, thin=thin)
+def read_nifti_label(data: bytes, /, *, name: str, choice: Choice) -> MeshFile:
+    """Return the surface of one label of a NIfTI file, as `volume_mesh`; raises also as `read_volume`."""
+    return volume_mesh(_labels_of(data, ".nii", choice, name=name), choice, name=name)
 
 
-def read_nrrd_label(data: bytes, /, *, name: str, label: int | None, thin: bool) -> MeshFile:
-    """Return the surface of one label of a NRRD file, as `volume_mesh`; raises also as `read_nrrd`."""
-    return volume_mesh(read_nrrd(data, name=name), label=label, name=name, thin=thin)
+def read_nrrd_label(data: bytes, /, *, name: str, choice: Choice) -> MeshFile:
+    """Return the surface of one label of a NRRD file, as `volume_mesh`; raises also as `read_volume`."""
+    return volume_mesh(_labels_of(data, ".nrrd", choice, name=name), choice, name=name)
 
 
-def read_dicom_label(data: bytes, /, *, name: str, label: int | None, thin: bool) -> MeshFile:
-    """Return the surface of one segment of a DICOM file, as `volume_mesh`; raises also as `read_dicom`."""
-    return volume_mesh(read_dicom(data, label=label, name=name), label=label, name=name, thin=thin)
+def read_dicom_label(data: bytes, /, *, name: str, choice: Choice) -> MeshFile:
+    """Return the surface of one segment of a DICOM file, as `volume_mesh`; raises also as `read_volume`."""
+    return volume_mesh(_labels_of(data, ".dcm", choice, name=name), choice, name=name)
 
 
-def read_volume(data: bytes, /, *, name: str) -> LabelVolume:
-    """Return the labels of a file and where they lie; its unit is mm where it says none.
+def read_volume(data: bytes, /, *, name: str, unit: str | None = None, threshold: float | None = None) -> LabelVolume:
+    """Return the labels of a file and where they lie [mm]; where it says no unit it is the given one, or mm.
 
     Raises:
-        UsageError: its suffix is that of no volume; as the readers.
-        InputError: as `read_nifti`, `read_nrrd` and `read_dicom`.
+        UsageError: its suffix is that of no volume; as the readers and `labelled`.
+        InputError: as `read_nifti`, `read_nrrd` and `read_dicom`, and as `labelled`.
     """
-    lower = name.lower()
-    if lower.endswith((".nii", ".nii.gz")):
-        volume = read_nifti(data, name=name)
-    elif lower.endswith(".nrrd"):
-        volume = read_nrrd(data, name=name)
-    elif lower.endswith(".dcm"):
-        volume = read_dicom(data, label=None, name=name)
-    else:
+    ends = {".nii": ".nii", ".nii.gz": ".nii", ".nrrd": ".nrrd", ".dcm": ".dcm"}
+    kind = next((kind for end, kind in ends.items() if name.lower().endswith(end)), None)
+    if kind is None:
         raise UsageError(f"`{name}` is no label volume: its name must end in .nii, .nii.gz, .nrrd or .dcm.")
+    volume = _labels_of(data, kind, Choice(threshold=threshold), name=name)
     affine = volume.affine.copy()
-    affine[:3] *= UNITS[volume.unit or "mm"]
+    affine[:3] *= UNITS[volume.unit or unit or "mm"]
     return replace(volume, affine=affine, unit="mm")
 
 
-def volume_mesh(volume: LabelVolume, *, label: int | None, name: str, thin: bool = False) -> MeshFile:
+def read_labels(
+    data: bytes, /, *, name: str, unit: str | None = None, threshold: float | None = None
+) -> tuple[tuple[LabelFound, ...], Reading]:
+    """Return all labels of a file, and what was used of it, skipped and assumed; raises as `read_volume`."""
+    volume = read_volume(data, name=name, unit=unit, threshold=threshold)
+    found = tuple(found_labels(volume))
+    used = {"labels": len(found), "voxels of them": sum(one.voxels for one in found)}
+    return found, reading(used=used, skipped=volume.skipped, assumed=volume.assumed)
+
+
+def _labels_of(data: bytes, kind: str, choice: Choice, *, name: str) -> LabelVolume:
+    """Return the labels of a file of a kind, where it says they lie."""
+    if kind == ".dcm":
+        if choice.threshold is not None:
+            raise UsageError(f"`{name}` holds segments of yes and no, no shares; leave `--threshold` out.")
+        return read_dicom(data, label=choice.label, name=name)
+    grid = read_nifti(data, name=name) if kind == ".nii" else read_nrrd(data, name=name)
+    return labelled(grid, label=choice.label, threshold=choice.threshold, name=name)
+
+
+def volume_mesh(volume: LabelVolume, choice: Choice, *, name: str) -> MeshFile:
     """Return the surface of one label of a volume.
 
     Args:
         volume: as read.
-        label: which one; None where there is but one.
+        choice: which label, and how; no label where there is but one.
         name: of the file.
-        thin: whether a label as thin as its voxels is taken with their terraces.
 
     Raises:
-        UsageError: there is no such label, or no choice among several; a package is missing.
+        UsageError: there is no such label, or no choice among several; a package is missing; as `choice.check`.
         InputError: as `label_surface`.
     """
-    chosen = _chosen_label(volume, label, name=name)
-    side = UNITS[volume.unit or "mm"] * float(np.linalg.norm(volume.affine[:3, :3], axis=0).max())
+    chosen = _chosen_label(volume, choice.label, name=name)
+    inside = volume.inside(chosen)
+    millimetres = UNITS[volume.unit or "mm"]
+    if choice.check is not None:
+        low, high = box_of(inside, volume.affine)
+        choice.check(np.stack([low, high]), volume.unit or "", volume.usual)
+    side = millimetres * float(np.linalg.norm(volume.affine[:3, :3], axis=0).max())
     advice = (
         f"take it with the terraces of its voxels, and these off it, by `geoprint remesh {name} --label {chosen} "
         f"--thin --smooth {TERRACE_WAVELENGTH * side:.3g} --max-deviation {TERRACE_SHARE * side:.2g} --out part.ply`, "
         "and plan that; or use a finer volume"
     )
-    vertices, faces, smoothing, volume_error = label_surface(
-        volume.labels == chosen, volume.affine, name=name, advice=advice, thin=thin
+    made = label_surface(
+        inside, volume.affine, voxels=volume.voxels(chosen, inside), name=name, advice=advice, thin=choice.thin
     )
     notes = (
         ("label", chosen),
-        ("smoothing_voxels", smoothing),
-        ("volume_error", round(volume_error, 6)),
-        ("coordinates", "right, anterior, superior"),
+        ("smoothing_voxels", made.smoothing),
+        ("volume_error", round(made.volume_error, 6)),
+        ("coordinates", volume.coordinates),
     )
-    return MeshFile(vertices, faces, volume.unit or "", notes)
+    cubes = abs(float(np.linalg.det(volume.affine[:3, :3]))) * millimetres**3
+    skipped = dict(volume.skipped) | {"other labels": len(volume.numbers) - 1}
+    for kind, small in (("islands too small for a surface", made.islands), ("pinholes closed", made.pinholes)):
+        skipped[f"{kind} ({small.voxels} voxels, {small.voxels * cubes:.3g} mm3)"] = small.count
+    named = f" '{volume.names[chosen]}'" if volume.names.get(chosen) else ""
+    told = reading(
+        used={f"voxels of label {chosen}{named}": int(inside.sum()) - made.islands.voxels},
+        skipped=skipped,
+        assumed=volume.assumed,
+    )
+    return MeshFile(made.vertices, made.faces, volume.unit or "", notes, reading=told, usual=volume.usual)
 
 
 def label_surface(
-    inside: BoolArray, affine: FloatArray, *, name: str, advice: str, thin: bool
-) -> tuple[FloatArray, IntArray, float, float]:
+    inside: BoolArray, affine: FloatArray, *, voxels: float, name: str, advice: str, thin: bool
+) -> LabelSurface:
     """Return a smooth closed surface around some voxels.
 
     Args:
         inside: (i, j, k) which voxels, at least one.
         affine: (4, 4) position of the voxels' centres; a left-handed or oblique one is as good as any.
+        voxels: how many they fill, by their shares where they have them.
         name: of the file.
         advice: what helps where the label is too thin, but not too thin for its terraces.
         thin: whether these are taken.
 
     Returns:
-        (n, 3) vertices and (m, 3) faces, counter-clockwise from outside; the smoothing that was used [finest side of a
-        voxel]; and by which share the enclosed volume differs from that of the voxels.
+        The surface. Islands and pinholes that smoothing takes away are left out of it and of its volume.
 
     Raises:
         InputError: the label is too thin for its voxels, or takes too many of them.
     """
     sides: FloatArray = np.linalg.norm(affine[:3, :3], axis=0)
     block, first = _block(inside)
-    wanted = float(block.sum() * abs(np.linalg.det(affine[:3, :3])))
+    cube = float(abs(np.linalg.det(affine[:3, :3])))
+    smoothings = THIN_SMOOTHINGS if thin else SMOOTHINGS
     rough = _distances(block, first, sides=sides, name=name)
-    smooth, smoothing, loss = _smoothed(rough, affine, THIN_SMOOTHINGS if thin else SMOOTHINGS, wanted=wanted)
+    cleaned, islands, pinholes = _cleaned(block, rough, smoothings[0])
+    if islands.count or pinholes.count:
+        rough = _distances(cleaned, first, sides=sides, name=name)
+    wanted = cube * (voxels - islands.voxels + pinholes.voxels)
+    smooth, smoothing, loss = _smoothed(rough, affine, smoothings, wanted=wanted)
     if abs(loss) > UNBELIEVABLE_LOSS:
         least = _smoothed(rough, affine, THIN_SMOOTHINGS[-1:], wanted=wanted)[2]
         raise InputError(
@@ -173,25 +243,46 @@ def label_surface(
             loss=loss,
         )
     surface, volume = _with_volume(smooth, affine, wanted=wanted, name=name)
-    return surface.vertices, surface.faces, smoothing, volume / wanted - 1.0
+    return LabelSurface(surface.vertices, surface.faces, smoothing, volume / wanted - 1.0, islands, pinholes)
+
+
+def _cleaned(block: BoolArray, rough: _Field, smoothing: float) -> tuple[BoolArray, _Small, _Small]:
+    """Return voxels without the islands and pinholes that smoothing takes away, and what these were.
+
+    The largest island stays, and so does what is outside.
+    """
+    smooth = _widened(rough, smoothing)[tuple(slice(None, None, int(step)) for step in rough.finer)]
+    cleaned = block.copy()
+    found: list[_Small] = []
+    for value in (True, False):
+        parts = np.asarray(ndimage.label(block == value)[0])
+        sizes = np.bincount(parts.ravel())
+        numbers = np.arange(1, sizes.size)
+        strongest = np.asarray(ndimage.maximum(smooth if value else -smooth, parts, numbers)).reshape(-1)
+        gone = numbers[strongest <= 0.0]
+        gone = gone[gone != 1 + int(np.argmax(sizes[1:]))]
+        if gone.size:
+            cleaned[np.isin(parts, gone)] = not value
+        found.append(_Small(int(gone.size), int(sizes[gone].sum())))
+    return cleaned, found[0], found[1]
 
 
 def _chosen_label(volume: LabelVolume, label: int | None, *, name: str) -> int:
     """Return the label that is meant, if it is there."""
-    values, counts = np.unique(volume.labels, return_counts=True)
-    finite = np.isfinite(values) & (values != 0)
-    found = dict(zip(values[finite].tolist(), counts[finite].tolist(), strict=True))
-    names = {value: f"{volume.names[value]}, " if volume.names.get(value) else "" for value in found}
-    shown = ", ".join(f"{value:g} ({names[value]}{count} voxels)" for value, count in [*found.items()][:20])
-    if not found:
+    if not volume.numbers:
         raise InputError(f"`{name}` holds no label: all of its voxels are 0.")
-    if label is None and len(found) == 1:
-        label = round(next(iter(found)))
+    if label is None and len(volume.numbers) == 1:
+        return volume.numbers[0]
+    if label in volume.numbers:
+        return label
+    names = {number: f"{volume.names[number]}, " if volume.names.get(number) else "" for number in volume.numbers}
+    counts = ((number, int(volume.inside(number).sum())) for number in volume.numbers[:MOST_LISTED])
+    shown = ", ".join(f"{number} ({names[number]}{count} voxels)" for number, count in counts)
+    if len(volume.numbers) > MOST_LISTED:
+        shown += f" and {len(volume.numbers) - MOST_LISTED} more, which `geoprint inspect {name}` lists"
     if label is None:
         raise UsageError(f"`{name}` holds the labels {shown}; choose one with `--label N`.")
-    if label not in found:
-        raise UsageError(f"`{name}` has no label {label}; it holds {shown}: choose one with `--label N`.")
-    return label
+    raise UsageError(f"`{name}` has no label {label}; it holds {shown}: choose one with `--label N`.")
 
 
 def _block(inside: BoolArray) -> tuple[BoolArray, IntArray]:
@@ -217,23 +308,26 @@ def _distances(block: BoolArray, first: IntArray, *, sides: FloatArray, name: st
     for axis in range(3):
         if finer[axis] > 1:
             values = _interpolated(values, axis, times=int(finer[axis]))
-    return _Field(values, finer, first)
+    return _Field(values, finer, first, np.maximum(sides.min() / sides, SLICE_SHARE))
 
 
 def _smoothed(
     rough: _Field, affine: FloatArray, smoothings: Sequence[float], *, wanted: float
 ) -> tuple[_Field, float, float]:
     """Return the field smoothed as far as the part bears it, the smoothing, and the share of volume it takes away."""
-    sides: FloatArray = np.linalg.norm(affine[:3, :3], axis=0)
     smooth, smoothing, loss = rough, 0.0, 0.0
     for smoothing in smoothings:
-        widths = smoothing * np.maximum(sides.min() / sides, SLICE_SHARE) * rough.finer
-        values = np.asarray(ndimage.gaussian_filter(rough.values, widths), dtype=np.float32)
-        smooth = _Field(values, rough.finer, rough.first)
+        values = _widened(rough, smoothing)
+        smooth = replace(rough, values=values)
         loss = 1.0 if values.max() <= 0.0 else 1.0 - _enclosed(smooth, affine, level=0.0)[1] / wanted
         if abs(loss) <= LARGEST_LOSS:
             break
     return smooth, smoothing, loss
+
+
+def _widened(rough: _Field, smoothing: float) -> Distances:
+    """Return the field smoothed by so many finest sides of a voxel, less along thick slices."""
+    return np.asarray(ndimage.gaussian_filter(rough.values, smoothing * rough.widths * rough.finer), dtype=np.float32)
 
 
 def _interpolated(values: Distances, axis: int, *, times: int) -> Distances:

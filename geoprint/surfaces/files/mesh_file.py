@@ -10,18 +10,22 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import field, replace
 from functools import lru_cache
 from types import MappingProxyType
-from typing import Any, cast, final
+from typing import Any, NamedTuple, TypeAlias, cast, final
 
 import numpy as np
 
 from geoprint.errors import InputError
-from geoprint.model import FloatArray, IntArray, Surface, frozen
+from geoprint.model import FloatArray, IntArray, Reading, Surface, frozen
 from geoprint.surfaces.conversion import Notes
 from geoprint.surfaces.files.regions import Regions
+
+# Asked with places, the unit that the file says and the usual one, each perhaps empty, before anything is made of the
+# places: raises where the unit is missing, is another than the file says, or makes the part too small or large.
+Check: TypeAlias = Callable[[FloatArray, str, str], None]
 
 # Millimetres in each unit; the order is that of likelihood, which decides between units that are equally plausible.
 UNITS: Mapping[str, float] = MappingProxyType({"mm": 1.0, "m": 1000.0, "in": 25.4, "cm": 10.0, "um": 0.001})
@@ -41,6 +45,44 @@ _KIND = "regions"
 
 @final
 @frozen
+class Choice:
+    """What is asked of a label volume.
+
+    Attributes:
+        label: which one is meant; None where nobody has chosen.
+        thin: whether one as thin as its voxels is taken with their terraces.
+        threshold: the share or probability from which on a voxel belongs to a label; None for the usual one.
+        check: is asked about the voxels' places before they are made a mesh.
+    """
+
+    label: int | None = None
+    thin: bool = False
+    threshold: float | None = None
+    check: Check | None = None
+
+
+class LabelFound(NamedTuple):
+    """A label of a volume.
+
+    Attributes:
+        label: its number.
+        name: that the file gives it, or empty.
+        voxels: how many it has.
+        volume: of these [mm3].
+        low: (3,) lowest, and
+        high: (3,) highest coordinates of its voxels in the part's coordinates [mm].
+    """
+
+    label: int
+    name: str
+    voxels: int
+    volume: float
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+
+
+@final
+@frozen
 class MeshFile:
     """A mesh as a file holds it, or as it was made of what a file holds.
 
@@ -48,6 +90,7 @@ class MeshFile:
         vertices: (n, 3) positions in the file's unit.
         faces: (m, 3) vertex indices, counter-clockwise from outside; polygons are triangulated.
         unit: of the positions, a key of UNITS; empty where the format carries none and nobody has said it.
+        usual: the unit that such a file has where it says none; empty where there is none such.
         notes: how the mesh was made, where the file holds something else.
         regions: groups, objects, solids and labels that the file gives to faces.
         name: of the file, or of the one that a stored mesh was read from.
@@ -55,6 +98,7 @@ class MeshFile:
         label: that was asked for of a label volume, or None.
         step: between neighbouring numbers that the file can hold where the mesh lies, in its unit; 0 where these are of
             double precision.
+        reading: what was used of the file, skipped and assumed; empty where a stored mesh was read.
     """
 
     vertices: FloatArray
@@ -66,6 +110,8 @@ class MeshFile:
     digest: str = ""
     label: int | None = None
     step: float = 0.0
+    reading: Reading = Reading()
+    usual: str = ""
 
     @property
     def surface(self) -> Surface:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from geoprint.surfaces.files.mesh_file import MeshFile
+from geoprint.model import Reading
+from geoprint.surfaces.files.mesh_file import Check, Choice, LabelFound, MeshFile
 
 if TYPE_CHECKING:
-    from geoprint.surfaces.files.volume_formats import LabelVolume
+    from geoprint.surfaces.files.labelling import LabelVolume
 
 
 def read_cad(data: bytes, /, *, kind: str, name: str) -> MeshFile:
@@ -17,39 +18,39 @@ def read_cad(data: bytes, /, *, kind: str, name: str) -> MeshFile:
     return cad.read_cad(data, kind=kind, name=name)
 
 
-def read_cloud(data: bytes, /, *, name: str) -> MeshFile:
+def read_cloud(data: bytes, /, *, name: str, check: Check | None = None) -> MeshFile:
     """Put a surface through the points of a text file, as `point_clouds.read_cloud` does."""
     from geoprint.surfaces.files import point_clouds
 
-    return point_clouds.read_cloud(data, name=name)
+    return point_clouds.read_cloud(data, name=name, check=check)
 
 
-def read_cloud_ply(data: bytes, /, *, name: str) -> MeshFile:
+def read_cloud_ply(data: bytes, /, *, name: str, check: Check | None = None) -> MeshFile:
     """Put a surface through the points of a PLY file without faces."""
     from geoprint.surfaces.files import point_clouds
 
-    return point_clouds.reconstruct(point_clouds.read_point_ply(data, name=name), name=name)
+    return point_clouds.reconstruct(point_clouds.read_point_ply(data, name=name), name=name, check=check)
 
 
-def read_nifti_label(data: bytes, /, *, name: str, label: int | None, thin: bool) -> MeshFile:
+def read_nifti_label(data: bytes, /, *, name: str, choice: Choice) -> MeshFile:
     """Read one label of a NIfTI file, as `label_volumes.read_nifti_label` does."""
     from geoprint.surfaces.files import label_volumes
 
-    return label_volumes.read_nifti_label(data, name=name, label=label, thin=thin)
+    return label_volumes.read_nifti_label(data, name=name, choice=choice)
 
 
-def read_nrrd_label(data: bytes, /, *, name: str, label: int | None, thin: bool) -> MeshFile:
+def read_nrrd_label(data: bytes, /, *, name: str, choice: Choice) -> MeshFile:
     """Read one label of an NRRD file, as `label_volumes.read_nrrd_label` does."""
     from geoprint.surfaces.files import label_volumes
 
-    return label_volumes.read_nrrd_label(data, name=name, label=label, thin=thin)
+    return label_volumes.read_nrrd_label(data, name=name, choice=choice)
 
 
-def read_dicom_label(data: bytes, /, *, name: str, label: int | None, thin: bool) -> MeshFile:
+def read_dicom_label(data: bytes, /, *, name: str, choice: Choice) -> MeshFile:
     """Read one label of a DICOM segmentation, as `label_volumes.read_dicom_label` does."""
     from geoprint.surfaces.files import label_volumes
 
-    return label_volumes.read_dicom_label(data, name=name, label=label, thin=thin)
+    return label_volumes.read_dicom_label(data, name=name, choice=choice)
 
 
 def read_volume(data: bytes, /, *, name: str) -> LabelVolume:
@@ -57,3 +58,12 @@ def read_volume(data: bytes, /, *, name: str) -> LabelVolume:
     from geoprint.surfaces.files import label_volumes
 
     return label_volumes.read_volume(data, name=name)
+
+
+def read_labels(
+    data: bytes, /, *, name: str, unit: str | None, threshold: float | None
+) -> tuple[tuple[LabelFound, ...], Reading]:
+    """Read which labels a volume has, as `label_volumes.read_labels` does."""
+    from geoprint.surfaces.files import label_volumes
+
+    return label_volumes.read_labels(data, name=name, unit=unit, threshold=threshold)

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import importlib.util
-from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import final
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -14,12 +12,14 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components, mini
 from scipy.spatial import KDTree
 
 from geoprint.errors import InputError
-from geoprint.model import FloatArray, Surface
+from geoprint.model import FloatArray, Surface, reading
 from geoprint.surfaces.clipping import clipped, part_of
 from geoprint.surfaces.conversion import missing
 from geoprint.surfaces.files import cloud_worker
-from geoprint.surfaces.files.mesh_file import MeshFile
+from geoprint.surfaces.files.mesh_file import Check, MeshFile
 from geoprint.surfaces.files.native import run_worker
+from geoprint.surfaces.files.ply import positions, read_elements, read_header
+from geoprint.surfaces.files.point_text import PointCloud, read_point_text, unit_normals
 from geoprint.surfaces.points import closest
 from geoprint.surfaces.remesh import contracted
 from geoprint.surfaces.topology import boundary_half_edges, component_labels, half_edges
@@ -47,138 +47,115 @@ REACH_SPACINGS = 2.0
 # Where more than this share of the points lies farther from the surface than its cells are wide, they are no surface.
 STRAY_SHARE = 0.05
 NO_SURFACE = "they are too sparse or no surface, so scan closer or make the mesh in the scanner's program"
-# Normals in a file have length 1 but for rounding in text.
-NORMAL_LENGTH = (0.98, 1.02)
+# What PLY calls the normal of a point.
+_NORMAL = ("nx", "ny", "nz")
+# About a point of a line scanner its nearest neighbours lie along the line: of their spread in the surface the narrow
+# direction has less than this share of the wide one; about scattered points it has half or more.
+NEAREST = 9
+LEAST_NARROW = 0.25
+# Such points are gathered in cells that grow by this factor until they spread so.
+GATHERED_NARROW = 0.45
+CELL_GROWTH = 1.2
+MOST_GATHERINGS = 40
+MOST_CELLS = 1 << 62
 
 
-PLY_TYPES = {
-    "char": "i1", "int8": "i1", "uchar": "u1", "uint8": "u1", "short": "i2", "int16": "i2", "ushort": "u2",
-    "uint16": "u2", "int": "i4", "int32": "i4", "uint": "u4", "uint32": "u4", "float": "f4", "float32": "f4",
-    "double": "f8", "float64": "f8",
-}  # fmt: skip
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class PointCloud:
-    """Points of a scan.
-
-    Attributes:
-        points: (k, 3) positions in the file's unit.
-        normals: (k, 3) unit normals, outward; or None where the file has none.
-    """
-
-    points: FloatArray
-    normals: FloatArray | None
-
-
-def read_cloud(data: bytes, /, *, name: str) -> MeshFile:
+def read_cloud(data: bytes, /, *, name: str, check: Check | None = None) -> MeshFile:
     """Return a surface through the points that stand in lines of text.
 
     Raises:
         InputError: as `read_point_text` and `reconstruct`, and so the others.
         ResourceError: it takes too long or too much memory.
-        UsageError: open3d is not installed.
+        UsageError: open3d is not installed; as `check`.
     """
-    return reconstruct(read_point_text(data, name=name), name=name)
-
-
-def read_point_text(data: bytes, *, name: str) -> PointCloud:
-    """Read lines of x y z, with a normal behind where these are six numbers and the last three have length 1.
-
-    Other numbers behind (colours, intensities) are left out; so are a first line with the count and lines with #.
-
-    Raises:
-        InputError: the lines do not have at least three numbers each, equally many.
-    """
-    lines = data.decode("ascii", errors="replace").splitlines()
-    first = lines[0].split() if lines else []
-    counted = len(first) == 1 and first[0].isdigit()
-    table = np.loadtxt(lines[counted:], dtype=np.float64, ndmin=2)
-    if table.shape[1] < 3:
-        raise InputError(f"`{name}` has {table.shape[1]} numbers a line; points need x y z, so export them so.")
-    return PointCloud(table[:, :3], _unit_normals(table[:, 3:6]) if table.shape[1] == 6 else None)
+    return reconstruct(read_point_text(data, name=name), name=name, check=check)
 
 
 def read_point_ply(data: bytes, *, name: str) -> PointCloud:
     """Read the vertices of a PLY file without faces, with nx ny nz as normals where it has them.
 
     Raises:
-        InputError: the header does not describe vertices of plain numbers, or the file is shorter than it says.
+        InputError: as `ply.read_elements`.
     """
-    header, _, body = data.partition(b"end_header")
-    body = body[2:] if body[:2] == b"\r\n" else body[1:]
-    lines = [line.split() for line in header.decode("ascii", errors="replace").splitlines()]
-    start = next((number for number, words in enumerate(lines) if words[:1] == ["element"]), len(lines))
-    if start == len(lines) or lines[start][1:2] != ["vertex"]:
-        raise InputError(f"`{name}` does not begin with its vertices; export the points alone, as x y z lines.")
-    following = (number for number in range(start + 1, len(lines)) if lines[number][:1] == ["element"])
-    properties = [words for words in lines[start + 1 : next(following, len(lines))] if words[:1] == ["property"]]
-    if not {"x", "y", "z"} <= {words[-1] for words in properties} or any(words[1] == "list" for words in properties):
-        raise InputError(f"`{name}` has vertices without x y z or with lists; export the points as x y z lines.")
-    count, names = int(lines[start][2]), [words[-1] for words in properties]
-    if ["format", "ascii", "1.0"] in lines:
-        table = np.loadtxt(body.decode("ascii").split("\n"), dtype=np.float64, ndmin=2, max_rows=count)
-        columns = dict(zip(names, table.T, strict=True))
-    else:
-        order = ">" if ["format", "binary_big_endian", "1.0"] in lines else "<"
-        kinds = [(words[-1], order + PLY_TYPES[words[1]]) for words in properties]
-        vertices = np.frombuffer(body, dtype=np.dtype(kinds), count=count)
-        columns = {key: vertices[key].astype(np.float64) for key in names}
-    points = np.column_stack([columns[axis] for axis in "xyz"])
-    if not {"nx", "ny", "nz"} <= set(names):
-        return PointCloud(points, None)
-    return PointCloud(points, _unit_normals(np.column_stack([columns[axis] for axis in ("nx", "ny", "nz")])))
+    file = read_elements(read_header(data, name=name), name=name)
+    points = positions(file, name=name)
+    vertex = file.elements["vertex"]
+    others = [key for key in vertex.numbers if key not in {"x", "y", "z", *_NORMAL}] + list(vertex.lists)
+    skipped = {element.name: element.count for element in file.elements.values() if element.name != "vertex"}
+    skipped[f"properties ({', '.join(others)})"] = len(others)
+    normals = positions(file, name=name, axes=_NORMAL) if set(_NORMAL) <= set(vertex.numbers) else None
+    return PointCloud(points, None if normals is None else unit_normals(normals), skipped)
 
 
-def reconstruct(cloud: PointCloud, *, name: str) -> MeshFile:
+def reconstruct(cloud: PointCloud, *, name: str, check: Check | None = None) -> MeshFile:
     """Return a surface through a cloud of points, which ends where the points end.
 
     Args:
         cloud: as read.
         name: of the file.
+        check: is asked whether the points' size and unit can be right, before anything is made of them.
 
     Returns:
         The largest piece of the surface; its notes tell the points' spacing and the residual: how far they lie from
-        it. Without normals in the file the outside is the side that faces away from the points' middle.
+        it. Points of a line scanner are gathered until they lie as far apart along the lines as across. Without
+        normals in the file the outside is the side that faces away from the points' middle.
 
     Raises:
         InputError: too few or many points, a coordinate that is not finite, or points that are on no surface.
         ResourceError: it takes too long or too much memory.
         UsageError: open3d is not installed.
     """
-    points, normals = _checked(cloud, name=name)
+    if check is not None and np.isfinite(cloud.points).all() and np.ptp(cloud.points, axis=0).any():
+        check(cloud.points, cloud.unit, "")
+    every, normals = _checked(cloud, name=name)
+    points = every
     if importlib.util.find_spec("open3d") is None:
         raise missing("open3d", extra="scan", work="reading point clouds")
     tree = KDTree(points)
+    if _narrow(points, tree) < LEAST_NARROW:
+        points, normals = _gathered(points, normals, name=name)
+        tree = KDTree(points)
     spacing = _spacing(points, tree)
     across = _spread_across(points, tree)
     if across > MOST_ACROSS:
         raise InputError(
-            f"`{name}`: about its {len(points)} points others lie in all directions: {across:.2f} of their squared "
+            f"`{name}`: about its {len(every)} points others lie in all directions: {across:.2f} of their squared "
             f"distances lie across the plane through them, at most {MOST_ACROSS:.2f} may; {NO_SURFACE}.",
             across=across,
         )
     known = estimated_normals(points, tree) if normals is None else normals
     rough = _poisson(points, known, spacing=spacing, name=name)
     surface = _cut_back(rough, tree, reach=REACH_SPACINGS * spacing)
-    _, residuals = closest(surface, points)
+    _, residuals = closest(surface, every)
     stray = float((residuals > CELL_SPACINGS * spacing).mean())
     if stray > STRAY_SHARE:
         raise InputError(
-            f"`{name}`: {stray:.0%} of its {len(points)} points lie farther than {CELL_SPACINGS * spacing:.3g} from "
+            f"`{name}`: {stray:.0%} of its {len(every)} points lie farther than {CELL_SPACINGS * spacing:.3g} from "
             f"the surface through them, at most {STRAY_SHARE:.0%} may; {NO_SURFACE}.",
             stray=stray,
         )
     notes = (
-        ("reconstructed_from_points", len(points)),
+        ("reconstructed_from_points", len(every)),
         ("normals", "estimated" if normals is None else "from the file"),
         ("point_spacing", round(spacing, 6)),
         ("residual_mean", round(float(residuals.mean()), 6)),
         ("residual_p95", round(float(np.quantile(residuals, 0.95)), 6)),
         ("residual_max", round(float(residuals.max()), 6)),
     )
-    return MeshFile(surface.vertices, surface.faces, notes=notes)
+    used = {"points": len(every)}
+    skipped = {**cloud.skipped, "points at the place of another": len(cloud.points) - len(every)}
+    assumed = [*cloud.assumed]
+    if len(points) < len(every):
+        assumed.append(f"lines of a scanner, gathered to {len(points)} points")
+    if normals is None:
+        assumed.append("outward is away from the middle of the points")
+    return MeshFile(
+        surface.vertices,
+        surface.faces,
+        cloud.unit,
+        notes=notes,
+        reading=reading(used=used, skipped=skipped, assumed=assumed),
+    )
 
 
 def estimated_normals(points: FloatArray, tree: KDTree) -> FloatArray:
@@ -230,13 +207,39 @@ def _checked(cloud: PointCloud, *, name: str) -> tuple[FloatArray, FloatArray | 
     return points, None if cloud.normals is None else cloud.normals[first]
 
 
-def _unit_normals(columns: FloatArray) -> FloatArray | None:
-    """Return normals normalised, or None where the columns are something else."""
-    lengths = np.linalg.norm(columns, axis=1, keepdims=True)
-    shortest, longest = NORMAL_LENGTH
-    if not ((lengths >= shortest) & (lengths <= longest)).all():
-        return None
-    return columns / lengths
+def _narrow(points: FloatArray, tree: KDTree) -> float:
+    """Return how much less neighbours spread in one direction of the surface than in the other, in the median."""
+    some = points[:: -(-len(points) // ASKED_POINTS)]
+    spreads = np.linalg.eigvalsh(_spreads(points[np.asarray(tree.query(some, k=NEAREST)[1])]))
+    return float(np.median(np.sqrt(np.maximum(spreads[:, 1], 0.0) / np.maximum(spreads[:, 2], np.finfo(float).tiny))))
+
+
+def _gathered(points: FloatArray, normals: FloatArray | None, *, name: str) -> tuple[FloatArray, FloatArray | None]:
+    """Return the means of the points of a line scanner in cells so large that neighbours lie in all directions."""
+    cell = float(np.median(np.asarray(KDTree(points).query(points, k=2)[0])[:, 1]))
+    low = points.min(axis=0)
+    for _ in range(MOST_GATHERINGS):
+        cell *= CELL_GROWTH
+        places = np.floor((points - low) / cell).astype(np.int64)
+        if float(np.prod(places.max(axis=0) + 1.0)) > MOST_CELLS:
+            continue
+        # One number for the three of a cell.
+        keys = np.ravel_multi_index(tuple(places.T), tuple(places.max(axis=0) + 1))
+        which, counts = np.unique(keys, return_inverse=True, return_counts=True)[1:]
+        if counts.size < LEAST_POINTS:
+            break
+        means = np.column_stack([np.bincount(which, points[:, axis]) for axis in range(3)]) / counts[:, None]
+        if _narrow(means, KDTree(means)) < GATHERED_NARROW:
+            continue
+        if normals is None:
+            return means, None
+        sums = np.column_stack([np.bincount(which, normals[:, axis]) for axis in range(3)])
+        lengths = np.linalg.norm(sums, axis=1, keepdims=True)
+        return means, sums / lengths if lengths.min() > 0.0 else None
+    raise InputError(
+        f"`{name}`: its {len(points)} points lie along lines, and no neighbouring lines make a surface of them; scan "
+        "lines closer to each other, or make the mesh in the scanner's program."
+    )
 
 
 def _spacing(points: FloatArray, tree: KDTree) -> float:

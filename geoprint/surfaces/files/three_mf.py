@@ -7,6 +7,7 @@ grow nor reach for other files. Components may refer to other model files of the
 from __future__ import annotations
 
 import zipfile
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple, NoReturn, TypeAlias, final
@@ -15,7 +16,7 @@ from xml.parsers import expat
 import numpy as np
 
 from geoprint.errors import InputError
-from geoprint.model import FloatArray, IntArray
+from geoprint.model import FloatArray, IntArray, reading
 from geoprint.surfaces.files.archives import open_archive, read_entry
 from geoprint.surfaces.files.mesh_file import MeshFile
 from geoprint.surfaces.files.regions import Regions, printable
@@ -34,6 +35,11 @@ MOST_FACES = 20_000_000
 # An object counts as this many triangles at least: empty ones that use each other multiply too.
 LEAST_COST = 1000
 
+# Types of objects that hold the part while it is printed by others, and are no part of it.
+_SUPPORTS = ("support", "solidsupport")
+# Elements of extensions that are solids of their own, or change the mesh.
+_SHAPES = ("beamlattice", "booleanshape", "displacementmesh", "implicitfunction", "levelset", "slicestack")
+
 # Name of the model file and identifier of an object in it.
 _Key: TypeAlias = tuple[str, str]
 
@@ -41,9 +47,10 @@ _Key: TypeAlias = tuple[str, str]
 @final
 @dataclass(slots=True)
 class _Object:
-    """An object as it is read: its name, corners and triangles of its own, and objects it is composed of."""
+    """An object as it is read: its name and type, corners and triangles of its own, and what it is composed of."""
 
     name: str
+    kind: str = "model"
     vertices: list[tuple[float, ...]] = field(default_factory=list[tuple[float, ...]])
     faces: list[tuple[int, ...]] = field(default_factory=list[tuple[int, ...]])
     components: list[tuple[_Key, FloatArray]] = field(default_factory=list[tuple[_Key, FloatArray]])
@@ -94,12 +101,15 @@ def read_3mf(data: bytes, /, *, name: str) -> MeshFile:
     if model.unit not in _UNITS:
         raise InputError(f"`{name}` is in the unit {model.unit!r}, which 3MF does not know; export it again.")
     unit, scale = _UNITS[model.unit]
-    left = [MOST_FACES]
+    left, supports = [MOST_FACES], Counter[str]()
     placed = [
         piece
         for key, transform in model.build
-        for piece in _placed(objects, key, transform, name=name, depth=0, left=left)
+        for piece in _placed(objects, key, transform, name=name, depth=0, left=left, supports=supports)
     ]
+    faces = sum(len(piece.faces) for piece in placed)
+    if supports and not faces:
+        raise InputError(f"`{name}` holds supports alone ({sum(supports.values())} faces of them); export the part.")
     shifts = np.cumsum([0, *(len(piece.vertices) for piece in placed)])
     return MeshFile(
         np.concatenate([piece.vertices for piece in placed] or [np.empty((0, 3))]) * scale,
@@ -108,6 +118,7 @@ def read_3mf(data: bytes, /, *, name: str) -> MeshFile:
         ),
         unit,
         regions=_regions(placed),
+        reading=reading(used={"faces": faces, "objects": len(placed)}, skipped=supports),
     )
 
 
@@ -123,9 +134,19 @@ def _regions(placed: list[_Placed]) -> Regions:
 
 
 def _placed(
-    objects: Mapping[_Key, _Object], key: _Key, transform: FloatArray, *, name: str, depth: int, left: list[int]
+    objects: Mapping[_Key, _Object],
+    key: _Key,
+    transform: FloatArray,
+    *,
+    name: str,
+    depth: int,
+    left: list[int],
+    supports: Counter[str],
 ) -> list[_Placed]:
-    """Return the meshes of an object and its components under a transform; `left` counts down the faces allowed."""
+    """Return the meshes of an object and its components under a transform; `left` counts down the faces allowed.
+
+    Those of supports are left out and counted.
+    """
     if key not in objects:
         raise InputError(f"`{name}` refers to object {key[1]!r}, which is not in it; export it again.")
     found = objects[key]
@@ -136,7 +157,9 @@ def _placed(
             "export the part as one mesh."
         )
     pieces: list[_Placed] = []
-    if found.faces:
+    if found.kind in _SUPPORTS:
+        supports[f"faces of objects of type {found.kind}"] += len(found.faces)
+    elif found.faces:
         vertices = np.array(found.vertices, dtype=np.float64).reshape(-1, 3)
         faces = np.array(found.faces, dtype=np.int64).reshape(-1, 3)
         if faces.min() < 0 or faces.max() >= len(vertices):
@@ -148,10 +171,12 @@ def _placed(
         with np.errstate(invalid="ignore", over="ignore"):
             moved = vertices @ transform[:3] + transform[3]
         pieces.append(_Placed(moved, faces[:, ::-1] if mirrored else faces))
-    for component, own in found.components:
+    # What a support is composed of holds the part, too.
+    components = () if found.kind in _SUPPORTS else found.components
+    for component, own in components:
         with np.errstate(invalid="ignore", over="ignore"):
             inner = np.vstack([own[:3] @ transform[:3], own[3] @ transform[:3] + transform[3]])
-        pieces += _placed(objects, component, inner, name=name, depth=depth + 1, left=left)
+        pieces += _placed(objects, component, inner, name=name, depth=depth + 1, left=left, supports=supports)
     return [piece._replace(owners=(found.name, *piece.owners)) for piece in pieces]
 
 
@@ -179,13 +204,20 @@ def _read_model(archive: zipfile.ZipFile, path: str, *, name: str) -> _Model:
             case "model":
                 model.unit = attributes.get("unit", model.unit)
             case "object":
-                current = model.objects[path, attributes["id"]] = _Object(_object_name(attributes))
+                current = model.objects[path, attributes["id"]] = _Object(
+                    _object_name(attributes), attributes.get("type", "model")
+                )
             case "vertex":
                 current.vertices.append(tuple(float(attributes[axis]) for axis in "xyz"))
             case "triangle":
                 current.faces.append(tuple(int(attributes[corner]) for corner in ("v1", "v2", "v3")))
             case "component":
                 current.components.append((_key(attributes, path), _transform(attributes)))
+            case shape if shape in _SHAPES:
+                raise InputError(
+                    f"`{name}` holds a `{shape}`, a shape of an extension of 3MF that is not read; export the part as "
+                    "triangles alone."
+                )
             case "item":
                 model.build.append((_key(attributes, path), _transform(attributes)))
             case _:

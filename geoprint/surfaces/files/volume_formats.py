@@ -1,6 +1,7 @@
-"""Label volumes: what one is, and reading it from NIfTI (.nii, .nii.gz) and NRRD (.nrrd).
+"""Volumes of numbers on a grid, and reading them from NIfTI (.nii, .nii.gz).
 
-Neither reader takes more memory than the header explains; DICOM is read by `dicom_segmentation`.
+No reader takes more memory than the header explains; NRRD is read by `nrrd_files`, DICOM by `dicom_segmentation`, and
+`labelling` says which labels the numbers are.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import math
 import zlib
 from dataclasses import dataclass, field
 from io import BytesIO
-from typing import TYPE_CHECKING, final
+from typing import TYPE_CHECKING, NamedTuple, final
 
 import numpy as np
 
@@ -30,42 +31,50 @@ LARGEST_VOLUME = 1 << 30
 LONGEST_VOXEL = 20
 # NIfTI-1 headers are 348 bytes long, NIfTI-2 headers 540; either number is the first of the file.
 NIFTI1_HEADER, NIFTI2_HEADER = 348, 540
+# Two affines of a header are the same within this share of their largest number.
+SAME_PLACE = 1e-3
 # Codes of the types in a NIfTI header that are whole or floating numbers of up to eight bytes.
 NIFTI_TYPES = (2, 4, 8, 16, 64, 256, 512, 768, 1024, 1280)
-# Headers of NRRD files are lines of text that end with an empty one.
-LONGEST_NRRD_HEADER = 1 << 16
-# The unit codes of a NIfTI header, in the bits that are for lengths, and the words of NRRD files.
+# The unit codes of a NIfTI header, in the bits that are for lengths.
 NIFTI_LENGTHS = 7
 UNITS_BY_CODE = {1: "m", 2: "mm", 3: "um"}
-UNITS_BY_NAME = {"mm": "mm", "meter": "m", "micron": "um", "m": "m", "um": "um", "cm": "cm"}
-NRRD_TYPES = {
-    "signed char": "i1", "int8": "i1", "int8_t": "i1", "uchar": "u1", "unsigned char": "u1", "uint8": "u1",
-    "uint8_t": "u1", "short": "i2", "short int": "i2", "signed short": "i2", "int16": "i2", "int16_t": "i2",
-    "ushort": "u2", "unsigned short": "u2", "uint16": "u2", "uint16_t": "u2", "int": "i4", "signed int": "i4",
-    "int32": "i4", "int32_t": "i4", "uint": "u4", "unsigned int": "u4", "uint32": "u4", "uint32_t": "u4",
-    "float": "f4", "double": "f8",
-}  # fmt: skip
+
+
+class Segment(NamedTuple):
+    """A segment of a file that describes them: the layer in which it lies, its value there, and what it is called."""
+
+    layer: int
+    value: int
+    name: str
 
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class LabelVolume:
-    """Labels on a grid, and where the grid lies.
+class GridFile:
+    """Numbers on a grid, and where the grid lies.
 
     Attributes:
-        labels: (i, j, k) whole numbers, 0 outside of all.
+        layers: one or several times (i, j, k) numbers as stored; 0 is outside of all labels.
         affine: (4, 4) turns (i, j, k, 1) of a voxel's centre into its position in the file's unit.
         unit: of the positions, or None where the file does not say it.
-        names: of labels, where the file has them; nothing in them steers a terminal.
+        usual: the unit that such a file has where it says none, or empty.
+        segments: by the numbers to choose them by; empty where the file describes none.
+        coordinates: what the three are, in words.
+        skipped: what of the header was not used, by kind.
+        assumed: what the file leaves open, and what it was taken for.
     """
 
-    labels: NDArray[np.generic]
+    layers: tuple[NDArray[np.generic], ...]
     affine: FloatArray
     unit: str | None
-    names: Mapping[int, str] = field(default_factory=dict[int, str])
+    usual: str = ""
+    segments: Mapping[int, Segment] = field(default_factory=dict[int, Segment])
+    coordinates: str = "right, anterior, superior"
+    skipped: Mapping[str, int] = field(default_factory=dict[str, int])
+    assumed: tuple[str, ...] = ()
 
 
-def read_nifti(data: bytes, *, name: str) -> LabelVolume:
+def read_nifti(data: bytes, *, name: str) -> GridFile:
     """Read a NIfTI file, gzipped or not; coordinates are those of its affine (right, anterior, superior).
 
     Raises:
@@ -79,7 +88,7 @@ def read_nifti(data: bytes, *, name: str) -> LabelVolume:
     except ImportError as error:
         raise missing("nibabel", extra="medical", work="reading NIfTI files") from error
     packed = data[:2] == b"\x1f\x8b"
-    start = _unpacked(data, NIFTI2_HEADER, name=name) if packed else data[:NIFTI2_HEADER]
+    start = unpacked(data, NIFTI2_HEADER, name=name) if packed else data[:NIFTI2_HEADER]
     size = {int.from_bytes(start[:4], order) for order in ("little", "big")}
     if len(start) < NIFTI1_HEADER or not size & {NIFTI1_HEADER, NIFTI2_HEADER}:
         raise InputError(f"`{name}` does not begin with a NIfTI header; export the segmentation again as NIfTI.")
@@ -96,11 +105,23 @@ def read_nifti(data: bytes, *, name: str) -> LabelVolume:
     offset = int(max(header["vox_offset"], min(size & {NIFTI1_HEADER, NIFTI2_HEADER})))
     shape = checked_shape(shape, affine, stored=stored, name=name)
     needed = offset + math.prod(shape) * stored.itemsize
-    content = _unpacked(data, needed, name=name) if packed else data
-    labels = _grid(content, shape, stored=stored, offset=offset, name=name)
+    content = unpacked(data, needed, name=name) if packed else data
+    values = grid_of(content, shape, stored=stored, offset=offset, name=name)
     if slope not in {None, 1.0} or shift not in {None, 0.0}:
-        labels = np.rint(labels.astype(np.float64) * (slope or 1.0) + (shift or 0.0)).astype(np.int64)
-    return LabelVolume(labels, affine, UNITS_BY_CODE.get(int(header["xyzt_units"]) & NIFTI_LENGTHS))
+        values = values.astype(np.float64) * (slope or 1.0) + (shift or 0.0)
+    unit = UNITS_BY_CODE.get(int(header["xyzt_units"]) & NIFTI_LENGTHS)
+    return GridFile((values,), affine, unit, assumed=_two_places(header, affine))
+
+
+def _two_places(header: Nifti1Header, affine: FloatArray) -> tuple[str, ...]:
+    """Return what is assumed where a header places its grid in two ways that differ."""
+    if not (int(header["sform_code"]) and int(header["qform_code"])):
+        return ()
+    other = np.asarray(header.get_qform(), dtype=np.float64)  # pyright: ignore[reportUnknownArgumentType, reportUnknownMemberType, reportAttributeAccessIssue]
+    off = np.abs(other - affine).max()
+    return (
+        ("the place that `sform` says, from which `qform` differs",) if off > SAME_PLACE * np.abs(affine).max() else ()
+    )
 
 
 def _check_nifti(header: Nifti1Header, *, name: str) -> None:
@@ -126,65 +147,17 @@ def _check_nifti(header: Nifti1Header, *, name: str) -> None:
         )
 
 
-def read_nrrd(data: bytes, *, name: str) -> LabelVolume:
-    """Read a NRRD file with its data inside; coordinates become right, anterior, superior, as those of NIfTI.
-
-    Raises:
-        InputError: as `read_nifti`; or the data stand in another file, or are packed as is not read here.
-        UsageError: pynrrd is not installed.
-    """
-    try:
-        import nrrd
-    except ImportError as error:
-        raise missing("pynrrd", extra="medical", work="reading NRRD files") from error
-    end = max(data.find(b"\n\n", 0, LONGEST_NRRD_HEADER) + 2, data.find(b"\r\n\r\n", 0, LONGEST_NRRD_HEADER) + 4)
-    if data[:4] != b"NRRD" or end < 4:
-        raise InputError(f"`{name}` does not begin with a NRRD header; export the segmentation again as NRRD.")
-    header = nrrd.read_header(BytesIO(data[:end]))
-    if "data file" in header or "datafile" in header:
-        raise InputError(f"`{name}` keeps its data in another file, which is not read; export it as one .nrrd file.")
-    encoding, kind = str(header["encoding"]).lower(), str(header["type"]).lower()
-    if encoding not in {"raw", "gzip", "gz"} or kind not in NRRD_TYPES:
-        raise InputError(f"`{name}` is packed as {encoding} of {kind}; export it as raw or gzip, of whole numbers.")
-    order = ">" if header.get("endian") == "big" else "<"
-    stored = np.dtype(order + NRRD_TYPES[kind])
-    affine = _nrrd_affine(header, name=name)
-    shape = checked_shape(tuple(np.asarray(header["sizes"], dtype=np.int64).tolist()), affine, stored=stored, name=name)
-    needed = math.prod(shape) * stored.itemsize
-    content = data[end:] if encoding == "raw" else _unpacked(data[end:], needed, name=name)
-    units = {str(unit) for unit in np.asarray(header.get("space units", [])).ravel().tolist()}
-    unit = UNITS_BY_NAME.get(units.pop()) if len(units) == 1 else None
-    return LabelVolume(_grid(content, shape, stored=stored, offset=0, name=name), affine, unit)
-
-
-def _nrrd_affine(header: Mapping[str, object], *, name: str) -> FloatArray:
-    """Return the affine of a NRRD header, turned from its space into right, anterior, superior."""
-    directions = np.asarray(header.get("space directions", np.zeros(0)), dtype=np.float64)
-    if directions.shape != (3, 3):
-        raise InputError(f"`{name}` has no `space directions` of three axes; export it with its position in space.")
-    affine = np.eye(4)
-    affine[:3, :3] = directions.T
-    affine[:3, 3] = np.asarray(header.get("space origin", np.zeros(3)), dtype=np.float64)
-    space = str(header.get("space", "right-anterior-superior")).lower()
-    words = dict(zip("ras", ("right", "anterior", "superior"), strict=True))
-    letters = [word[:1] for word in space.split("-")] if "-" in space else list(space)
-    opposite = {"l": "r", "p": "a", "i": "s"}
-    if [opposite.get(letter, letter) for letter in letters] != list(words):
-        raise InputError(f"`{name}` lies in the space `{space}`; export it in left-posterior-superior or the like.")
-    affine[:3] *= np.array([-1.0 if letter in opposite else 1.0 for letter in letters])[:, None]
-    return affine
-
-
 def checked_shape(
-    shape: tuple[int, ...], affine: FloatArray, *, stored: np.dtype[np.generic], name: str
+    shape: tuple[int, ...], affine: FloatArray, *, stored: np.dtype[np.generic], name: str, layers: int = 1
 ) -> tuple[int, ...]:
     """Return the three extents that a header announces, if they can be believed.
 
     Args:
         shape: extents along all axes.
-        affine: (4, 4) as in `LabelVolume`.
-        stored: type of a label.
+        affine: (4, 4) as in `GridFile`.
+        stored: type of a value.
         name: of the file.
+        layers: values for each voxel.
 
     Raises:
         InputError: there are more than three axes, too many voxels, voxels too long or flat, or values that are no
@@ -196,7 +169,7 @@ def checked_shape(
         raise InputError(f"`{name}` is a volume of {words}; one volume with three axes is read, so export it alone.")
     if stored.kind not in "iuf":
         raise InputError(f"`{name}` holds values of type {stored}; labels are whole numbers, so export it as such.")
-    needed = math.prod(grid) * stored.itemsize
+    needed = layers * math.prod(grid) * stored.itemsize
     if needed > LARGEST_VOLUME:
         raise InputError(
             f"`{name}` would unpack to {needed >> 20} MiB, at most {LARGEST_VOLUME >> 20} MiB are read; crop it to the "
@@ -214,7 +187,7 @@ def checked_shape(
     return grid
 
 
-def _grid(
+def grid_of(
     content: bytes, shape: tuple[int, ...], *, stored: np.dtype[np.generic], offset: int, name: str
 ) -> NDArray[np.generic]:
     """Return the voxels behind an offset, first axis fastest as both formats have it."""
@@ -226,14 +199,20 @@ def _grid(
             promised=count * stored.itemsize,
             found=max(len(content) - offset, 0),
         )
+    if len(content) > offset + count * stored.itemsize:
+        raise InputError(
+            f"`{name}` holds more than the {' x '.join(map(str, shape))} voxels of {count * stored.itemsize} bytes "
+            "that its header promises; the header does not belong to the data, so export it again.",
+            promised=count * stored.itemsize,
+        )
     return np.frombuffer(content, dtype=stored, count=count, offset=offset).reshape(shape, order="F")
 
 
-def _unpacked(data: bytes, size: int, *, name: str) -> bytes:
-    """Return up to so many bytes of a gzip stream, and unpack no more than these."""
+def unpacked(data: bytes, size: int, *, name: str) -> bytes:
+    """Return up to so many bytes of a gzip stream and one more if there is one; no more are unpacked."""
     try:
         with gzip.GzipFile(fileobj=BytesIO(data)) as stream:
-            return stream.read(size)
+            return stream.read(size + 1)
     except (OSError, EOFError, zlib.error) as error:
         raise InputError(
             f"`{name}` cannot be unpacked ({error}); it is damaged, so copy or export it again."

@@ -219,3 +219,31 @@ def test_plan_json_gives_part_and_body_the_units_of_their_own_files(tmp_path: Pa
     planned = plan(job_of(surface=files[0], body=files[1], rounds=2, robot=False))
     told = json.loads(json.dumps(summary(planned)))["input"]
     assert (told["unit"], told["body"]["unit"]) == ("mm", "cm")
+
+
+@pytest.mark.parametrize("kind", ["support", "solidsupport"])
+def test_supports_of_3mf_are_left_out_and_counted(tmp_path: Path, kind: str) -> None:
+    objects = (
+        f'<object id="1">{MESH}</object><object id="2" type="{kind}">{MESH}</object><object id="3"><components>'
+        '<component objectid="1"/><component objectid="2"/></components></object>'
+    )
+    items = '<item objectid="3"/><item objectid="2" transform="1 0 0 0 1 0 0 0 1 100 0 0"/>'
+    loaded = load_file(package(tmp_path, model(objects=objects, items=items)), unit=None)
+    assert len(loaded.faces) == 4
+    assert np.ptp(loaded.vertices, axis=0).tolist() == [30.0, 20.0, 10.0]
+    assert loaded.reading.text == f"read: 4 faces, 1 objects; skipped: 8 faces of objects of type {kind}"
+    alone = model(objects=f'<object id="1" type="{kind}">{MESH}</object>')
+    with pytest.raises(InputError, match=r"holds supports alone \(4 faces of them\)"):
+        load_file(package(tmp_path, alone), unit=None)
+
+
+def test_a_shape_of_an_extension_that_is_not_read_is_refused(tmp_path: Path) -> None:
+    lattice = MESH.replace("</mesh>", "<beamlattice/></mesh>")
+    with pytest.raises(InputError, match="holds a `beamlattice`, a shape of an extension"):
+        load_file(package(tmp_path, model(objects=f'<object id="1">{lattice}</object>')), unit=None)
+
+
+def test_the_support_of_the_field_is_no_part() -> None:
+    loaded = load_file(shared("field/k15_support.3mf"), unit=None)
+    assert len(loaded.faces) == 1152
+    assert dict(loaded.reading.skipped) == {"faces of objects of type support": 1152}

@@ -184,5 +184,5 @@ def test_what_is_no_dicom_file_is_refused(tmp_path: Path) -> None:
 def test_the_blood_pool_of_a_heart_has_the_volume_of_its_mesh(tmp_path: Path) -> None:
     content = shared("labels/rodero01_labels_sax_oblique_1.25x1.25x6mm.nii.gz").read_bytes()
     volume = read_nifti(content, name="heart.nii.gz")
-    path = write(tmp_path / "heart.dcm", segmentation(volume.labels.astype(np.uint8), volume.affine))
+    path = write(tmp_path / "heart.dcm", segmentation(volume.layers[0].astype(np.uint8), volume.affine))
     assert signed_volume(load_file(path, unit=None, label=11).surface) == pytest.approx(120_616.0, rel=0.015)

@@ -143,8 +143,8 @@ def test_estimated_normals_are_those_of_the_sphere_and_all_on_one_side() -> None
         ("1 2\n" * 300, "has 2 numbers a line"),
         ("1 2 3\n" * 300, "has 1 points at different places"),
         ("1 2 nan\n" * 300, "NaN or infinite"),
-        ("1 2 3\n4 5\n", "cannot be read as .xyz"),
-        ("what is this", "cannot be read as .xyz"),
+        ("1 2 3\n4 5\n", "line 2: found 2 cells"),
+        ("what is this", "has the columns what, is, this; points need one each of x, y and z"),
     ],
 )
 def test_a_file_without_enough_points_is_refused(tmp_path: Path, content: str, sentence: str) -> None:
@@ -157,9 +157,12 @@ def test_a_file_without_enough_points_is_refused(tmp_path: Path, content: str, s
 @pytest.mark.parametrize(
     ("header", "sentence"),
     [
-        ("element vertex 900\nproperty float x\nproperty float y\nproperty float z\n", "cannot be read as .ply"),
-        ("element vertex 2\nproperty float x\nproperty float y\n", "without x y z or with lists"),
-        ("element edge 1\nproperty int a\nelement vertex 2\nproperty float x\n", "does not begin with its vertices"),
+        (
+            "element vertex 900\nproperty float x\nproperty float y\nproperty float z\n",
+            "promises 900 of `vertex` in its header, at least 10800 bytes",
+        ),
+        ("element vertex 3\nproperty float x\nproperty float y\n", "has no vertices with x, y and z"),
+        ("element edge 1\nproperty int a\nelement vertex 5\nproperty float x\n", "has no vertices with x, y and z"),
     ],
 )
 def test_a_ply_of_points_that_lies_is_refused(tmp_path: Path, header: str, sentence: str) -> None:

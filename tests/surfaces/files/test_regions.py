@@ -90,13 +90,13 @@ def test_integer_properties_of_ply_are_regions_and_a_face_takes_the_label_that_i
     assert sizes(found) == {"part=-3": [0], "part=7": [1], "label=4": [0]}
 
 
-def test_labels_of_polygons_and_numbers_of_faces_are_no_regions(tmp_path: Path) -> None:
+def test_labels_of_polygons_are_regions_and_numbers_of_faces_are_none(tmp_path: Path) -> None:
     header = "property float x\nproperty float y\nproperty float z\nelement face 1\n"
     header += "property list uchar int vertex_indices\nproperty int part\n"
-    assert (
-        read(tmp_path, "a.ply", ply(kind="ascii", faces="\n".join([*CORNERS, "4 0 1 2 3 5\n"]).encode(), header=header))
-        == {}
+    found = read(
+        tmp_path, "a.ply", ply(kind="ascii", faces="\n".join([*CORNERS, "4 0 1 2 3 5\n"]).encode(), header=header)
     )
+    assert sizes(found) == {"part=5": [0, 1]}
     grid = plate(divisions=(40, 20))
     numbered = "property float x\nproperty float y\nproperty float z\nproperty int id\n"
     lines = [f"{x} {y} {z} 1" for x, y, z in grid.vertices] + [

@@ -138,8 +138,9 @@ def test_a_label_is_inspected_in_the_unit_that_the_volume_says(tmp_path: Path) -
     text = inspection_text(inspect_file(tmp_path / "ball.nii", label=7))
     assert "read in mm\n" in text
     assert "border: none" in text
-    with pytest.raises(UsageError, match="choose one with `--label N`"):
-        inspect_file(tmp_path / "ball.nii")
+    listed = inspection_text(inspect_file(tmp_path / "ball.nii"))
+    assert "label 3: 1 voxels" in listed
+    assert "`geoprint inspect ball.nii --label N` examines" in listed
 
 
 def test_an_empty_volume_and_a_wall_thinner_than_voxels_are_refused(tmp_path: Path) -> None:
