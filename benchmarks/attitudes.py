@@ -166,7 +166,8 @@ def printed_row(part: Path, cell: Path, *, body: Path | None, spacing: float, ba
         return row(*named, *[""] * 8, f"refused: {error}")
     tilting, laid = planned.tilting, deposit(planned)
     assert tilting is not None
-    at_rest = overhang(planned.poses, up=planned.workpiece.upright[2], critical=planned.workpiece.cell.process.overhang)
+    critical = planned.workpiece.cell.critical_overhang
+    at_rest = overhang(planned.poses, up=planned.workpiece.upright[2], critical=critical)
     scenarios = 0 if planned.joined is None else len(planned.joined.proof.scenarios)
     seconds = sum(float(robot.trajectory.times[-1]) for robot in planned.robot)
     return row(
@@ -256,7 +257,8 @@ def in_attitudes(paths: Plan, placement: Placement) -> list[tuple[Plan, Placemen
     assert table is not None
     assert tilting is not None
     machine = table_machine(table)
-    divided = portions(tilting.attitudes, deposited(paths), overlap=0.0, critical=paths.workpiece.cell.process.overhang)
+    critical = paths.workpiece.cell.critical_overhang
+    divided = portions(tilting.attitudes, deposited(paths), overlap=0.0, critical=critical)
     poses = machine.plates(np.stack([one.up for one in tilting.attitudes]) @ plate_turn(paths, machine).T)
     stands = [
         tilted_placement(machine, placement, T_table_plate=pose, number=number)

@@ -64,7 +64,7 @@ def main() -> None:
 def tilted_row(planned: Plan, name: str, *, range_deg: float) -> str:
     """Return the row of a plan with a table of one range."""
     poses, rest = planned.poses, planned.workpiece.upright[2]
-    critical = planned.workpiece.cell.process.overhang
+    critical = planned.workpiece.cell.critical_overhang
     laid = np.flatnonzero(poses.deposit)
     normals, runs, layers = poses.normals[laid], poses.runs[laid], poses.layers[laid]
     within = UpRange(cone(rest, np.radians(range_deg)), rest=rest, critical=critical)

@@ -1,7 +1,7 @@
 """Plan evenly spaced print paths on curved surfaces and write the robot program that prints them.
 
 `job_of` says what to plan, `plan` runs every stage for one backend, `compare` for several on the same part; `save_plan`
-and `save_comparisons` write the result, `check_bundle` reads it back, and `job_from` is the job that it was planned
+and `save_comparisons` write the result, `check` reads it back, and `job_from` is the job that it was planned
 from. The stages themselves are functions too:
 
     mesh      load, prepare, refine, remesh, smooth, decimate, deviation, cut_patch, save_ply
@@ -111,6 +111,7 @@ if TYPE_CHECKING:
         calibrate_cell as calibrate_cell,
         calibrate_tool as calibrate_tool,
         check_bundle as check_bundle,
+        check_folder as check,
         compare as compare,
         compare_parts as compare_parts,
         cut_patch as cut_patch,
@@ -161,6 +162,7 @@ __all__ = [  # noqa: RUF022  (in the order of the stages)
     "propose_placement",
     "save_plan",
     "save_comparisons",
+    "check",
     "check_bundle",
     # A mesh: read, examined, mended, cut, with other triangles.
     "load",
@@ -246,7 +248,8 @@ _FROM = {
     "motion.timing": "retime",
     "paths": "arrange poses",
     "patterns": "PATTERNS register_pattern=register",
-    "pipeline": "plan compare compare_parts beside propose_placement save_plan save_comparisons check_bundle job_from "
+    "pipeline": "plan compare compare_parts beside propose_placement save_plan save_comparisons check=check_folder "
+    "check_bundle job_from "
     "inspect_file remesh_file measure_files save_measurement cut_patch PatchChoice calibrate_cell calibrate_tool "
     "save_calibrated",
     "quality": "uniformity agreement measure_paths",

@@ -220,6 +220,8 @@ def test_the_cells_of_the_paper_say_what_table_1_says_and_nothing_else_of_their_
         assert path.read_text(encoding="utf-8") == (tmp_path / path.name).read_text(encoding="utf-8")
         cell = load_cell(path)
         assert cell.process == replace(packaged.process, pressure=pressure, rounds=rounds)
+        # Over the pedestal, straight ahead of the arm.
+        np.testing.assert_array_equal(cell.demo_position, [300.0, 0.0, 50.0])
         assert cell.good_print == GoodPrint(10e3, 20)
         assert cell.flood is not None
         assert (cell.flood.duration, cell.flood.joints, cell.material) == (60.0, None, None)

@@ -27,6 +27,7 @@ from geoprint.account.records.plan import PlanRecord
 from geoprint.appraisal.scanned import read_scan
 from geoprint.deposition.fitting import read_measured_flow
 from geoprint.errors import ExportError, GeoprintError, InputError
+from geoprint.model import reading
 from geoprint.model.values import WIDTH
 from geoprint.motion.arm import read_urdf_file
 from geoprint.pipeline.feeding import feedback_text
@@ -174,7 +175,16 @@ def _measurement() -> Measurement:
     found = geoprint.measure_paths(part.surface, geoprint.Polylines(rows, np.array([0, 2, 4])), spacing=2.0)
     expected = Printed(planned=0.02, cvs=np.full(2, 0.02), variances=(0.0004, 0.0, *(0.0 for _ in SOURCES)))
     file = MeasuredFile(
-        "rows", "table", "nothing", points=4, dropped=0, fit=None, measured=found, printed=expected, seconds=0.1
+        "rows",
+        "table",
+        "nothing",
+        points=4,
+        dropped=0,
+        reading=reading(used={"points": 4}),
+        fit=None,
+        measured=found,
+        printed=expected,
+        seconds=0.1,
     )
     return Measurement(part, part.surface, np.eye(3), 2.0, (file,))
 

@@ -46,7 +46,7 @@ def your_cell(_data: Path) -> bytes:
             _draw_solid(axis, solid, pose, colour="#e8a33d")
     for solid in tool_solids(cell.tool):
         _draw_solid(axis, solid, frames[-1], colour=GREY)
-    x, _, z = cell.demo_position
+    x, z = float(np.hypot(*cell.demo_position[:2])), float(cell.demo_position[2])
     axis.add_patch(Polygon([[x - 20, z - 4], [x + 20, z - 4], [x + 12, z + 4], [x - 12, z + 4]], color=BLUE))
     _note(axis, "part, with --place demo", (x, z - 4), (x + 20, z - 34))
     tip = frames[-1][:3, 3]
@@ -87,7 +87,7 @@ def calibrate(_data: Path) -> bytes:
 def fine_lines(_data: Path) -> bytes:
     """Draw lines 0.4 mm apart in section, below two needles, to scale."""
     figure, axes = panels(2, width=7.2, height=3.2)
-    needles = (("the needle that comes along", 1.3, 0.84, 0.5, 0.3), ("a fine needle", 0.52, 0.26, 0.2, 0.25))
+    needles = (("the needle that comes along", 0.91, 0.6, 0.5, 0.3), ("a fine needle", 0.52, 0.26, 0.2, 0.25))
     for axis, (title, outer, inner, layer, standoff) in zip(axes, needles, strict=True):
         for left in np.arange(-1.6, 0.01, 0.4):
             axis.add_patch(Rectangle((left - 0.2, 0.0), 0.4, layer, facecolor="#9cc7e4", edgecolor=BLUE))

@@ -43,7 +43,7 @@ def tilted(data: Path) -> bytes:
     figure, axes = panels(2, width=7.2, height=3.6)
     for axis in axes:
         draw_surface(axis, planned.workpiece.surface, view)
-    over = angles_between(normals, planned.workpiece.upright[2]) > planned.workpiece.cell.process.overhang
+    over = angles_between(normals, planned.workpiece.upright[2]) > planned.workpiece.cell.critical_overhang
     cuts = np.union1d(np.flatnonzero(np.diff(over)), np.flatnonzero(np.diff(planned.poses.runs[rows]))) + 1
     for piece in np.split(np.arange(len(rows)), cuts):
         colour = ORANGE if over[piece[0]] else BLUE

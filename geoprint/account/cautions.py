@@ -1,4 +1,8 @@
-"""What a person should know of a plan, as plan.json carries it: warnings to act on, and notes that only inform."""
+"""What a person should know of a plan, as plan.json carries it, by weight.
+
+A warning: the print will be wrong unless somebody acts. A note: what a person wants to know before printing. A detail:
+what is as it should be, or acts nowhere yet; it stands in the report and with --verbose.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +23,7 @@ from geoprint.motion.placing import NOTABLE_SHARE
 from geoprint.paths import creases
 from geoprint.results import Plan, Workpiece
 from geoprint.surfaces import face_areas
-from geoprint.surfaces.files import unit_hint
+from geoprint.surfaces.files import rebuilt_in_words, unit_hint
 
 # A nozzle that leans more than this from the surface normal [degrees] lays a visibly lopsided bead.
 NOTABLE_LEAN = 15.0
@@ -44,15 +48,15 @@ def warnings_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
         told: its figures.
     """
     workpiece = plan.workpiece
-    hint = unit_hint(workpiece.base, unit=workpiece.files[0].unit)
     return (
-        *([hint] if hint else []),
+        *_unit(workpiece),
         *([told.surface.side.sentence] if _is_doubtful(told.surface.side) else []),
         *_unsearched(workpiece),
         *coverage_warnings(told),
         *([] if plan.job.place == "demo" else placement_texts(told.robot)),
         *_pressure(told),
         *_close_targets(told.robot, digested=False),
+        *(_wide_needle(plan, told, ploughing=True) if plan.robot else []),
         *_uncertain(workpiece),
         *(_inaccurate(told, least=LARGEST_INACCURACY) if plan.robot else ()),
         *_unheld(workpiece),
@@ -71,29 +75,45 @@ def _unchanging(workpiece: Workpiece) -> Iterator[str]:
 
 
 def notes_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
-    """Return what a person may want to know: the printed side, repairs, what was left out.
+    """Return what a person wants to know before printing: the printed side, repairs, what was left out.
 
     Args:
         plan: as planned.
         told: its figures.
     """
     return (
-        *([] if _is_doubtful(told.surface.side) else [told.surface.side.sentence]),
+        *([] if _is_doubtful(told.surface.side) or _is_confirmed(told.surface.side) else [told.surface.side.sentence]),
         *(placement_texts(told.robot) if plan.job.place == "demo" else []),
         *(sentence for robot in told.robot for sentence in orientation_notes(robot.motion)),
         *_inside(told.patches),
+        *(f"{file.name} is {said}." for file in plan.workpiece.files if (said := rebuilt_in_words(file))),
         *_repairs(plan.workpiece),
         *feedback_notes(told.feedback),
         *_sources(told),
-        *middle_sentences(told.middles),
         *_paths(told),
+        *evener_backends(told),
         *_creases(plan),
-        *(_wide_needle(plan, told) if plan.robot else []),
-        *(_inaccurate(told, least=NOTABLE_INACCURACY, below=LARGEST_INACCURACY) if plan.robot else ()),
+        *(_wide_needle(plan, told, ploughing=False) if plan.robot else []),
         *made_up_notes(plan, told),
-        *_of_each(told.robot, lambda robot: near_borders(robot.motion)),
-        *_of_each(told.robot, _bends),
+        # A demonstration runs only dry, and not where the part will stand.
+        *([] if plan.job.place == "demo" else _near_borders(told.robot)),
         *_close_targets(told.robot, digested=True),
+    )
+
+
+def details_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
+    """Return what is as it should be, and how it came to be so.
+
+    Args:
+        plan: as planned.
+        told: its figures.
+    """
+    return (
+        *([told.surface.side.sentence] if _is_confirmed(told.surface.side) else []),
+        *middle_sentences(told.middles),
+        *(_inaccurate(told, least=NOTABLE_INACCURACY, below=LARGEST_INACCURACY) if plan.robot else ()),
+        *(_near_borders(told.robot) if plan.job.place == "demo" else []),
+        *_of_each(told.robot, _bends),
     )
 
 
@@ -141,10 +161,17 @@ def near_borders(motion: MotionRecord) -> list[str]:
     return [f"within 1 degree of a border of quadrants on deposit: {told}; {risk}."]
 
 
-def _wide_needle(plan: Plan, told: PlanRecord) -> list[str]:
-    workpiece, (layer,), widths = plan.workpiece, told.layers, told.paths.widths_mm
+def _near_borders(robots: Sequence[RobotRecord]) -> Iterator[str]:
+    return _of_each(robots, lambda robot: near_borders(robot.motion))
+
+
+def _wide_needle(plan: Plan, told: PlanRecord, *, ploughing: bool) -> list[str]:
+    """Say that the needle is wider than paths are apart, where it ploughs through the beads beside or passes over."""
+    cell, (layer,), widths = plan.workpiece.cell, told.layers, told.paths.widths_mm
     nearest = told.settings.spacing_mm if widths is None else widths[0]
-    return wide_needle_notes(workpiece.cell, nearest, standoff=layer.standoff_mm)
+    if ploughing is not (layer.standoff_mm < cell.process.layer_height):
+        return []
+    return wide_needle_notes(cell, nearest, standoff=layer.standoff_mm)
 
 
 def wide_needle_notes(cell: Cell, spacing: float, *, standoff: float) -> list[str]:
@@ -188,6 +215,11 @@ def _is_doubtful(side: SideRecord) -> bool:
     return side.agreeing is not None and side.source != "body"
 
 
+def _is_confirmed(side: SideRecord) -> bool:
+    """Say whether the body below confirms the printed side as the file has it."""
+    return side.source == "body" and not side.turned
+
+
 def _inside(patches: Sequence[PatchRecord]) -> list[str]:
     """Return which side of a drawn curve was taken, patch by patch."""
     return [
@@ -202,6 +234,14 @@ def _repairs(workpiece: Workpiece) -> Iterator[str]:
     for number, preparation in enumerate(workpiece.preparations, start=1):
         if changes := preparation.repairs.changes():
             yield f"{_which(number, workpiece)}the mesh was repaired: {'; '.join(changes)}."
+
+
+def _unit(workpiece: Workpiece) -> Iterator[str]:
+    """Say where the part is so small or large that its unit may be wrong; of a patch, the body that it was cut from."""
+    whole = workpiece.patches[0].body if workpiece.patches else workpiece.base
+    hint = unit_hint(whole, unit=workpiece.files[0].unit)
+    if hint is not None:
+        yield hint
 
 
 def _unsearched(workpiece: Workpiece) -> Iterator[str]:
@@ -284,7 +324,7 @@ def _bends(told: RobotRecord) -> Iterator[str]:
 
 
 def _uncertain(workpiece: Workpiece) -> Iterator[str]:
-    uncertainty, standoff = workpiece.uncertainty, workpiece.cell.process.standoff + workpiece.below
+    uncertainty, standoff = workpiece.uncertainty, workpiece.cell.process.standoff
     if uncertainty is not None and uncertainty.bound > NOTABLE_SHARE * standoff:
         yield (
             f"by the touched points the surface may lie {uncertainty.bound:.2f} mm off along its normal (95 % bound), "
@@ -334,18 +374,13 @@ def _sources(told: PlanRecord) -> Iterator[str]:
 
 
 def _paths(told: PlanRecord) -> Iterator[str]:
-    """Say what was left out, what could be more even, where runs are split, and how far the nozzle leans."""
-    paths, levels = told.paths, None if told.uniformity is None else told.uniformity.levels
+    """Say what was left out, where runs are split, and how far the nozzle leans."""
+    paths = told.paths
     if paths.dropped_runs:
         yield (
-            f"runs too short to be worth a start were left out: {paths.dropped_runs}, {paths.dropped_mm:.2f} mm in all."
+            f"runs too short to be worth a start were left out: {paths.dropped_runs}, {paths.dropped_mm:.2f} mm and "
+            f"{paths.dropped_mm2:.2g} mm2 in all."
         )
-    # Fitted contours vary on purpose.
-    meant = any(each.taken and each.middle != "plain" for each in told.middles)
-    spacing, nearest = None if levels is None else levels.spacing, most_accurate_backend()
-    cv = 0.0 if spacing is None or meant else spacing.cv
-    if cv > NOTABLE_CV and accuracy(nearest) > accuracy(backend(told.settings.backend or nearest.name)):
-        yield f"spacing varies by {cv:.1%}; `--backend {nearest.name}` is nearer to the true distance."
     if paths.corners_split:
         yield (
             f"runs are split at {how_many(paths.corners_split, 'corner')} too sharp to be rounded at speed: the bead "
@@ -354,6 +389,17 @@ def _paths(told: PlanRecord) -> Iterator[str]:
     lean = paths.largest_lean_deg
     if lean >= NOTABLE_LEAN:
         yield f"the nozzle leans up to {lean:.0f} degrees from the surface normal where the part bends fast."
+
+
+def evener_backends(told: PlanRecord) -> Iterator[str]:
+    """Say that another backend would be more even; where several are compared, their figures say so."""
+    levels = None if told.uniformity is None else told.uniformity.levels
+    # Fitted contours vary on purpose.
+    meant = any(each.taken and each.middle != "plain" for each in told.middles)
+    spacing, nearest = None if levels is None else levels.spacing, most_accurate_backend()
+    cv = 0.0 if spacing is None or meant else spacing.cv
+    if cv > NOTABLE_CV and accuracy(nearest) > accuracy(backend(told.settings.backend or nearest.name)):
+        yield f"spacing varies by {cv:.1%}; `--backend {nearest.name}` is nearer to the true distance."
 
 
 def _creases(plan: Plan) -> Iterator[str]:

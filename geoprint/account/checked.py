@@ -12,6 +12,7 @@ from geoprint.account.records.plan import PlanRecord
 from geoprint.account.records.stack import StackRecord
 from geoprint.export import Orders, Setup
 from geoprint.export.rapid import Executed, Settings, StackSettings, Timeline
+from geoprint.export.rapid.stacks import StackProof
 from geoprint.model import Clearance, comparable, frozen
 
 
@@ -53,14 +54,19 @@ class CheckedJoined:
     Attributes:
         findings: what is wrong.
         settings: how it is set to run, or None where it is not that of its attitudes.
-        scenarios: in which it was executed; none where it does not run.
+        proof: what was executed of it, or None where it does not run.
         program_sha256: of its modules with their switches as written; empty where it was not read back.
     """
 
     findings: tuple[Finding, ...]
     settings: StackSettings | None
-    scenarios: tuple[str, ...]
+    proof: StackProof | None
     program_sha256: str
+
+    @property
+    def scenarios(self) -> tuple[str, ...]:
+        """In which it was executed; none where it does not run."""
+        return () if self.proof is None else self.proof.scenarios
 
 
 @final
@@ -84,6 +90,7 @@ class Checked:
         attitudes: what holds of each of several attitudes of a table; then setup is that of the first, and there are
             neither orders nor settings, switching and executed of a single program.
         joined: the program of all attitudes, or None where there is one or none.
+        not_derived: files that nothing was held against: pictures but for their hash, and timings.json.
     """
 
     folder: Path
@@ -100,6 +107,7 @@ class Checked:
     seen: tuple[SeenRecord, ...] = ()
     attitudes: tuple[Checked, ...] = ()
     joined: CheckedJoined | None = None
+    not_derived: tuple[str, ...] = ()
 
 
 @final
@@ -110,16 +118,21 @@ class CheckedStack:
     Attributes:
         told: the content of stack.json, or None where it cannot be read.
         settings: how the program is set to run, or None where it is not that of its layers, or there is none.
-        scenarios: in which it was executed; none where it does not run.
+        proof: what was executed of it, or None where it does not run.
         program_sha256: of its modules with their switches as written; empty where it was not read back.
         seen: what people saw a program of this stack do.
     """
 
     told: StackRecord | None
     settings: StackSettings | None = None
-    scenarios: tuple[str, ...] = ()
+    proof: StackProof | None = None
     program_sha256: str = ""
     seen: tuple[SeenRecord, ...] = ()
+
+    @property
+    def scenarios(self) -> tuple[str, ...]:
+        """In which it was executed; none where it does not run."""
+        return () if self.proof is None else self.proof.scenarios
 
 
 @final
@@ -132,19 +145,21 @@ class CheckedComparison:
         own: what is wrong with the files beside the bundles.
         bundles: part by part, in the order of the verdict, or from the lowest layer up, each by its folder there.
         stack: what holds of them together where they are layers, or None.
+        stacks: each of several stacks that were compared, by its folder there; then there are no bundles.
     """
 
     folder: Path
     own: tuple[Finding, ...]
     bundles: tuple[tuple[str, Checked], ...]
     stack: CheckedStack | None = None
+    stacks: tuple[tuple[str, CheckedComparison], ...] = ()
 
     @property
     def findings(self) -> tuple[Finding, ...]:
         """All that is wrong, files named from the comparison's folder."""
         inner = [
             Finding(f"{name}/{one.file}", one.line, one.reason)
-            for name, checked in self.bundles
+            for name, checked in (*self.bundles, *self.stacks)
             for one in checked.findings
         ]
         return (*self.own, *inner)

@@ -30,7 +30,7 @@ from geoprint.report import html_report
 from geoprint.results import Comparison, FailedPart, Planned
 
 # Version of the layout of compare.json; a change that breaks a reader raises it.
-COMPARISON_SCHEMA = 8
+COMPARISON_SCHEMA = 9
 # Faces that the report draws in all, and at least of each part: more are not seen, and make the file heavy.
 VIEW_FACES = 100_000
 FEWEST_VIEW_FACES = 10_000

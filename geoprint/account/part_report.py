@@ -88,7 +88,7 @@ def part_report(
         settings=_settings(told.settings),
         inputs=tuple((file.name, file.sha256) for file in (told.input, told.input.body) if file is not None),
         versions=(("Python", platform.python_version()), *((name, installed_version(name)) for name in PACKAGES)),
-        critical_deg=float(np.degrees(workpiece.cell.process.overhang)),
+        critical_deg=float(np.degrees(workpiece.cell.critical_overhang)),
     )
 
 
@@ -159,9 +159,11 @@ def _cautions(plans: Mapping[str, PlanRecord]) -> tuple[str, ...]:
     robots = next((plan.robot for plan in plans.values() if plan.robot), ())
     warnings = said_once({name: plan.warnings for name, plan in plans.items()})
     notes = said_once({name: plan.notes for name, plan in plans.items()})
+    details = said_once({name: plan.details for name, plan in plans.items()})
     return (
         *(f"Warning: {text}" for text in warnings),
         *(f"Note: {text}" for text in notes),
+        *(f"Detail: {text}" for text in details),
         *(f"Not checked: {'; '.join(robot.clearance.not_checked)}." for robot in robots[:1]),
     )
 

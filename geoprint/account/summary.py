@@ -8,7 +8,7 @@ from importlib.metadata import version
 
 import numpy as np
 
-from geoprint.account.cautions import notes_of, warnings_of
+from geoprint.account.cautions import details_of, notes_of, warnings_of
 from geoprint.account.evenness import record_evenness
 from geoprint.account.patches import record_cut
 from geoprint.account.prints.attitudes import record_joined
@@ -52,7 +52,7 @@ from geoprint.surfaces import component_labels, describe, edge_lengths, face_are
 from geoprint.surfaces.repair import PreparationReport
 
 # Version of the layout of plan.json; a change that breaks a reader raises it.
-PLAN_SCHEMA = 8
+PLAN_SCHEMA = 9
 # Runs shorter than this many spacings are little more than the marks of their start and their stop.
 FRAGMENT_SPACINGS = 5.0
 
@@ -85,7 +85,8 @@ def record_plan(plan: Plan) -> PlanRecord:
         not_printable=plan.not_printable,
         warnings=(),
     )
-    return told.model_copy(update={"warnings": warnings_of(plan, told), "notes": notes_of(plan, told)})
+    said = {"warnings": warnings_of(plan, told), "notes": notes_of(plan, told), "details": details_of(plan, told)}
+    return told.model_copy(update=said)
 
 
 def record_timings(plan: Plan) -> TimingsRecord:
@@ -178,6 +179,7 @@ def _paths(plan: Plan) -> PathsRecord:
         fragments=int((of_runs < FRAGMENT_SPACINGS * plan.contours.spacing).sum()),
         dropped_runs=toolpath.dropped_runs,
         dropped_mm=toolpath.dropped_length,
+        dropped_mm2=toolpath.dropped_area,
         widths_mm=None
         if plan.workpiece.widths is None
         else (float(toolpath.spacings.min()), float(toolpath.spacings.max())),
@@ -195,7 +197,7 @@ def _layer(layer: Layer, plan: Plan) -> LayerRecord:
         bottom_mm=0.0 if place is None else place.bottom,
         height_mm=layer.height,
         pattern=str(plan.job.drawing) if plan.job.patterns else None,
-        standoff_mm=plan.poses.standoff + plan.workpiece.below,
+        standoff_mm=plan.workpiece.cell.process.standoff,
         runs=(0, plan.toolpath.curves.count - 1),
     )
 
@@ -233,7 +235,7 @@ def _chart(plan: Plan) -> ChartRecord:
 
 def _printed(plan: Plan) -> PrintedRecord | None:
     within = standoff_within(plan.workpiece.cell.errors or PrintErrors())
-    standoff = StandoffRecord(wanted_mm=plan.poses.standoff + plan.workpiece.below, within_mm=within)
+    standoff = StandoffRecord(wanted_mm=plan.workpiece.cell.process.standoff, within_mm=within)
     return record_printed(plan.printed, of_cell=says_errors(plan), standoff=standoff)
 
 

@@ -24,6 +24,8 @@ MostFlow = Annotated[float, Field(ge=1.0, le=3.0)]
 SignalName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,31}$")]
 # Equipment that follows later than this is not switched in step with a tip; nobody waits that long by design.
 Lag = Annotated[float, Field(ge=0.0, le=2.0)]
+# How a material flows: all of them together.
+FLOW_KEYS = ("density_g_cm3", "consistency_pa_sn", "flow_index", "yield_stress_pa")
 # Level ground carries every bead; where a wall does, too, no table has to tilt.
 Overhang = Annotated[float, Field(gt=0.0, lt=90.0)]
 # A layer that needs more than a day before the next one is a print of its own.
@@ -157,7 +159,6 @@ class ProcessTable(Table):
     least_flow_share: LeastFlow | None = None
     most_flow_share: MostFlow | None = None
     layer_pause_s: Pause | None = None
-    overhang_deg: Overhang | None = None
 
     @model_validator(mode="after")
     def _lifts_clear(self) -> Self:
@@ -173,14 +174,25 @@ class ProcessTable(Table):
 class MaterialTable(Table):
     """What the syringe holds."""
 
-    density_g_cm3: PositiveFloat
-    consistency_pa_sn: PositiveFloat
-    flow_index: PositiveFloat
-    yield_stress_pa: Annotated[float, Field(ge=0.0)]
+    density_g_cm3: PositiveFloat | None = None
+    consistency_pa_sn: PositiveFloat | None = None
+    flow_index: PositiveFloat | None = None
+    yield_stress_pa: NonNegativeFloat | None = None
     uv_irradiance_mw_cm2: PositiveFloat | None = None
     uv_spot_mm: PositiveFloat | None = None
     uv_dose_mj_cm2: PositiveFloat | None = None
     uv_penetration_mm: PositiveFloat | None = None
+    overhang_deg: Overhang | None = None
+
+    @model_validator(mode="after")
+    def _says_how_it_flows(self) -> Self:
+        missing = [name for name in FLOW_KEYS if getattr(self, name) is None]
+        if missing and self.model_fields_set != {"overhang_deg"}:
+            raise ValueError(
+                f"{', '.join(missing)} missing; `geoprint fit-flow` writes {', '.join(FLOW_KEYS)} together, only "
+                "overhang_deg may stand without them"
+            )
+        return self
 
     @model_validator(mode="after")
     def _knows_the_whole_spot(self) -> Self:

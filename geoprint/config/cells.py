@@ -12,8 +12,10 @@ from geoprint.config.strict import describe, line_of, parsed_toml, text_of
 from geoprint.errors import InputError, UsageError
 from geoprint.model import Cell
 
-# A needle that lets much through at little pressure.
-_WIDE_NEEDLE = {"inner": "0.84", "outer": "1.3", "needle": "25.4", "standoff": "0.3"}
+# A 1 inch needle of 20 gauge, the widest of `geoprint/robots/needles.csv` that passes between paths 1 mm apart.
+_NEEDLE = {"inner": "0.6", "outer": "0.91", "needle": "25.4", "standoff": "0.3"}
+# A part straight ahead of the arm, as in the paper, lies across the border of two quadrants of axis 1, whose numbers a
+# program counts. So the part stands 45 degrees aside wherever no table holds it.
 # What each cell that comes with geoprint says where `geoprint/robots/irb120.toml.in` leaves it open, the default first.
 _PACKAGED = {
     "irb120-bent45": {
@@ -24,9 +26,9 @@ _PACKAGED = {
         "tcp": "[84.8528137, 0, 124.8528137]",
         "rpy": "[0, 45, 0]",
         "cog": "[25, 0, 65]",
-        "demo_position": "[300, 0, 50]",
+        "demo_position": "[212, 212, 50]",
         "table": "",
-        **_WIDE_NEEDLE,
+        **_NEEDLE,
     },
     "irb120-straight160": {
         "about": "straight nozzle of 160 mm along the flange axis; the part stands higher and farther out.",
@@ -35,16 +37,16 @@ _PACKAGED = {
         "tcp": "[0, 0, 160]",
         "rpy": "[0, 0, 0]",
         "cog": "[0, 0, 70]",
-        "demo_position": "[350, 0, 200]",
+        "demo_position": "[247, 247, 200]",
         "table": "",
-        **_WIDE_NEEDLE,
+        **_NEEDLE,
     },
 }
 _PACKAGED["irb120-slim45"] = _PACKAGED["irb120-bent45"] | {
     "about": "nozzle on the bent bracket with a longer and thinner needle, for narrow hollows: 38.1 mm of 23 gauge,\n"
-    "# its tip where that of the wide needle is. A liquid of constant viscosity asks for about 56 times the pressure.\n"
-    "# The part stands higher.",
-    "demo_position": "[300, 0, 100]",
+    "# its tip where that of the other needle is. A liquid of constant viscosity asks for about 15 times the\n"
+    "# pressure. The part stands higher.",
+    "demo_position": "[212, 212, 100]",
     "inner": "0.34",
     "outer": "0.64",
     "needle": "38.1",

@@ -228,8 +228,8 @@ class Job(Table):
     place: Annotated[
         Literal["demo"] | None,
         Key(
-            "'demo': over the pedestal; the program runs only dry.",
-            '"demo" # over the pedestal, for a program that runs only dry; else the cell must be calibrated',
+            "'demo': at demo_position_mm of the cell; the program runs only dry.",
+            '"demo" # at demo_position_mm of the cell, for a program that runs only dry; else it must be calibrated',
             group="robot",
         ),
     ] = None

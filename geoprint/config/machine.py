@@ -95,6 +95,9 @@ def machine_of(table: Mapping[str, object], *, name: str, folder: Path) -> Cell:
         else Rotation.from_euler("xyz", file.work.demo_rpy_deg, degrees=True).as_matrix(),
         fixture=_fixture(file.work),
         material=None if file.material is None else _material(file.material),
+        overhang=None
+        if file.material is None or file.material.overhang_deg is None
+        else float(np.radians(file.material.overhang_deg)),
         good_print=file.good_print and noun_of(GoodPrint, file.good_print),
         search=noun_of(SearchWeights, file.search),
         errors=file.errors and noun_of(PrintErrors, file.errors),
@@ -141,10 +144,14 @@ def _lamp(lamp: LampTable) -> Lamp:
     return Lamp(_pose(lamp.position_mm, lamp.rpy_deg), length=lamp.length_mm, diameter=lamp.diameter_mm)
 
 
-def _material(table: MaterialTable) -> Material:
+def _material(table: MaterialTable) -> Material | None:
+    """Return what a table says of flow and light; None where it says only from which angle on beads overhang."""
+    density, consistency, index = table.density_g_cm3, table.consistency_pa_sn, table.flow_index
+    if density is None or consistency is None or index is None or table.yield_stress_pa is None:
+        return None
     return Material(
-        density=table.density_g_cm3,
-        fluid=Fluid(table.consistency_pa_sn, table.flow_index, table.yield_stress_pa),
+        density=density,
+        fluid=Fluid(consistency, index, table.yield_stress_pa),
         irradiance=table.uv_irradiance_mw_cm2,
         spot_diameter=table.uv_spot_mm,
         dose=table.uv_dose_mj_cm2,

@@ -10,6 +10,8 @@ from geoprint.export.bundle import (
     Json as Json,
     check_writable as check_writable,
     json_bytes as json_bytes,
+    seal as seal,
+    staging as staging,
     write_bundle as write_bundle,
 )
 from geoprint.export.feedback_table import (
@@ -17,20 +19,18 @@ from geoprint.export.feedback_table import (
     feedback_table as feedback_table,
     read_wanted_flow as read_wanted_flow,
 )
+from geoprint.export.ordering import orders_of as orders_of
 from geoprint.export.orders import (
+    Event as Event,
     Orders as Orders,
-    orders_of as orders_of,
+    TipsAt as TipsAt,
 )
 from geoprint.export.setup_file import (
     Setup as Setup,
     read_setup as read_setup,
     setup_file as setup_file,
 )
-from geoprint.export.switching import (
-    Event as Event,
-    TipsAt as TipsAt,
-    switching_events as switching_events,
-)
+from geoprint.export.switching import switching_events as switching_events
 from geoprint.export.tables import (
     PosesTable as PosesTable,
     TrajectoryTable as TrajectoryTable,

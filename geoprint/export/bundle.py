@@ -5,7 +5,8 @@ run leaves at most hidden folders `.NAME.tmp-PID-*` (unfinished) and `.NAME.old-
 replace); the next run that writes the same bundle removes them, or puts the old bundle back where nothing stands.
 
 `manifest.json` lists the files of a bundle with their hashes, all but `timings.json` and `evidence.json`. Only a folder
-in which nothing else lies is ever replaced, so that no file of a user can be lost; evidence is taken over.
+in which nothing else lies, and nothing was edited, is ever replaced, so that no work of a user can be lost; evidence is
+taken over, and the switches of a program may have been set.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from geoprint.errors import ExportError, UsageError, VerificationError
+from geoprint.export.switches import is_as_written
 
 Json: TypeAlias = "bool | int | float | str | Sequence[Json] | Mapping[str, Json] | None"
 
@@ -103,6 +105,30 @@ def write_bundle(
     contents = {_relative(name): content for name, content in every.items()}
     if len(contents) != len(files) + len(unlisted) + 1:
         raise ExportError("two files of the bundle have the same name; give each its own.")
+    with staging(directory, overwrite=overwrite) as folder:
+        with _translated(directory):
+            _write_files(folder, contents)
+            _compare(folder, contents)
+        verify(folder)
+
+
+@contextmanager
+def staging(directory: Path | str, *, overwrite: bool) -> Generator[Path]:
+    """Give a hidden folder, which appears at its place when the body ends and is removed when the body fails.
+
+    What a killed process leaves of it is swept by the next one that writes there.
+
+    Args:
+        directory: where the folder shall stand; missing parents are made.
+        overwrite: whether an existing bundle may be replaced; it goes only after the new one stands.
+
+    Yields:
+        The folder, empty, beside its place.
+
+    Raises:
+        UsageError: the folder exists and may not or must not be replaced.
+        ExportError: nothing can be written there.
+    """
     check_writable(directory, overwrite=overwrite)
     made: list[Path] = []
     temporary: Path | None = None
@@ -112,15 +138,35 @@ def write_bundle(
             made += [folder for folder in place.parents if not folder.exists()]
             place.parent.mkdir(parents=True, exist_ok=True)
             temporary = place.parent / _hidden_name(place, "tmp")
-            _write_files(temporary, contents)
-            _compare(temporary, contents)
-        verify(temporary)
+            temporary.mkdir()
+        yield temporary
         with _translated(directory):
             _keep_evidence(place, temporary)
             _swap_in(temporary, place, overwrite=overwrite)
     except BaseException:
         _remove(temporary, made)
         raise
+
+
+def seal(folder: Path) -> None:
+    """Write the manifest of all that lies in a staging folder but `timings.json`, and bring it to the disk.
+
+    Raises:
+        ExportError: it cannot be written.
+    """
+    with _translated(folder):
+        files = [path for path in sorted(folder.rglob("*")) if path.is_file()]
+        listed = {path.relative_to(folder).as_posix(): path.read_bytes() for path in files if path.name != TIMINGS}
+        written = {PurePosixPath(MANIFEST): manifest(listed)}
+        (folder / MANIFEST).write_bytes(written[PurePosixPath(MANIFEST)])
+        for path in (*files, folder / MANIFEST):
+            descriptor = os.open(path, os.O_RDONLY)
+            try:
+                os.fsync(descriptor)
+            finally:
+                os.close(descriptor)
+        _sync_folders(folder)
+        _compare(folder, {PurePosixPath(name): content for name, content in listed.items()} | written)
 
 
 def manifest(files: Mapping[str, bytes]) -> bytes:
@@ -145,7 +191,8 @@ def _check_place(place: Path, *, overwrite: bool) -> None:
     if place.exists() and not overwrite:
         raise UsageError(f"{place} exists; choose another folder, or replace it with --overwrite.")
     if place.exists():
-        known = _listed(place / MANIFEST)
+        hashes = _listed(place / MANIFEST)
+        known = _known(hashes)
         foreign = next((path for path in sorted(place.rglob("*")) if _is_foreign(path, place, known)), None)
         if foreign is not None:
             raise UsageError(
@@ -153,20 +200,40 @@ def _check_place(place: Path, *, overwrite: bool) -> None:
                 f"in which everything is listed in the {MANIFEST} it left there. Choose another folder, or move that "
                 "file away."
             )
+        edited = next((name for name, digest in hashes.items() if _is_edited(place / name, digest)), None)
+        if edited is not None:
+            raise UsageError(
+                f"{place} holds {edited}, which somebody changed after geoprint wrote it, and --overwrite would lose "
+                "that: copy it elsewhere, then remove it here; or choose another folder."
+            )
 
 
-def _listed(path: Path) -> set[str]:
-    """Return the names that a manifest lists and those beside them; none where there is no manifest of geoprint's."""
+def _listed(path: Path) -> dict[str, str]:
+    """Return name and hash of all that a manifest lists; nothing where there is no manifest of geoprint's."""
     try:
-        names = [PurePosixPath(name) for name in json.loads(path.read_bytes())["sha256"]]
+        hashes = dict(json.loads(path.read_bytes())["sha256"])
+        return {str(PurePosixPath(name)): str(digest) for name, digest in hashes.items()}
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return set()
-    return {MANIFEST, *map(str, names), *(str(name.with_name(TIMINGS)) for name in names if name.name == PLAN)}
+        return {}
+
+
+def _known(hashes: Mapping[str, str]) -> set[str]:
+    """Return the names that a manifest lists and those beside them; none without a manifest."""
+    names = [PurePosixPath(name) for name in hashes]
+    beside = {str(name.with_name(TIMINGS)) for name in names if name.name == PLAN}
+    return {MANIFEST, *hashes, *beside} if hashes else set()
+
+
+def _is_edited(path: Path, digest: str) -> bool:
+    """Return whether a file that geoprint wrote holds something else by now; the switches of a program may be set."""
+    return path.is_file() and not is_as_written(path, digest)
 
 
 def _is_foreign(path: Path, place: Path, known: set[str]) -> bool:
     if path.is_dir() and not path.is_symlink():
         return False
+    if path.is_symlink() or not path.is_file():
+        return True
     kept = path.name == EVIDENCE and not path.is_symlink() and bool(known)
     return not kept and path.relative_to(place).as_posix() not in known
 
@@ -207,7 +274,6 @@ def _relative(name: str) -> PurePosixPath:
 
 
 def _write_files(folder: Path, files: Mapping[PurePosixPath, bytes]) -> None:
-    folder.mkdir()
     for name, content in files.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -215,6 +281,11 @@ def _write_files(folder: Path, files: Mapping[PurePosixPath, bytes]) -> None:
             handle.write(content)
             handle.flush()
             os.fsync(handle.fileno())
+    _sync_folders(folder)
+
+
+def _sync_folders(folder: Path) -> None:
+    """Bring a folder and all below it to the disk."""
     for path in (folder, *(path for path in folder.rglob("*") if path.is_dir())):
         _sync_folder(path)
 

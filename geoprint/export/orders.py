@@ -1,28 +1,24 @@
 """What a program has to carry out: its targets with their times, and the places where outputs switch.
 
-Orders are made of a plan once, before any text is written; the writer turns them into RAPID, and whoever reads RAPID
-back compares it with them. They exist only where the targets serve the whole stream.
+Plain values, which the writer and whoever checks it share: `ordering` and `switching` make them of a plan.
 """
 
 from __future__ import annotations
 
-from typing import final
+from collections.abc import Callable
+from typing import Literal, TypeAlias, final
 
 import numpy as np
 
-from geoprint.errors import InputError
-from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, Placement, PoseStream, Targets, Trajectory
+from geoprint.model import BoolArray, FloatArray, IntArray, comparable
 from geoprint.model.arrays import freeze_arrays
 from geoprint.model.values import frozen
 
-# Below this a controller knows no speed [mm/s].
-SMALLEST_SPEED = 0.01
 # Positions are written to four decimals: what is nearer than this [mm] is one place, and a move there only turns.
 SMALLEST_STEP = 1e-4
-# Times are those of targets.csv, so that whoever reads it finds the same places of switching [s].
-TIME_DECIMALS = 6
-# uframe and oframe must be the placement that the joint path was computed for.
-_SAME_PLACEMENT = 1e-6
+Output = Literal["dispenser", "uv_lamp", "vacuum"]
+# Tips (k, 3) in the work frame [mm] at (k,) times of the trajectory [s].
+TipsAt: TypeAlias = Callable[[FloatArray], FloatArray]
 
 
 @final
@@ -46,6 +42,8 @@ class Orders:
         aloft_configuration: (t, 4) as `configuration`, of the targets of the dry run.
         extent: (2, 3) lowest and highest coordinates of the part in the work frame [mm].
         duration: from home to home [s].
+        frame: by how much the part's middle may shift, and at once its farthest point turn about it, until an axis of a
+            target meets a border of its quadrants, printed or lifted [mm]; infinite where no joints are known.
     """
 
     poses: IntArray
@@ -63,6 +61,7 @@ class Orders:
     aloft_configuration: IntArray
     extent: FloatArray
     duration: float
+    frame: float = np.inf
 
     def __post_init__(self) -> None:
         freeze_arrays(
@@ -105,100 +104,21 @@ class Orders:
         return self.duration - float(self.times[-1])
 
 
-def orders_of(
-    joint_path: JointPath,
-    targets: Targets,
-    trajectory: Trajectory,
-    *,
-    placement: Placement,
-    aloft: FloatArray,
-    aloft_configuration: IntArray,
-    extent: FloatArray,
-) -> Orders:
-    """Return the orders of a plan.
+@final
+@comparable
+class Event:
+    """An output that switches during the move to a target.
 
-    Args:
-        joint_path: poses, joint angles and configurations, with the targets where they are written.
-        targets: which poses are written, how fast, how rounded.
-        trajectory: when each pose is passed.
-        placement: where the part stands; the joint path must have been computed for it.
-        aloft: (6,) joints at the first target of the dry run [rad].
-        aloft_configuration: (t, 4) configuration data of the targets of the dry run.
-        extent: (2, 3) lowest and highest coordinates of the part in the work frame [mm].
-
-    Raises:
-        InputError: the targets do not serve the whole stream, stand elsewhere than the joint path has them or do not
-            stop where the signals switch, or the placement is another one.
+    Attributes:
+        target: index of the target that the move leads to.
+        distance: of the tip from the end of the move, or from its start [mm].
+        from_start: whether the distance counts from the start of the move.
+        output: which one.
+        on: whether it is switched on.
     """
-    _check_placement(joint_path, placement)
-    poses, chosen = joint_path.poses, targets.poses
-    _check_targets(poses, targets)
-    laid = np.append(poses.laid, np.False_)[chosen]
-    return Orders(
-        poses=chosen,
-        tips=poses.tips[chosen],
-        quaternions=poses.quaternions[chosen],
-        configuration=joint_path.configuration[chosen],
-        zones=targets.zones,
-        speeds=targets.speeds,
-        runs=poses.runs[chosen],
-        laid=laid,
-        flow=np.where(laid, _mean_flow(poses, chosen), 0.0),
-        times=np.round(trajectory.pose_times[chosen], TIME_DECIMALS),
-        start=joint_path.joints[0],
-        aloft=aloft,
-        aloft_configuration=aloft_configuration,
-        extent=extent,
-        duration=trajectory.duration,
-    )
 
-
-def _check_placement(joint_path: JointPath, placement: Placement) -> None:
-    difference = float(np.abs(joint_path.T_base_work - placement.T_base_work).max())
-    if difference > _SAME_PLACEMENT:
-        raise InputError(
-            f"the joint path was computed for another placement of the part (frames differ by {difference:.3g}); "
-            "compute it again for this one.",
-            difference=difference,
-        )
-
-
-def _mean_flow(poses: PoseStream, chosen: IntArray) -> FloatArray:
-    """Return (t,) the volume from each target to the next over the length that the tip moves between them.
-
-    What is to be laid is planned by the length on the surface, and the controller sets it by the speed of the tip,
-    which moves farther where it stands over a surface that bulges.
-    """
-    steps, laid = (np.linalg.norm(np.diff(places, axis=0), axis=1) for places in (poses.tips, poses.surface_points))
-    volume = np.append(0.0, np.cumsum(laid * (poses.flow[1:] + poses.flow[:-1]) / 2.0))[chosen]
-    lengths = np.diff(np.append(0.0, np.cumsum(steps))[chosen])
-    return np.append(np.where(lengths > 0.0, np.diff(volume) / np.where(lengths > 0.0, lengths, 1.0), 0.0), 0.0)
-
-
-def _check_targets(poses: PoseStream, targets: Targets) -> None:
-    chosen = targets.poses
-    if not chosen.size or chosen[0] != 0 or chosen[-1] != poses.count - 1 or (np.diff(chosen) <= 0).any():
-        raise InputError(
-            f"targets must rise from pose 0 to pose {poses.count - 1}, the first and the last of the stream; "
-            "thin the stream again."
-        )
-    if targets.speeds.min() < SMALLEST_SPEED or targets.zones.min() < 0.0:
-        raise InputError(
-            f"targets need speeds of at least {SMALLEST_SPEED} mm/s and zones of at least 0 mm, found "
-            f"{targets.speeds.min():g} mm/s and {targets.zones.min():g} mm; thin the stream again."
-        )
-    if (poses.tips[chosen[targets.moved]] != targets.places).any():
-        raise InputError(
-            "the joint path has the poses as planned, but some targets stand beside them; give the path as it is "
-            "written, from `written_path`."
-        )
-    after, before = np.append(poses.laid, np.False_), np.insert(poses.laid, 0, np.False_)
-    rests = np.zeros(poses.count, dtype=np.bool_)
-    rests[chosen[targets.zones == 0.0]] = True
-    wrong = np.flatnonzero((poses.deposit & ~after & ~before) | ((after ^ before) & ~rests))
-    if wrong.size:
-        raise InputError(
-            f"pose {wrong[0]} of run {poses.runs[wrong[0]] + 1} begins or ends a deposit, but is no target with zone 0 "
-            "or is the only pose of its deposit; outputs are switched where the tool rests. Thin the stream again.",
-            pose=int(wrong[0]),
-        )
+    target: int
+    distance: float
+    from_start: bool
+    output: Output
+    on: bool

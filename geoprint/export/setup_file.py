@@ -37,6 +37,7 @@ class Setup:
         start: (6,) joints at the first target [rad].
         aloft: (6,) joints at the first target of the dry run [rad].
         extent: (2, 3) lowest and highest coordinates of the part in its own frame [mm].
+        frame: as `Orders` [mm]; None where no program reads it.
     """
 
     cell: Cell
@@ -45,6 +46,7 @@ class Setup:
     start: FloatArray
     aloft: FloatArray
     extent: FloatArray
+    frame: float | None = None
 
 
 def setup_file(setup: Setup) -> bytes:

@@ -14,46 +14,20 @@ ramps too. How exactly a controller switches near a stop is to be measured on it
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import pairwise
-from typing import Literal, TypeAlias, final
 
 import numpy as np
 
 from geoprint.errors import UsageError
-from geoprint.export.orders import Orders
-from geoprint.model import FloatArray, Signals, comparable
+from geoprint.export.orders import Event, Orders, Output, TipsAt
+from geoprint.model import FloatArray, Signals
 from geoprint.motion.timing import ramp_delay
-
-Output = Literal["dispenser", "uv_lamp", "vacuum"]
-# Tips (k, 3) in the work frame [mm] at (k,) times of the trajectory [s].
-TipsAt: TypeAlias = Callable[[FloatArray], FloatArray]
 
 # A moment nearer than this to that of a target [s] is that of the target: a tenth of what a controller resolves.
 SAME_MOMENT = 1e-4
 # How long after its start, or before its end, the ramp of a run is looked at, and how often [s].
 RAMP_TIME = 0.15
 RAMP_STEP = 0.004
-
-
-@final
-@comparable
-class Event:
-    """An output that switches during the move to a target.
-
-    Attributes:
-        target: index of the target that the move leads to.
-        distance: of the tip from the end of the move, or from its start [mm].
-        from_start: whether the distance counts from the start of the move.
-        output: which one.
-        on: whether it is switched on.
-    """
-
-    target: int
-    distance: float
-    from_start: bool
-    output: Output
-    on: bool
 
 
 def switching_events(orders: Orders, *, signals: Signals, tips_at: TipsAt, speed: float) -> tuple[Event, ...]:

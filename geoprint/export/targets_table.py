@@ -38,6 +38,7 @@ def read_orders(
     aloft: FloatArray,
     extent: FloatArray,
     duration: float,
+    frame: float = np.inf,
 ) -> Orders:
     """Read a targets.csv, and what it says of the poses that it names.
 
@@ -48,6 +49,7 @@ def read_orders(
         aloft: (6,) joints at the first target of the dry run [rad].
         extent: (2, 3) lowest and highest coordinates of the part [mm].
         duration: from home to home [s].
+        frame: as `Orders` [mm].
 
     Raises:
         VerificationError: columns or numbers are not those of such a table, it names poses that do not exist, or lays
@@ -73,6 +75,7 @@ def read_orders(
         aloft_configuration=np.column_stack(whole[7:11]),
         extent=extent,
         duration=duration,
+        frame=frame,
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import field, replace
+from math import radians
 from typing import TypeAlias, final
 
 import numpy as np
@@ -14,6 +15,9 @@ from geoprint.model.print_errors import PrintErrors
 from geoprint.model.process import Flood, GoodPrint, Process, Purge, Signals
 from geoprint.model.table import Cylinder, Hexapod, TablePose, TiltTurn
 from geoprint.model.values import comparable, frozen
+
+# Critical angle of overhang that the paper gives as an example for its silicone [rad].
+PAPER_OVERHANG = radians(30.0)
 
 
 @final
@@ -266,6 +270,8 @@ class Cell:
         purge: where the nozzle is primed, or None where a person does that.
         flood: final exposure of the whole part, or None where there is none.
         material: what the syringe holds, or None where nobody has measured it.
+        overhang: angle of the surface's outward normal from upright beyond which its beads may sag [rad], or None where
+            nobody has stated it.
         good_print: to compare with, or None where nobody has named one.
         search: what the choice of rotation, lean and branch counts.
         errors: how far a print strays from its plan, or None where the cell does not say.
@@ -284,6 +290,7 @@ class Cell:
     purge: Purge | None = None
     flood: Flood | None = None
     material: Material | None = None
+    overhang: float | None = None
     good_print: GoodPrint | None = None
     search: SearchWeights = SearchWeights()
     errors: PrintErrors | None = None
@@ -300,6 +307,20 @@ class Cell:
     def demo_turn(self) -> FloatArray:
         """(3, 3) `demo_rotation`; no turn where nobody states one."""
         return np.eye(3) if self.demo_rotation is None else self.demo_rotation
+
+    @property
+    def critical_overhang(self) -> float:
+        """`overhang` [rad]; where nobody has stated it, the example of the paper."""
+        return PAPER_OVERHANG if self.overhang is None else self.overhang
+
+    @property
+    def shortest_run(self) -> float:
+        """Run that the valve can deposit at the speed of the print [mm].
+
+        A run lasts until the valve has shut, which is told to shut `valve_close` before: a shorter one would be told
+        before anything flows.
+        """
+        return self.process.speed * self.signals.valve_close
 
     def at_speed(self, speed: float) -> Cell:
         """Return the cell with another speed of printing [mm/s]."""

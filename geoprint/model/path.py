@@ -26,9 +26,10 @@ class Toolpath:
         levels: (c,) contour level of each run.
         layers: (c,) layer of each run.
         spacing: distance between neighbouring levels, the least where it differs [mm].
-        dropped_runs: how many were too short to be worth a start, left out: closed ones shorter than one spacing, and
-            what the pattern dropped.
+        dropped_runs: how many were too short to be worth a start, left out: those shorter than one spacing or than the
+            equipment can deposit, and what the pattern dropped.
         dropped_length: their length [mm].
+        dropped_area: what they would have filled, length by width [mm2].
         fillets: (f, 3) corners of runs that were rounded [mm].
         splits: (g, 3) corners at which a run was split, because no arc can round them at speed [mm].
         rows: (k,) row that each of the k points lies on, as the pattern counts them; those of a contour are its level.
@@ -41,6 +42,7 @@ class Toolpath:
     spacing: float
     dropped_runs: int
     dropped_length: float
+    dropped_area: float
     fillets: FloatArray
     splits: FloatArray
     rows: FloatArray

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import radians
 from typing import Literal, final
 
 from geoprint.model.arrays import FloatArray, freeze_arrays
@@ -16,8 +15,6 @@ PASCAL_PER_KPA = 1000.0
 FLOW_SHARES = (0.5, 1.5)
 # Surface farther than the first from every path is a gap, within the second of two stretches an overlap, in spacings.
 GAP_SHARE, OVERLAP_SHARE = 0.55, 0.45
-# From upright, where a cell says nothing else: the angle that the paper names for its silicone [rad].
-CRITICAL_OVERHANG = radians(30.0)
 
 
 @final
@@ -38,7 +35,6 @@ class Process:
         least_flow: of flow that follows the strip, over that of a strip one spacing wide; in (0, 1].
         most_flow: likewise, at least 1.
         layer_pause: how long the arm waits at home between two layers of a stack [s].
-        overhang: critical angle of the surface's outward normal from upright, beyond which a bead may sag [rad].
     """
 
     speed: float
@@ -53,7 +49,6 @@ class Process:
     least_flow: float = FLOW_SHARES[0]
     most_flow: float = FLOW_SHARES[1]
     layer_pause: float = 0.0
-    overhang: float = CRITICAL_OVERHANG
 
     @property
     def flow_shares(self) -> tuple[float, float]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from math import inf
 from pathlib import Path
 from typing import final
 
@@ -29,7 +30,6 @@ from geoprint.export import (
     read_poses_table,
     read_setup,
     read_trajectory_table,
-    switching_events,
 )
 from geoprint.export.rapid import (
     RESIDENT,
@@ -40,25 +40,32 @@ from geoprint.export.rapid import (
     Timeline,
     check_resident,
     check_timeline,
+    check_times,
+    expected_events,
     judge_program,
     program_settings,
     read_task,
     timeline,
 )
-from geoprint.model import FloatArray
+from geoprint.model import FloatArray, PoseStream
 from geoprint.motion.arm import Arm
-from geoprint.motion.timing import tips_at
-from geoprint.pipeline.bundles.contents import RAPID_FOLDER, changes, listed_bundle
+from geoprint.motion.timing.moments import tips_at
+from geoprint.pipeline.bundles.contents import RAPID_FOLDER, changes, foreign, listed, listed_bundle
+from geoprint.pipeline.bundles.figures import bundle_findings, not_derived
 from geoprint.pipeline.bundles.joined import check_joined
-from geoprint.pipeline.bundles.paths import path_findings
+from geoprint.pipeline.bundles.paths import path_findings, stream_of
 from geoprint.pipeline.bundles.proof import read_seen
 from geoprint.pipeline.bundles.repeating import repeat
 from geoprint.pipeline.checking_motion import (
     check_aloft,
     check_bead_speed,
     check_configuration,
+    check_deposited_path,
     check_extent,
+    check_frame,
+    check_joints,
     check_passing,
+    check_poses,
     check_speeds,
     check_zones,
 )
@@ -80,6 +87,8 @@ def check_bundle(folder: Path | str, *, full: bool = False) -> Checked:
         InputError: the folder is no bundle.
     """
     folder = Path(folder)
+    if found := foreign(folder, listed(folder)):
+        return Checked(folder, tuple(found), None, program=False)
     names = listed_bundle(folder)
     if any(name.startswith(f"{PART}1/") for name in names):
         checked = _check_attitudes(folder, list(names))
@@ -90,6 +99,9 @@ def check_bundle(folder: Path | str, *, full: bool = False) -> Checked:
     said = {finding.file for finding in checked.findings}
     changed = [Finding(name, 1, reason) for name, reason in changes(folder, names) if name not in said]
     checked = replace(checked, findings=(*checked.findings, *changed))
+    if not checked.findings:
+        # What is wrong already is not said a second time by the figures that follow from it.
+        checked = replace(checked, findings=tuple(bundle_findings(checked, names)), not_derived=not_derived(names))
     if full and checked.told is not None:
         each = [(one.folder, one.setup, one.orders) for one in checked.attitudes or (checked,)]
         motions = [(place, setup, orders) for place, setup, orders in each if setup and orders]
@@ -196,7 +208,11 @@ class _Checking:
         for table, poses in zip(moved, posed, strict=False):
             with_file("targets.csv", lambda table=table, poses=poses: self._read_orders(setup, table, poses))
             if self.orders is not None:
-                self._check_program(names, setup, self.orders, table)
+                orders = self.orders
+                with_file(
+                    "setup.json",
+                    lambda table=table, orders=orders: self._check_program(names, setup, orders, table),
+                )
 
     def _read_plan(self) -> None:
         self.told = read_record(self._plan / PLAN, PlanRecord)
@@ -215,6 +231,7 @@ class _Checking:
         self.orders = read_orders(
             self._folder / "targets.csv", poses, start=setup.start,
             aloft=setup.aloft, extent=setup.extent, duration=float(table.times[-1]),
+            frame=inf if setup.frame is None else setup.frame,
         )  # fmt: skip
         check_extent(poses, setup.extent)
         check_bead_speed(self.orders, poses, process=setup.cell.process)
@@ -223,7 +240,9 @@ class _Checking:
         arm = Arm(setup.cell.robot, T_flange_tool=setup.cell.tool.T_flange_tool)
         T_base_work = setup.placement.T_base_work
         tips = tips_at(table.times, table.joints, arm, T_base_work=T_base_work)
+        self._collecting("trajectory.csv", lambda: check_joints(table, setup.cell.robot))
         self._collecting("trajectory.csv", lambda: check_passing(orders, tips(orders.times)))
+        self._check_poses(orders, table, tips)
         self._collecting("targets.csv", lambda: check_speeds(orders, tips, table.times, process=setup.cell.process))
         self._collecting("targets.csv", lambda: check_zones(orders, tips))
         modules = tuple(self.modules(names))
@@ -231,7 +250,7 @@ class _Checking:
         self._collecting(
             "targets.csv",
             lambda: wanted.append(
-                switching_events(orders, signals=setup.cell.signals, tips_at=tips, speed=setup.cell.process.speed)
+                expected_events(orders, signals=setup.cell.signals, tips_at=tips, speed=setup.cell.process.speed)
             ),
         )
         judged = [
@@ -249,12 +268,22 @@ class _Checking:
                 self._check_motion(each.proof, setup, orders, table, arm=arm, tips=tips)
                 self.settings = program_settings(modules, runs=int(orders.runs[-1]) + 1)
 
+    def _check_poses(self, orders: Orders, table: TrajectoryTable, tips: TipsAt) -> None:
+        streams: list[PoseStream] = []
+        if (told := self.told) is not None:
+            self._collecting("poses.csv", lambda: streams.append(stream_of(self._folder, told)))
+        for poses in streams:
+            self._collecting("targets.csv", lambda poses=poses: check_poses(orders, poses))
+            self._collecting("trajectory.csv", lambda poses=poses: check_deposited_path(poses, table, tips))
+
     def _check_motion(
         self, proof: Proof, setup: Setup, orders: Orders, table: TrajectoryTable, *, arm: Arm, tips: TipsAt
     ) -> None:
         made, T_base_work = proof.printing, setup.placement.T_base_work
+        self._collecting(RAPID_FOLDER, lambda: check_times(proof.executed))
         self._collecting(RAPID_FOLDER, lambda: check_configuration(made, orders, table, arm, T_base_work))
         self._collecting(RAPID_FOLDER, lambda: check_aloft(made, proof.dry, orders, arm, T_base_work))
+        self._collecting("setup.json", lambda: check_frame(made, orders, table, arm, T_base_work))
         self._collecting("targets.csv", lambda: self._simulate(made, orders, setup, tips))
 
     def _simulate(self, made: Made, orders: Orders, setup: Setup, tips: Callable[[FloatArray], FloatArray]) -> None:

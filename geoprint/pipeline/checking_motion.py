@@ -6,18 +6,20 @@ neither of them was made of.
 
 from __future__ import annotations
 
+from itertools import product
 from typing import NoReturn
 
 import numpy as np
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.errors import VerificationError
 from geoprint.export import Orders, PosesTable, TipsAt, TrajectoryTable
 from geoprint.export.rapid import Made
-from geoprint.model import BoolArray, FloatArray, IntArray, Process
-from geoprint.motion.arm import Arm, configuration_data
-from geoprint.motion.controller import LARGEST_ZONE, LIFT, SMALLEST_SPEED
-from geoprint.motion.timing import joints_at
+from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Process, Robot
+from geoprint.motion.arm import Arm, border_distances, configuration_data
+from geoprint.motion.timing.moments import joints_at
 
 # The trajectory passes the targets to this [mm]: it is written in rows of a millisecond.
 TRAJECTORY_TOLERANCE = 0.01
@@ -25,6 +27,8 @@ TRAJECTORY_TOLERANCE = 0.01
 JOINT_TOLERANCE = 1e-3
 # An angle this near to a multiple of 90 degrees [rad] may count for either quadrant.
 QUADRANT_TOLERANCE = 1e-6
+# Axes 1, 4 and 6, whose quadrants configuration data count.
+AXES = (0, 3, 5)
 # Beside a target that stands outside of a bend, its joints are off the trajectory's by this for each mm [rad/mm].
 JOINTS_PER_MM = 0.03
 # Speeds are written to four digits, half of the last one of 1000 mm/s is [mm/s].
@@ -37,16 +41,24 @@ CORNER_TOLERANCE = 0.02
 _STRETCH = 50_000
 # Moves shorter than this [mm] turn the tool; the tip's speed means nothing there.
 TURN_ON_THE_SPOT = 1e-3
+# A zone of a target on the path cuts its corner by no more than this [mm].
+CUT_CORNER = 0.004
 # Zones and places are written to six decimals [mm].
 ZONE_TOLERANCE = 1e-5
 # A tip that moves less than this [mm] from a millisecond before a target to one after it may rest there.
 RESTING = 0.02
 # Every place that is printed lies in the part's box to this [mm]: corners of paths are rounded by less.
 EXTENT_TOLERANCE = 0.5
+# The largest zone that is asked for, and how much higher the path is driven dry [mm]; the lowest speed [mm/s].
+LARGEST_ZONE, LIFT, SMALLEST_SPEED = 0.3, 20.0, 0.1
 # Over so much of a bead [mm] its speed is looked at, for from pose to pose it varies with the normals of triangles,
 # and so many times the print's it may be.
 BEAD_LENGTH, BEAD_TOLERANCE = 1.0, 1.03
 _MILLISECOND = 1e-3
+# A target stands where its pose is, or its corner passes there, and every deposited pose is passed, to this [mm].
+POSE_TOLERANCE, PASSED_TOLERANCE = 0.01, 0.05
+# By rounding of a trajectory's rows its limits may be exceeded by these shares, and angles by so much [rad].
+SPEED_SHARE, ACCELERATION_SHARE, ANGLE_TOLERANCE = 1e-3, 0.05, 1e-6
 
 
 def check_passing(orders: Orders, passed: FloatArray) -> None:
@@ -65,6 +77,73 @@ def check_passing(orders: Orders, passed: FloatArray) -> None:
             f"allowed are {TRAJECTORY_TOLERANCE} mm",
             line=int(orders.times[target] * 1000) + 2,
         )
+
+
+def check_poses(orders: Orders, poses: PoseStream) -> None:
+    """Check that the targets are poses of poses.csv: where these are, in their runs, and depositing where these do.
+
+    Raises:
+        VerificationError: one is not.
+    """
+    wanted, chosen = np.append(poses.laid, np.False_), orders.poses
+    if chosen[0] != 0 or chosen[-1] != poses.count - 1:
+        raise VerificationError(
+            f"the targets go from pose {chosen[0]} to pose {chosen[-1]}, poses.csv from 0 to {poses.count - 1}", line=2
+        )
+    laid, spans = np.append(0, np.cumsum(wanted)), np.append(np.diff(chosen), 1)
+    deposited = laid[np.append(chosen[1:], chosen[-1] + 1)] - laid[chosen]
+    tips = poses.tips[chosen]
+    misses = np.minimum(*(np.linalg.norm(each - tips, axis=1) for each in (orders.tips, _corner_middles(orders))))
+    for wrong, what in (
+        (deposited != np.where(orders.laid, spans, 0), "material is deposited elsewhere than in poses.csv"),
+        (orders.runs != poses.runs[chosen], "another run than in poses.csv"),
+        (misses > POSE_TOLERANCE, "it neither stands where its pose is nor has a corner that passes there"),
+    ):
+        if wrong.any():
+            row = int(np.argmax(wrong))
+            raise VerificationError(f"target {row + 1}, pose {chosen[row]}: {what}", line=row + 2)
+
+
+def check_deposited_path(poses: PoseStream, table: TrajectoryTable, tips: TipsAt) -> None:
+    """Check that the trajectory leads the tip past every pose that deposits.
+
+    Raises:
+        VerificationError: it misses one.
+    """
+    wanted = poses.tips[poses.deposit]
+    moments = table.times[table.runs >= 0]
+    if not len(wanted) or not moments.size:
+        return
+    passed = [tips(moments[start : start + _STRETCH]) for start in range(0, moments.size, _STRETCH)]
+    misses: FloatArray = np.asarray(cKDTree(np.concatenate(passed)).query(wanted)[0], dtype=np.float64)
+    if misses.max() > PASSED_TOLERANCE:
+        row = int(np.flatnonzero(poses.deposit)[misses.argmax()])
+        raise VerificationError(
+            f"the trajectory misses the pose in row {row + 1} of poses.csv by {misses.max():.3f} mm, allowed are "
+            f"{PASSED_TOLERANCE} mm",
+            line=row + 2,
+        )
+
+
+def check_joints(table: TrajectoryTable, robot: Robot) -> None:
+    """Check that the trajectory goes from home to home within the limits of the joints.
+
+    Raises:
+        VerificationError: it begins or ends elsewhere, or a joint turns too far or fast, or is accelerated too much.
+    """
+    joints, steps = table.joints, np.diff(table.times)[:, None]
+    speeds = np.diff(joints, axis=0) / steps
+    accelerations = np.diff(speeds, axis=0) / steps[1:]
+    low, high = robot.limits.T
+    for share, what in (
+        (np.maximum(low - joints, joints - high) / ANGLE_TOLERANCE, "turns beyond its limits"),
+        (np.abs(speeds) / (robot.speeds * (1.0 + SPEED_SHARE)), "turns faster than it may"),
+        (np.abs(accelerations) / (robot.accelerations * (1.0 + ACCELERATION_SHARE)), "is accelerated more than it may"),
+        (np.abs(joints[[0, -1]] - robot.home) / ANGLE_TOLERANCE, "does not begin and end at home"),
+    ):
+        if share.max(initial=0.0) > 1.0:
+            row, joint = np.unravel_index(int(share.argmax()), share.shape)
+            raise VerificationError(f"axis {int(joint) + 1} {what}", line=int(row) + 2)
 
 
 def _largest_zones(orders: Orders) -> FloatArray:
@@ -150,14 +229,22 @@ def check_bead_speed(orders: Orders, poses: PosesTable, *, process: Process) -> 
 def check_zones(orders: Orders, tips: TipsAt) -> None:
     """Check that each zone is half the distance to the nearer neighbour, at most 0.3 mm, and 0 where the tool stops.
 
-    It stops at both ends of each run, where laying begins or ends, beside turns on the spot, and where the tip rests.
+    Or it is so much smaller that it cuts its corner by no more than 0.004 mm. The tool stops at both ends of each run,
+    where laying begins or ends, beside turns on the spot, and where the tip rests.
 
     Raises:
         VerificationError: one is not.
     """
     largest = _largest_zones(orders)
     resting = np.linalg.norm(tips(orders.times + _MILLISECOND) - tips(orders.times - _MILLISECOND), axis=1) < RESTING
-    kept = (np.abs(orders.zones - largest) <= ZONE_TOLERANCE) | ((orders.zones == 0.0) & resting)
+    along = np.diff(orders.tips, axis=0)
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
+    cutting = largest.copy()
+    bends = np.linalg.norm(np.diff(along, axis=0), axis=1)
+    cutting[1:-1] = np.minimum(largest[1:-1], 4.0 * CUT_CORNER / np.maximum(bends, 1e-9))
+    kept = (orders.zones == 0.0) & resting
+    for each in (largest, cutting):
+        kept |= np.abs(orders.zones - each) <= ZONE_TOLERANCE
     if not kept.all():
         row = int(np.argmin(kept))
         raise VerificationError(
@@ -220,6 +307,36 @@ def check_aloft(made: Made, lifted: Made, orders: Orders, arm: Arm, T_base_work:
     joints: FloatArray = np.unwrap(found, axis=0)
     joints = joints + 2.0 * np.pi * np.rint((orders.aloft - joints[0]) / (2.0 * np.pi))
     _check_data(made, joints, lifted.configurations.astype(np.int64), arm=arm, how="lifted for the dry run, ")
+
+
+def check_frame(made: Made, orders: Orders, table: TrajectoryTable, arm: Arm, T_base_work: FloatArray) -> None:
+    """Check that no target leaves its quadrants where the part lies off by as much as setup.json says it may.
+
+    It is shifted along each axis and turned about each one through its middle, both at once, to either side.
+
+    Raises:
+        VerificationError: one does.
+    """
+    if not np.isfinite(orders.frame):
+        raise VerificationError("setup.json does not say how far the frame may lie off; write the plan again", line=1)
+    low, high = orders.extent
+    centre, turn = transforms.apply(T_base_work, (low + high)[None] / 2.0)[0], orders.frame / np.linalg.norm(high - low)
+    planned = joints_at(table.times, table.joints, orders.times)
+    solutions = arm.solutions(T_base_work @ _frames(made))
+    wound = solutions + 2.0 * np.pi * np.rint((planned[:, None] - solutions) / (2.0 * np.pi))
+    misses = np.abs(wound - planned[:, None]).max(axis=2)
+    branches = np.nanargmin(np.where(np.isnan(misses), np.inf, misses), axis=1)
+    rows, signed = np.arange(made.count), np.vstack([np.eye(3), -np.eye(3)])
+    stands = wound[rows, branches]
+    for shift, axis in product(signed, signed):
+        turned = Rotation.from_rotvec(2.0 * turn * axis).as_matrix()
+        moved = transforms.rigid(turned, centre + orders.frame * shift - turned @ centre)
+        joints = arm.solutions(moved @ T_base_work @ _frames(made))[rows, branches]
+        joints = stands + transforms.wrapped(joints - stands)
+        left = ~(np.abs(joints - stands)[:, AXES] < border_distances(stands) + QUADRANT_TOLERANCE).all(axis=1)
+        if left.any():
+            row = int(np.argmax(left))
+            _refuse(made, row, f"an axis leaves its quadrant where the frame lies {orders.frame:.3g} mm off")
 
 
 def _check_data(made: Made, joints: FloatArray, said: IntArray, *, arm: Arm, how: str) -> None:

@@ -29,7 +29,10 @@ def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
         process = workpiece.cell.process
         place = workpiece.place
         seams = None if place is None else seams_of(place.base, layer=place.number - 1)
-        toolpath = arrange(strokes, surface, speed=process.speed, standoff=process.standoff, seams=seams)
+        toolpath = arrange(
+            strokes, surface, speed=process.speed, standoff=workpiece.standoff, seams=seams,
+            shortest=workpiece.cell.shortest_run,
+        )  # fmt: skip
         stream = pose_stream(toolpath, workpiece, max_tilt_deg=job.max_tilt)
     layers = (Layer(surface, 0 if place is None else place.number - 1, process.layer_height),)
     return Plan(

@@ -17,11 +17,12 @@ from functools import partial
 
 import numpy as np
 
+from geoprint import transforms
 from geoprint.config import Job
 from geoprint.deposition import following_flow
 from geoprint.errors import ClearanceError, FieldError, LimitError, PlanError, ReachError, naming
 from geoprint.export import Orders, TipsAt, orders_of
-from geoprint.export.rapid import Proof, Timeline, check_timeline, proven_program, timeline
+from geoprint.export.rapid import Proof, Timeline, check_timeline, check_times, proven_program, timeline
 from geoprint.model import Cell, Clearance, FloatArray, JointPath, Placement, PoseStream, Program, Trajectory
 from geoprint.motion.arm import Arm, check_load
 from geoprint.motion.collision import ClearanceCheck, runs_hit_by_links
@@ -33,8 +34,8 @@ from geoprint.motion.controller import (
     there_and_back,
     written_path,
 )
-from geoprint.motion.reach import Easing, Leaning, lost_shares, reach
-from geoprint.motion.timing import held_straight, timed_print, tips_at
+from geoprint.motion.reach import Easing, Leaning, frame_room, lost_shares, reach
+from geoprint.motion.timing import held_straight, off_moves, timed_print, tips_at
 from geoprint.pipeline.choice import check_options, check_part, with_backend
 from geoprint.pipeline.expecting import with_print
 from geoprint.pipeline.feeding import printing_at, with_feedback
@@ -249,23 +250,33 @@ def _with_robot(
         dry_found = check(dry, poses=aloft.poses)
         _check_stations(aloft, cell, arm, check=check)
     with stage("program"):
+        written = written_path(joint_path, targets, arm)
+        off = off_moves(trajectory, written, targets, arm)
+        extent = np.stack([workpiece.part.vertices.min(axis=0), workpiece.part.vertices.max(axis=0)])
         orders = orders_of(
-            written_path(joint_path, targets, arm),
+            written,
             targets,
             trajectory,
             placement=placement,
             aloft=aloft.joints[0],
             aloft_configuration=aloft_configuration(aloft, joint_path, targets),
-            extent=np.stack([workpiece.part.vertices.min(axis=0), workpiece.part.vertices.max(axis=0)]),
+            extent=extent,
+            frame=frame_room(
+                np.vstack([written.joints[targets.poses], aloft.joints]),
+                arm,
+                middle=transforms.apply(placement.T_base_work, extent.mean(axis=0)[None])[0],
+                radius=float(np.linalg.norm(extent[1] - extent[0]) / 2.0),
+            ),
         )
         tips = tips_at(trajectory.times, trajectory.joints, arm, T_base_work=placement.T_base_work)
         program, proof = _program(paths, orders, tips, found, placement=placement, arm=arm)
         switching = timeline(proof.printing, orders, signals=cell.signals, tips_at=tips)
         check_timeline(switching)
+        check_times(proof.executed)
         _check_deposit(joint_path.poses, trajectory, switching, paths)
     robot = RobotPlan(
         placement, joint_path, trajectory, targets, path, found, dry_found, orders, program, switching, proof.executed,
-        ceiling,
+        off, ceiling,
     )  # fmt: skip
     return replace(paths, poses=joint_path.poses, robot=(robot,), timings=tuple(stage.timings))
 

@@ -205,6 +205,7 @@ def _robot_files(workpiece: Workpiece, robot: RobotPlan, cell: Cell) -> dict[str
         start=orders.start,
         aloft=orders.aloft,
         extent=orders.extent,
+        frame=orders.frame,
     )
     return {
         "trajectory.csv": trajectory_table(robot.trajectory),

@@ -172,7 +172,7 @@ def pose_stream(
         toolpath,
         workpiece.surface,
         R_base_work=workpiece.upright,
-        standoff=process.standoff,
+        standoff=workpiece.standoff,
         retract=process.retract,
         layer_height=process.layer_height,
         max_tilt=float(np.radians(max_tilt_deg)),
@@ -236,11 +236,11 @@ def scene_at(workpiece: Workpiece, placement: Placement) -> CheckedWorld:
 
 def leaning_of(paths: Plan, placement: Placement, scene: CheckedWorld) -> Leaning:
     """Return how far the nozzle may lean, and what it must not touch where the part stands."""
-    workpiece, cell = paths.workpiece, paths.workpiece.cell
+    cell = paths.workpiece.cell
     room = NozzleRoom(
         cell.tool,
         process=cell.process,
-        standoff=paths.poses.standoff + workpiece.below,
+        standoff=cell.process.standoff,
         scene=scene,
         T_base_work=placement.T_base_work,
     )

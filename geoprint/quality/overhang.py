@@ -55,11 +55,11 @@ def overhang(poses: PoseStream, *, up: FloatArray, critical: float) -> Overhang:
              v g               __/
                                   surface
 
-    It changes linearly along the straight line between two poses, so that the share of a line that overhangs is that
-    of its angles. A line is laid in the attitude of the pose that ends it: a table that tilts does so before.
+    A step from one pose to the next overhangs where it is steeper than the critical angle at either of its ends. It is
+    deposited in the attitude of the pose that ends it: a table that tilts does so before.
 
     Args:
-        poses: p of them; only what is laid counts.
+        poses: p of them; only what is deposited counts.
         up: (3,) unit direction in the work frame that points up, or (p, 3) the one while each pose is printed.
         critical: angle of the material, in (0, pi / 2) [rad].
 
@@ -70,11 +70,8 @@ def overhang(poses: PoseStream, *, up: FloatArray, critical: float) -> Overhang:
     laid = np.flatnonzero(poses.laid)
     ups = np.broadcast_to(up, poses.normals.shape)
     ends = [angles_between(poses.normals[laid + step], ups[laid + 1]) for step in (0, 1)]
-    low, high = np.minimum(*ends), np.maximum(*ends)
     lengths = np.linalg.norm(poses.tips[laid + 1] - poses.tips[laid], axis=1)
-    span = np.where(high > low, high - low, 1.0)
-    shares = np.where(high > low, np.clip((high - critical) / span, 0.0, 1.0), high > critical)
-    length, total = float(lengths @ shares), float(lengths.sum())
+    length, total = float(lengths[np.maximum(*ends) > critical].sum()), float(lengths.sum())
     angles = np.zeros(poses.count)
     for step in (0, 1):
         np.maximum.at(angles, laid + step, ends[step])

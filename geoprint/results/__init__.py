@@ -18,6 +18,7 @@ from geoprint.results.measurement import (
 from geoprint.results.mesh_files import (
     FileInspection as FileInspection,
     Remeshed as Remeshed,
+    VolumeInspection as VolumeInspection,
 )
 from geoprint.results.plan import (
     Fed as Fed,

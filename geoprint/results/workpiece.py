@@ -127,7 +127,12 @@ class StackPlace:
     @property
     def middle(self) -> float:
         """Height over the part at which its paths lie [mm]."""
-        return self.bottom + self.height / 2.0
+        return self.bottom + self.below
+
+    @property
+    def below(self) -> float:
+        """How far its paths lie over what it lies on [mm]: they run in its middle."""
+        return self.height / 2.0
 
 
 @final
@@ -219,7 +224,12 @@ class Workpiece:
     @property
     def below(self) -> float:
         """How far that lies below the paths [mm]."""
-        return 0.0 if self.place is None else self.place.height / 2.0
+        return 0.0 if self.place is None else self.place.below
+
+    @property
+    def standoff(self) -> float:
+        """Height of the tip over the paths on deposit [mm]; the cell's counts from what they are deposited on."""
+        return self.cell.process.standoff - self.below
 
     @property
     def name(self) -> str:

@@ -8,14 +8,15 @@ import numpy as np
 import pytest
 
 from geoprint.account import Checked, record_plan, run_sheet
-from geoprint.account.cautions import notes_of, warnings_of, wide_needle_notes
+from geoprint.account.cautions import details_of, notes_of, warnings_of, wide_needle_notes
 from geoprint.account.records.plan import PlanRecord
 from geoprint.account.records.printed import StandoffRecord
-from geoprint.account.records.robot import BendRecord, RobotRecord
+from geoprint.account.records.robot import BendRecord, QuadrantRecord, RobotRecord
 from geoprint.config import load_cell
 from geoprint.model import Cell, Fluid, Material
 from geoprint.pipeline import check_bundle, save_plan
 from geoprint.results import Plan
+from geoprint.results.workpiece import Patch
 from tests.meshes import plate
 from tests.shared_plans import SharedPlans
 
@@ -53,11 +54,11 @@ def planned(shared_plans: SharedPlans) -> Plan:
 
 
 @pytest.mark.parametrize(
-    ("within", "noted", "warned"),
+    ("within", "detailed", "warned"),
     [(None, 0, 0), (0.149, 0, 0), (0.151, 1, 0), (0.299, 1, 0), (0.301, 0, 1)],
 )
-def test_an_arm_that_hardly_keeps_the_standoff_is_noted_and_one_that_may_scratch_is_warned_of(
-    planned: Plan, within: float | None, noted: int, warned: int
+def test_an_arm_that_hardly_keeps_the_standoff_is_a_detail_and_one_that_may_scratch_is_warned_of(
+    planned: Plan, within: float | None, detailed: int, warned: int
 ) -> None:
     told = record_plan(planned)
     assert told.uniformity is not None
@@ -65,12 +66,58 @@ def test_an_arm_that_hardly_keeps_the_standoff_is_noted_and_one_that_may_scratch
     standoff = StandoffRecord(wanted_mm=0.3, within_mm=within)
     printed = told.uniformity.printed.model_copy(update={"standoff": standoff})
     told = told.model_copy(update={"uniformity": told.uniformity.model_copy(update={"printed": printed})})
-    notes, warnings = (
+    details, notes, warnings = (
         [text for text in said if text.startswith("the arm keeps the stand-off of 0.3 mm within")]
-        for said in (notes_of(planned, told), warnings_of(planned, told))
+        for said in (details_of(planned, told), notes_of(planned, told), warnings_of(planned, told))
     )
-    assert (len(notes), len(warnings)) == (noted, warned)
+    assert (len(details), len(notes), len(warnings)) == (detailed, 0, warned)
     assert not [text for text in warnings_of(replace(planned, robot=()), told) if "keeps the stand-off" in text]
+
+
+@pytest.mark.parametrize(
+    ("standoff", "spacing", "warned", "noted"),
+    # The needle is 0.91 mm wide and beads are 0.5 mm high.
+    [(0.3, 1.0, 0, 0), (0.49, 0.9, 1, 0), (0.5, 0.9, 0, 1), (0.6, 0.9, 0, 1)],
+)
+def test_a_needle_that_ploughs_through_beads_is_warned_of_and_one_that_passes_over_them_is_noted(
+    planned: Plan, standoff: float, spacing: float, warned: int, noted: int
+) -> None:
+    told = record_plan(planned)
+    layers = tuple(layer.model_copy(update={"standoff_mm": standoff}) for layer in told.layers)
+    settings = told.settings.model_copy(update={"spacing_mm": spacing})
+    told = told.model_copy(update={"layers": layers, "settings": settings})
+    found = [
+        [text for text in of(planned, told) if text.startswith("the needle is 0.91 mm wide")]
+        for of in (warnings_of, notes_of, details_of)
+    ]
+    assert [len(each) for each in found] == [warned, noted, 0]
+
+
+def test_borders_of_quadrants_are_noted_where_the_part_will_stand_and_are_a_detail_elsewhere(planned: Plan) -> None:
+    told = record_plan(planned)
+    (robot,) = told.robot
+    near = QuadrantRecord(axis=4, targets_near=2, crossings=0, nearest_deg=0.5, run=0, place_mm=(1.0, 2.0, 3.0))
+    motion = robot.motion.model_copy(update={"quadrants": (near,)})
+    told = told.model_copy(update={"robot": (robot.model_copy(update={"motion": motion}),)})
+    stated = replace(planned, job=planned.job.model_copy(update={"place": None}))
+    found = [
+        [text for text in of(plan, told) if text.startswith("within 1 degree of a border of quadrants on")]
+        for plan in (planned, stated)
+        for of in (warnings_of, notes_of, details_of)
+    ]
+    assert [len(each) for each in found] == [0, 0, 1, 0, 1, 0]
+
+
+def test_a_small_patch_of_a_large_part_is_no_reason_to_doubt_the_unit(planned: Plan) -> None:
+    def doubts(plan: Plan) -> list[str]:
+        return [text for text in warnings_of(plan, record_plan(plan)) if "check the unit" in text]
+
+    part, whole = plate((4.0, 4.0), (2, 2)), plate((40.0, 40.0), (2, 2))
+    small = replace(planned.workpiece, part=part)
+    assert len(doubts(replace(planned, workpiece=small))) == 1
+    patch = Patch(part, planned.workpiece.preparations[0], body=whole, outside="", missed=None, inside=None)
+    assert doubts(replace(planned, workpiece=replace(small, patches=(patch,)))) == []
+    assert len(doubts(replace(planned, workpiece=replace(small, patches=(replace(patch, body=part),))))) == 1
 
 
 def attitude(robot: RobotRecord, *, closer: int, soonest: float) -> RobotRecord:
@@ -123,7 +170,7 @@ def test_what_is_told_of_each_attitude_says_of_which(planned: Plan) -> None:
     told = record_plan(planned)
     straight, bent = (with_bends(told.robot[0], bends) for bends in ((), (TIGHT,)))
     several, alone = (
-        [text for text in notes_of(planned, told.model_copy(update={"robot": robots})) if "tight bend" in text]
+        [text for text in details_of(planned, told.model_copy(update={"robot": robots})) if "tight bend" in text]
         for robots in ((straight, bent), (bent,))
     )
     assert [text[:32] for text in several] == ["attitude 2 of 2: in 1 tight bend"]

@@ -68,8 +68,8 @@ def refused(changes: Mapping[str, object], match: str) -> None:
         ("process.most_flow_share", 3.0, 3.01),
         ("process.layer_pause_s", 86400.0, 86401.0),
         ("process.layer_pause_s", 0.1, 0.0),
-        ("process.overhang_deg", 0.1, 0.0),
-        ("process.overhang_deg", 89.9, 90.0),
+        ("material.overhang_deg", 0.1, 0.0),
+        ("material.overhang_deg", 89.9, 90.0),
         ("nozzle.cone_half_angle_deg", 88.9, 89.0),
         ("signals.valve_open_s", 2.0, 2.01),
         ("signals.valve_close_s", 2.0, 2.01),
@@ -119,10 +119,10 @@ def test_the_cone_is_more_than_a_degree_wide() -> None:
 @pytest.mark.parametrize(
     ("inside", "outside", "complaint"),
     [
-        ({"nozzle.inner_diameter_mm": 1.29}, {"nozzle.inner_diameter_mm": 1.3}, "inner_diameter_mm must be smaller"),
-        ({"nozzle.barrel_diameter_mm": 1.31}, {"nozzle.barrel_diameter_mm": 1.3}, "barrel_diameter_mm must be larger"),
-        # A needle of 25.4 mm, and a cone from 1.3 to 20 mm at 10 degrees: 9.35 / tan(10 degrees) = 53.03 mm.
-        ({"nozzle.barrel_top_mm": 78.5}, {"nozzle.barrel_top_mm": 78.4}, r"are 78\.4 mm long together"),
+        ({"nozzle.inner_diameter_mm": 0.9}, {"nozzle.inner_diameter_mm": 0.91}, "inner_diameter_mm must be smaller"),
+        ({"nozzle.barrel_diameter_mm": 0.92}, {"nozzle.barrel_diameter_mm": 0.91}, "barrel_diameter_mm must be larger"),
+        # A needle of 25.4 mm, and a cone from 0.91 to 20 mm at 10 degrees: 9.545 / tan(10 degrees) = 54.13 mm.
+        ({"nozzle.barrel_top_mm": 79.6}, {"nozzle.barrel_top_mm": 79.5}, r"are 79\.5 mm long together"),
         # 0.5 mm of clearance over a layer of 0.5 mm.
         ({"process.retract_mm": 1.0}, {"process.retract_mm": 0.99}, r"retract_mm is 0\.99, .* layer_height_mm = 1 mm"),
         ({"robot.model": None, "robot.urdf": "own.urdf"}, {"robot.urdf": "own.urdf"}, "give either model"),

@@ -111,13 +111,22 @@ def test_gauged_lines_are_section_times_speed(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ("", "the first row must be"),
-        ("pressure,duration_s,mass_g\n1,1,1\n", "the first row must be .* found `pressure,duration_s,mass_g`"),
+        ("", "is empty, as a table of lines; its first row must name the columns"),
+        (
+            "pressure,duration_s,mass_g\n1,1,1\n",
+            "the first row must name the columns .* found 'pressure,duration_s,mass_g'",
+        ),
         ("pressure_kpa,duration_s,mass_g\n", "must have 1 to"),
-        ("pressure_kpa,duration_s,mass_g\n20,10\n", "row 2: 2 values, but the heading names 3 columns"),
-        ("pressure_kpa,duration_s,mass_g\n20,10,1\n20,10,x\n", "row 3, column mass_g: `x` is not a number above 0"),
-        ("pressure_kpa,duration_s,mass_g\n20,-1,1\n", "row 2, column duration_s: `-1`"),
-        ("pressure_kpa,duration_s,mass_g\nnan,1,1\n", "row 2, column pressure_kpa: `nan`"),
+        (
+            "pressure_kpa,duration_s,mass_g\n20,10\n",
+            "line 2: found 2 cells parted by commas, but the header names 3 columns",
+        ),
+        ("pressure_kpa,duration_s,mass_g\n20,10,1\n20,10,x\n", "line 3, column mass_g: found 'x', needed is a number"),
+        (
+            "pressure_kpa,duration_s,mass_g\n20,-1,1\n",
+            "line 2, column duration_s: found -1, needed is a number above 0",
+        ),
+        ("pressure_kpa,duration_s,mass_g\nnan,1,1\n", "line 2, column pressure_kpa: found 'nan'"),
     ],
 )
 def test_a_table_that_is_none_is_refused_by_row_and_column(tmp_path: Path, text: str, complaint: str) -> None:
@@ -129,7 +138,7 @@ def test_a_missing_or_binary_table_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="cannot be read as a table"):
         read_measured_flow(tmp_path / "none.csv", density=1.1)
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00\x9f")
-    with pytest.raises(InputError, match="cannot be read as a table"):
+    with pytest.raises(InputError, match="line 1: the first row must name the columns"):
         read_measured_flow(tmp_path / "binary.csv", density=1.1)
     mkfifo(tmp_path / "pipe.csv")
     with pytest.raises(InputError, match="is no plain file"):

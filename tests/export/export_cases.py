@@ -8,8 +8,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.export.orders import Orders, orders_of
-from geoprint.export.switching import Event, TipsAt, switching_events
+from geoprint.export.ordering import orders_of
+from geoprint.export.orders import Event, Orders, TipsAt
+from geoprint.export.switching import switching_events
 from geoprint.model import (
     BoolArray,
     Cell,

@@ -238,6 +238,15 @@ def test_lags_that_are_not_those_of_the_cell_are_seen_in_the_material() -> None:
         check_timeline(simulated(signals(uv_tail=0.08), real=signals(uv_tail=-0.12)))
 
 
+@pytest.mark.parametrize(("lag", "real"), [("uv_lead", 0.02), ("uv_tail", 0.02)])
+def test_a_lamp_that_is_dark_where_material_flows_or_in_its_lead_or_tail_is_seen(lag: str, real: float) -> None:
+    found = simulated(signals(), real=signals(**{lag: real}))
+    assert found.lamp_dark == pytest.approx(real, abs=1e-3)
+    with pytest.raises(VerificationError, match=r"the lamp is dark for 0\.0\d\d s while material flows"):
+        check_timeline(found)
+    assert simulated(signals(**{lag: real})).lamp_dark < 1e-3
+
+
 @pytest.mark.parametrize(
     ("lags", "reason"),
     [

@@ -209,6 +209,14 @@ EDITS: list[tuple[str, Callable[[str], str], str, str]] = [
     ("targets.csv", lambda text: "\n".join([*text.split("\n")[:9], ""]), "targets.csv", "after the last target"),
     ("setup.json", lambda text: text.replace('"valve_close": 0.08', '"valve_close": 9'), "setup.json", "hash"),
     ("setup.json", lambda text: text.replace('"valve_open": 0.05', '"valve_open": 9'), "targets.csv", "valve_open_s"),
+    (
+        "setup.json", lambda text: re.sub(r'"frame": [0-9.e-]+', '"frame": 90.0', text), "rapid/GeoPrint.mod",
+        "an axis leaves its quadrant where the frame lies 90 mm off",
+    ),
+    (
+        "setup.json", lambda text: re.sub(r'"frame": [0-9.e-]+', '"frame": null', text), "setup.json",
+        "does not say how far the frame may lie off",
+    ),
     ("setup.json", lambda _: "[" * 100_000, "setup.json", "no description"),
     ("plan.json", lambda _: "[" * 100_000, "plan.json", "cannot be read"),
 ]  # fmt: skip
@@ -241,8 +249,9 @@ def test_speeds_that_targets_and_cell_agree_on_but_the_trajectory_has_not_are_na
     cell = copy / "rapid" / "GeoCell.mod"
     cell.write_text(scaled(cell.read_text(), pattern=r"(speeddata vGeo\d+:=\[)([\d.]+)", by=by))
     found = [finding for finding in check_bundle(copy).findings if "hash" not in finding.reason]
-    assert [finding.file for finding in found] == ["targets.csv"]
+    assert [finding.file for finding in found] == ["targets.csv", "rapid/GeoPrint.mod"]
     assert re.search(r"target \d+ is reached at [\d.]+ mm/s, by trajectory\.csv", found[0].reason)
+    assert "a move takes" in found[1].reason
     assert rows[found[0].line - 1][5] != changed[found[0].line - 1][5]
 
 

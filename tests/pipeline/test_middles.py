@@ -62,7 +62,7 @@ def test_the_better_middle_is_taken_and_both_are_told(tmp_path: Path) -> None:
     assert best.job.middle is None
     told = record_plan(best)
     assert [each.middle for each in told.middles] == ["fitted", "plain"]
-    (note,) = (note for note in told.notes if "fronts meet" in note)
+    (note,) = (note for note in told.details if "fronts meet" in note)
     assert "contours are fitted; area missed + covered twice: 0.0% + 0.0% in 5 runs" in note
     assert "in 4 runs if plain (`--middle plain`)" in note
 

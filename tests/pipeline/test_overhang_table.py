@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 
 from geoprint import compare, job_of, plan
-from geoprint.account.comparison_summary import tell_comparison
+from geoprint.account import outcome_text, record_plan, tell_comparison
 from geoprint.account.prints.overhang import overhang_rows, record_overhang, table_sentences, table_text
 from geoprint.account.records.comparison import PartRecord, PlannedRecord
+from geoprint.account.texts.comparison import comparison_table
 from geoprint.config import TILTING_CELL, packaged_cell_text
 from geoprint.guide import pages
 from geoprint.quality import overhang
@@ -98,6 +99,29 @@ def test_a_row_of_the_report_stands_only_where_the_cell_has_a_table(over_tilt_tu
     assert table is not None
     left = f"nothing over the tilt-turn table in {len(table.attitudes)} attitudes"
     assert table_sentences(rows) == [f"Overhang: {found[1].length_mm:.0f} mm at rest with heat and {left}."]
+
+
+def test_overhang_is_stated_where_the_material_has_its_angle_and_a_detail_where_not(cap: Path, tmp_path: Path) -> None:
+    cell = tmp_path / "cell.toml"
+    cell.write_text(f"{packaged_cell_text('irb120-bent45')}\n[material]\noverhang_deg = 45\n")
+    # Rings of a cap of 63 degrees, some of which lie between 30 and 45.
+    job = job_of(surface=cap, unit="mm", spacing=3.0, backend="heat", robot=False)
+    assumed, stated = (compare(each, backends=["heat"]) for each in (job, job.model_copy(update={"cell": cell})))
+    records = [record_overhang(each.planned[0][1].plan) for each in (assumed, stated)]
+    assert [(one.critical_deg, one.assumed) for one in records] == [(pytest.approx(30.0), True), (45.0, False)]
+    assert records[0].length_mm > records[1].length_mm > 0.0
+    for found, record in zip((assumed, stated), records, strict=True):
+        line = f"{record.share:.1%} of the deposit"
+        plan_json, told = record_plan(found.planned[0][1].plan), tell_comparison([found])
+        assert (line in outcome_text(plan_json)) is not record.assumed
+        assert ("overhang" in comparison_table(told)) is not record.assumed
+        # Asked for, it is there, and says what was assumed.
+        assert line in outcome_text(plan_json, verbose=True)
+        assert ("assumed: [material] states no overhang_deg" in outcome_text(plan_json, verbose=True)) is record.assumed
+        assert f"{record.share:.1%}" in comparison_table(told, verbose=True)
+        assert all("overhang" not in text for text in (*plan_json.warnings, *plan_json.notes))
+        deposit, _ = overhang_rows([PlannedRecord.model_construct(backend="heat", overhang=record)])
+        assert deposit.values == (f"{record.share:.1%}, {record.length_mm:.0f} mm",)
 
 
 def test_compare_says_what_a_hexapod_leaves_with_each_backend(over_hexapod: Comparison) -> None:

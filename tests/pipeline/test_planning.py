@@ -272,8 +272,8 @@ def test_a_wall_beside_the_part_is_hit_upright_and_the_refusal_names_run_place_a
 
 @pytest.mark.parametrize(
     ("spacing", "max_tilt", "cap"),
-    # Leaning by 8.85 degrees lowers the rim of a needle 1.3 mm wide by 0.1 mm, by 26.3 degrees 0.288 mm.
-    [(1.0, 15.0, 8.850), (1.0, 5.0, 5.0), (2.88, 30.0, 26.30), (1.0, 0.0, None)],
+    # Leaning by 12.7 degrees lowers the rim of a needle 0.91 mm wide by 0.1 mm, by 26.07 degrees 0.2 mm.
+    [(1.0, 15.0, 12.696), (1.0, 5.0, 5.0), (2.0, 30.0, 26.074), (1.0, 0.0, None)],
 )
 def test_the_joints_are_eased_within_a_tenth_of_the_spacing_under_the_rim(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, spacing: float, max_tilt: float, cap: float | None
@@ -343,7 +343,7 @@ def test_a_wall_beside_the_part_is_passed_by_a_nozzle_that_may_lean(tmp_path: Pa
 def test_a_part_out_of_reach_is_refused_with_run_place_and_next_step(tmp_path: Path) -> None:
     part = saved(tmp_path, plate((12.0, 9.0), (6, 4)))
     cell = tmp_path / "far.toml"
-    text = packaged_cell_text("irb120-bent45").replace("[300, 0, 50]", "[900, 0, 50]")
+    text = packaged_cell_text("irb120-bent45").replace("[212, 212, 50]", "[900, 0, 50]")
     # The cell says how the plate is turned, so that no other orientation is tried.
     cell.write_text(text.replace("# demo_rpy_deg", "demo_rpy_deg"))
     with pytest.raises(ReachError, match=r"run \d+ at \(.*move"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -58,10 +59,13 @@ class Chain:
 @pytest.fixture(scope="module")
 def bowl(tmp_path_factory: pytest.TempPathFactory) -> Plan:
     """A hollow of 0.8 mm radius: the rim of a needle 1.3 mm wide has no room in it, that of a thin one has."""
-    path = tmp_path_factory.mktemp("bowl") / "bowl.ply"
+    folder = tmp_path_factory.mktemp("bowl")
+    path, cell = folder / "bowl.ply", folder / "cell.toml"
     cap = spherical_cap(radius=0.8, angle=1.0, rings=6)
     save_ply(cap, path)
-    job = job_of(surface=path, unit="mm", spacing=0.2, place="demo", flip=True)
+    wide = re.sub(r"(?m)^outer_diameter_mm = .*", "outer_diameter_mm = 1.3", packaged_cell_text("irb120-bent45"))
+    cell.write_text(re.sub(r"(?m)^inner_diameter_mm = .*", "inner_diameter_mm = 0.84", wide))
+    job = job_of(surface=path, unit="mm", spacing=0.2, place="demo", flip=True, cell=cell)
     stage = Stages(lambda _: None)
     return cover(job, prepare_workpiece(job, stage, backends=["heat"]), stage)
 

@@ -6,6 +6,7 @@ But for the last test they import of the pipeline only what starts and ends them
 from __future__ import annotations
 
 import platform
+import signal
 import subprocess
 import sys
 import time
@@ -115,6 +116,28 @@ def test_who_is_killed_leaves_no_process_behind(tmp_path: Path, module: str, poo
         while _runs(worker) and time.monotonic() < ends:
             time.sleep(0.1)
     assert not _runs(worker)
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="only Linux tells by a file whether a process is there")
+@pytest.mark.parametrize(
+    ("module", "pool", "arguments"), [("layer_by_layer", "layer_processes", ""), ("beside", "beside", "1")]
+)
+def test_who_is_stopped_ends_its_processes_whatever_they_do(
+    tmp_path: Path, module: str, pool: str, arguments: str
+) -> None:
+    script = tmp_path / "forsaken.py"
+    script.write_text(ALONE + FORSAKEN.format(module=module, pool=pool, arguments=arguments))
+    with subprocess.Popen(
+        [sys.executable, script], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    ) as started:
+        assert started.stdout is not None
+        worker = Path("/proc", started.stdout.readline().strip())
+        # It alone hears of it, as where a program asks it to stop.
+        started.send_signal(signal.SIGINT)
+        began = time.monotonic()
+        started.wait(timeout=60.0)
+        assert time.monotonic() - began < 5.0
+        assert not _runs(worker)
 
 
 # Stopped at the keyboard as soon as its process is started, before that could have imported anything.

@@ -15,17 +15,21 @@ import numpy as np
 import pytest
 
 from geoprint.account import StackRecord, check_summary, check_text, outcome_text, record_plan, stack_text
+from geoprint.account.records.plan import PlanRecord
+from geoprint.account.records.rounding import read_record
 from geoprint.account.records.stack import StackedLayerRecord
 from geoprint.config import Job, job_of, load_cell, packaged_cell_text
 from geoprint.errors import FieldError, GeoprintError, ResourceError, UsageError, VerificationError
+from geoprint.export import read_setup
 from geoprint.model import Surface
 from geoprint.pipeline import check_bundle, check_folder, compare, plan, plan_stack, record_seen
+from geoprint.pipeline.bundles.paths import stream_of
 from geoprint.pipeline.folders.stack_program import own_programs, stack_program
 from geoprint.pipeline.stacked.simulating import stacked_layer
 from geoprint.pipeline.stacks import stacking
 from geoprint.results import Plan
 from geoprint.surfaces import closest, face_areas
-from geoprint.surfaces.files import save_ply
+from geoprint.surfaces.files import load, save_ply
 from tests.meshes import plate, sphere, spherical_cap
 from tests.pipeline.layers_here import planning_here
 
@@ -176,6 +180,27 @@ def test_a_stack_is_written_whole_and_each_layer_checks(device: tuple[Path, Stac
     assert told.layers[0].not_checked[0] in stack_text(told, verbose=True)
     (upper,) = (layer.model_copy(update={"warnings": ("mind this",)}) for layer in told.layers[1:])
     assert "warning: layer 2: mind this" in stack_text(told.model_copy(update={"layers": (told.layers[0], upper)}))
+
+
+def test_setup_plan_and_program_of_each_layer_state_the_stand_off_of_the_cell(device: tuple[Path, StackRecord]) -> None:
+    folder, told = device
+    for layer in told.layers:
+        place = folder / layer.folder
+        stated = read_record(place / "plan.json", PlanRecord)
+        setup = read_setup(place / "setup.json")
+        process = setup.cell.process
+        assert (process.standoff, process.layer_height) == (0.3, 0.5)
+        assert (stated.settings.standoff_mm, stated.layers[0].standoff_mm) == (0.3, 0.3)
+        # The frame may shift by a tenth of that, and by less where an axis is near a border of its quadrants.
+        (shift,) = re.findall(r"nGeoShift:=(.*);", (place / "rapid" / "GeoCell.mod").read_text(encoding="ascii"))
+        assert setup.frame is not None
+        assert float(shift) == pytest.approx(min(0.03, setup.frame), rel=1e-3)
+        # The tip is as far over the middle of the layer as the stand-off is more than half its height.
+        poses = stream_of(place, stated)
+        assert poses.standoff == pytest.approx(0.05)
+        assert closest(load(place / "surface.ply", unit="mm"), poses.tips[poses.deposit])[1].mean() == pytest.approx(
+            0.05, abs=2e-3
+        )
 
 
 def test_a_stack_has_one_program_that_was_executed(device: tuple[Path, StackRecord]) -> None:

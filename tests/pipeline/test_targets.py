@@ -84,10 +84,10 @@ def test_a_feather_rises_from_the_rim(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("rows", "reason"),
     [
-        (("0,0,0,-1",), r"row 2, column thickness: found -1 mm, needed is 0 or more"),
-        (("0,0,0,1", "# the same", "0,0,0,2"), r"row 4: this place is in the table twice"),
+        (("0,0,0,-1",), r"line 2, column thickness: found -1 mm, needed is 0 or more"),
+        (("0,0,0,1", "# the same", "0,0,0,2"), r"line 4: this place is in the table twice"),
         ((), "names columns but holds no place"),
-        (("0,0,0",), r"row 2: found 3 numbers, needed are 4"),
+        (("0,0,0",), r"line 2: found 3 cells parted by commas, but the header names 4 columns"),
         (("0,0,0,thick",), "column thickness: found 'thick'"),
     ],
 )

@@ -34,13 +34,17 @@ def test_rows_of_a_cap_overhang_from_the_critical_angle_on() -> None:
     assert np.degrees(found.angles) == pytest.approx([85.0, 60.0, 30.1])
 
 
-def test_a_meridian_overhangs_over_the_share_of_its_angles() -> None:
-    # From the pole to 70 degrees, five poses: 30 degrees lie between two of them.
+def test_a_step_of_a_meridian_overhangs_where_either_of_its_ends_does() -> None:
+    # From the pole to 70 degrees, four steps between 0, 17.5, 35, 52.5 and 70 degrees: all but the first end beyond 30.
     polars = np.radians(np.linspace(0.0, 70.0, 5))
     normals = np.column_stack([np.sin(polars), np.zeros(5), np.cos(polars)])
     stream = deposited([30.0 * normals], [0])
-    found = overhang(replace(stream, normals=normals, tips=30.3 * normals), up=Z, critical=CRITICAL)
-    assert found.share == pytest.approx(40.0 / 70.0)
+    meridian = replace(stream, normals=normals, tips=30.3 * normals)
+    up, down = (overhang(each, up=Z, critical=CRITICAL) for each in (meridian, meridian.taken(np.arange(5)[::-1])))
+    assert (up.share, down.share) == pytest.approx((3.0 / 4.0, 3.0 / 4.0))
+    assert up.length == pytest.approx(3 * 2.0 * 30.3 * np.sin(np.radians(17.5 / 2.0)))
+    shares = [overhang(meridian, up=Z, critical=float(np.radians(angle))).share for angle in (52.4, 52.6)]
+    assert shares == pytest.approx([2.0 / 4.0, 1.0 / 4.0])
 
 
 def test_a_part_that_is_turned_overhangs_by_the_turn_alone() -> None:

@@ -1,4 +1,8 @@
-"""What is said of overhang: as files tell it, in a line, and in the rows of a report."""
+"""What is said of overhang: as files record it, in a line, and in the rows of a report.
+
+Where the cell's [material] states no critical angle it is a detail, in the report and with --verbose; a table that
+tilts by it is always stated.
+"""
 
 from __future__ import annotations
 
@@ -13,14 +17,18 @@ from geoprint.quality import overhang
 from geoprint.report import Row
 from geoprint.results import Plan, Tilting
 
+# Behind a critical angle that nobody has stated.
+ASSUMED = " (assumed: [material] states no overhang_deg)"
+
 
 def record_overhang(plan: Plan) -> OverhangRecord:
     """Return what of a plan overhangs as its part stands; without a placement, with its mean normal up."""
     poses, workpiece = plan.poses, plan.workpiece
     # The base's z axis is up, and so is the row of the rotation that makes it.
-    found = overhang(poses, up=workpiece.upright[2], critical=workpiece.cell.process.overhang)
+    found = overhang(poses, up=workpiece.upright[2], critical=workpiece.cell.critical_overhang)
     return OverhangRecord(
         critical_deg=float(np.degrees(found.critical)),
+        assumed=workpiece.cell.overhang is None,
         share=found.share,
         length_mm=found.length,
         largest_deg=float(np.degrees(found.largest)),
@@ -59,16 +67,20 @@ def _table(found: Tilting) -> TableRecord:
     )
 
 
-def overhang_text(told: OverhangRecord) -> str:
-    """Return the line on how much overhangs and where most, or that nothing does."""
-    if not told.worst_places:
-        return f"overhang: none beyond {told.critical_deg:g} degrees, the steepest bead at {told.largest_deg:.0f}"
-    worst = told.worst_places[0]
-    place = ", ".join(f"{mm:.1f}" for mm in worst.place_mm)
-    return (
-        f"overhang: {told.share:.1%} of the deposit, {told.length_mm:.0f} mm, beyond {told.critical_deg:g} degrees "
-        f"from upright; {worst.angle_deg:.0f} degrees in run {worst.run + 1} at ({place})"
-    )
+def overhang_lines(record: OverhangRecord, *, verbose: bool) -> list[str]:
+    """Return the lines on how much overhangs and where most, and on the attitudes of a table that tilts."""
+    if not (record.stated or verbose):
+        return []
+    critical = f"{record.critical_deg:g} degrees{ASSUMED if record.assumed else ''}"
+    text = f"overhang: none beyond {critical}, the steepest bead at {record.largest_deg:.0f}"
+    if record.worst_places:
+        worst = record.worst_places[0]
+        place = ", ".join(f"{mm:.1f}" for mm in worst.place_mm)
+        text = (
+            f"overhang: {record.share:.1%} of the deposit, {record.length_mm:.0f} mm, beyond {critical} "
+            f"from upright; {worst.angle_deg:.0f} degrees in run {worst.run + 1} at ({place})"
+        )
+    return [text] if record.table is None else [text, table_text(record.table)]
 
 
 def table_text(told: TableRecord) -> str:
@@ -110,7 +122,8 @@ def overhang_rows(rows: Sequence[PlannedRecord]) -> list[Row]:
     told = [row.overhang for row in rows if row.overhang is not None]
     if not told:
         return []
-    meaning = f"outward normal farther than {told[0].critical_deg:g} degrees from upright, as the part stands"
+    critical = f"{told[0].critical_deg:g} degrees{ASSUMED if told[0].assumed else ''}"
+    meaning = f"outward normal farther than {critical} from upright, as the part stands"
     found = [
         _row(rows, "deposit that overhangs", meaning, lambda one: f"{one.share:.1%}, {one.length_mm:.0f} mm"),
         _row(rows, "steepest bead [degrees]", "0 on level ground, 90 on a wall", lambda one: f"{one.largest_deg:.1f}"),

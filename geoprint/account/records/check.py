@@ -79,6 +79,9 @@ class CheckRecord(Record):
         default=None, description="lowest and highest x, y, z of the tip, in base coordinates [mm]"
     )
     repeated: RepeatedRecord | None = Field(default=None, description="left out without `--full`")
+    not_derived: tuple[str, ...] = Field(
+        default=(), description="files that nothing is held against: pictures but for their hash, and timings.json"
+    )
     evidence: EvidenceRecord | None = Field(default=None, description="as in plan.json; left out without a program")
     seen: tuple[SeenRecord, ...] = Field(default=(), description="by people, of this program or another one")
     attitudes: tuple[CheckRecord, ...] = Field(
@@ -115,3 +118,6 @@ class CheckedComparisonRecord(Record):
         default=None, description="of a stack's program; left out where it was not read back"
     )
     seen: tuple[SeenRecord, ...] = Field(default=(), description="by people, of the stack's program or another one")
+    stacks: tuple[CheckedComparisonRecord, ...] = Field(
+        default=(), description="each of several stacks that were compared; then there are no bundles"
+    )

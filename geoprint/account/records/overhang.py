@@ -58,8 +58,16 @@ class OverhangRecord(Record):
     critical_deg: Rounded = Field(
         description="of the outward normal from upright, beyond which a bead may sag [degrees]"
     )
+    assumed: bool = Field(
+        default=False, description="whether that is the paper's example, because the cell's [material] states none"
+    )
     share: Rounded = Field(description="of the deposited length that overhangs")
     length_mm: Rounded = Field(description="deposited length that overhangs [mm]")
     largest_deg: Rounded = Field(description="angle of all that is deposited [degrees]")
     worst_places: tuple[OverhangPlaceRecord, ...] = Field(description="at most five, the worst first, a stretch each")
     table: TableRecord | None = Field(default=None, description="that tilts the part, where the cell has one")
+
+    @property
+    def stated(self) -> bool:
+        """Whether it is more than a detail: the material has an angle, or a table tilts the part by it."""
+        return self.table is not None or not self.assumed

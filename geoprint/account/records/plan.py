@@ -61,7 +61,7 @@ class SettingsRecord(create_model("AskedRecord", __base__=Record, **_asked())):
     cell: str = Field(description="name of the cell")
     speed_mm_s: float = Field(description="at which it prints [mm/s]")
     travel_speed_mm_s: float = Field(description="of the tip on travel [mm/s]")
-    standoff_mm: float = Field(description="of the tip from the surface [mm]")
+    standoff_mm: float = Field(description="of the tip over what the layer lies on [mm]")
     clearance_mm: float = Field(description="that the tool keeps [mm]")
     retract_mm: float = Field(description="height of travel above the surface [mm]")
     layer_height_mm: float = Field(description="of the layer [mm]")
@@ -128,9 +128,10 @@ class PathsRecord(Record):
     corners_split_mm: tuple[Place, ...] = Field(description="where [mm]")
     fragments: Count = Field(description="runs shorter than five spacings, little more than a start and a stop")
     dropped_runs: Count = Field(
-        description="too short to be worth a start: closed ones shorter than one spacing, fibres than three"
+        description="too short to be worth a start: shorter than one spacing or than the valve needs, fibres than three"
     )
     dropped_mm: Rounded = Field(description="their length in all [mm]")
+    dropped_mm2: Rounded = Field(description="what they would have filled, length by width [mm2]")
     widths_mm: tuple[Rounded, Rounded] | None = Field(
         default=None, description="least and most that is wanted; left out where paths are one spacing wide [mm]"
     )
@@ -264,7 +265,7 @@ class TimingsRecord(Record):
 class PlanRecord(Record):
     """The content of plan.json; what varies from run to run stands in timings.json."""
 
-    layout: Literal[8] = Field(alias="schema", description="version of this layout")
+    layout: Literal[9] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     input: InputRecord = Field(description="file of the part")
     settings: SettingsRecord = Field(description="what was asked for, and with which cell")
@@ -288,4 +289,5 @@ class PlanRecord(Record):
     )
     not_printable: str | None = Field(default=None, description="why the robot cannot print what was compared")
     warnings: tuple[str, ...] = Field(description="what a person should act on")
-    notes: tuple[str, ...] = Field(default=(), description="what else a person may want to know")
+    notes: tuple[str, ...] = Field(default=(), description="what a person wants to know before printing")
+    details: tuple[str, ...] = Field(default=(), description="what is as it should be, and how it came to be so")

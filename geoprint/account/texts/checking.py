@@ -5,7 +5,7 @@ from __future__ import annotations
 from geoprint.account.checked import Checked, CheckedComparison, Finding
 from geoprint.account.metrics import THICKNESS
 from geoprint.account.records.rounding import how_many
-from geoprint.account.texts.run_sheet import entry, repeated_texts, run_sheet
+from geoprint.account.texts.run_sheet import entry, repeated_texts, run_sheet, underived_texts
 from geoprint.account.texts.stack_sheet import stack_sheet
 
 
@@ -40,6 +40,7 @@ def _paths(checked: Checked, *, width: int | None) -> str:
         ),
         ("checked", ["files as they were written, paths on their surface, as many and as long as plan.json says"]),
         ("checked again", repeated_texts(checked)),
+        ("not derived", underived_texts(checked)),
     ):
         lines += entry(label, texts, width=width) if texts else []
     return "\n".join(lines)
@@ -50,6 +51,10 @@ def _comparison(checked: CheckedComparison, *, width: int | None) -> str:
 
     A stack in which nothing is wrong has its run sheet below.
     """
+    if checked.stacks:
+        head = f"COMPARISON  {checked.folder.name}: {len(checked.stacks)} stacks"
+        pages = [page for _, stack in checked.stacks for page in ("", _comparison(stack, width=width))]
+        return "\n".join([head, "", *(f"  {_line(one)}" for one in checked.own), *pages])
     longest = max((len(name) for name, _ in checked.bundles), default=0)
     count = len(checked.bundles)
     stack = checked.stack

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import final
 
-from geoprint.account.cautions import coverage_warnings, said_once
+from geoprint.account.cautions import coverage_warnings, evener_backends, said_once
 from geoprint.account.metrics import COVERED_ONCE, FOLLOWING, GAP, HOLE, OFF, OVERLAP, THICKNESS
 from geoprint.account.prints.expected import expected_text
 from geoprint.account.records.comparison import FailedRecord, PartRecord, PlannedRecord, RefusedRecord, ToldComparison
 from geoprint.account.records.plan import PlanRecord
 from geoprint.account.texts.marks import marked_lines
 from geoprint.account.texts.tables import GAP as SEAM, Cells, fitting, grid, left_out, line_width
+from geoprint.account.verdict import middle_sentences
 
 # What the columns show, and how much each matters: where the terminal is narrow, the highest numbers go first.
 METRICS = (THICKNESS, FOLLOWING, COVERED_ONCE, GAP, OVERLAP, HOLE, OFF)
@@ -54,22 +55,26 @@ def comparison_table(told: ToldComparison, *, width: int | None = None, verbose:
     parts = told.record.parts
     several = len(parts) > 1
     rows = [_Rows(part.part, tuple(_cells(part, took))) for part, took in zip(parts, told.seconds, strict=True)]
+    planned = [row for part in parts if isinstance(part, PartRecord) for row in part.planned]
+    # What overhangs by an angle that nobody has stated is a detail.
+    stated = verbose or any(row.overhang is not None and row.overhang.stated for row in planned)
+    columns = [name for name in COLUMNS if stated or name != "overhang"]
     said: list[str] = []
     for part in parts:
         said += (
             [*_decision(part), *(f"{part.part}: {reason}" for reason in _reasons(part))] if several else _words(part)
         )
-    return "\n".join([_title(parts), "", *_table(rows, width=width), "", *said, *_mind(told, verbose=verbose)])
+    table = _table(rows, width=width, columns=columns)
+    return "\n".join([_title(parts), "", *table, "", *said, *_mind(told, verbose=verbose)])
 
 
-def _table(parts: Sequence[_Rows], *, width: int | None) -> Iterator[str]:
-    """Return the lines of the table, with as many columns as fit."""
+def _table(parts: Sequence[_Rows], *, width: int | None, columns: Sequence[str]) -> Iterator[str]:
+    """Return the lines of the table, with as many of the columns as fit."""
     if width is not None and width < NARROWEST_TABLE:
         yield from _lines(parts)
         return
     several = len(parts) > 1
     beside = [{"part": part.part, **cells} for part in parts for cells in part.cells]
-    columns = [*COLUMNS]
     names = ["part", *columns] if several else columns
     if width is None or line_width(names, beside) <= width:
         yield from grid(names, [beside], left=LEFT_ALIGNED)
@@ -149,20 +154,26 @@ def _reasons(part: PartRecord | FailedRecord) -> list[str]:
 
 
 def _mind(told: ToldComparison, *, verbose: bool) -> list[str]:
-    """Return what to mind of all parts: warnings, and what was not checked; notes stand in each plan.json."""
-    several = len(told.plans) > 1
-    warnings: list[str] = []
-    for part, plans in zip(told.record.parts, told.plans, strict=True):
-        # What the paths cover stands in the verdict.
-        sentences = said_once(
-            {
-                name: [text for text in plan.warnings if text not in coverage_warnings(plan)]
-                for name, plan in plans.items()
-            }
-        )
-        warnings += [f"{part.part}: {text}" if several and part.part not in text else text for text in sentences]
+    """Return what to mind of all parts, by weight; what of it the verdict or the table says is left out."""
+    warnings = _of_all(told, lambda plan: [text for text in plan.warnings if text not in coverage_warnings(plan)])
+    notes = _of_all(told, lambda plan: [text for text in plan.notes if text not in evener_backends(plan)])
+    details = _of_all(told, lambda plan: [text for text in plan.details if text not in middle_sentences(plan.middles)])
     unchecked = [text for plans in told.plans for text in _unchecked(plans)]
-    return marked_lines(warnings=warnings, not_checked=unchecked, verbose=verbose)
+    return marked_lines(warnings=warnings, notes=notes, details=details, not_checked=unchecked, verbose=verbose)
+
+
+def _of_all(told: ToldComparison, said: Callable[[PlanRecord], Sequence[str]]) -> list[str]:
+    """Return what is said of the plans of all parts, each sentence once; what not all parts have names its part."""
+    of_parts = [said_once({name: said(plan) for name, plan in plans.items()}) for plans in told.plans]
+    planned = [sentences for sentences, plans in zip(of_parts, told.plans, strict=True) if plans]
+    common = [text for text in of_parts[0] if all(text in sentences for sentences in planned)]
+    own = [
+        text if part.part in text else f"{part.part}: {text}"
+        for part, sentences in zip(told.record.parts, of_parts, strict=True)
+        for text in sentences
+        if text not in common
+    ]
+    return [*common, *own]
 
 
 def _unchecked(plans: Mapping[str, PlanRecord]) -> tuple[str, ...]:

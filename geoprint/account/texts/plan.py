@@ -8,7 +8,7 @@ from importlib.metadata import version
 from geoprint.account.cautions import patch_evenness
 from geoprint.account.metrics import COVERED_ONCE, FOLLOWING, GAP, OFF, OFF_MOST, OVERLAP, THICKNESS
 from geoprint.account.prints.expected import WORDS, expected_text
-from geoprint.account.prints.overhang import overhang_text, table_text
+from geoprint.account.prints.overhang import overhang_lines
 from geoprint.account.records.evenness import EvennessRecord
 from geoprint.account.records.plan import DepositionRecord, PlanRecord
 from geoprint.account.records.printed import PrintedRecord
@@ -23,7 +23,7 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
 
     Args:
         told: what plan.json says.
-        verbose: whether to list all that was not checked.
+        verbose: whether to list details, and all that was not checked.
     """
     lines = _path_lines(told)
     lines += [
@@ -46,8 +46,7 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
             for number, patch in enumerate(told.patches, start=1)
         ]
     if told.overhang is not None:
-        lines.append(overhang_text(told.overhang))
-        lines += [] if told.overhang.table is None else [table_text(told.overhang.table)]
+        lines += overhang_lines(told.overhang, verbose=verbose)
     for robot in told.robot:
         lines += _robot_text(robot, speed=told.settings.speed_mm_s)
     if told.joined is not None:
@@ -55,7 +54,9 @@ def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
     if told.not_printable is not None:
         lines.append(f"no program: the robot cannot print this: {told.not_printable}")
     unchecked = list(dict.fromkeys(text for robot in told.robot for text in robot.clearance.not_checked))
-    lines += marked_lines(warnings=told.warnings, notes=told.notes, not_checked=unchecked, verbose=verbose)
+    lines += marked_lines(
+        warnings=told.warnings, notes=told.notes, details=told.details, not_checked=unchecked, verbose=verbose
+    )
     return "\n".join(lines)
 
 

@@ -44,21 +44,24 @@ def check_summary(checked: Checked | CheckedComparison) -> dict[str, Json]:
     """Return the result object of `geoprint check`: lengths mm, angles degrees, times s."""
     if isinstance(checked, Checked):
         return as_json(_record(checked, checked.folder.name))
+    return as_json(_comparison_record(checked, checked.folder.name))
+
+
+def _comparison_record(checked: CheckedComparison, name: str) -> CheckedComparisonRecord:
     stack = checked.stack
     settings = None if stack is None else stack.settings
     tilted = stack is not None and stack.told is not None and stack.told.layers[0].attitudes is not None
-    return as_json(
-        CheckedComparisonRecord(
-            comparison=checked.folder.name,
-            agrees=not checked.findings,
-            findings=tuple(FindingRecord(**asdict(finding)) for finding in checked.own),
-            bundles=tuple(_record(one, name) for name, one in checked.bundles),
-            set_to=None if settings is None or tilted else StackSettingsNow(**asdict(settings)),
-            attitudes_set_to=_attitudes_now(settings) if settings is not None and tilted else None,
-            executed=() if stack is None else stack.scenarios,
-            program_sha256=None if stack is None else stack.program_sha256 or None,
-            seen=() if stack is None else stack.seen,
-        )
+    return CheckedComparisonRecord(
+        comparison=name,
+        agrees=not checked.findings,
+        findings=tuple(FindingRecord(**asdict(finding)) for finding in checked.own),
+        bundles=tuple(_record(one, inner) for inner, one in checked.bundles),
+        set_to=None if settings is None or tilted else StackSettingsNow(**asdict(settings)),
+        attitudes_set_to=_attitudes_now(settings) if settings is not None and tilted else None,
+        executed=() if stack is None else stack.scenarios,
+        program_sha256=None if stack is None else stack.program_sha256 or None,
+        seen=() if stack is None else stack.seen,
+        stacks=tuple(_comparison_record(one, inner) for inner, one in checked.stacks),
     )
 
 
@@ -81,6 +84,7 @@ def _record(checked: Checked, name: str) -> CheckRecord:
         attitudes_set_to=None if joined is None or joined.settings is None else _attitudes_now(joined.settings),
         executed=() if joined is None else joined.scenarios,
         seen=checked.seen,
+        not_derived=checked.not_derived,
     )
 
 
@@ -118,7 +122,11 @@ def run_sheet(checked: Checked, *, width: int | None = None) -> str:
     told = checked.told
     if checked.attitudes and told is not None and not checked.findings:
         head = [f"RUN SHEET  {told.input.name}, attitude by attitude  ({checked.folder.name})", ""]
-        rows = [*attitude_rows(checked, told), ("checked again", repeated_texts(checked))]
+        rows = [
+            *attitude_rows(checked, told),
+            ("checked again", repeated_texts(checked)),
+            ("not derived", underived_texts(checked)),
+        ]
         return "\n".join(
             [*head, *(line for label, texts in rows if texts for line in entry(label, texts, width=width))]
         )
@@ -140,6 +148,7 @@ def run_sheet(checked: Checked, *, width: int | None = None) -> str:
         ("before start", _steps(setup, orders)),
         ("not checked", ["; ".join(robot.clearance.not_checked) + "; the real cell."]),
         ("checked again", repeated_texts(checked)),
+        ("not derived", underived_texts(checked)),
         ("evidence", _evidence(checked, robot.evidence)),
     ):
         lines += entry(label, texts, width=width) if texts else []
@@ -156,6 +165,11 @@ def repeated_texts(checked: Checked) -> list[str]:
     even = again.uniformity
     clear += [] if even is None else [f"{COVERED_ONCE.text(even)} of the area covered once"]
     return [f"{', '.join(clear)}: as in plan.json ({again.seconds:.1f} s, {again.memory} MB)"]
+
+
+def underived_texts(checked: Checked) -> list[str]:
+    """Return which files of a bundle nothing was held against, or nothing where something is wrong already."""
+    return ["; ".join(checked.not_derived)] if checked.not_derived else []
 
 
 def _evidence(checked: Checked, told: EvidenceRecord) -> list[str]:

@@ -21,6 +21,8 @@ from geoprint.motion.machine import driven_seconds
 # A work object is refused by which any point of the part may lie off by more than this share of the stand-off; one half
 # of it may be a shift of the part's middle, the other a turn about it.
 _FRAME_SHARE = 0.2
+# The controller's numbers have single precision: less than this [mm] would refuse the planned frame itself.
+_SMALLEST_ROOM = 1e-3
 # Digits of these limits, which are rounded down.
 _LIMIT_DIGITS = 4
 # The tip's speed in motions that nobody has checked, with the controller's own slow turning [mm/s, deg/s, mm/s, deg/s].
@@ -186,7 +188,8 @@ def _tooldata(tool: Tool) -> str:
 def _frame_limits(cell: Cell, orders: Orders) -> list[str]:
     """Return the middle of the part, and how far a work object may shift and turn it [mm, degrees]."""
     low, high = orders.extent
-    room = _FRAME_SHARE * cell.process.standoff / 2.0
+    # Nor may an axis leave its quadrant, whose number the targets carry.
+    room = max(min(_FRAME_SHARE * cell.process.standoff / 2.0, orders.frame), _SMALLEST_ROOM)
     turn = np.degrees(room / (np.linalg.norm(high - low) / 2.0))
     limits = values.rounded_down(np.array([room, turn]), digits=_LIMIT_DIGITS).tolist()
     return [

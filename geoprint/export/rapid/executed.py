@@ -9,16 +9,15 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import VerificationError
-from geoprint.export.orders import Orders
+from geoprint.export.orders import Event, Orders
 from geoprint.export.rapid.language.places import Place, refusal
 from geoprint.export.rapid.language.syntax import Module, Series
-from geoprint.export.rapid.machine import NOT_KNOWN
+from geoprint.export.rapid.machine import NOT_KNOWN, Switching
 from geoprint.export.rapid.machine.corners import rounded_lengths
 from geoprint.export.rapid.made import Made, dry, make, printing, task_of
 from geoprint.export.rapid.refusals import refusals, stopped
 from geoprint.export.rapid.text import refuse
 from geoprint.export.rapid.verify_outputs import verify_dry
-from geoprint.export.switching import Event
 from geoprint.model import BoolArray, Cell, FloatArray, IntArray, Placement, comparable
 from geoprint.motion.arm import Arm
 
@@ -28,6 +27,8 @@ _TURN_ON_THE_SPOT = 1e-3
 _BY_SPEED = 1.0 + 1e-9
 # How far targets and switchings may lie from the plan's [mm].
 MOST_MOTION, MOST_OUTPUTS = 1e-3, 0.05
+# How much longer or shorter than planned a move, and all moves of a run together, may take [s, share].
+MOST_MOVE_TIME, MOST_RUN_TIME = 0.02, 0.05
 # Where a program begins, for what none of its lines alone has done.
 _ENTRY = Place("GeoPrint.mod", 1)
 # What alone leads to statements that no scenario executes.
@@ -143,6 +144,25 @@ def beyond(executed: Executed) -> tuple[VerificationError, ...]:
     )
 
 
+def check_times(executed: Executed) -> None:
+    """Check that a program takes as long as it was timed: a valve that is open longer deposits more.
+
+    Raises:
+        VerificationError: a move, or the moves of a run together, take longer or shorter by more than allowed.
+    """
+    if MOST_MOVE_TIME < executed.move_time < np.inf:
+        refuse(
+            _ENTRY,
+            f"a move takes {executed.move_time:.4f} s more or less than planned, allowed are {MOST_MOVE_TIME:g} s",
+        )
+    if MOST_RUN_TIME < executed.run_time < np.inf:
+        refuse(
+            _ENTRY,
+            f"the moves of a run take {executed.run_time:.1%} of their planned time more or less, allowed are "
+            f"{MOST_RUN_TIME:.0%}",
+        )
+
+
 def _check_resumed(resumed: Made, whole: Made, *, first: int, known: bool) -> None:
     """Check that a program that is resumed prints from that run on what it prints anyway, and nothing before."""
     rows = np.flatnonzero(whole.runs < first)
@@ -155,8 +175,12 @@ def _check_resumed(resumed: Made, whole: Made, *, first: int, known: bool) -> No
         values = [each.value for each in some]
         if known and target < behind and any(values):
             refuse(resumed.place(target), f"resumed at run {first}, something is switched on before that run")
-        if target >= behind and values != [each.value for each in others]:
+        if target >= behind and [*map(_asked, some)] != [*map(_asked, others)]:
             refuse(resumed.place(target), f"resumed at run {first}, other outputs switch here than when it prints")
+
+
+def _asked(switching: Switching) -> tuple[object, ...]:
+    return switching.signal, switching.value, switching.distance, switching.from_start, switching.lag, switching.dip_lag
 
 
 def _figures(

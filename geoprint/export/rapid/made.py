@@ -27,6 +27,8 @@ TIES: Mapping[Event, tuple[str, ...]] = {
 BEGIN, ENTER, END = "geobegin", "geoenter", "geoend"
 # The value that every trigger writes which switches on; the guard keeps it 0 in a dry run.
 _ON = "geoOn"
+# A dry run is driven at another speed than a print, so that a program that sets its own shows [%].
+_DRY_PCT = 50.0
 
 
 @final
@@ -112,8 +114,9 @@ def signals_of(cell: Cell) -> dict[str, str]:
 
 
 def dry(cell: Cell, *, placement: Placement, tables: int = 1) -> Scenario:
-    """Return how a program is run dry, at the planned speed, with the arm at home; as `printing`."""
-    return _scenario(cell, {"geoDryRun": True, "geoFirstRun": 1.0}, held={}, answers=_answers(placement, tables))
+    """Return how a program is run dry, at half of the planned speed, with the arm at home; as `printing`."""
+    data = {"geoDryRun": True, "geoFirstRun": 1.0, "geoSpeedPct": _DRY_PCT}
+    return _scenario(cell, data, held={}, answers=_answers(placement, tables))
 
 
 def printing(cell: Cell, *, placement: Placement, first: int = 1, tables: int = 1) -> Scenario:
@@ -139,7 +142,7 @@ def _scenario(
     cell: Cell, data: dict[str, bool | float], *, held: dict[str, float], answers: tuple[float, ...]
 ) -> Scenario:
     return Scenario(
-        data={**data, "geoSpeedPct": 100.0},
+        data={"geoSpeedPct": 100.0, **data},
         held=dict(held),
         answers=answers,
         joints=tuple(cell.robot.home.tolist()),

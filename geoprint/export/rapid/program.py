@@ -28,14 +28,15 @@ from itertools import pairwise
 import numpy as np
 
 from geoprint.errors import UsageError
-from geoprint.export.orders import Orders
+from geoprint.export.orders import Orders, TipsAt
 from geoprint.export.rapid import values
 from geoprint.export.rapid.cell_module import cell_module, external_axes, guard_module, header_lines, program_file
 from geoprint.export.rapid.executed import Proof
+from geoprint.export.rapid.expected import expected_events
 from geoprint.export.rapid.outputs import output_names
 from geoprint.export.rapid.triggers import Triggers, triggers_of
 from geoprint.export.rapid.verify import verify_program
-from geoprint.export.switching import TipsAt, switching_events
+from geoprint.export.switching import switching_events
 from geoprint.model import Cell, FloatArray, Placement, Program
 
 # More lines in a module load slowly and are beyond what the controller's editor opens.
@@ -128,7 +129,12 @@ def proven_program(
     del runs, moves
     program = _program(cell_text, printing, cell=cell, placement=placement, targets=orders.count)
     proof = verify_program(
-        program, orders, cell=cell, placement=placement, surface_within=surface_within, events=events
+        program,
+        orders,
+        cell=cell,
+        placement=placement,
+        surface_within=surface_within,
+        events=expected_events(orders, signals=cell.signals, tips_at=tips_at, speed=cell.process.speed),
     )
     return program, proof
 

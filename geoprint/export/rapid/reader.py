@@ -7,18 +7,21 @@ printable ASCII, lines and modules that a controller's editor opens, an error ha
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import cast
 
 from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.language.syntax import (
+    Assignment,
     Call,
     Datum,
     Expression,
     Leave,
     Literal,
     Module,
+    Name,
     Routine,
+    Statement,
     Value,
     each_kind,
 )
@@ -30,10 +33,18 @@ MODULE_LINES = 15000
 # A number that has lost its point.
 _LEADING_ZERO = re.compile(r"[\[,(=-]0\d")
 # Where a routine begins, where it defines a trigger, and which triggers a move pulls.
-_ROUTINE = re.compile(r"\s*PROC ")
-_DEFINED = re.compile(r"\s*Trigg(?:IO|Speed) (\w+),")
-_PULLED = re.compile(r"\s*TriggL .*,vGeo\d+,(\w+)[,\\]")
-_FURTHER = re.compile(r"\\T\d:=(\w+)")
+_ROUTINE = re.compile(r"\s*PROC ", re.IGNORECASE)
+_DEFINED = re.compile(r"\s*Trigg(?:IO|Speed) (\w+),", re.IGNORECASE)
+_PULLED = re.compile(r"\s*TriggL .*,vGeo\d+,(\w+)[,\\]", re.IGNORECASE)
+_FURTHER = re.compile(r"\\T\d:=(\w+)", re.IGNORECASE)
+# Of what a run consists, and what calls the runs.
+_RUN = re.compile(r"GeoRun\d+", re.IGNORECASE)
+_MOVES = frozenset({"movel", "triggl"})
+_IN_RUN = _MOVES | {"geoenter", "triggio", "triggspeed"}
+_TIMED = frozenset({"t", "v"})
+_IN_MAIN = frozenset({"geobegin", "geoend", "geoforget", "startload", "waitload", "unload"})
+# Where a run keeps the target of a move whose line would be too long.
+_TARGET = "geotarget"
 # Kinds of data that are a module's own word: what a controller makes of them no program reads.
 _OPAQUE = frozenset({"triggdata", "loadsession"})
 
@@ -70,10 +81,10 @@ def check_form(name: str, text: str) -> None:
     lines = text.split("\n")
     if len(lines) - 1 > MODULE_LINES:
         refuse(Place(name, MODULE_LINES + 1), f"a module has at most {MODULE_LINES} lines, found {len(lines) - 1}")
-    match = re.fullmatch(r"MODULE ([A-Za-z_]\w*)", lines[0], re.ASCII)
+    match = re.fullmatch(r"MODULE ([A-Za-z_]\w*)", lines[0], re.ASCII | re.IGNORECASE)
     if match is None or f"{match[1]}.mod" != name:
         refuse(Place(name, 1), f"a module begins with MODULE and the name of its file, found {lines[0][:60]!r}")
-    if lines[-2:] != ["ENDMODULE", ""]:
+    if [line.upper() for line in lines[-2:]] != ["ENDMODULE", ""]:
         refuse(Place(name, len(lines)), "ENDMODULE is missing at the end")
     for number, line in enumerate(lines[1:-2], start=2):
         check_line(line, Place(name, number))
@@ -95,9 +106,9 @@ def _check_triggers(name: str, lines: list[str]) -> None:
         if _ROUTINE.match(line):
             defined.clear()
         if match := _DEFINED.match(line):
-            defined.add(match[1])
+            defined.add(match[1].lower())
         elif match := _PULLED.match(line):
-            missing = [pulled for pulled in (match[1], *_FURTHER.findall(line)) if pulled not in defined]
+            missing = [pulled for pulled in (match[1], *_FURTHER.findall(line)) if pulled.lower() not in defined]
             if missing:
                 refuse(Place(name, number), f"{missing[0]} is pulled, but this routine has not defined it before")
 
@@ -130,11 +141,43 @@ def check_routines(module: Module) -> None:
                 _check_call(module, statement, own)
 
 
+def check_statements(module: Module) -> None:
+    """Check that a module of the path holds nothing but its runs and what calls them, and these nothing that does more.
+
+    Raises:
+        VerificationError: a statement belongs to neither.
+    """
+    own = frozenset(routine.name.lower() for routine in module.routines)
+    for routine in module.routines:
+        known = _IN_RUN if _RUN.fullmatch(routine.name) else _IN_MAIN | own
+        for statement in (*each_kind(routine.body), *routine.undo, *routine.backward):
+            place = Place(module.file, statement.line)
+            if not _belongs(statement, known):
+                said = statement.name if isinstance(statement, Call) else "a statement of this kind"
+                refuse(place, f"{said} belongs neither to a path nor to what calls its runs")
+            for option in _timed(statement):
+                refuse(place, f"\\{option} gives the move another time or speed than its speeddata")
+
+
+def _timed(statement: Statement) -> Iterator[str]:
+    """Yield what gives a move another time than its path and its speeddata do."""
+    if isinstance(statement, Call) and statement.name.lower() in _MOVES:
+        yield from (each.name for each in statement.arguments if each.optional and each.name.lower() in _TIMED)
+
+
+def _belongs(statement: Statement, known: frozenset[str]) -> bool:
+    """Tell whether a statement is one of those of which a path consists: nothing between its moves does more."""
+    if isinstance(statement, Assignment):
+        target = statement.target
+        return known is _IN_RUN and isinstance(target, Name) and target.name.lower() == _TARGET
+    return isinstance(statement, Call) and (statement.name.lower() in known or statement.late is not None)
+
+
 def _check_call(module: Module, call: Call, own: set[str]) -> None:
     if isinstance(call.late, Literal) and str(call.late.value).lower() in own:
         refuse(Place(module.file, call.line), f"{call.late.value} is called by % although it is always loaded")
-    if call.name == "TriggL":
-        numbers = [argument.name for argument in call.arguments if argument.name[:1] == "T"]
+    if call.name.lower() == "triggl":
+        numbers = [argument.name.upper() for argument in call.arguments if argument.name[:1].upper() == "T"]
         if numbers != [f"T{k}" for k in range(2, len(numbers) + 2)]:
             refuse(Place(module.file, call.line), "the triggers are not numbered one after the other")
 
@@ -144,17 +187,16 @@ def _check_handler(module: Module, routine: Routine) -> None:
     if not routine.handlers:
         refuse(place, "the procedure has no error handler, so that an error would leave the outputs on")
     (handler, *more), wanted = routine.handlers, ("GeoSafe", "RAISE")
-    found = [
-        statement.name if isinstance(statement, Call) else statement.verb if isinstance(statement, Leave) else "?"
-        for statement in each_kind(handler.body)
-    ]
+    found = [_word(statement) for statement in each_kind(handler.body)]
     if more or handler.errors or found != list(wanted):
         line = next((each.line for each, word in zip(handler.body, wanted, strict=False) if _word(each) != word), 0)
         refuse(Place(module.file, line or handler.line), f"the error handler must be {'; '.join(wanted)}")
 
 
 def _word(statement: object) -> str:
-    return statement.name if isinstance(statement, Call) else statement.verb if isinstance(statement, Leave) else "?"
+    if isinstance(statement, Call):
+        return "GeoSafe" if statement.name.lower() == "geosafe" else statement.name
+    return statement.verb if isinstance(statement, Leave) else "?"
 
 
 def _declaration(module: Module, datum: Datum) -> Declaration:

@@ -6,25 +6,15 @@ changes them, so that other values within their ranges are no damage.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import final
 
 from geoprint.export.rapid.compare import declared
 from geoprint.export.rapid.text import Place, RapidText, Value, refuse
+from geoprint.export.switches import CELL_MODULE, NEW, STACK_MODULE
 from geoprint.model import Placement, comparable
 
-CELL_MODULE, STACK_MODULE = "GeoCell.mod", "GeoStack.mod"
 _CELL, _STACK = Place(CELL_MODULE, 1), Place(STACK_MODULE, 1)
-# Type and value of each switch in a new program.
-_NEW: Mapping[str, tuple[str, str]] = {
-    "geoDryRun": ("bool", "TRUE"),
-    "geoSpeedPct": ("num", "25"),
-    "geoFirstRun": ("num", "1"),
-}
-# What GeoStack declares besides; the program itself moves the first two on. geoLastLayer is the uppermost in a new one.
-_NEW_STACK: Mapping[str, tuple[str, str]] = {"geoFirst{}": ("num", "1"), "geo{}Begun": ("num", "0")}
-_PARTS = re.compile(r"(?m)^  CONST num nGeo(Layer|Attitude)s:=(\d+);$")
 
 
 @final
@@ -105,7 +95,7 @@ def read_settings(text: RapidText, *, runs: int) -> Settings:
 def _pace(text: RapidText, place: Place) -> tuple[bool, float]:
     """Return whether a program runs dry, and at which speed [%]."""
     dry_run, speed_pct = (
-        declared(text, name, kind=_NEW[name][0], storage="PERS", place=place) for name in ("geoDryRun", "geoSpeedPct")
+        declared(text, name, kind=NEW[name][0], storage="PERS", place=place) for name in ("geoDryRun", "geoSpeedPct")
     )
     value = speed_pct.value
     if not isinstance(dry_run.value, bool):
@@ -140,24 +130,8 @@ def check_new(text: RapidText) -> None:
     Raises:
         VerificationError: it is not.
     """
-    for name, (kind, value) in _NEW.items():
+    for name, (kind, value) in NEW.items():
         datum = declared(text, name, kind=kind, storage="PERS", place=_CELL)
         found = _shown(datum.value)
         if found != value:
             refuse(datum.place, f"{name} must be declared {value} in a new program, found {found}")
-
-
-def as_new(text: str) -> str:
-    """Return the text of GeoCell or GeoStack with its switches as they were written, where they are plain values.
-
-    Examples:
-        >>> as_new("  PERS num geoFirstRun:=7;")
-        '  PERS num geoFirstRun:=1;'
-    """
-    parts, switches = _PARTS.search(text), {**_NEW}
-    if parts is not None:
-        switches |= {name.format(parts[1]): new for name, new in _NEW_STACK.items()}
-        switches[f"geoLast{parts[1]}"] = ("num", parts[2])
-    for name, (kind, value) in switches.items():
-        text = re.sub(rf"(?m)^(  PERS {kind} {name}:=)[A-Z0-9.]+;$", rf"\g<1>{value};", text)
-    return text

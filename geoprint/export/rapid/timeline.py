@@ -12,17 +12,18 @@ from typing import final
 import numpy as np
 
 from geoprint.errors import VerificationError
-from geoprint.export.orders import Orders
+from geoprint.export.orders import Orders, TipsAt
 from geoprint.export.rapid.machine import Switching
 from geoprint.export.rapid.made import Made
 from geoprint.export.rapid.text import Place, refuse
-from geoprint.export.switching import TipsAt
 from geoprint.model import FloatArray, Signals, freeze_arrays, frozen
 
 # How far from the ends of a deposit the material may begin and end [mm].
 LARGEST_ERROR = 0.5
 # How much longer than its lead and tail the lamp may be on without material [s]: a tip at 20 mm/s goes 0.5 mm in it.
 LAMP_TOLERANCE = 0.025
+# How long it may be dark while there is material, lead or tail [s].
+DARK_TOLERANCE = 0.005
 # How long valve and vacuum may be on together where one follows the other [s]: the motion is looked at more often.
 VACUUM_TOLERANCE = 0.005
 # The motion is looked at so often [s].
@@ -41,6 +42,7 @@ class Timeline:
         lamp: (l, 2) when the lamp is on [s].
         errors: (d, 2) how far from the ends of the deposit the tip is when the material begins and ends [mm].
         lamp_alone: longest time that the lamp is on beyond material, lead and tail [s].
+        lamp_dark: longest time that it is not on although there is material, lead or tail [s].
         vacuum: (v, 2) when the vacuum draws material back [s].
         vacuum_against: longest time that it does so while the valve is told to be open [s].
     """
@@ -51,6 +53,7 @@ class Timeline:
     lamp: FloatArray
     errors: FloatArray
     lamp_alone: float
+    lamp_dark: float
     vacuum: FloatArray
     vacuum_against: float
 
@@ -95,13 +98,14 @@ def timeline(made: Made, orders: Orders, *, signals: Signals, tips_at: TipsAt) -
         lamp=lamp,
         errors=errors,
         lamp_alone=_longest_alone(lamp, wanted),
+        lamp_dark=_longest_alone(wanted, lamp),
         vacuum=vacuum,
         vacuum_against=_longest_both(valve, vacuum),
     )
 
 
 def check_timeline(found: Timeline) -> None:
-    """Check that material flows on exactly the deposits, and lamp and vacuum are never on for nothing.
+    """Check that material flows on exactly the deposits under the lamp, and lamp and vacuum are never on for nothing.
 
     Raises:
         VerificationError: one of them is off by more than allowed.
@@ -118,6 +122,11 @@ def check_timeline(found: Timeline) -> None:
         raise VerificationError(
             f"the lamp is on for {found.lamp_alone:.3f} s without material, lead or tail; plan again.",
             seconds=found.lamp_alone,
+        )
+    if found.lamp_dark > DARK_TOLERANCE:
+        raise VerificationError(
+            f"the lamp is dark for {found.lamp_dark:.3f} s while material flows, or in its lead or tail; plan again.",
+            seconds=found.lamp_dark,
         )
     if found.vacuum_against > VACUUM_TOLERANCE:
         raise VerificationError(
@@ -163,13 +172,15 @@ def _longest_both(some: FloatArray, others: FloatArray) -> float:
     return float((np.minimum(some[:, None, 1], others[None, :, 1]) - starts).max(initial=0.0))
 
 
-def _longest_alone(lamp: FloatArray, wanted: FloatArray) -> float:
-    """Return the longest stretch of the lamp's times that none of the (k, 2) wanted spans covers [s]."""
+def _longest_alone(some: FloatArray, others: FloatArray) -> float:
+    """Return the longest stretch of (m, 2) spans that none of (k, 2) others, in their order, covers [s]."""
     longest = 0.0
-    for on, off in lamp.tolist():
+    for on, off in some.tolist():
         reached = on
-        for start, end in wanted.tolist():
-            if end <= reached or start >= off:
+        for start, end in others.tolist():
+            if start >= off:
+                break
+            if end <= reached:
                 continue
             longest = max(longest, start - reached)
             reached = max(reached, end)

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 from typing import final
 
 from geoprint.errors import UsageError
-from geoprint.export.orders import Orders
+from geoprint.export.orders import Event, Orders, Output
 from geoprint.export.rapid import values
-from geoprint.export.switching import Event, Output
 from geoprint.model import Signals
 
 # Decimals of the distance of a trigger from the end of a move [mm].

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import final
+from typing import cast, final
 
 import numpy as np
 
 from geoprint.errors import VerificationError
-from geoprint.export.orders import Orders
+from geoprint.export.orders import Event, Orders
 from geoprint.export.rapid.compare import UNIT_TOLERANCE
 from geoprint.export.rapid.executed import Proof, prove
 from geoprint.export.rapid.guard import GUARD, check_guard, resident_module
@@ -17,14 +17,21 @@ from geoprint.export.rapid.language.collecting import uncollected
 from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.language.symbols import examine
 from geoprint.export.rapid.language.syntax import Module
-from geoprint.export.rapid.machine import VERBS
+from geoprint.export.rapid.machine import INSTRUCTION_OF, VERBS, Modes
 from geoprint.export.rapid.made import Made, make, printing, signals_of, task_of
-from geoprint.export.rapid.reader import check_form, check_routines, read_modules, read_program_file, read_text
-from geoprint.export.rapid.settings import CELL_MODULE, Settings, check_new, read_settings
+from geoprint.export.rapid.reader import (
+    check_form,
+    check_routines,
+    check_statements,
+    read_modules,
+    read_program_file,
+    read_text,
+)
+from geoprint.export.rapid.settings import Settings, check_new, read_settings
 from geoprint.export.rapid.text import Place, RapidText, refuse
 from geoprint.export.rapid.verify_cell import verify_data, verify_header, verify_names
 from geoprint.export.rapid.verify_outputs import verify_flow, verify_switching
-from geoprint.export.switching import Event
+from geoprint.export.switches import CELL_MODULE
 from geoprint.model import BoolArray, Cell, FloatArray, Placement, Program
 from geoprint.motion.arm import Arm
 
@@ -40,6 +47,12 @@ _SMALLEST_ZONE = 0.001
 _NO_EXCESS = 1e-5
 # The arm stands still between two moves of a run for no longer than this [s].
 _STANDING = 1e-6
+# The modal state that the guard sets; what it does not set is as at a start from main.
+GUARDED = Modes(fastest=250.0)
+# So much higher is the path driven dry [mm].
+DRY_HEIGHT = 20.0
+# Frames are written to four decimals of a millimetre, and are of single precision [mm, share].
+_FRAME_PLACE, _FRAME_TURN = 1e-3, 1e-6
 _LIST = "GeoPrint.pgf"
 _ENTRY = Place("GeoPrint.mod", 1)
 
@@ -143,6 +156,8 @@ def judge_program(
         findings += _failing(lambda: proofs.append(prove(task, orders, cell=cell, placement=placement, events=events)))
     for proof in proofs:
         findings += _motion_findings(proof, text, orders, cell=cell, placement=placement, events=events)
+    path = [module for module in parsed if module.file not in {GUARD, CELL_MODULE}]
+    findings += [each for module in path for each in _failing(lambda module=module: check_statements(module))]
     return Judged(tuple(findings), proofs[0] if proofs else None)
 
 
@@ -228,11 +243,50 @@ def _motion_findings(
     made = proof.printing
     yield from _failing(lambda: _verify_targets(made, proof.dry, orders))
     yield from _failing(lambda: verify_names(text, made, cell=cell, placement=placement))
+    for one, lifted in ((made, bool(placement.missing)), (proof.dry, True)):
+        yield from _failing(lambda one=one: _verify_modes(one))
+        yield from _failing(lambda one=one, lifted=lifted: _verify_frames(one, placement, lifted=lifted))
     if made.count == orders.count:
         yield from _failing(lambda: verify_switching(made, events, signals=cell.signals))
         yield from _failing(lambda: verify_flow(made, orders, signals=cell.signals))
         yield from _failing(lambda: _verify_going_on(made))
     yield from proof.wrong
+
+
+def _verify_modes(made: Made) -> None:
+    """Check that every move is made in the modal state that the guard sets, and in no other.
+
+    The speed is scaled along the path only: around it moves are given their time, which has the scale in it.
+    """
+    moves, scale = made.execution.moves, float(cast("float", made.scenario.data["geoSpeedPct"]))
+    on_path = np.zeros(moves.count, dtype=np.bool_)
+    on_path[made.rows] = True
+    for number, found in enumerate(moves.settings):
+        for there, wanted in ((on_path, GUARDED._replace(override=scale)), (~on_path, GUARDED)):
+            rows = np.flatnonzero((moves.modes == number) & there)
+            for name, planned in wanted._asdict().items() if rows.size else ():
+                if getattr(found, name) != planned:
+                    place = Place(made.execution.files[int(moves.files[rows[0]])], int(moves.lines[rows[0]]))
+                    what = f"{INSTRUCTION_OF[name]} has set {name.replace('_', ' ')} to {getattr(found, name)}"
+                    refuse(place, f"the move is made otherwise than planned: {what}, the guard sets {planned}")
+
+
+def _verify_frames(made: Made, placement: Placement, *, lifted: bool) -> None:
+    """Check that every target is given in the frame of the part, or that frame higher by what a dry run keeps off."""
+    moves, wanted = made.execution.moves, placement.T_base_work.copy()
+    wanted[2, 3] += DRY_HEIGHT if lifted else 0.0
+    most = np.full((4, 4), _FRAME_TURN)
+    most[:3, 3] = _FRAME_PLACE
+    wrong: BoolArray = np.logical_or.reduce((np.abs(moves.Ts_base_target - wanted) > most).reshape(-1, 16), axis=1)
+    rows = np.flatnonzero(wrong[moves.frames[made.rows]])
+    if rows.size:
+        row = int(rows[0])
+        place = moves.Ts_base_target[int(moves.frames[made.rows[row]])][:3, 3].round(4).tolist()
+        refuse(
+            made.place(row),
+            f"target {row + 1}{' of the dry run' if lifted else ''} is given in a frame at {place}, planned is one at "
+            f"{wanted[:3, 3].round(4).tolist()}: work object and displacement are not the planned ones",
+        )
 
 
 def _verify_going_on(made: Made) -> None:

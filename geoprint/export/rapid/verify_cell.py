@@ -13,10 +13,10 @@ from geoprint.export.orders import Orders
 from geoprint.export.rapid.compare import POSITION_TOLERANCE, compare, compare_frame, declared, literal
 from geoprint.export.rapid.language.syntax import Call, FunctionCall, Name, Statement, each_kind
 from geoprint.export.rapid.made import Made
-from geoprint.export.rapid.settings import CELL_MODULE, read_settings
+from geoprint.export.rapid.settings import read_settings
 from geoprint.export.rapid.text import Declaration, Place, RapidText, Value, refuse
+from geoprint.export.switches import CELL_MODULE
 from geoprint.model import Cell, FloatArray, Placement, TiltTurn
-from geoprint.motion.controller import LIFT
 from geoprint.motion.machine import table_machine
 
 _ANGLE_TOLERANCE_DEG = 1e-5
@@ -27,9 +27,13 @@ _TIME_TOLERANCE = 1e-3
 _SHARE_TOLERANCE = 1e-5
 # No point of the part may lie off by more than this share of the stand-off; a limit far below would refuse every frame.
 _LARGEST_FRAME_SHARE, _SMALLEST_FRAME_SHARE = 0.2, 0.15
+# So much [mm] any frame may lie off, however near an axis is to a border of its quadrants: the controller rounds.
+_FINEST_FRAME = 2e-3
 # A joint move may take longer than planned by this where the plan needs no time at all [s].
 _SHORTEST_MOVE = 0.1
 _NO_AXES = 9e9
+# So much higher is the path driven dry [mm].
+_LIFT = 20.0
 _CELL = Place(CELL_MODULE, 1)
 # Modules that hold the path, and those whose data are compared with the plan.
 _PATHS = frozenset({"GeoPrint.mod"})
@@ -61,7 +65,7 @@ def verify_data(text: RapidText, orders: Orders, *, cell: Cell, placement: Place
     _verify_tool(declared(text, "tGeoNozzle", kind="tooldata", storage="PERS", place=_CELL), cell=cell)
     _verify_work(text, placement=placement)
     _verify_table(text, cell=cell, placement=placement)
-    _verify_frame_limits(text, orders.extent, standoff=cell.process.standoff)
+    _verify_frame_limits(text, orders, standoff=cell.process.standoff)
     _verify_motions(text, orders, cell=cell, placement=placement)
 
 
@@ -155,7 +159,7 @@ def _verify_work(text: RapidText, *, placement: Placement) -> None:
     frame = declared(text, "geoFrame", kind="pose", storage="CONST", place=_CELL)
     compare_frame(frame.value, placement.T_base_work, place=frame.place, what="geoFrame")
     lift = declared(text, "geoLift", kind="pose", storage="CONST", place=_CELL)
-    up = transforms.inverse(placement.T_base_work)[:3, 2] * LIFT
+    up = transforms.inverse(placement.T_base_work)[:3, 2] * _LIFT
     compare(lift.value, [literal(up), [1, 0, 0, 0]], tolerance=POSITION_TOLERANCE, place=lift.place, what="geoLift")
 
 
@@ -181,23 +185,28 @@ def _verify_table(text: RapidText, *, cell: Cell, placement: Placement) -> None:
         compare(datum.value, value, tolerance=_TABLE_TOLERANCE, place=datum.place, what=name)
 
 
-def _verify_frame_limits(text: RapidText, extent: FloatArray, *, standoff: float) -> None:
-    """Check how far the guard lets a point of the part lie off: at the corners of its box, where that is most."""
+def _verify_frame_limits(text: RapidText, orders: Orders, *, standoff: float) -> None:
+    """Check how far the guard lets a point of the part lie off: at the corners of its box, where that is most.
+
+    Less than a share of the stand-off is right where an axis would leave its quadrant.
+    """
     middle = declared(text, "geoMiddle", kind="pos", storage="CONST", place=_CELL)
     compare(middle.value, literal(np.zeros(3)), tolerance=np.inf, place=middle.place, what="geoMiddle")
     limits = [declared(text, name, kind="num", storage="CONST", place=_CELL) for name in ("nGeoShift", "nGeoTurn")]
     for limit in limits:
         compare(limit.value, 0.0, tolerance=np.inf, place=limit.place, what="a limit of the work object")
     shift, turn_deg = (float(cast("float", limit.value)) for limit in limits)
-    corners = np.array([*product(*extent.T)]) - np.array(middle.value, dtype=np.float64)
+    corners = np.array([*product(*orders.extent.T)]) - np.array(middle.value, dtype=np.float64)
     reach = float(np.linalg.norm(corners, axis=1).max())
     share = (shift + 2.0 * np.sin(np.radians(turn_deg) / 2.0) * reach) / standoff
+    allowed = min(_LARGEST_FRAME_SHARE, max(2.0 * orders.frame, _FINEST_FRAME) / standoff)
+    least = _SMALLEST_FRAME_SHARE / _LARGEST_FRAME_SHARE * allowed
     # geoMiddle is written rounded, so that a corner may be a little farther from it than from the middle itself.
-    if not _SMALLEST_FRAME_SHARE <= share <= _LARGEST_FRAME_SHARE + _SHARE_TOLERANCE or min(shift, turn_deg) <= 0.0:
+    if not least <= share <= allowed + _SHARE_TOLERANCE or min(shift, turn_deg) <= 0.0:
         refuse(
             limits[0].place,
             f"geoMiddle, nGeoShift and nGeoTurn let the part lie off by {share:.3g} of the stand-off, allowed is "
-            f"{_LARGEST_FRAME_SHARE:g}",
+            f"{allowed:.3g}",
         )
 
 

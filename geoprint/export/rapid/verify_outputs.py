@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from geoprint.export.orders import Orders
+from geoprint.export.orders import Event, Orders
 from geoprint.export.rapid.compare import compare
 from geoprint.export.rapid.made import Made
 from geoprint.export.rapid.text import Place, Value, refuse
-from geoprint.export.switching import Event
 from geoprint.model import Signals
 
 # Distance of a switching from where the plan has it [mm].
@@ -45,8 +44,8 @@ def verify_switching(made: Made, events: tuple[Event, ...], *, signals: Signals)
             refuse(made.place(index), f"{len(found)} outputs switch in the move here, the plan switches {len(wanted)}")
         for trigger, event in zip(found, wanted, strict=True):
             place = Place(trigger.file, trigger.line)
-            said = (trigger.signal, trigger.value != 0.0, trigger.from_start)
-            if said != (names[event.output], event.on, event.from_start):
+            said = (trigger.signal, trigger.value, trigger.from_start)
+            if said != (names[event.output], float(event.on), event.from_start):
                 refuse(place, f"{trigger.signal} switches here, the plan switches the {event.output} otherwise")
             if abs(trigger.distance - event.distance) > _PLACE_TOLERANCE:
                 refuse(

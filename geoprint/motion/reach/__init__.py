@@ -31,6 +31,7 @@ from geoprint.motion.reach.pose_samples import (
     tool_poses as tool_poses,
     turns as turns,
 )
+from geoprint.motion.reach.quadrants import frame_room as frame_room
 from geoprint.motion.reach.reach_map import (
     ReachMap as ReachMap,
     lost_shares as lost_shares,

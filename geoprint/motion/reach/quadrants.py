@@ -13,7 +13,7 @@ import numpy as np
 
 from geoprint.model import BoolArray, FloatArray, Robot
 from geoprint.motion.arm import BORDER_MARGIN, BRANCHES, JOINTS, Arm, about_nozzle, border_distances
-from geoprint.motion.arm.configuration import QUARTER_TURN
+from geoprint.motion.arm.configuration import BORDERED, QUARTER_TURN
 from geoprint.motion.reach.costs import COMFORTABLE_LIMIT, QUADRANT_NEAR, Terms
 from geoprint.motion.reach.keyframes import Keyframes, thinned
 from geoprint.motion.reach.ladder import climb, turning
@@ -22,6 +22,9 @@ from geoprint.motion.reach.margins import angle_margins
 # Constant turns that are looked at, and keyframes on which most are found not clear.
 STILL_TURNS = 120
 JUDGED_RUNGS = 30
+# Of what the rates of the joints allow, so much is used; and what keeps a Jacobian invertible [mm, 1].
+FRAME_SHARE = 0.8
+NEARLY_SINGULAR = 1e-9
 # Turns of an axial nozzle to either side of the one nearest to home: finer than any margin [rad].
 AXIAL_STEP = float(np.radians(0.5))
 
@@ -47,6 +50,27 @@ def still_turns(frames: Keyframes, arm: Arm, terms: Terms, *, branch: int) -> It
     for turn in turns[np.argsort(costs, kind="stable")]:
         if _are_clear(frames, arm, turns=turn[None], branch=branch)[0]:
             yield float(turn)
+
+
+def frame_room(joints: FloatArray, arm: Arm, *, middle: FloatArray, radius: float) -> float:
+    """Return how far the frame of a part may lie off until an axis comes to a border of its quadrants [mm].
+
+    So much the part's middle may shift in any direction, while it turns about any axis through it by that over the
+    radius. The inverse of the Jacobian tells how far that turns axes 1, 4 and 6; it changes on the way, so that
+    `FRAME_SHARE` of what it allows is returned.
+
+    Args:
+        joints: (t, 6) at the targets [rad].
+        arm: with its tool.
+        middle: (3,) of the part in the base frame [mm].
+        radius: of the part about it [mm].
+    """
+    # Where the arm is singular no rate is finite, and next to no room is left.
+    rates = np.linalg.inv(arm.jacobians(joints) + NEARLY_SINGULAR * np.eye(JOINTS))[:, BORDERED]
+    shifts, turns = rates[..., :3], rates[..., 3:]
+    levers = arm.tool_poses(joints)[:, None, :3, 3] - middle
+    most = np.linalg.norm(shifts, axis=2) + np.linalg.norm(turns + np.cross(levers, shifts), axis=2) / radius
+    return FRAME_SHARE * float((border_distances(joints) / most).min())
 
 
 def axial_weights(joints: FloatArray, *, deposit: BoolArray) -> FloatArray:

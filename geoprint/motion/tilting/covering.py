@@ -27,28 +27,34 @@ JOINING = 100
 ADMITTED = 1e-9
 
 
-def covering(aims: FloatArray, nearest: FloatArray, lengths: FloatArray, *, within: UpRange) -> FloatArray:
-    """Return (t, 3) directions of which one at least admits each pose.
+def covering(
+    aims: FloatArray, nearest: FloatArray, lengths: FloatArray, *, within: UpRange, starts: FloatArray | None = None
+) -> FloatArray:
+    """Return (t, 3) directions of which one at least admits each pose, with the start of the step to it if one can.
 
     Args:
         aims: (n, 3) as `UpRange.aims` returns them.
         nearest: (n, 3) directions that admit these, as `UpRange.nearest` returns them.
         lengths: (n,) of path that each stands for [mm].
         within: what the table can bring up.
+        starts: (n, 3) aims of the pose at which the step to each begins, its own where a run does; those of the poses
+            without it, so that steps do not count.
     """
-    return fewer(_greedily(aims, nearest, lengths, within=within), aims, within=within)
+    taken, starts = _greedily(aims, aims if starts is None else starts, nearest, lengths, within=within)
+    return fewer(taken, aims, starts, within=within)
 
 
-def fewer(taken: FloatArray, aims: FloatArray, *, within: UpRange) -> FloatArray:
+def fewer(taken: FloatArray, aims: FloatArray, starts: FloatArray, *, within: UpRange) -> FloatArray:
     """Return as many or fewer directions that admit all that (t, 3) do: no other is needless, and no two are one.
 
     Args:
-        taken: of which one at least admits each pose.
+        taken: of which one at least admits each pose and the start of the step to it.
         aims: (n, 3) of the poses.
+        starts: (n, 3) of the starts of the steps to them.
         within: what the table can bring up.
     """
     while True:
-        better = next(_better(taken, aims, within=within), taken)
+        better = next(_better(taken, aims, starts, within=within), taken)
         if len(better) == len(taken):
             return taken
         taken = better
@@ -59,31 +65,47 @@ def admitted(ups: FloatArray, aims: FloatArray, *, within: UpRange) -> BoolArray
     return ups @ aims.T >= np.cos(within.critical) - ADMITTED
 
 
-def _better(taken: FloatArray, aims: FloatArray, *, within: UpRange) -> Iterator[FloatArray]:
+def _steps(ups: FloatArray, aims: FloatArray, starts: FloatArray, *, within: UpRange) -> BoolArray:
+    return admitted(ups, aims, within=within) & admitted(ups, starts, within=within)
+
+
+def _better(taken: FloatArray, aims: FloatArray, starts: FloatArray, *, within: UpRange) -> Iterator[FloatArray]:
     """Yield what admits all that (t, 3) directions do with one fewer: without one, or with one in place of two."""
-    admits = admitted(taken, aims, within=within)
+    admits = _steps(taken, aims, starts, within=within)
     counts = admits.sum(axis=0)
     for row in np.argsort(admits.sum(axis=1), kind="stable").tolist():
         if (counts > admits[row]).all():
             yield np.delete(taken, row, axis=0)
     for pair in combinations(range(len(taken)), 2):
-        alone = aims[counts == admits[list(pair)].sum(axis=0)]
+        only = counts == admits[list(pair)].sum(axis=0)
+        alone = np.vstack([aims[only], starts[only]])
         found = within.admissible(alone)
         if len(found) and admitted(found, alone, within=within).all():
             yield np.vstack([np.delete(taken, pair, axis=0), found])
 
 
-def _greedily(aims: FloatArray, nearest: FloatArray, lengths: FloatArray, *, within: UpRange) -> FloatArray:
+def _greedily(
+    aims: FloatArray, starts: FloatArray, nearest: FloatArray, lengths: FloatArray, *, within: UpRange
+) -> tuple[FloatArray, FloatArray]:
+    """Return directions that admit every step, and the starts: the end instead where nothing admits both."""
+    starts = starts.copy()
     rows = np.arange(0, len(aims), max(1, len(aims) // SAMPLED_POSES))
     some = within.directions[:: max(1, len(within.directions) // SAMPLED_UPS)]
     while True:
-        # What no direction of these may admit is admitted by the nearest of its own.
+        # What no direction of these may admit is admitted by the nearest of its own, or by one of both ends.
         choices = np.vstack([some, nearest[rows]])
-        admits = admitted(choices, aims[rows], within=within)
+        for row in rows[~_steps(choices, aims[rows], starts[rows], within=within).any(axis=0)].tolist():
+            ends = np.stack([aims[row], starts[row]])
+            found = within.admissible(ends)
+            if len(found) and admitted(found, ends, within=within).all():
+                choices = np.vstack([choices, found])
+            else:
+                starts[row] = aims[row]
+        admits = _steps(choices, aims[rows], starts[rows], within=within)
         taken = choices[_greedy(admits.astype(np.float32), lengths[rows].astype(np.float32))]
-        missed = np.flatnonzero(~admitted(taken, aims, within=within).any(axis=0))
+        missed = np.flatnonzero(~_steps(taken, aims, starts, within=within).any(axis=0))
         if not missed.size:
-            return taken
+            return taken, starts
         rows = np.union1d(rows, missed[:: max(1, len(missed) // JOINING)])
 
 

@@ -94,9 +94,11 @@ def gathered(
 def _layer(
     aims: FloatArray, nearest: FloatArray, runs: IntArray, lengths: FloatArray, *, within: UpRange
 ) -> list[Attitude]:
-    taken = covering(aims, nearest, lengths, within=within)
-    admits = admitted(taken, aims, within=within)
     starts = np.concatenate([[0], np.flatnonzero(np.diff(runs) != 0) + 1])
+    before = np.arange(len(aims)) - 1
+    before[starts] = starts
+    taken = covering(aims, nearest, lengths, within=within, starts=aims[before])
+    admits = admitted(taken, aims, within=within)
     chosen = np.concatenate(
         [_divided(np.ascontiguousarray(admits[:, a:b])) for a, b in pairwise([*starts.tolist(), len(aims)])]
     )
@@ -121,18 +123,22 @@ def _layer(
 
 @njit
 def _divided(admits: BoolArray) -> IntArray:
-    """Return the (n,) row of (d, n) by which each column is admitted, with the fewest changes from column to column."""
+    """Return the (n,) row of (d, n) by which each column is admitted, with the fewest changes from column to column.
+
+    A row that also admits the column before its first goes before one that does not: it takes the step from there.
+    """
     rows, count = admits.shape
     chosen = np.empty(count, dtype=np.int64)
     place = 0
     while place < count:
-        best, end = 0, place
+        best, end, joined = 0, place, False
         for row in range(rows):
             behind = place
             while behind < count and admits[row, behind]:
                 behind += 1
-            if behind > end:
-                best, end = row, behind
+            joins = place > 0 and admits[row, place - 1]
+            if behind > place and (joins > joined or (joins == joined and behind > end)):
+                best, end, joined = row, behind, joins
         # Every column is admitted by a row, so that one is left behind each time.
         chosen[place:end] = best
         place = end

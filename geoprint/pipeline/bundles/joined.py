@@ -35,10 +35,9 @@ def check_joined(folder: Path, names: Iterable[str], told: PlanRecord) -> Checke
         modules = dict(program_modules(folder, names))
         judged = judge_stack(modules, own)
     except GeoprintError as error:
-        return CheckedJoined((*findings, program_finding(error)), None, (), "")
+        return CheckedJoined((*findings, program_finding(error)), None, None, "")
     findings += [program_finding(error) for error in judged.findings]
-    executed = () if judged.proof is None else judged.proof.scenarios
-    return CheckedJoined(tuple(findings), judged.settings, executed, program_digest(modules.items()))
+    return CheckedJoined(tuple(findings), judged.settings, judged.proof, program_digest(modules.items()))
 
 
 def _check_laid(folder: Path, told: PlanRecord) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from geoprint.account.checked import Finding
 from geoprint.account.records.plan import PlanRecord
+from geoprint.account.records.rounding import as_json
 from geoprint.export import PLAN, read_poses_table
 from geoprint.model import FloatArray, PoseStream
 from geoprint.surfaces import closest
@@ -29,7 +30,9 @@ def stream_of(folder: Path, told: PlanRecord) -> PoseStream:
         InputError: it is no stream of poses.
     """
     table = read_poses_table(folder / "poses.csv")
-    standoff = told.settings.standoff_mm
+    (layer,) = told.layers
+    # The paths of a layer of several lie in its middle.
+    standoff = told.settings.standoff_mm - (layer.height_mm / 2.0 if is_layer(told) else 0.0)
     normals = _unit(table.normals)
     return PoseStream(
         tips=table.points + np.where(table.deposit, standoff, 0.0)[:, None] * normals,
@@ -44,6 +47,11 @@ def stream_of(folder: Path, told: PlanRecord) -> PoseStream:
         flow=table.flow,
         standoff=standoff,
     )
+
+
+def is_layer(told: PlanRecord) -> bool:
+    """Return whether a plan is of a layer over the part."""
+    return as_json(told.settings).get("layer") is not None
 
 
 def path_findings(folder: Path, told: PlanRecord) -> Iterator[Finding]:

@@ -90,7 +90,7 @@ def _program(checked: Checked | CheckedComparison) -> _Program:
         return _Program(checked.program, checked.program_sha256, missing)
     stack = checked.stack
     if stack is None:
-        named = ", ".join(name for name, _ in checked.bundles)
+        named = ", ".join(name for name, _ in (*checked.bundles, *checked.stacks))
         raise UsageError(f"{checked.folder} holds several bundles: name the one whose program you saw, of {named}.")
     # All layers stand where the part stands.
     setups = [one.setup for _, one in checked.bundles if one.setup is not None]

@@ -21,7 +21,6 @@ from geoprint.account.metrics import CATALOGUE, OF_BACKEND
 from geoprint.account.records.evenness import EvennessRecord
 from geoprint.account.records.plan import PlanRecord
 from geoprint.account.records.robot import ClearanceRecord, RobotRecord
-from geoprint.config import job_of
 from geoprint.errors import GeoprintError
 from geoprint.export import PLAN, Orders, Setup, TrajectoryTable, read_trajectory_table
 from geoprint.model import Clearance, JointPath, Placement, PoseStream, Targets
@@ -32,6 +31,8 @@ from geoprint.motion.machine import obstacles_at
 from geoprint.motion.reach import tool_poses
 from geoprint.motion.timing import joints_at
 from geoprint.pipeline.bundles.again import JOB
+from geoprint.pipeline.bundles.contents import listed
+from geoprint.pipeline.bundles.inputs import planned_job
 from geoprint.pipeline.bundles.paths import stream_of
 from geoprint.pipeline.tilting import move_clearance, part_folder
 from geoprint.pipeline.workpiece import SidedPart, read_part
@@ -61,7 +62,7 @@ def repeat(
     """
     started = time.perf_counter()
     findings: list[Finding] = []
-    part = _found(JOB, lambda: read_part(job_of(surface=folder / JOB)), findings)
+    part = _found(JOB, lambda: read_part(planned_job(folder, listed(folder))), findings)
     even = None
     printing: list[Clearance] = []
     dry: list[Clearance] = []
@@ -105,9 +106,10 @@ def _evenness(folder: Path, told: PlanRecord, part: SidedPart) -> EvennessRecord
 def _clearances(folder: Path, part: SidedPart, setup: Setup, orders: Orders) -> tuple[Clearance, Clearance]:
     """Return what the collision check finds of the print and of the dry run."""
     cell, place = setup.cell, part.place
-    ground, below = (part.part, 0.0) if place is None else (place.ground, place.height / 2.0)
+    ground, below = (part.part, 0.0) if place is None else (place.ground, place.below)
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
-    path, targets = _written_motion(setup, orders, read_trajectory_table(folder / "trajectory.csv"), arm)
+    table = read_trajectory_table(folder / "trajectory.csv")
+    path, targets = _written_motion(setup, orders, table, arm, standoff=cell.process.standoff - below)
     aloft, aloft_targets = aloft_path(path, targets, arm)
 
     check = ClearanceCheck(
@@ -118,7 +120,9 @@ def _clearances(folder: Path, part: SidedPart, setup: Setup, orders: Orders) -> 
     return printing, check(controller_path(aloft, aloft_targets, arm, step=ALOFT_STEP), poses=aloft.poses)
 
 
-def _written_motion(setup: Setup, orders: Orders, table: TrajectoryTable, arm: Arm) -> tuple[JointPath, Targets]:
+def _written_motion(
+    setup: Setup, orders: Orders, table: TrajectoryTable, arm: Arm, *, standoff: float
+) -> tuple[JointPath, Targets]:
     """Return a path whose poses are the targets as written, with the joints that the inverse has for them."""
     none = np.zeros(orders.count)
     stream = PoseStream(
@@ -132,7 +136,7 @@ def _written_motion(setup: Setup, orders: Orders, table: TrajectoryTable, arm: A
         stops=orders.zones == 0.0,
         arcs=none,
         flow=none,
-        standoff=setup.cell.process.standoff,
+        standoff=standoff,
     )
     T_base_work = setup.placement.T_base_work
     solutions = arm.solutions(tool_poses(stream, T_base_work=T_base_work))

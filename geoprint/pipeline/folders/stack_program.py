@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
-from geoprint.account.checked import CheckedStack, Finding
+from geoprint.account.checked import Checked, CheckedStack, Finding
 from geoprint.account.prints.attitudes import JOINED_LIST
 from geoprint.account.records.rounding import read_record
 from geoprint.account.records.stack import StackedLayerRecord, StackProgramRecord, StackRecord
 from geoprint.account.robot_summary import program_digest
 from geoprint.config import job_of
 from geoprint.errors import GeoprintError
+from geoprint.export import read_setup
 from geoprint.export.rapid.stacks import OwnProgram, judge_stack, together
 from geoprint.pipeline.bundles.again import JOB
 from geoprint.pipeline.bundles.contents import RAPID_FOLDER, STACK
+from geoprint.pipeline.bundles.figures import controller_files_findings, joined_header_findings
 from geoprint.pipeline.bundles.joined import (
     own_program,
     program_finding,
@@ -22,6 +25,7 @@ from geoprint.pipeline.bundles.joined import (
     resident_findings,
 )
 from geoprint.pipeline.folders.layer_moves import LayerMove, layer_moves
+from geoprint.pipeline.folders.stack_record import stack_findings
 from geoprint.pipeline.tilting import part_folder
 
 # Distances that are checked again agree with those that are told to this [mm].
@@ -82,15 +86,17 @@ def stack_program(
     )
 
 
-def check_stack(folder: Path, names: Iterable[str], *, sound: bool) -> tuple[list[Finding], CheckedStack]:
-    """Check the program of a stack on the disk against those of its layers, executed.
+def check_stack(
+    folder: Path, names: Iterable[str], layers: Sequence[tuple[str, Checked]]
+) -> tuple[list[Finding], CheckedStack]:
+    """Check the record and the program of a stack on the disk against those of its layers, executed.
 
     No layer's bundle tells how a table comes from layer to layer, so that this is proven to be clear of the arm anew.
 
     Args:
         folder: of the stack.
         names: of all that its manifest lists.
-        sound: whether the bundles of its layers are as they were planned: nothing is held against others.
+        layers: folder and bundle of each, checked; nothing is held against those that are not as they were planned.
 
     Returns:
         What is wrong, and what a person reads of it.
@@ -98,34 +104,63 @@ def check_stack(folder: Path, names: Iterable[str], *, sound: bool) -> tuple[lis
     told: StackRecord | None = None
     try:
         told = read_record(folder / STACK, StackRecord)
-        if told.program is None:
-            return [], CheckedStack(told)
-        if not sound:
-            reason = "a layer is not as it was planned, so that the program of the stack was not held against it"
-            return [Finding(JOINED_LIST, 1, reason)], CheckedStack(told)
+        if any(one.findings for _, one in layers):
+            reason = "a layer is not as it was planned, so that nothing of the stack was held against it"
+            return [Finding(STACK if told.program is None else JOINED_LIST, 1, reason)], CheckedStack(told)
         own = own_programs(folder, told.layers)
-        findings = [*resident_findings(folder, own[0])]
-        modules = dict(program_modules(folder, names))
-        judged = judge_stack(modules, own)
+        findings: list[Finding] = []
+        stack, moves = CheckedStack(told), ()
+        if own:
+            found, stack, moves = _program_findings(folder, names, told, own)
+            findings += found
+        of_each = {name: _below(names, name) for name, _ in layers}
+        findings += stack_findings(stack, layers, own, moves, names=of_each)
     except GeoprintError as error:
         return [Finding(STACK, 1, str(error))], CheckedStack(told)
-    findings += [program_finding(error) for error in judged.findings]
-    findings += _table_findings(folder, told.layers, told.program, own)
-    executed = () if judged.proof is None else judged.proof.scenarios
-    digest = program_digest(modules.items())
-    return findings, CheckedStack(told, settings=judged.settings, scenarios=executed, program_sha256=digest)
+    return findings, stack
 
 
-def _table_findings(
-    folder: Path, layers: Sequence[StackedLayerRecord], told: StackProgramRecord, own: Sequence[OwnProgram]
-) -> Iterator[Finding]:
-    """Yield what is wrong with how a table comes from layer to layer: it comes too near, or otherwise than is told."""
+def _below(names: Iterable[str], folder: str) -> dict[str, str]:
+    """Return the names below a folder, without it."""
+    return {name.removeprefix(f"{folder}/"): "" for name in names if name.startswith(f"{folder}/")}
+
+
+def _program_findings(
+    folder: Path, names: Iterable[str], told: StackRecord, own: Sequence[OwnProgram]
+) -> tuple[list[Finding], CheckedStack, tuple[LayerMove, ...]]:
+    """Return what is wrong with the program of a stack, what it did, and how a table comes to its layers."""
+    modules = dict(program_modules(folder, names))
+    judged = judge_stack(modules, own)
+    findings = [*resident_findings(folder, own[0]), *map(program_finding, judged.findings)]
+    moves: tuple[LayerMove, ...] = ()
     try:
-        moves = layer_moves([job_of(surface=folder / layer.folder / JOB) for layer in layers], own)
+        moves = layer_moves([job_of(surface=folder / layer.folder / JOB) for layer in told.layers], own)
     except GeoprintError as error:
-        yield Finding(JOINED_LIST, 1, str(error))
-        return
-    said, kept = told.table_kept_mm, _kept(moves)
+        findings.append(Finding(JOINED_LIST, 1, str(error)))
+    else:
+        findings += _kept_findings(told, moves)
+    last = read_setup(folder / own[-1].folder / "setup.json")
+    placed = replace(last, placement=own[0].placement)
+    loading = any(PurePosixPath(name).name.startswith("GeoPath") for name in modules)
+    findings += controller_files_findings(
+        folder, dict.fromkeys(names, ""), placed, loading=loading, folders=[one.folder for one in own]
+    )
+    findings += joined_header_findings(
+        folder,
+        part=told.part,
+        version=told.version,
+        cell=last.cell,
+        layers=[one.layer for one in own],
+        tilted=own[0].placement.table is not None,
+    )
+    digest = program_digest(modules.items())
+    stack = CheckedStack(told, settings=judged.settings, proof=judged.proof, program_sha256=digest)
+    return findings, stack, moves
+
+
+def _kept_findings(told: StackRecord, moves: Sequence[LayerMove]) -> Iterator[Finding]:
+    """Yield that a table comes otherwise than is told from layer to layer."""
+    said, kept = None if told.program is None else told.program.table_kept_mm, _kept(moves)
     if (said is None) is not (kept is None) or abs((said or 0.0) - (kept or 0.0)) > NEAR:
         yield Finding(STACK, 1, f"program.table_kept_mm is {said}, checked again it is {kept}")
 

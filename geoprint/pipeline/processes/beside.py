@@ -16,7 +16,7 @@ from importlib import import_module
 from typing import TypeVar, cast, final
 
 from geoprint.errors import ResourceError
-from geoprint.pipeline.processes.ending import end_with_parent, stopped_later
+from geoprint.pipeline.processes.ending import end_with_parent, ended_at_once, stopped_later
 
 # The first protocol that keeps read-only arrays read-only.
 PROTOCOL = 5
@@ -105,14 +105,12 @@ def beside(count: int) -> Generator[OtherProcesses | None]:
     if count < 1:
         yield None
         return
-    with ProcessPoolExecutor(
-        count, mp_context=multiprocessing.get_context("spawn"), initializer=end_with_parent
+    with ended_at_once(
+        lambda ended: ProcessPoolExecutor(
+            count, mp_context=multiprocessing.get_context("spawn"), initializer=end_with_parent, initargs=(ended,)
+        )
     ) as pool:
-        try:
-            yield OtherProcesses(pool, count)
-        except BaseException:
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise
+        yield OtherProcesses(pool, count)
 
 
 def _pickled(work: Callable[[_Asked], object], asked: _Asked) -> bytes:

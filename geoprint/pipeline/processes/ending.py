@@ -10,9 +10,10 @@ import multiprocessing
 import os
 import signal
 import sys
-from collections.abc import Generator
+from collections.abc import Callable, Generator
+from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
-from multiprocessing.connection import wait
+from multiprocessing.connection import Connection, wait
 from multiprocessing.resource_tracker import ensure_running
 from threading import Thread
 
@@ -35,10 +36,30 @@ def stopped_later() -> Generator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def end_with_parent() -> None:
+@contextmanager
+def ended_at_once(pool: Callable[[Connection], ProcessPoolExecutor]) -> Generator[ProcessPoolExecutor]:
+    """Keep processes while the body runs; where that fails or is stopped, they end at once, whatever they do.
+
+    Args:
+        pool: makes them; each is given what `end_with_parent` waits for.
+    """
+    ended, line = multiprocessing.Pipe(duplex=False)
+    with ended, line, pool(ended) as processes:
+        try:
+            yield processes
+        except BaseException:
+            line.close()
+            processes.shutdown(wait=True, cancel_futures=True)
+            raise
+
+
+def end_with_parent(ended: Connection | None = None) -> None:
     """Let this process end at once when the one that started it has; nothing that it holds is worth keeping then.
 
     It ends here without a word if it was stopped at the keyboard since `stopped_later` started it.
+
+    Args:
+        ended: a pipe, at whose end this process ends too.
     """
     if sys.platform != "win32":
         try:
@@ -47,9 +68,10 @@ def end_with_parent() -> None:
             os._exit(FORSAKEN)
     parent = multiprocessing.parent_process()
     if parent is not None:
-        Thread(target=_end_after, args=(parent.sentinel,), daemon=True).start()
+        awaited = [parent.sentinel, *([] if ended is None else [ended])]
+        Thread(target=_end_after, args=(awaited,), daemon=True).start()
 
 
-def _end_after(sentinel: int) -> None:
-    wait([sentinel])
+def _end_after(awaited: list[int | Connection]) -> None:
+    wait(awaited)
     os._exit(FORSAKEN)

@@ -9,9 +9,10 @@ from __future__ import annotations
 import multiprocessing
 import sys
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
+from multiprocessing.connection import Connection
 
-from geoprint.pipeline.processes.ending import end_with_parent
+from geoprint.pipeline.processes.ending import end_with_parent, ended_at_once
 
 # Plans at a time: each takes up to a gigabyte.
 WORKERS = 2
@@ -23,18 +24,21 @@ M_TRIM_THRESHOLD, M_MMAP_THRESHOLD = -1, -3
 GIVEN_BACK = 1 << 20
 
 
-def layer_processes() -> ProcessPoolExecutor:
-    """Return an executor whose every task has a process of its own."""
-    return ProcessPoolExecutor(
-        WORKERS,
-        mp_context=multiprocessing.get_context("spawn"),
-        max_tasks_per_child=1,
-        initializer=_begin,
+def layer_processes() -> AbstractContextManager[ProcessPoolExecutor]:
+    """Return an executor whose every task has a process of its own; all of them end at once where the body fails."""
+    return ended_at_once(
+        lambda ended: ProcessPoolExecutor(
+            WORKERS,
+            mp_context=multiprocessing.get_context("spawn"),
+            max_tasks_per_child=1,
+            initializer=_begin,
+            initargs=(ended,),
+        )
     )
 
 
-def _begin() -> None:
-    end_with_parent()
+def _begin(ended: Connection) -> None:
+    end_with_parent(ended)
     give_back_memory()
 
 

@@ -101,9 +101,7 @@ class Change:
         standoff = round(steps * STANDOFF_STEP, 6)
         if standoff > process.standoff + LARGEST_RAISE:
             return None
-        # Of a layer the cell counts from the middle, its file from below.
-        filed = standoff + (process.layer_height / 2.0 if self.job.layered else 0.0)
-        keys = "; ".join(part for part in (self.keys, f"[process] standoff_mm = {filed:g}") if part)
+        keys = "; ".join(part for part in (self.keys, f"[process] standoff_mm = {standoff:g}") if part)
         cell = replace(self.cell, process=replace(process, standoff=standoff))
         return Change(STANDOFF, f"{self.name} {standoff:g} mm above the part", keys, self.job, cell)
 
@@ -197,8 +195,9 @@ def _places(paths: Plan) -> Iterator[Change]:
     """Yield places above the obstacles, clear of the arm and below the tip at home."""
     cell, room = paths.workpiece.cell, room_of(paths.workpiece)
     rpy = Rotation.from_matrix(cell.demo_turn).as_euler("xyz")
+    away = cell.demo_position[:2] / max(float(np.hypot(*cell.demo_position[:2])), np.finfo(float).tiny)
     for ahead, up in MOVES:
-        position = cell.demo_position + np.array([ahead, 0.0, up])
+        position = (cell.demo_position + np.array([*(ahead * away), up])).round()
         if not room.permits(Stand(position, rpy)):
             continue
         x, y, z = position.tolist()

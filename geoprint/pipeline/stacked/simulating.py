@@ -61,7 +61,7 @@ def stacked_layer(planned: Plan) -> StackedLayer:
         laid=laid_over(feet, ground, layer.surface, fields, bottom=place.bottom, height=place.height),
         printed=printed,
         met=have_met(feet, ground, height=place.bottom + place.height),
-        within=within_sides(feet, ground, height=place.bottom + place.height / 2.0),
+        within=within_sides(feet, ground, height=place.middle),
         volumes=np.array([laid_volume(poses, flow) for flow in flows]),
         slices=tuple(
             sliced_layer(planned.workpiece.part, shown, plane, height=place.height)

@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from shutil import rmtree
-from tempfile import TemporaryDirectory
 from typing import TypeAlias
 
 from geoprint.account.records.rounding import as_json
@@ -17,10 +16,10 @@ from geoprint.account.stacked.comparison import best_stack, compared_stack, stac
 from geoprint.backends import compared_backends
 from geoprint.config import Job
 from geoprint.errors import FieldError
-from geoprint.export import check_writable, json_bytes
+from geoprint.export import json_bytes, staging
 from geoprint.pipeline.bundles.contents import STACKS
 from geoprint.pipeline.choice import check_options, with_backend
-from geoprint.pipeline.stacks.stacking import REPORT, check_stacked, save_stacks, stack_into
+from geoprint.pipeline.stacks.stacking import REPORT, check_stacked, stack_into, verify_stacks
 from geoprint.results import FinishedStack
 
 # What is said of a backend's stack and how it comes out, or why it cannot plan a layer.
@@ -57,16 +56,15 @@ def compare_stacks(
     check_stacked(job)
     names = compared_backends() if backends is None else tuple(dict.fromkeys(backends))
     check_options(job, names)
-    check_writable(directory, overwrite=overwrite)
-    with TemporaryDirectory() as staging:
-        found = [(name, _stack(with_backend(job, name), names, Path(staging, name), observe)) for name in names]
+    with staging(directory, overwrite=overwrite) as folder:
+        found = [(name, _stack(with_backend(job, name), names, folder / name, observe)) for name in names]
         stacks = {name: stack for name, stack in found if not isinstance(stack, str)}
         if not stacks:
             raise FieldError(next(told for _, told in found if isinstance(told, str)))
         record = _record(job, found)
-        Path(staging, STACKS).write_bytes(json_bytes(as_json(record)))
-        Path(staging, REPORT).write_bytes(compared_stacks_page(stacks, record, job, page=REPORT))
-        save_stacks(Path(staging), directory, overwrite=overwrite, told={STACKS: record})
+        (folder / STACKS).write_bytes(json_bytes(as_json(record)))
+        (folder / REPORT).write_bytes(compared_stacks_page(stacks, record, job, page=REPORT))
+        verify_stacks(folder, {STACKS: record})
     return record
 
 

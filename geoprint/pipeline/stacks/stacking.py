@@ -15,7 +15,6 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from importlib.metadata import version
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TypeAlias
 
 from geoprint.account.prints.cure import with_cure
@@ -25,7 +24,7 @@ from geoprint.account.stacked.page import stack_page
 from geoprint.account.stacked.summary import finished_record, layer_record
 from geoprint.config import Job, load_cell
 from geoprint.errors import FieldError, ResourceError, UsageError, naming
-from geoprint.export import TIMINGS, check_writable, json_bytes, write_bundle
+from geoprint.export import json_bytes, seal, staging
 from geoprint.pipeline.bundles.contents import STACK
 from geoprint.pipeline.choice import check_options
 from geoprint.pipeline.feeding import check_single
@@ -70,10 +69,9 @@ def plan_stack(
     """
     check_stacked(job)
     check_options(job, [job.backend])
-    check_writable(directory, overwrite=overwrite)
-    with TemporaryDirectory() as staging:
-        told, _ = stack_into(job, Path(staging), observe=observe)
-        save_stacks(Path(staging), directory, overwrite=overwrite, told={STACK: told})
+    with staging(directory, overwrite=overwrite) as folder:
+        told, _ = stack_into(job, folder, observe=observe)
+        verify_stacks(folder, {STACK: told})
     return told
 
 
@@ -118,29 +116,20 @@ def stack_into(job: Job, folder: Path, *, observe: Callable[[str], None]) -> tup
     return told, finished
 
 
-def save_stacks(staging: Path, directory: Path | str, *, overwrite: bool, told: Mapping[str, Record]) -> None:
-    """Let what was written into a folder that nobody sees appear where it shall stand: verified, or not at all.
+def verify_stacks(folder: Path, told: Mapping[str, Record]) -> None:
+    """List what was written into a folder that nobody sees yet, and read its records back before it appears.
 
     Args:
-        staging: the folder.
-        directory: where the result shall stand.
-        overwrite: whether an existing result may be replaced.
+        folder: that is staged.
         told: records that must read back, by the name of their file.
 
     Raises:
-        ExportError: nothing can be written there.
+        ExportError: the list cannot be written.
         VerificationError: a record does not read back.
     """
-    paths = [path for path in sorted(staging.rglob("*")) if path.is_file()]
-    files = {path.relative_to(staging).as_posix(): path.read_bytes() for path in paths}
-    timings = {name: content for name, content in files.items() if name.endswith(f"/{TIMINGS}")}
-    listed = {name: content for name, content in files.items() if name not in timings}
-
-    def verify(folder: Path) -> None:
-        for name, record in told.items():
-            verify_record(folder / name, record)
-
-    write_bundle(directory, listed, overwrite=overwrite, verify=verify, unlisted=timings)
+    seal(folder)
+    for name, record in told.items():
+        verify_record(folder / name, record)
 
 
 def _printed(found: Iterable[_Found]) -> list[tuple[StackedLayerRecord, StackedLayer]]:
@@ -204,9 +193,6 @@ def _planned(job: Job, folder: Path, observe: Callable[[str], None]) -> list[_Fo
                 "about a gigabyte. Plan layer by layer with `--layer`, or choose a larger spacing. (A script calls "
                 'this under `if __name__ == "__main__":`.)'
             ) from error
-        except BaseException:
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise
     layers = list(found.values())
     printed = [not isinstance(layer, LeftOutRecord) for layer in layers]
     holes = [layer for layer, above in zip(layers, printed[1:], strict=False) if above]

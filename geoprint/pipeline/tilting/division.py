@@ -10,6 +10,7 @@ from geoprint.model import FloatArray, Hexapod, PoseStream, TiltingTable, TiltTu
 from geoprint.motion.machine import table_machine
 from geoprint.motion.tilting import Attitude, UpRange, attitudes_of, gathered, tilted
 from geoprint.pipeline.tilting.sweeping import sweep_seconds
+from geoprint.quality import overhang
 from geoprint.results import Order, Plan, Tilting
 from geoprint.transforms import angles_between
 
@@ -57,7 +58,7 @@ def up_range(paths: Plan, table: TiltingTable) -> UpRange:
     return UpRange(
         lambda ups: table.margins(table.plates(ups @ R_plate_work.T)),
         rest=R_plate_work[2],
-        critical=paths.workpiece.cell.process.overhang,
+        critical=paths.workpiece.cell.critical_overhang,
         least=LEAST_MARGIN,
     )
 
@@ -74,18 +75,23 @@ def tilting_of(
         order: as `Tilting`.
         moves: as `Tilting`.
     """
-    poses, critical = deposited(paths), paths.workpiece.cell.process.overhang
+    poses, critical = deposited(paths), paths.workpiece.cell.critical_overhang
     lengths, R_plate_work = _lengths(poses), plate_turn(paths, table)
     Ts_table_plate = table.plates(np.stack([R_plate_work @ one.up for one in attitudes]))
     before = np.concatenate([np.eye(4)[None], Ts_table_plate[:-1]])
     angles, own = np.full(poses.count, np.inf), np.zeros(poses.count, dtype=np.int64)
+    ups = np.zeros((poses.count, 3))
+    for one in attitudes:
+        ups[one.pieces[:, 0]] = one.up
     for number, one in enumerate(attitudes):
         for start, end in one.pieces.tolist():
+            # Where a run goes on, what ends at the first pose of a piece is deposited in the attitude before.
+            ups[start + 1 : end] = one.up
             # The last pose of a piece is that of the next one, too: the steeper attitude is not its own.
             found = angles_between(poses.normals[start:end], one.up)
             own[start:end] = np.where(found < angles[start:end], number, own[start:end])
             angles[start:end] = np.minimum(angles[start:end], found)
-    over = angles > critical + NOTHING
+    left = overhang(poses, up=ups, critical=critical + NOTHING)
     return Tilting(
         table=table.name,
         rotary=table.rotary,
@@ -95,8 +101,8 @@ def tilting_of(
         seconds=sweep_seconds(paths.workpiece.cell, table, Ts_from=before, Ts_to=Ts_table_plate),
         order=order,
         moves=moves,
-        overhanging=float(lengths[over].sum()),
-        missing=float(np.where(over, angles - critical, 0.0).max()),
+        overhanging=left.length,
+        missing=left.largest - critical if left.length else 0.0,
     )
 
 

@@ -63,7 +63,8 @@ def poses_at_rest(paths: Plan, placement: Placement) -> PoseStream:
     if table is None or tilting is None:
         raise UsageError(f"the cell {paths.workpiece.cell.name} has no table that tilts the part.")
     machine = table_machine(table)
-    divided = portions(tilting.attitudes, deposited(paths), overlap=0.0, critical=paths.workpiece.cell.process.overhang)
+    critical = paths.workpiece.cell.critical_overhang
+    divided = portions(tilting.attitudes, deposited(paths), overlap=0.0, critical=critical)
     Ts_table_plate = machine.plates(np.stack([one.up for one in tilting.attitudes]) @ plate_turn(paths, machine).T)
     known = posed_surface(paths.workpiece.surface, paths.workpiece.body)
     streams: list[PoseStream] = []

@@ -1,6 +1,10 @@
 """What is planned on: cell, part and body as read, cut, sided, placed and refined, and where distance is zero on it."""
 
-from geoprint.pipeline.workpiece.layering import EMPTY as EMPTY, Stack as Stack
+from geoprint.pipeline.workpiece.layering import (
+    EMPTY as EMPTY,
+    Stack as Stack,
+    even_stack as even_stack,
+)
 from geoprint.pipeline.workpiece.preparing import (
     SidedPart as SidedPart,
     largest_distance as largest_distance,

@@ -114,11 +114,8 @@ def layer_of(job: Job, cell: Cell, part: Surface, file: TargetFile | None) -> tu
 
 
 def stack_cell(cell: Cell, place: StackPlace | None) -> Cell:
-    """Return a cell for a layer: its height, and the stand-off from its middle, where its paths lie."""
-    if place is None:
-        return cell
-    standoff = cell.process.standoff - place.height / 2.0
-    return replace(cell, process=replace(cell.process, layer_height=place.height, standoff=standoff))
+    """Return a cell for a layer, with its height; the stand-off stays that from what the layer lies on."""
+    return cell if place is None else replace(cell, process=replace(cell.process, layer_height=place.height))
 
 
 def _asked(job: Job, cell: Cell, stack: Stack) -> int:

@@ -79,9 +79,9 @@ def hostile(folder: Path, kind: str) -> Path:
     [
         ("empty", "is empty"),
         ("nan", "1 points with NaN or infinite coordinates, the first is point 250"),
-        ("words", "cannot be read as points"),
-        ("truncated", "cannot be read as points"),
-        ("lying", "cannot be read as points"),
+        ("words", "has the columns these, are, no, points"),
+        ("truncated", "promises 300 of `vertex` in its header"),
+        ("lying", "promises 4000000000 of `vertex` in its header"),
         ("few", "holds 2 points, at least 200 are needed"),
         ("folder", "is a directory"),
     ],

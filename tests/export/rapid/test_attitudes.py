@@ -17,9 +17,9 @@ from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.machine import Execution, execute
 from geoprint.export.rapid.made import printing, task_of
 from geoprint.export.rapid.program import proven_program
-from geoprint.export.rapid.settings import as_new
 from geoprint.export.rapid.stacks import OwnProgram, judge_stack, verify_stack
 from geoprint.export.rapid.stacks.running import StackRun
+from geoprint.export.switches import as_new
 from geoprint.model import Cell, Hexapod, Program, TiltTurn
 from geoprint.motion.arm import Arm
 from geoprint.motion.machine import table_machine, tilted_placement

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from geoprint.errors import VerificationError
-from geoprint.export.rapid.executed import Proof, beyond, deviations, prove, switching_deviation
+from geoprint.export.rapid.executed import Proof, beyond, check_times, deviations, prove, switching_deviation
 from geoprint.export.rapid.guard import resident_module
 from geoprint.export.rapid.language.collecting import uncollected
 from geoprint.export.rapid.language.parsing import parse_module
@@ -135,6 +135,14 @@ def test_a_corner_is_as_long_as_its_parabola() -> None:
 def test_a_straight_path_loses_nothing_at_its_zones() -> None:
     places = np.outer(np.arange(4.0), [0.6, 0.0, 0.8])
     np.testing.assert_allclose(rounded_lengths(places, np.full(4, 0.3)), 1.0, atol=1e-12)
+
+
+def test_a_program_that_takes_longer_or_shorter_than_it_was_timed_is_refused() -> None:
+    executed = replace(written()[1].executed, move_time=0.02, run_time=0.05)
+    check_times(executed)
+    for figure, words in (("move_time", r"a move takes 0\.0202 s more"), ("run_time", r"of a run take 5\.1% of")):
+        with pytest.raises(VerificationError, match=words):
+            check_times(replace(executed, **{figure: 1.01 * getattr(executed, figure)}))
 
 
 @pytest.mark.parametrize(("figure", "allowed"), [("motion", 0.001), ("outputs", 0.05)])

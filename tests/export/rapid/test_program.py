@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.errors import InputError, UsageError, VerificationError
-from geoprint.export.orders import orders_of
+from geoprint.export.ordering import orders_of
 from geoprint.export.rapid import program as rapid
 from geoprint.export.rapid.cell_module import cell_module, guard_module, header_lines
 from geoprint.export.rapid.language.symbols import read_task

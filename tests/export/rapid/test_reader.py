@@ -204,7 +204,7 @@ DAMAGES = {
         "geoLoading is declared nowhere", "StartLoad"),
     "unloaded too early": Damage(P, "    GeoRun2;\n", '    UnLoad diskhome\\\\File:="GeoPrint.mod";\n    GeoRun2;\n',
                                  "ERR_UNLOAD: GeoPrint.mod is not loaded by the program", "UnLoad"),
-    "unknown instruction": Damage(P, "    GeoRun2;", "    SoftAct 1,5;", "SoftAct", "SoftAct"),
+    "unknown instruction": Damage(P, "    GeoRun2;", "    TuneReset;", "TuneReset", "TuneReset"),
     "second statement in a line": Damage(
         P, "    GeoRun2;", "    GeoRun2; GeoRun1;", "more than one statement", "GeoRun2; GeoRun1"
     ),
@@ -265,6 +265,31 @@ def test_a_damaged_program_is_refused_with_module_line_and_reason(name: str) -> 
 def test_the_undamaged_programs_are_accepted() -> None:
     verify(PROGRAM)
     verify(written(DEMONSTRATION), DEMONSTRATION)
+
+
+@pytest.mark.parametrize(
+    ("frame", "shift", "looser", "tighter"),
+    # A tenth of the stand-off of 0.3 mm; what takes an axis to the border of its quadrants; what a num can tell.
+    [(1.0, "0.03", "0.031", "0.01"), (0.0123456, "0.01234", "0.03", "0.005"), (1e-9, "0.001", "0.01", "0.0001")],
+)
+def test_the_frame_may_lie_off_by_no_more_than_takes_an_axis_to_a_border(
+    frame: float, shift: str, looser: str, tighter: str
+) -> None:
+    near = replace(orders(), frame=frame)
+    program = rapid_program(
+        near, cell=CELL, placement=PLACEMENT, surface_within=0.21, tips_at=tips_of(stream()), part_name="rings",
+        spacing=2.0,
+    )  # fmt: skip
+
+    def check(program: Program) -> None:
+        verify_program(program, near, cell=CELL, placement=PLACEMENT, events=events(), surface_within=0.21)
+
+    assert f"CONST num nGeoShift:={shift};" in dict(program.modules)[C]
+    check(program)
+    for other in (looser, tighter):
+        said = f"nGeoShift:={shift};"
+        with pytest.raises(VerificationError, match="let the part lie off by"):
+            check(damaged(C, lambda text, said=said, other=other: text.replace(said, f"nGeoShift:={other};"), program))
 
 
 def test_a_demonstration_that_could_deposit_is_refused() -> None:

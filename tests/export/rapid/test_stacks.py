@@ -19,10 +19,10 @@ from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.machine import Controller, Execution, Scenario, compile_task, execute
 from geoprint.export.rapid.made import printing, signals_of, task_of
 from geoprint.export.rapid.program import rapid_program
-from geoprint.export.rapid.settings import as_new
 from geoprint.export.rapid.stacks import JudgedStack, OwnProgram, judge_stack, stack_files, stacked_layer, verify_stack
 from geoprint.export.rapid.stacks.comparing import compare_part, parts_of
 from geoprint.export.rapid.stacks.running import StackRun
+from geoprint.export.switches import as_new
 from geoprint.model import Cell, Flood, Placement, Program
 from geoprint.motion.arm import Arm
 from tests.export.export_cases import CELL, DEMONSTRATION, PLACEMENT, orders, stream, tips_of

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from geoprint.motion.arm.urdf import LARGEST_FILE, chain_of, read_urdf, read_urd
 from geoprint.motion.collision.link_solids import link_solids
 from geoprint.pipeline import plan
 from tests.motion.arms import offset_wrist
+from tests.shared_data import shared
 
 JAW = '<joint name="jaw" type="prismatic"><parent link="tool0"/><child link="grip"/></joint>'
 
@@ -125,3 +127,33 @@ def test_no_program_is_planned_for_an_arm_that_rapid_does_not_know(tmp_path: Pat
     job = job_of(surface=part, unit="mm", spacing=5.0, cell=cell, place="demo")
     with pytest.raises(UsageError, match=r"no RAPID program .*own\.urdf: axes 4, 5 and 6 do not meet.*--no-robot"):
         plan(job)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("arm.urdf.xacro", "<robot name='a'/>"),
+        ("arm.urdf", "<robot name='a' xmlns:xacro='http://ros.org/wiki/xacro'><xacro:arm prefix=''/></robot>"),
+        ("arm.xml", "<robot name='a'><link name='${prefix}base'/></robot>"),
+    ],
+)
+def test_macros_are_named_with_the_command_that_expands_them(tmp_path: Path, name: str, text: str) -> None:
+    (tmp_path / name).write_text(text)
+    command = re.escape(f"`xacro {name} > arm_expanded.urdf`")
+    with pytest.raises(UsageError, match=rf"robot\.urdf: {re.escape(name)} is xacro, .* expand it with {command}"):
+        read_urdf_file(tmp_path / name, flange="tool0")
+
+
+def test_a_file_that_xacro_has_expanded_is_read(tmp_path: Path) -> None:
+    # It keeps the name space and tells of xacro in a comment.
+    text = read_urdf("irb120").replace(
+        "<robot ", '<!-- made by xacro --><robot xmlns:xacro="http://ros.org/wiki/xacro" '
+    )
+    assert "xmlns:xacro" in text
+    (tmp_path / "arm.urdf").write_text(text)
+    assert read_urdf_file(tmp_path / "arm.urdf", flange="tool0") == text
+
+
+def test_the_macro_of_the_field_is_named_as_xacro() -> None:
+    with pytest.raises(UsageError, match=r"k16_macro\.xacro is xacro"):
+        read_urdf_file(shared("field/k16_macro.xacro"), flange="tool0")

@@ -6,14 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.account.robot_summary import record_quadrants
 from geoprint.model import BoolArray, FloatArray, JointPath, PoseStream, Targets
+from geoprint.motion.arm import border_distances
+from geoprint.motion.arm.configuration import branch_of
 from geoprint.motion.arm.nozzle import about_nozzle
 from geoprint.motion.reach.inverse import reach
 from geoprint.motion.reach.pose_samples import tool_poses
-from geoprint.motion.reach.quadrants import axial_rotation, axial_weights
+from geoprint.motion.reach.quadrants import axial_rotation, axial_weights, frame_room
 from tests.motion.cells import bent_cell, straight_cell
 from tests.motion.joint_paths import arc, arm_of, line, solved, stream
 
@@ -165,3 +168,28 @@ def test_axial_nozzle_prints_with_joint_6_off_its_border() -> None:
     path = reach(poses, arm, T_base_work=np.eye(4))
     assert off_borders(path.joints)[:, 2].min() >= 1.0
     assert np.ptp(path.rotations) == 0.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_frame_within_the_room_takes_an_axis_over_a_border_and_a_little_beyond_one_does(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    # Twenty targets that the arm reaches, axis 4 of one 0.05 degrees beside a border.
+    joints = np.radians([40.0, 28.0, 20.0, 30.0, 75.0, 130.0]) + random.uniform(-0.1, 0.1, (20, 6))
+    joints[7, 3] = np.radians(0.05)
+    Ts, middle, radius = ARM.tool_poses(joints), np.array([230.0, 190.0, 60.0]), 25.0
+    room = frame_room(joints, ARM, middle=middle, radius=radius)
+    assert 0.0 < room < 0.5
+    branches = branch_of(joints, arm=ARM)
+    border = border_distances(joints)
+
+    def crossed(shift: FloatArray, turn: FloatArray) -> bool:
+        R = Rotation.from_rotvec(turn).as_matrix()
+        moved = transforms.rigid(R, middle + shift - R @ middle) @ Ts
+        found = ARM.solutions(moved)[np.arange(20), branches]
+        return bool((np.abs(transforms.wrapped(found - joints))[:, [0, 3, 5]] > border).any())
+
+    ways = random.normal(size=(300, 2, 3))
+    ways /= np.linalg.norm(ways, axis=2, keepdims=True)
+    assert not any(crossed(room * shift, room / radius * turn) for shift, turn in ways)
+    # The worst way is the one along which axis 4 turns most: of so many one comes near it.
+    assert any(crossed(1.6 * room * shift, 1.6 * room / radius * turn) for shift, turn in ways)

@@ -52,13 +52,13 @@ def fewest(normals: FloatArray) -> int:
 def test_what_the_others_make_needless_is_left_out() -> None:
     normals = leaning((0.0, 0.0), (20.0, 0.0), (40.0, 0.0))
     taken = leaning((5.0, 0.0), (20.0, 0.0), (38.0, 0.0))
-    np.testing.assert_array_equal(fewer(taken, normals, within=WITHIN), taken[1:2])
+    np.testing.assert_array_equal(fewer(taken, normals, normals, within=WITHIN), taken[1:2])
 
 
 def test_one_is_put_in_place_of_two_where_it_admits_what_only_they_do() -> None:
     normals = leaning((25.0, 0.0), (25.0, 180.0), (60.0, 90.0))
     taken = leaning((50.0, 0.0), (50.0, 180.0), (60.0, 90.0))
-    found = fewer(taken, normals, within=WITHIN)
+    found = fewer(taken, normals, normals, within=WITHIN)
     assert len(found) == 2
     assert admitted(found, normals, within=WITHIN).any(axis=0).all()
 

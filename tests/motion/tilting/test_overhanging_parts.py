@@ -32,7 +32,7 @@ def test_a_real_part_overhangs_no_more_where_the_table_can_prevent_it(name: str)
     file = shared(f"patches/{name}.ply")
     planned = plan(job_of(surface=file, unit="mm", spacing=4.0, robot=False))
     poses, rest = planned.poses, planned.workpiece.upright[2]
-    critical = planned.workpiece.cell.process.overhang
+    critical = planned.workpiece.cell.critical_overhang
     before = overhang(poses, up=rest, critical=critical)
     assert before.share > 0.5
     laid = np.flatnonzero(poses.deposit)

@@ -23,6 +23,8 @@ from geoprint.export.rapid.language.syntax import (
 
 _OR = frozenset({"OR", "XOR"})
 _COMPARISONS = frozenset({"=", "<>", "<", ">", "<=", ">="})
+# Operands of one sum or product; whoever writes more can split it.
+_MOST_OPERANDS = 20_000
 _SUMS = frozenset({"+", "-"})
 _PRODUCTS = frozenset({"*", "/", "DIV", "MOD"})
 _LITERALS = frozenset({"number", "string", "numbers"})
@@ -128,18 +130,22 @@ def _comparison(cursor: Cursor) -> Expression:
 
 
 def _sum(cursor: Cursor) -> Expression:
-    left = _product(cursor)
+    left, count = _product(cursor), 0
     while cursor.kind in _SUMS:
-        line, operator = cursor.line, cursor.kind
+        line, operator, count = cursor.line, cursor.kind, count + 1
+        if count > _MOST_OPERANDS:
+            cursor.refuse(f"more than {_MOST_OPERANDS} operands stand in one sum or product")
         cursor.step()
         left = Binary(line, operator, left, _product(cursor))
     return left
 
 
 def _product(cursor: Cursor) -> Expression:
-    left = _signed(cursor)
+    left, count = _signed(cursor), 0
     while cursor.kind in _PRODUCTS:
-        line, operator = cursor.line, cursor.kind
+        line, operator, count = cursor.line, cursor.kind, count + 1
+        if count > _MOST_OPERANDS:
+            cursor.refuse(f"more than {_MOST_OPERANDS} operands stand in one sum or product")
         cursor.step()
         left = Binary(line, operator, left, _signed(cursor))
     return left

@@ -27,7 +27,7 @@ from geoprint.export.rapid.language.syntax import (
     Storage,
 )
 
-_HEADER = re.compile(r"\s*%%%.*?%%%", re.DOTALL)
+_HEADER = re.compile(r"\A\s*%%%.*?%%%", re.DOTALL)
 _ATTRIBUTES = frozenset({"SYSMODULE", "NOVIEW", "NOSTEPIN", "VIEWONLY", "READONLY"})
 _STORAGES = frozenset({"VAR", "PERS", "CONST"})
 _ROUTINES = frozenset({"PROC", "FUNC", "TRAP"})

@@ -15,7 +15,16 @@ import numpy as np
 
 from geoprint.export.rapid.language.syntax import Value
 from geoprint.export.rapid.machine.arm_state import tip_of
-from geoprint.export.rapid.machine.moves import ON_THE_SPOT, begins, check_axes, pull, scale, target_frame, tool_frame
+from geoprint.export.rapid.machine.moves import (
+    ON_THE_SPOT,
+    begins,
+    check_axes,
+    mode_number,
+    pull,
+    scale,
+    target_frame,
+    tool_frame,
+)
 from geoprint.export.rapid.machine.state import ROW, Leg, State
 from geoprint.export.rapid.machine.values.faults import Fault, fault
 from geoprint.export.rapid.machine.values.poses import Orient, Pos, Pose, compose, inverted
@@ -158,6 +167,7 @@ class Batches:
         if count:
             block = block[:count]
             block[:, 22:25] = tool_name, work_name, number
+            block[:, 28] = mode_number(state)
             log, motion = state.log, state.motion
             log.close()
             log.closed.append(block)
@@ -210,7 +220,7 @@ class Batches:
             fault("ERR_SPEED_REFRESH_LIM", "the speed of a move is 0, so that the arm would never arrive")
         share = scale(state)
         durations = np.maximum(
-            lengths / np.minimum(speeds * share, motion.fastest), angles / (np.radians(turning) * share)
+            lengths / np.minimum(speeds * share, motion.modes.fastest), angles / (np.radians(turning) * share)
         )
         begin = begins(state)
         ends = begin + np.cumsum(durations)

@@ -10,6 +10,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.export.rapid.language.syntax import Value
+from geoprint.export.rapid.machine.modes import Modes
 from geoprint.export.rapid.machine.scenario import NOT_KNOWN
 from geoprint.model import BoolArray, FloatArray, IntArray, freeze_arrays, frozen
 
@@ -41,6 +42,8 @@ class Moves:
         lengths: (n,) of path [mm].
         names: of tools and work objects, as declared, in lower case.
         Ts_base_target: (f, 4, 4) the frames in which targets are given, with their displacement, in base coordinates.
+        modes: (n,) place in `settings` of the modal state in which each is ordered.
+        settings: modal states.
     """
 
     verbs: IntArray
@@ -60,13 +63,15 @@ class Moves:
     lengths: FloatArray
     names: tuple[str, ...]
     Ts_base_target: FloatArray
+    modes: IntArray
+    settings: tuple[Modes, ...]
 
     def __post_init__(self) -> None:
         freeze_arrays(
             self, verbs="int: n", files="int: n", lines="int: n", places="float: n 3", turns="float: n 4",
             configurations="float: n 4", other_axes="float: n 6", speeds="float: n", zones="float: n", tools="int: n",
             works="int: n", frames="int: n", begins="float: n", ends="float: n", lengths="float: n",
-            Ts_base_target="float: f 4 4",
+            Ts_base_target="float: f 4 4", modes="int: n",
         )  # fmt: skip
 
     @property

@@ -6,6 +6,7 @@ import operator
 from collections.abc import Callable
 from typing import Any, cast
 
+from geoprint.export.rapid.language.kinds import STRING_LENGTH
 from geoprint.export.rapid.language.syntax import (
     Aggregate,
     Argument,
@@ -263,5 +264,17 @@ def _binary(expression: Binary, scope: Scope) -> Code:
     if word == "*" and left.kind == right.kind == "orient":
         return Code("orient", lambda state: times(cast("Orient", one(state)), cast("Orient", other(state))))
     kind = "pos" if "pos" in {left.kind, right.kind} else left.kind or right.kind
-    operation = ARITHMETIC[word]
+    operation = _joined if word == "+" and kind == "string" else ARITHMETIC[word]
     return Code(kind, lambda state: operation(one(state), other(state)))
+
+
+def _joined(one: Value, other: Value) -> Value:
+    """Return two strings as one.
+
+    Raises:
+        Fault: it is longer than a controller's strings are.
+    """
+    whole = cast("str", one) + cast("str", other)
+    if len(whole) > STRING_LENGTH:
+        fault("ERR_STRTOOLNG", f"a string has at most {STRING_LENGTH} characters, found {len(whole)}")
+    return whole

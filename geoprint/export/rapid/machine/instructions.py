@@ -6,6 +6,7 @@ listed here is an error wherever it stands.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import PurePosixPath
@@ -16,6 +17,7 @@ from geoprint.export.rapid.machine.calls import OUTPUTS
 from geoprint.export.rapid.machine.execution import Switching
 from geoprint.export.rapid.machine.functions import text_of
 from geoprint.export.rapid.machine.loading import load, unload
+from geoprint.export.rapid.machine.modes import chosen
 from geoprint.export.rapid.machine.moves import Trigger
 from geoprint.export.rapid.machine.state import Reference, State
 from geoprint.export.rapid.machine.values.faults import fault
@@ -110,8 +112,59 @@ def _wait_signal(state: State, values: list[Any], options: Mapping[str, Value]) 
     _wait_until(state, [state.signals.get(values[0].lower(), 0.0) == float(values[1])], options)
 
 
+def _mode(state: State, **changed: Any) -> None:
+    state.motion.modes = state.motion.modes._replace(**changed)
+
+
 def _velocity(state: State, values: list[Any], _: Mapping[str, Value]) -> None:
-    state.motion.override, state.motion.fastest = float(values[0]), float(values[1])
+    _mode(state, override=float(values[0]), fastest=float(values[1]))
+
+
+def _accelerate(state: State, values: list[Any], options: Mapping[str, Value]) -> None:
+    acceleration, ramp, stop = float(values[0]), float(values[1]), options.get("finepointramp", 100.0)
+    _mode(state, acceleration=(acceleration, ramp, float(cast("float", stop))))
+
+
+def _limit_acceleration(state: State, _: list[Any], options: Mapping[str, Value]) -> None:
+    _mode(state, world_acceleration=float(cast("float", options.get("on", math.inf))))
+
+
+def _limit_along_path(state: State, values: list[Any], options: Mapping[str, Value]) -> None:
+    highest = [
+        float(cast("float", options.get(name, math.inf))) if limited else math.inf
+        for limited, name in zip(values, ("accmax", "decelmax"), strict=True)
+    ]
+    _mode(state, path_acceleration=tuple(highest))
+
+
+def _resolve(state: State, values: list[Any], _: Mapping[str, Value]) -> None:
+    _mode(state, resolution=float(values[0]))
+
+
+def _supervise_lines(state: State, _: list[Any], options: Mapping[str, Value]) -> None:
+    _mode(state, lines=chosen(options, default="on") == "on")
+
+
+def _supervise_joints(state: State, _: list[Any], options: Mapping[str, Value]) -> None:
+    _mode(state, joints=chosen(options, default="on") == "on")
+
+
+def _give_way(state: State, _: list[Any], options: Mapping[str, Value]) -> None:
+    _mode(state, singularities=chosen(options, default="off"))
+
+
+def _supervise_motion(state: State, _: list[Any], options: Mapping[str, Value]) -> None:
+    tuned = float(cast("float", options.get("tunevalue", 100.0)))
+    _mode(state, supervision=(chosen(options, default="on") == "on", tuned))
+
+
+def _soften(state: State, values: list[Any], _: Mapping[str, Value]) -> None:
+    soft = dict(state.motion.modes.soft) | {int(values[0]): float(values[1])}
+    _mode(state, soft=tuple(sorted(soft.items())))
+
+
+def _turn_in_circles(state: State, _: list[Any], options: Mapping[str, Value]) -> None:
+    _mode(state, circles=chosen(options, default="pathframe"))
 
 
 def _displace(state: State, values: list[Any], _: Mapping[str, Value]) -> None:
@@ -244,10 +297,21 @@ INSTRUCTIONS: Mapping[str, Instruction] = {
     "waitdi": Instruction(_wait_signal, 2, signals=(0,), options=frozenset({"maxtime"})),
     "waitdo": Instruction(_wait_signal, 2, signals=(0,), options=frozenset({"maxtime"})),
     "velset": Instruction(_velocity, 2),
-    "accset": Instruction(_nothing, 2),
-    "confl": Instruction(_nothing, 0, options=frozenset({"on", "off"})),
-    "confj": Instruction(_nothing, 0, options=frozenset({"on", "off"})),
-    "singarea": Instruction(_nothing, 0, options=frozenset({"off", "wrist"})),
+    "accset": Instruction(_accelerate, 2, options=frozenset({"finepointramp"})),
+    "worldacclim": Instruction(_limit_acceleration, 0, options=frozenset({"on", "off"})),
+    "pathacclim": Instruction(_limit_along_path, 2, options=frozenset({"accmax", "decelmax"})),
+    "pathresol": Instruction(_resolve, 1),
+    "confl": Instruction(_supervise_lines, 0, options=frozenset({"on", "off"})),
+    "confj": Instruction(_supervise_joints, 0, options=frozenset({"on", "off"})),
+    "singarea": Instruction(_give_way, 0, options=frozenset({"off", "wrist", "lockaxis4"})),
+    "motionsup": Instruction(_supervise_motion, 0, options=frozenset({"on", "off", "tunevalue"})),
+    "softact": Instruction(_soften, 2, options=frozenset({"ramp"})),
+    "softdeact": Instruction(lambda state, _, __: _mode(state, soft=()), 0, options=frozenset({"ramp"})),
+    "cirpathmode": Instruction(
+        _turn_in_circles,
+        0,
+        options=frozenset({"pathframe", "objectframe", "cirpointori", "wrist45", "wrist46", "wrist56"}),
+    ),
     "pdispset": Instruction(_displace, 1),
     "pdispoff": Instruction(_displace_no_more, 0),
     "eoffsset": Instruction(_offset_axes, 1),

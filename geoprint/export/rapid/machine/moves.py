@@ -94,9 +94,14 @@ def tool_frame(tool: Value) -> Pose:
     return pose_of(frame)
 
 
+def mode_number(state: State) -> int:
+    """Return the number of the present modal state in the log."""
+    return state.log.modes.setdefault(state.motion.modes, len(state.log.modes))
+
+
 def scale(state: State) -> float:
     """Return the share of the programmed speed at which the arm moves."""
-    share = state.motion.override * state.scenario.override / 10000.0
+    share = state.motion.modes.override * state.scenario.override / 10000.0
     if share <= 0.0:
         fault("ERR_SPEED_REFRESH_LIM", "the speed is 0, so that the arm would never arrive")
     return share
@@ -197,7 +202,7 @@ def _duration(state: State, length: float, turn: float, *, speed: Value, options
     v_tip, v_turn = _speeds(speed, options)
     if v_tip <= 0.0 or v_turn <= 0.0:
         fault("ERR_SPEED_REFRESH_LIM", "the speed of a move is 0, so that the arm would never arrive")
-    fastest = min(v_tip * share, state.motion.fastest)
+    fastest = min(v_tip * share, state.motion.modes.fastest)
     return max(length / fastest, turn / (math.radians(v_turn) * share))
 
 
@@ -215,7 +220,7 @@ def _book(
     rounded = min(size, length / 2.0) / length * duration if length > ON_THE_SPOT else 0.0
     log.open.extend((
         float(order.file), float(order.line), float(order.verb), *row, size, float(order.tool_name),
-        float(order.work_name), float(frame), begin, end, length,
+        float(order.work_name), float(frame), begin, end, length, float(mode_number(state)),
     ))  # fmt: skip
     for trigger in triggers:
         pull(state, trigger, move=log.count, begin=begin, end=end, length=length)

@@ -13,6 +13,7 @@ from geoprint.export.rapid.language.syntax import Value
 from geoprint.export.rapid.machine.arm_state import stand_still
 from geoprint.export.rapid.machine.execution import Execution, Moves
 from geoprint.export.rapid.machine.loading import begin_data, load
+from geoprint.export.rapid.machine.modes import START
 from geoprint.export.rapid.machine.scenario import Event, Scenario
 from geoprint.export.rapid.machine.state import Log, Moving, State
 from geoprint.export.rapid.machine.stepping import advance, enter, evaluate_routine
@@ -132,7 +133,7 @@ class Controller:
         self._set(state.scenario.data)
         clock = min(state.until, state.clock)
         state.clock, state.motion.end, state.motion.entry = clock, clock, clock
-        state.motion.displacement, state.motion.override, state.motion.fastest = IDENTITY, 100.0, 5000.0
+        state.motion.displacement, state.motion.modes = IDENTITY, START
         self._begin()
 
     def note_from_here(self) -> None:
@@ -202,7 +203,7 @@ def _plain(value: object) -> Value | None:
 
 def _moves(state: State) -> Moves:
     rows = state.log.rows()
-    whole = rows[:, [0, 1, 2, 22, 23, 24]].astype(np.int64)
+    whole = rows[:, [0, 1, 2, 22, 23, 24, 28]].astype(np.int64)
     whole.setflags(write=False)
     frames = list(state.log.frames) or [IDENTITY]
     rotations = transforms.rotation_of(np.array([turn for _, turn in frames]))
@@ -210,7 +211,8 @@ def _moves(state: State) -> Moves:
         files=whole[:, 0], lines=whole[:, 1], verbs=whole[:, 2], places=rows[:, 3:6], turns=rows[:, 6:10],
         configurations=rows[:, 10:14], other_axes=rows[:, 14:20], speeds=rows[:, 20], zones=rows[:, 21],
         tools=whole[:, 3], works=whole[:, 4], frames=whole[:, 5], begins=rows[:, 25], ends=rows[:, 26],
-        lengths=rows[:, 27], names=tuple(state.task.words),
+        lengths=rows[:, 27], names=tuple(state.task.words), modes=whole[:, 6],
+        settings=tuple(state.log.modes),
         Ts_base_target=transforms.rigid(rotations, np.array([place for place, _ in frames])),
     )  # fmt: skip
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias, final
@@ -38,6 +39,7 @@ class Scenario:
         watched: routines whose calls are noted with their arguments.
         entry: where it begins.
         most_steps: after which it is taken to run for ever.
+        most_seconds: of processor time after which it is taken to run for ever [s].
     """
 
     data: Mapping[str, Value] = field(default_factory=dict[str, Value])
@@ -52,3 +54,4 @@ class Scenario:
     watched: frozenset[str] = frozenset()
     entry: str = "main"
     most_steps: int = MOST_STEPS
+    most_seconds: float = math.inf

@@ -5,12 +5,14 @@ from __future__ import annotations
 import heapq
 from array import array
 from dataclasses import dataclass
+from time import process_time
 from typing import TYPE_CHECKING, TypeAlias, cast, final
 
 import numpy as np
 
 from geoprint.export.rapid.language.syntax import Value
 from geoprint.export.rapid.machine.execution import Called, Ending, Switching
+from geoprint.export.rapid.machine.modes import START, Modes
 from geoprint.export.rapid.machine.scenario import Scenario
 from geoprint.export.rapid.machine.values.faults import Fault, fault
 from geoprint.export.rapid.machine.values.poses import IDENTITY, Pose
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
     from geoprint.export.rapid.machine.task import MachineTask, RoutineCode
 
 # Numbers that are kept of a move; `moves` fills them and `log` takes them apart.
-ROW = 28
+ROW = 29
 
 
 @final
@@ -114,10 +116,9 @@ class Moving:
         tool: frame of the tool that the tip belongs to.
         end: when the last move ends [s].
         entry: when the zone of the last move is entered, or it ends [s]; the next move must be known then.
-        override: of VelSet [%].
-        fastest: of the tip, by VelSet [mm/s].
         displacement: of the program.
         legs: the last two moves.
+        modes: what instructions have set for the moves to come.
         unit: the mechanical unit beside the arm that is active, in lower case; empty where none is.
         axes: of it, where the last move of the joints has brought them [degrees or mm].
     """
@@ -128,18 +129,17 @@ class Moving:
     tool: Pose = IDENTITY
     end: float = 0.0
     entry: float = 0.0
-    override: float = 100.0
-    fastest: float = 5000.0
     displacement: Pose = IDENTITY
     legs: tuple[Leg, ...] = ()
+    modes: Modes = START
     unit: str = ""
     axes: tuple[float, ...] = ()
 
     def copy(self) -> Moving:
         """Return the same again."""
         return Moving(
-            self.tip, self.joints, self.near, self.tool, self.end, self.entry, self.override, self.fastest,
-            self.displacement, self.legs, self.unit, self.axes,
+            self.tip, self.joints, self.near, self.tool, self.end, self.entry, self.displacement, self.legs, self.modes,
+            self.unit, self.axes,
         )  # fmt: skip
 
 
@@ -147,13 +147,16 @@ class Moving:
 class Log:
     """What happened so far. Rows of moves are kept in closed blocks, which copies share, and one that is open."""
 
-    __slots__ = ("calls", "closed", "count", "frames", "missed", "open", "questions", "seen", "switchings", "texts")
+    __slots__ = (
+        "calls", "closed", "count", "frames", "missed", "modes", "open", "questions", "seen", "switchings", "texts",
+    )  # fmt: skip
 
     def __init__(self) -> None:
         self.closed: list[FloatArray] = []
         self.open = array("d")
         self.count = 0
         self.frames: dict[Pose, int] = {}
+        self.modes: dict[Modes, int] = {}
         self.switchings: list[Switching] = []
         self.texts: list[tuple[float, str]] = []
         self.questions: list[str] = []
@@ -167,6 +170,7 @@ class Log:
         self.close()
         other = Log()
         other.closed, other.count, other.frames = list(self.closed), self.count, dict(self.frames)
+        other.modes = dict(self.modes)
         other.switchings, other.texts = list(self.switchings), list(self.texts)
         other.questions, other.calls, other.missed = list(self.questions), list(self.calls), list(self.missed)
         other.seen = [bytearray(each) for each in self.seen]
@@ -193,7 +197,8 @@ class State:
     """Everything that a continuation depends on."""
 
     __slots__ = (
-        "answered", "arm", "base", "clock", "data", "ended", "error", "file", "frame", "frames", "line", "loaded",
+        "answered", "arm", "base", "clock", "data", "deadline", "ended", "error", "file", "frame", "frames", "line",
+        "loaded",
         "loading", "local", "log", "motion", "order", "pending", "reason",
         "routines", "scenario", "signals", "steps", "task",
         "until", "watched",
@@ -227,6 +232,8 @@ class State:
         # The error that is being handled, or was last.
         self.error: Fault | None = None
         self.steps = 0
+        # Of the process's time [s].
+        self.deadline = process_time() + scenario.most_seconds
         self.ended: Ending = "runs"
         self.reason = ""
         self.file, self.line = "", 0

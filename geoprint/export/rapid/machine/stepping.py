@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from time import process_time
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,12 +10,14 @@ import numpy as np
 from geoprint.export.rapid.language.syntax import Value
 from geoprint.export.rapid.machine.execution import Called
 from geoprint.export.rapid.machine.state import Frame, Missing, Reference, Slot, State
-from geoprint.export.rapid.machine.values.faults import Fault, fault
+from geoprint.export.rapid.machine.values.faults import Fault, fault, unknown
 
 if TYPE_CHECKING:
     from geoprint.export.rapid.machine.code import RoutineCode
 
 
+# Steps between looks at the clock.
+_LOOK = 64
 # Routines that call one another deeper than this call themselves.
 _DEEPEST = 200
 
@@ -39,6 +42,9 @@ def advance(state: State, until: float) -> None:
         if state.steps > most:
             state.end("error", f"the program has made {most} steps and does not end")
             return
+        if state.steps % _LOOK == 0 and process_time() > state.deadline:
+            seconds = state.scenario.most_seconds
+            unknown(routine.file, routine.line_of(pc), f"the program does not run to its end in {seconds:.2g} s")
         try:
             routine.steps[pc](state)
         except Fault as error:

@@ -14,12 +14,11 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import VerificationError
-from geoprint.export.orders import Orders
+from geoprint.export.orders import Orders, TipsAt
 from geoprint.export.rapid.executed import move_times
 from geoprint.export.rapid.machine import Switching
 from geoprint.export.rapid.made import Made
 from geoprint.export.rapid.text import Place, refuse
-from geoprint.export.switching import TipsAt
 from geoprint.model import BoolArray, Dispensing, FloatArray, IntArray, Placement, Signals
 
 # The motion is looked at so often [s].

@@ -20,16 +20,10 @@ from geoprint.export.rapid.language.symbols import examine
 from geoprint.export.rapid.language.syntax import Module
 from geoprint.export.rapid.made import signals_of
 from geoprint.export.rapid.reader import check_line, read_program_file, read_text
-from geoprint.export.rapid.settings import (
-    CELL_MODULE,
-    STACK_MODULE,
-    StackSettings,
-    as_new,
-    read_stack_settings,
-    unit_of,
-)
+from geoprint.export.rapid.settings import StackSettings, read_stack_settings, unit_of
 from geoprint.export.rapid.stacks.running import StackProof, StackRun
 from geoprint.export.rapid.text import Place, refuse
+from geoprint.export.switches import CELL_MODULE, STACK_MODULE, as_new
 from geoprint.model import Cell, FloatArray, Placement, frozen
 
 _LIST, _PRINT = "GeoStack.pgf", "GeoPrint.mod"

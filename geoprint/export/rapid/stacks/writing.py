@@ -25,8 +25,8 @@ from typing import final
 
 from geoprint.export.rapid import values
 from geoprint.export.rapid.cell_module import guard_module, program_file
-from geoprint.export.rapid.settings import CELL_MODULE, STACK_MODULE
 from geoprint.export.rapid.templates import conditions, filled, unit_words
+from geoprint.export.switches import CELL_MODULE, STACK_MODULE
 from geoprint.model import Cell, Placement, comparable
 
 _GUARD, _PRINT = "GeoGuard.mod", "GeoPrint.mod"

@@ -201,7 +201,7 @@ def test_an_error_in_a_handler_is_nobodys() -> None:
 
 def test_nothing_unknown_is_stepped_over() -> None:
     for line, reason in {
-        "SoftAct 1,20;": "SoftAct is no instruction",
+        "TuneReset;": "TuneReset is no instruction",
         "TPWrite Secret(1);": "Secret is no function",
         "n:=elsewhere;": "elsewhere is no datum or signal",
         "MoveL [[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]\\Conc,v20,fine,tool0;": "the option Conc",

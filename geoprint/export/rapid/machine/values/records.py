@@ -6,6 +6,7 @@ that wherever they are stored, so also in targets; expressions are computed in d
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Mapping
 
@@ -13,6 +14,8 @@ from geoprint.export.rapid.language.syntax import Value
 from geoprint.export.rapid.machine.values.faults import fault
 
 Components = tuple[tuple[str, str], ...]
+# Elements of an array: a controller's memory holds no more.
+MOST_ELEMENTS = 10_000_000
 
 
 def _numbers(names: str) -> Components:
@@ -58,7 +61,13 @@ def initial(kind: str, records: Mapping[str, Components]) -> Value | None:
 
 
 def array_of(value: Value | None, sizes: tuple[int, ...]) -> Value | None:
-    """Return an array of equal elements, nested by its dimensions."""
+    """Return an array of equal elements, nested by its dimensions.
+
+    Raises:
+        ValueError: no controller has the memory for it.
+    """
+    if math.prod(sizes) > MOST_ELEMENTS:
+        raise ValueError(f"an array of {' x '.join(map(str, sizes))} elements, which no controller has the memory for")
     for size in reversed(sizes):
         value = None if value is None else (value,) * size
     return value
