@@ -110,7 +110,6 @@ if TYPE_CHECKING:
         beside as beside,
         calibrate_cell as calibrate_cell,
         calibrate_tool as calibrate_tool,
-        check_bundle as check_bundle,
         check_folder as check,
         compare as compare,
         compare_parts as compare_parts,
@@ -163,7 +162,6 @@ __all__ = [  # noqa: RUF022  (in the order of the stages)
     "save_plan",
     "save_comparisons",
     "check",
-    "check_bundle",
     # A mesh: read, examined, mended, cut, with other triangles.
     "load",
     "save_ply",
@@ -224,7 +222,7 @@ __all__ = [  # noqa: RUF022  (in the order of the stages)
     # The cell, calibrated.
     "calibrate_cell",
     "calibrate_tool",
-    "save_calibrated",
+    "calibrate_tool save_calibrated",
     # Types that a script names.
     "Plan",
     "Comparison",
@@ -249,9 +247,8 @@ _FROM = {
     "paths": "arrange poses",
     "patterns": "PATTERNS register_pattern=register",
     "pipeline": "plan compare compare_parts beside propose_placement save_plan save_comparisons check=check_folder "
-    "check_bundle job_from "
-    "inspect_file remesh_file measure_files save_measurement cut_patch PatchChoice calibrate_cell calibrate_tool "
-    "save_calibrated",
+    "job_from inspect_file remesh_file measure_files save_measurement cut_patch PatchChoice calibrate_cell "
+    "calibrate_tool save_calibrated",
     "quality": "uniformity agreement measure_paths",
     "results": "Plan Comparison",
     "surfaces": "boundary_seed point_seed closest positions normals",

@@ -106,12 +106,12 @@ def _by_reason(found: Executed) -> dict[tuple[str, str], list[int]]:
 def program_digest(modules: Iterable[tuple[str, str]]) -> str:
     """Return the SHA-256 of a program, of a part or of a stack.
 
-    Names and texts of its files count, in order, and its switches as they were written.
+    Names and texts of its files count, in order, and its switches as they were written; capitals do not, as in RAPID.
     """
     digest = sha256()
     for name, text in modules:
         written = as_new(text) if PurePosixPath(name).name in (CELL_MODULE, STACK_MODULE) else text
-        digest.update(f"{name}\0{written}\0".encode("latin-1"))
+        digest.update(f"{name}\0{written.lower()}\0".encode("latin-1"))
     return digest.hexdigest()
 
 

@@ -51,7 +51,9 @@ class ExecutedRecord(Record):
 class EvidenceRecord(Record):
     """What geoprint itself has proven of a program; it claims no more than that it was executed here."""
 
-    program_sha256: str = Field(description="of its modules with their switches as written", pattern=_SHA256)
+    program_sha256: str = Field(
+        description="of its modules in lower case, with their switches as written", pattern=_SHA256
+    )
     parsed: ParsedRecord = Field(description="read back")
     executed: ExecutedRecord | None = Field(default=None, description="left out where it was not executed")
 
