@@ -32,8 +32,8 @@ TIES: Mapping[Event, tuple[str, ...]] = {
 }
 # Switchings nearer to each other than this [s] are one.
 SAME_MOMENT = 1e-4
-# The ramp of a run is over after this [s]; so many samples until then, of which the last ones are at speed.
-RAMP_TIME, RAMP_SAMPLES, RAMP_PLATEAU = 0.15, 301, 20
+# The ramp of a run is over after this [s], looked at so often, or where the tip has this share of its highest speed.
+RAMP_TIME, RAMP_SAMPLES, RAMP_SHARE = 0.15, 301, 0.995
 # What a person sets to print.
 PRINT: Mapping[str, Value] = {"geoDryRun": False, "geoSpeedPct": 100.0, "geoFirstRun": 1.0}
 
@@ -151,7 +151,9 @@ class Subject:
             since = np.linspace(0.0, min(RAMP_TIME, (last - first) / 2.0), RAMP_SAMPLES)
             for end, moments in enumerate((first + since, last - since)):
                 steps = np.linalg.norm(np.diff(self.tips(moments), axis=0), axis=1)
-                waits[row, end] = max(since[-1] - steps.sum() / steps[-RAMP_PLATEAU:].mean() * since[1], 0.0)
+                # A dip behind the ramp is none of it.
+                up = int((steps >= RAMP_SHARE * steps.max()).argmax()) + 1
+                waits[row, end] = max(since[up] - steps[:up].sum() / steps[up - 1] * since[1], 0.0)
         return spans + waits * np.array([1.0, -1.0])
 
     def lit(self, *, first_run: int = 1) -> BoolArray:

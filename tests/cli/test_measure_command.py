@@ -152,7 +152,7 @@ def test_a_folder_holds_page_picture_table_and_record(run: Run, folder: Path) ->
     ("line", "status", "complaint"),
     [
         (f"nowhere.csv {PART}", 3, "`nowhere.csv` does not exist; check the name"),
-        (f"odd.csv {PART}", 3, "odd.csv, line 3: y is 'five', needed is a number of mm"),
+        (f"odd.csv {PART}", 3, "odd.csv, line 3, column y: found 'five', needed is a number of mm"),
         (f"above.csv {PART}", 3, "above.csv: the paths lie up to 1 mm off the part"),
         (f"even.csv {PART} --deposit M3", 0, ""),
         ("even.csv --part plate.ply --unit mm", 2, "give `--spacing`"),

@@ -143,10 +143,10 @@ def test_what_a_cell_cannot_lay_is_refused_with_the_place_and_the_number(
 @pytest.mark.parametrize(
     ("rows", "sentence"),
     [
-        (("x,y,z,thickness", "0,0,0,1"), r"own.csv: the first row must name the columns x,y,z,width"),
+        (("x,y,z,thickness", "0,0,0,1"), r"own.csv, line 1: the first row must name the columns x,y,z,width"),
         (("x,y,z,width", "0,0,0,0"), r"own.csv: the width at \(0, 0, 0\) mm is 0 mm, needed is more"),
-        (("x,y,z,width", "0,0,0,-1"), r"own.csv, row 2, column width: found -1 mm"),
-        (("x,y,z,width", "0,0,0,1", "0,0,0,1.2"), r"own.csv, row 3: this place is in the table twice"),
+        (("x,y,z,width", "0,0,0,-1"), r"own.csv, line 2, column width: found -1 mm"),
+        (("x,y,z,width", "0,0,0,1", "0,0,0,1.2"), r"own.csv, line 3: this place is in the table twice"),
         (("x,y,z,width", "0,0,7,1"), r"own.csv: the point \(0.*7.*\) mm is 7 mm off plate"),
         (("x,y,z,width", "0,0,0,1", "5,5,0,3"), r"asks for 3 mm at \(5.*5.*0.*\) mm, .* lays 0.6 to 1.8 mm"),
         (("x,y,z,width",), r"own.csv names columns but holds no place"),
