@@ -280,6 +280,9 @@ def main() -> None:
             if apart >= allowed:
                 wrong += 1
                 print(f"{program.name}: {apart:.4g} mm apart")
+    if args.smoke:
+        print(f"{seen} programs read, {sum(reasons.values())} refused")
+        return
     print(f"{seen} programs: {seen - wrong - sum(reasons.values())} agree to {worst:.4f} mm, {wrong} differ, refused:")
     for reason, count in reasons.most_common():
         print(f"  {count} {reason}")

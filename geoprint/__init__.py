@@ -222,7 +222,7 @@ __all__ = [  # noqa: RUF022  (in the order of the stages)
     # The cell, calibrated.
     "calibrate_cell",
     "calibrate_tool",
-    "calibrate_tool save_calibrated",
+    "save_calibrated",
     # Types that a script names.
     "Plan",
     "Comparison",
