@@ -2,10 +2,9 @@
 
     python data/make_paper_cells.py [--out DIR]
 
-The paper names pressure, step of the normalised distance and final exposure of each print, where the pedestal stands,
-and that case C came out best. It names neither the silicone nor nozzle, speed and stand-off: these stay those of the
-packaged cell, and nothing is guessed. So `geoprint recommend` compares each case with case C, of the same part,
-material, nozzle and speed.
+The paper names pressure, step of the normalised distance and final exposure of each print, and that case C came out
+best. It names neither the silicone nor nozzle, speed and stand-off: these stay those of the packaged cell, and nothing
+is guessed. So `geoprint recommend` compares each case with case C, of the same part, material, nozzle and speed.
 """
 
 from __future__ import annotations
@@ -18,8 +17,6 @@ from geoprint.config import PACKAGED_CELLS, packaged_cell_text
 # Pressure [kPa], rounds (1 / step) and final exposure [s] of each print.
 CASES = {"a": (20, 10, 60), "b": (10, 10, 60), "c": (10, 20, 60)}
 BEST = "c"
-# The part stands over the middle of the paper's pedestal, straight ahead of the arm, as high as in the packaged cell.
-PEDESTAL = "[300, 0, 50]"
 
 
 def main() -> None:
@@ -41,7 +38,6 @@ def cell_of(case: str) -> str:
     )
     said = "Only these, and case C in [good_print], are the paper's."
     for old, new in (
-        ("demo_position_mm = [212, 212, 50]", f"demo_position_mm = {PEDESTAL}"),
         ("# A geoprint cell.", f"{title}\n# {said} data/make_paper_cells.py writes this file.\n# A geoprint cell."),
         (
             "# [good_print]\n# pressure_kpa = 10\n# rounds = 20",

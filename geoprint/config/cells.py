@@ -26,7 +26,7 @@ _PACKAGED = {
         "tcp": "[84.8528137, 0, 124.8528137]",
         "rpy": "[0, 45, 0]",
         "cog": "[25, 0, 65]",
-        "demo_position": "[212, 212, 50]",
+        "demo_position": "[300, 0, 50]",
         "table": "",
         **_NEEDLE,
     },
@@ -37,7 +37,7 @@ _PACKAGED = {
         "tcp": "[0, 0, 160]",
         "rpy": "[0, 0, 0]",
         "cog": "[0, 0, 70]",
-        "demo_position": "[247, 247, 200]",
+        "demo_position": "[350, 0, 200]",
         "table": "",
         **_NEEDLE,
     },
@@ -46,7 +46,7 @@ _PACKAGED["irb120-slim45"] = _PACKAGED["irb120-bent45"] | {
     "about": "nozzle on the bent bracket with a longer and thinner needle, for narrow hollows: 38.1 mm of 23 gauge,\n"
     "# its tip where that of the other needle is. A liquid of constant viscosity asks for about 15 times the\n"
     "# pressure. The part stands higher.",
-    "demo_position": "[212, 212, 100]",
+    "demo_position": "[300, 0, 100]",
     "inner": "0.34",
     "outer": "0.64",
     "needle": "38.1",

@@ -21,7 +21,7 @@ from geoprint.results import Proposal
 from geoprint.surfaces.files import save_ply
 from tests.meshes import spherical_cap
 
-POSITION = "demo_position_mm = [212, 212, 50]"
+POSITION = "demo_position_mm = [300, 0, 50]"
 TURN = "# demo_rpy_deg = [0, 0, 0]"
 
 

@@ -343,7 +343,7 @@ def test_a_wall_beside_the_part_is_passed_by_a_nozzle_that_may_lean(tmp_path: Pa
 def test_a_part_out_of_reach_is_refused_with_run_place_and_next_step(tmp_path: Path) -> None:
     part = saved(tmp_path, plate((12.0, 9.0), (6, 4)))
     cell = tmp_path / "far.toml"
-    text = packaged_cell_text("irb120-bent45").replace("[212, 212, 50]", "[900, 0, 50]")
+    text = packaged_cell_text("irb120-bent45").replace("[300, 0, 50]", "[900, 0, 50]")
     # The cell says how the plate is turned, so that no other orientation is tried.
     cell.write_text(text.replace("# demo_rpy_deg", "demo_rpy_deg"))
     with pytest.raises(ReachError, match=r"run \d+ at \(.*move"):

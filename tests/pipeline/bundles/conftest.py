@@ -64,7 +64,7 @@ def compared(shared_plans: SharedPlans) -> Path:
         save_ply(plate((16.0, 12.0), (12, 9), jitter_seed=1), inputs / "plate.ply")
         # Where its attitude is stated, no other one is searched.
         far = "[900, 0, 50]\ndemo_rpy_deg = [0, 0, 0]"
-        text = packaged_cell_text("irb120-bent45").replace("[212, 212, 50]", far)
+        text = packaged_cell_text("irb120-bent45").replace("[300, 0, 50]", far)
         assert far in text
         (inputs / "far.toml").write_text(text)
         # Nor does the nozzle lean.
