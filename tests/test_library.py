@@ -33,7 +33,7 @@ from geoprint.motion.arm import read_urdf_file
 from geoprint.pipeline.feeding import feedback_text
 from geoprint.quality import SOURCES, Printed
 from geoprint.results import Comparison, MeasuredFile, Measurement, Plan, Planned
-from geoprint.surfaces.files import load_file, suggested_unit, write_whole
+from geoprint.surfaces.files import labels_of, load_file, load_likely, suggested_unit, write_whole
 
 ROOT = Path(__file__).parents[1]
 PLATE = str(ROOT / "data" / "plate.ply")
@@ -154,6 +154,8 @@ def writers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
     calibrated = cast("Any", type("Calibrated", (), {"text": "", "cell": None})())
     return {
         "save_plan": lambda: geoprint.save_plan(planned, below),
+        "staging": lambda: export.staging(below, overwrite=False).__enter__(),
+        "seal": lambda: export.seal(gone),
         "plan_stack": lambda: pipeline.plan_stack(planned.job.model_copy(update={"thickness": 1.0}), below),
         "compare_stacks": lambda: pipeline.compare_stacks(planned.job.model_copy(update={"thickness": 1.0}), below),
         "save_comparisons": lambda: geoprint.save_comparisons([compared], below),
@@ -209,7 +211,9 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "read_field": lambda: config.read_field(gone),
         "feedback_text": lambda: feedback_text(gone),
         "read_wanted_flow": lambda: export.read_wanted_flow(gone, planned.poses),
-        "check_bundle": lambda: geoprint.check_bundle(gone),
+        "check_bundle": lambda: pipeline.check_bundle(gone),
+        "load_likely": lambda: load_likely(gone),
+        "labels_of": lambda: labels_of(f"{gone}.nrrd", unit="mm"),
         "check_folder": lambda: pipeline.check_folder(gone),
         "job_from": lambda: geoprint.job_from(gone),
         "job_file_of": lambda: pipeline.job_file_of(gone),

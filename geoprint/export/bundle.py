@@ -148,12 +148,13 @@ def staging(directory: Path | str, *, overwrite: bool) -> Generator[Path]:
         raise
 
 
-def seal(folder: Path) -> None:
+def seal(folder: Path | str) -> None:
     """Write the manifest of all that lies in a staging folder but `timings.json`, and bring it to the disk.
 
     Raises:
         ExportError: it cannot be written.
     """
+    folder = Path(folder)
     with _translated(folder):
         files = [path for path in sorted(folder.rglob("*")) if path.is_file()]
         listed = {path.relative_to(folder).as_posix(): path.read_bytes() for path in files if path.name != TIMINGS}

@@ -98,7 +98,7 @@ def arrange(
     spacing = float(strokes.spacing.min())
     least = max(spacing, shortest) * (1.0 - ROUNDING)
     joined = _joined(_runs_of(strokes, surface), least=least, spacing=spacing)
-    runs, dropped = _parted(joined, [_length(run) >= least for run in joined])
+    runs, dropped = _parted(joined, _worth_a_start([_length(run) for run in joined], joined, least=least))
     _check_left(runs, dropped, least=least, spacing=spacing)
     ordered = _piece_by_piece(runs, seams=seams, spacing=spacing)
     closed = [run.closed for run in ordered]
@@ -107,14 +107,15 @@ def arrange(
     sampled = [resample(surface, points, step=step, chord_error=error) for points in smooth]
     rounded = round_corners(surface, sampled, closed=closed, spacing=spacing, speed=speed)
     lengths = np.array([float(arc_lengths(positions(surface, each.points))[-1]) for each in rounded.pieces])
-    pieces, short = _parted(rounded.pieces, list(lengths >= least))
+    worth = _worth_a_start(lengths.tolist(), [ordered[each.run] for each in rounded.pieces], least=least)
+    pieces, short = _parted(rounded.pieces, worth)
     kept, left_out = ([ordered[each.run] for each in some] for some in (pieces, short))
     _check_left(kept, left_out, least=least, spacing=spacing)
     curves = _curves(surface, pieces, standoff=standoff, error=BACKTRACK_ERROR_SHARE * spacing)
     rows, spacings = _carried(surface, curves, kept)
     lost = [
         *((_length(run), float(run.spacings.mean())) for run in dropped),
-        *zip(lengths[lengths < least].tolist(), (float(run.spacings.mean()) for run in left_out), strict=True),
+        *zip(lengths[~np.array(worth)].tolist(), (float(run.spacings.mean()) for run in left_out), strict=True),
         *((length, spacing) for length in strokes.dropped),
     ]
     return Toolpath(
@@ -185,6 +186,18 @@ def _carried(surface: Surface, curves: SurfaceCurves, runs: list[_Run]) -> tuple
 
 def _length(run: _Run) -> float:
     return float(arc_lengths(run.places)[-1])
+
+
+def _worth_a_start(lengths: list[float], runs: list[_Run], *, least: float) -> list[bool]:
+    """Tell which of some runs are long enough; of a piece without any, its longest open one is."""
+    longest = {
+        piece: max((length for length, run in zip(lengths, runs, strict=True) if run.piece == piece), default=0.0)
+        for piece in {run.piece for run in runs}
+    }
+    return [
+        length >= least or (longest[run.piece] < least and not run.closed and length == longest[run.piece] > 0.0)
+        for length, run in zip(lengths, runs, strict=True)
+    ]
 
 
 def _parted(items: list[Item], keep: list[bool]) -> tuple[list[Item], list[Item]]:

@@ -194,8 +194,8 @@ def test_a_backend_that_alone_could_plan_is_named_as_such(told: PlannedRecord) -
     assert said[-1] == "a could not plan on this part: too curved."
 
 
-def test_on_a_comb_with_fingers_one_spacing_wide_nothing_is_even_enough(tmp_path: Path) -> None:
-    save_ply(comb(finger=1.5, teeth=4), tmp_path / "comb.ply")
+def test_on_a_comb_with_fingers_narrower_than_a_spacing_nothing_is_even_enough(tmp_path: Path) -> None:
+    save_ply(comb(finger=1.0, teeth=4), tmp_path / "comb.ply")
     job = job_of(surface=tmp_path / "comb.ply", unit="mm", spacing=1.5, robot=False)
     told = tell_comparison([compare(job, backends=["heat", "fast-marching"])])
     (found,) = told.record.parts

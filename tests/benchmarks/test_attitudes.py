@@ -104,7 +104,7 @@ def test_the_wrap_prints_over_the_packaged_table_and_a_refusal_is_told(
     monkeypatch.setattr("benchmarks.attitudes.VESSEL_SIDES", 32)
     part, body = wrapped(tmp_path)
     cell = cell_with("tilt-turn", tmp_path)
-    said = printed_row(part, cell, body=body, spacing=7.0, backend="heat")
+    said = printed_row(part, cell, body=body, spacing=5.0, backend="heat")
     assert "verified, executed in" in said
     assert int(said.split("|")[8]) > 1
 

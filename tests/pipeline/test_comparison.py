@@ -204,7 +204,7 @@ def test_the_written_report_opens_offline_and_shows_part_and_robot(browser: Page
 @pytest.mark.usefixtures("brief_proofs")
 def test_what_the_arm_cannot_reach_is_even_all_the_same_and_says_the_share_it_loses(tmp_path: Path) -> None:
     part, cell = tmp_path / "part.ply", tmp_path / "far.toml"
-    save_ply(plate((12.0, 9.0), (8, 6), jitter_seed=1), part)
+    save_ply(plate((15.0, 12.0), (8, 6), jitter_seed=1), part)
     text = packaged_cell_text("irb120-bent45").replace("[300, 0, 50]", "[900, 0, 50]")
     # The cell says how the plate is turned, so that no other orientation is tried.
     cell.write_text(text.replace("# demo_rpy_deg", "demo_rpy_deg"))

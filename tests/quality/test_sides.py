@@ -98,11 +98,11 @@ def test_on_exact_contours_the_outer_side_is_the_outward_figure(name: str) -> No
 
 @pytest.mark.parametrize("part", ["plate", "heart_apex_patch"])
 def test_on_planned_contours_the_outer_side_is_the_outward_figure(part: str) -> None:
-    job = job_of(surface=f"data/{part}.ply", unit="mm", spacing=4.0, backend="heat", robot=False, middle="plain")
+    job = job_of(surface=f"data/{part}.ply", unit="mm", spacing=3.5, backend="heat", robot=False, middle="plain")
     planned = plan(job)
     surface = planned.workpiece.surface
-    before = levels_of(uniformity(planned.poses, surface, spacing=4.0))
-    found = measure_paths(surface, deposits_of(planned.poses), spacing=4.0)
+    before = levels_of(uniformity(planned.poses, surface, spacing=3.5))
+    found = measure_paths(surface, deposits_of(planned.poses), spacing=3.5)
     ratios = outwards(found, planned.poses)
     assert before.figures.cv > 1e-3
     assert ratios.std() / ratios.mean() == pytest.approx(before.figures.cv, abs=1e-4)

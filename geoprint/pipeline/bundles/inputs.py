@@ -71,13 +71,15 @@ def settings_findings(job: Job, cell: Cell, told: PlanRecord) -> Iterator[Findin
         told: its plan.json.
     """
     said, process = told.settings, cell.process
+    # A layer of a stack is slowed down by what its paths miss; by how much its stack says.
+    slower = job.layered and 0.0 < said.speed_mm_s <= process.speed
     wanted = SettingsRecord.model_validate(
         job.settings()
         | {
             # Where rounds are asked for, the spacing follows from the part.
             "spacing_mm": said.spacing_mm if job.spacing is None else job.spacing,
             "cell": cell.name,
-            "speed_mm_s": process.speed,
+            "speed_mm_s": said.speed_mm_s if slower else process.speed,
             "travel_speed_mm_s": process.travel_speed,
             "standoff_mm": process.standoff,
             "clearance_mm": process.clearance,
