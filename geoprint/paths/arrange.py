@@ -98,7 +98,9 @@ def arrange(
     spacing = float(strokes.spacing.min())
     least = max(spacing, shortest) * (1.0 - ROUNDING)
     joined = _joined(_runs_of(strokes, surface), least=least, spacing=spacing)
-    runs, dropped = _parted(joined, _worth_a_start([_length(run) for run in joined], joined, least=least))
+    runs, dropped = _parted(
+        joined, _worth_a_start([_length(run) for run in joined], joined, least=least, shortest=shortest)
+    )
     _check_left(runs, dropped, least=least, spacing=spacing)
     ordered = _piece_by_piece(runs, seams=seams, spacing=spacing)
     closed = [run.closed for run in ordered]
@@ -107,7 +109,9 @@ def arrange(
     sampled = [resample(surface, points, step=step, chord_error=error) for points in smooth]
     rounded = round_corners(surface, sampled, closed=closed, spacing=spacing, speed=speed)
     lengths = np.array([float(arc_lengths(positions(surface, each.points))[-1]) for each in rounded.pieces])
-    worth = _worth_a_start(lengths.tolist(), [ordered[each.run] for each in rounded.pieces], least=least)
+    worth = _worth_a_start(
+        lengths.tolist(), [ordered[each.run] for each in rounded.pieces], least=least, shortest=shortest
+    )
     pieces, short = _parted(rounded.pieces, worth)
     kept, left_out = ([ordered[each.run] for each in some] for some in (pieces, short))
     _check_left(kept, left_out, least=least, spacing=spacing)
@@ -188,14 +192,15 @@ def _length(run: _Run) -> float:
     return float(arc_lengths(run.places)[-1])
 
 
-def _worth_a_start(lengths: list[float], runs: list[_Run], *, least: float) -> list[bool]:
-    """Tell which of some runs are long enough; of a piece without any, its longest open one is."""
+def _worth_a_start(lengths: list[float], runs: list[_Run], *, least: float, shortest: float) -> list[bool]:
+    """Tell which runs are long enough; of a piece without any, its longest open one is where the valve can lay it."""
     longest = {
         piece: max((length for length, run in zip(lengths, runs, strict=True) if run.piece == piece), default=0.0)
         for piece in {run.piece for run in runs}
     }
     return [
-        length >= least or (longest[run.piece] < least and not run.closed and length == longest[run.piece] > 0.0)
+        length >= least
+        or (longest[run.piece] < least and not run.closed and length == longest[run.piece] > max(shortest, 0.0))
         for length, run in zip(lengths, runs, strict=True)
     ]
 
