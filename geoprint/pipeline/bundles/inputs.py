@@ -71,8 +71,8 @@ def settings_findings(job: Job, cell: Cell, told: PlanRecord) -> Iterator[Findin
         told: its plan.json.
     """
     said, process = told.settings, cell.process
-    # A layer of a stack is slowed down by what its paths miss; by how much its stack says.
-    slower = job.layered and 0.0 < said.speed_mm_s <= process.speed
+    # A layer is slowed down by what its paths miss: the cell of its program says so, without one stack.json.
+    slower = job.layered and not told.robot and 0.0 < said.speed_mm_s <= process.speed
     wanted = SettingsRecord.model_validate(
         job.settings()
         | {
