@@ -457,7 +457,7 @@ class _Tool:
 
     def _deposit(self, number: int, points: FloatArray) -> None:
         """Go along points, from where the tool is."""
-        places: list[Point] = [(x, y, z) for x, y, z in map(FloatArray.tolist, map(self._out, points))]
+        places: list[Point] = [(x, y, z) for x, y, z in (self._out(point).tolist() for point in points)]
         if self._travels or len(places) == 1:
             self._recorder.count(number)
         else:

@@ -41,9 +41,7 @@ def test_the_packaged_cells_are_those_of_the_motion_tests(tmp_path: Path) -> Non
         np.testing.assert_allclose(found.robot.speeds, wanted.robot.speeds)
         np.testing.assert_allclose(found.robot.accelerations, wanted.robot.accelerations, rtol=1e-4)
         np.testing.assert_allclose(found.robot.home, wanted.robot.home)
-        # As far and as high as the one of the tests, turned by 45 degrees about axis 1.
-        turned = np.append(np.full(2, np.hypot(*wanted.demo_position[:2]) / np.sqrt(2.0)), wanted.demo_position[2])
-        np.testing.assert_allclose(found.demo_position, turned, atol=0.5)
+        np.testing.assert_allclose(found.demo_position, wanted.demo_position)
         assert found.demo_rotation is None
         np.testing.assert_array_equal(found.demo_turn, np.eye(3))
         assert found.process == wanted.process
