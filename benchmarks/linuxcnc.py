@@ -263,7 +263,7 @@ def main() -> None:
         while seen < (5 if args.smoke else args.programs):
             program = folder / f"program_{seen}.ngc"
             program.write_text(Writer(generator).program(int(generator.integers(5, 25))), encoding="utf-8")
-            theirs = [] if args.smoke else judged(args.interpreter, program)
+            theirs = None if args.smoke else judged(args.interpreter, program)
             if not (theirs or args.smoke):
                 continue
             seen += 1
@@ -272,7 +272,7 @@ def main() -> None:
             except GeoprintError as refused:
                 reasons[re.sub(r"[-\d.]+", "#", str(refused).partition(": ")[2])] += 1
                 continue
-            if args.smoke:
+            if not theirs:
                 continue
             apart = farthest(np.split(curves.points, curves.offsets[1:-1]), theirs)
             allowed = IN_INCHES if "G20" in program.read_text(encoding="utf-8").upper() else TOLERANCE

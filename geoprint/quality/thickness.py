@@ -175,7 +175,7 @@ def _damping(fastest: float) -> FloatArray:
     # More nodes than coefficients are needed: both grow with the square root.
     nodes = 64 * math.ceil(1.0 + math.sqrt(fastest))
     rates = 0.5 * fastest * (1.0 + np.cos(np.pi * (np.arange(nodes) + 0.5) / nodes))
-    coefficients = dct((1.0 + rates) ** -STEPS) / nodes
+    coefficients: FloatArray = np.asarray(dct((1.0 + rates) ** -STEPS), dtype=float) / nodes
     coefficients[0] /= 2.0
     left = np.cumsum(np.abs(coefficients[::-1]))[::-1]
     kept = coefficients[: max(int(np.argmax(left < TRUNCATION)), 2)]

@@ -12,6 +12,7 @@ from geoprint.account import remeshing_text
 from geoprint.errors import InputError, UsageError
 from geoprint.model import Surface
 from geoprint.pipeline import inspect_file, remesh_file
+from geoprint.results import FileInspection
 from geoprint.surfaces.files import load, save_ply
 from geoprint.surfaces.remesh import refine
 from geoprint.surfaces.repair import prepare
@@ -109,4 +110,6 @@ def test_a_mesh_too_coarse_for_a_level_is_tried_as_finely_as_it_would_be_planned
         [np.column_stack([first, first + 13, first + 1]), np.column_stack([first + 1, first + 13, first + 14])]
     )
     save_ply(Surface(np.vstack([arc, np.add(arc, (0.0, 30.0, 0.0))]), faces, "strip"), tmp_path / "strip.ply")
-    assert [said for _, said in inspect_file(tmp_path / "strip.ply", unit="mm").backends] == ["yes", "yes", "yes"]
+    seen = inspect_file(tmp_path / "strip.ply", unit="mm")
+    assert isinstance(seen, FileInspection)
+    assert [said for _, said in seen.backends] == ["yes", "yes", "yes"]

@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components, mini
 from scipy.spatial import KDTree
 
 from geoprint.errors import InputError
-from geoprint.model import FloatArray, Surface, reading
+from geoprint.model import FloatArray, IntArray, Surface, reading
 from geoprint.surfaces.clipping import clipped, part_of
 from geoprint.surfaces.conversion import missing
 from geoprint.surfaces.files import cloud_worker
@@ -220,11 +220,11 @@ def _gathered(points: FloatArray, normals: FloatArray | None, *, name: str) -> t
     low = points.min(axis=0)
     for _ in range(MOST_GATHERINGS):
         cell *= CELL_GROWTH
-        places = np.floor((points - low) / cell).astype(np.int64)
+        places: IntArray = np.floor((points - low) / cell).astype(np.int64)
         if float(np.prod(places.max(axis=0) + 1.0)) > MOST_CELLS:
             continue
         # One number for the three of a cell.
-        keys = np.ravel_multi_index(tuple(places.T), tuple(places.max(axis=0) + 1))
+        keys: IntArray = np.ravel_multi_index(tuple(places.T), tuple(places.max(axis=0) + 1))
         which, counts = np.unique(keys, return_inverse=True, return_counts=True)[1:]
         if counts.size < LEAST_POINTS:
             break

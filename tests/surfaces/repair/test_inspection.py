@@ -12,10 +12,17 @@ from geoprint.account import inspection_summary, inspection_text
 from geoprint.model import Surface
 from geoprint.pipeline import inspect_file
 from geoprint.report import inspection_figure
+from geoprint.results import FileInspection
 from geoprint.surfaces.files import save_ply
 from geoprint.surfaces.repair import inspect
 from tests import meshes
 from tests.shared_data import shared
+
+
+def inspected(path: Path, *, unit: str | None = None) -> FileInspection:
+    seen = inspect_file(path, unit=unit)
+    assert isinstance(seen, FileInspection)
+    return seen
 
 
 def test_a_torus_has_one_handle_and_no_border() -> None:
@@ -78,7 +85,7 @@ def test_slivers_are_counted_with_the_thinnest_first() -> None:
 
 def test_a_file_is_told_with_its_unit_and_what_each_backend_says(tmp_path: Path) -> None:
     save_ply(meshes.plate(jitter_seed=1), tmp_path / "plate.ply")
-    seen = inspect_file(tmp_path / "plate.ply")
+    seen = inspected(tmp_path / "plate.ply")
     assert (seen.unit, seen.assumed, seen.size) == ("mm", True, pytest.approx((40.0, 30.0, 0.0)))
     assert dict(seen.backends) == {"heat": "yes", "fast-marching": "yes", "lscm": "yes"}
     assert "assumed from the size: give `--unit`" in inspection_text(seen)
@@ -89,14 +96,14 @@ def test_a_file_is_told_with_its_unit_and_what_each_backend_says(tmp_path: Path)
 
 def test_a_closed_surface_is_planned_from_a_point_by_all_but_lscm(tmp_path: Path) -> None:
     save_ply(meshes.sphere(), tmp_path / "ball.ply")
-    answers = dict(inspect_file(tmp_path / "ball.ply", unit="mm").backends)
+    answers = dict(inspected(tmp_path / "ball.ply", unit="mm").backends)
     assert answers["heat"] == answers["fast-marching"] == "yes, with `--from point:X,Y,Z`: it is closed"
     assert answers["lscm"].startswith("no: ball.ply (closed, genus 0) cannot be flattened")
 
 
 def test_a_size_that_is_unusual_is_hinted_at(tmp_path: Path) -> None:
     save_ply(meshes.plate((1.5, 1.1)), tmp_path / "plate.ply")
-    hint = inspect_file(tmp_path / "plate.ply", unit="mm").hint
+    hint = inspected(tmp_path / "plate.ply", unit="mm").hint
     assert hint == (
         "plate.ply is 1.5 mm large in mm, most parts have 10 to 500 mm; with `--unit in` it would be 38.1 mm: check "
         "the unit."
@@ -105,5 +112,5 @@ def test_a_size_that_is_unusual_is_hinted_at(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["x_folded_selfintersect.ply", "trimesh_bunny.ply", "x_pinhole.ply"])
 def test_the_findings_are_drawn(name: str) -> None:
-    found = inspect_file(shared(f"broken/{name}")).found
+    found = inspected(shared(f"broken/{name}")).found
     assert inspection_figure(found, title=f"$ {name} $").startswith(b"\x89PNG")
