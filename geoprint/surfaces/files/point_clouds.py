@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import math
 from io import BytesIO
 from pathlib import Path
 
@@ -221,10 +222,11 @@ def _gathered(points: FloatArray, normals: FloatArray | None, *, name: str) -> t
     for _ in range(MOST_GATHERINGS):
         cell *= CELL_GROWTH
         places: IntArray = np.floor((points - low) / cell).astype(np.int64)
-        if float(np.prod(places.max(axis=0) + 1.0)) > MOST_CELLS:
+        sides: list[int] = (places.max(axis=0) + 1).tolist()
+        if math.prod(sides) > MOST_CELLS:
             continue
         # One number for the three of a cell.
-        keys: IntArray = np.ravel_multi_index(tuple(places.T), tuple(places.max(axis=0) + 1))
+        keys = np.ravel_multi_index(tuple(places.T), sides)
         which, counts = np.unique(keys, return_inverse=True, return_counts=True)[1:]
         if counts.size < LEAST_POINTS:
             break
