@@ -11,6 +11,12 @@ from scipy.spatial.transform import Rotation
 
 from geoprint.model import FloatArray
 
+# Distances that differ by less [mm] are equal: no arm tells them apart, and rounding must not. Of what is equally near
+# the one farthest this way counts, about which no part is symmetric by design.
+EQUAL = 1e-4
+THIS_WAY = np.array([0.6337, 0.5102, 0.5814])
+THIS_WAY.setflags(write=False)
+
 
 def rigid(rotation: FloatArray, translation: FloatArray) -> FloatArray:
     """Join rotations and translations.
@@ -96,6 +102,23 @@ def interpolate_poses(Ts_from: FloatArray, Ts_to: FloatArray, shares: FloatArray
     rotation = (start * Rotation.from_rotvec(turn * shares[:, None])).as_matrix()
     position = Ts_from[:, :3, 3] + shares[:, None] * (Ts_to[:, :3, 3] - Ts_from[:, :3, 3])
     return rigid(rotation, position)
+
+
+def nearest(distances: FloatArray, places: FloatArray) -> int:
+    """Return the index of the smallest distance; of those that are equal the same one whatever rounding does.
+
+    Args:
+        distances: (k,) [mm].
+        places: (k, 3) what they lead to [mm].
+
+    Examples:
+        >>> nearest(np.array([2.0 - 1e-9, 2.0, 3.0]), np.eye(3))
+        0
+        >>> nearest(np.array([2.0, 2.0 - 1e-9, 3.0]), np.eye(3))
+        0
+    """
+    equal = np.flatnonzero(distances <= distances.min() + EQUAL)
+    return int(equal[(places[equal] @ THIS_WAY).argmax()])
 
 
 def rotation_angle(rotations: FloatArray) -> FloatArray:

@@ -19,6 +19,7 @@ from geoprint.paths.fairing import faired
 from geoprint.paths.resample import resample
 from geoprint.paths.seams import Seams, starts_apart
 from geoprint.surfaces import arc_lengths, component_labels, normals, positions
+from geoprint.transforms import nearest
 
 Item = TypeVar("Item")
 
@@ -27,6 +28,8 @@ STEP_SHARE = 0.5
 CHORD_ERROR_SHARE = 1.0 / 500.0
 # A run this share shorter than the shortest is not shorter: rounding decides nothing.
 ROUNDING = 1e-6
+# Length that a step has at least, where all of them have none [mm].
+SMALLEST = 1e-12
 # A short run goes on into another one whose end is within so many spacings, ahead of its own end and facing it within
 # this cosine; its direction is that over so many spacings. Ends nearer than the last have no line between them.
 JOINED_REACH, FACING, DIRECTION, TOUCHING = 1.0, 0.7, 0.5, 0.05
@@ -50,9 +53,10 @@ class _Run:
 
 
 class _Joint(NamedTuple):
-    """Where a run goes on into another: how far, which two, and whether each is joined at its end, not its start."""
+    """Where a run goes on into another: how far, where, which two, and whether each is joined at its end."""
 
     gap: float
+    middle: FloatArray
     runs: tuple[int, int]
     at_end: tuple[bool, bool]
 
@@ -180,11 +184,11 @@ def _carried(surface: Surface, curves: SurfaceCurves, runs: list[_Run]) -> tuple
     """Return row and spacing of each point of some curves: of the nearest point of the stroke that it comes from."""
     places, rows, spacings = positions(surface, curves.points), list[FloatArray](), list[FloatArray]()
     for run, (begin, end) in zip(runs, pairwise(curves.offsets.tolist()), strict=True):
-        nearest = np.zeros(end - begin, dtype=np.int64)
+        whose = np.zeros(end - begin, dtype=np.int64)
         if np.ptp(run.rows) or np.ptp(run.spacings):
-            nearest = np.asarray(KDTree(run.places).query(places[begin:end])[1], dtype=np.int64)
-        rows.append(run.rows[nearest])
-        spacings.append(run.spacings[nearest])
+            whose = np.asarray(KDTree(run.places).query(places[begin:end])[1], dtype=np.int64)
+        rows.append(run.rows[whose])
+        spacings.append(run.spacings[whose])
     return np.concatenate(rows), np.concatenate(spacings)
 
 
@@ -215,7 +219,7 @@ def _joined(runs: list[_Run], *, least: float, spacing: float) -> list[_Run]:
     """Return runs of which short ones go on into those that they face: the nearest ends first, as long as there are."""
     runs = [*runs]
     while joints := _joints(runs, least=least, spacing=spacing):
-        joint = min(joints, key=lambda joint: joint.gap)
+        joint = joints[nearest(np.array([one.gap for one in joints]), np.array([one.middle for one in joints]))]
         first, second = (runs[number] for number in joint.runs)
         # The first is turned so that it ends at the joint, the second so that it starts there.
         first = first if joint.at_end[0] else _reordered(first, np.arange(len(first.places))[::-1])
@@ -246,10 +250,11 @@ def _joints(runs: list[_Run], *, least: float, spacing: float) -> list[_Joint]:
         if pair[0] == pair[1] or not short & {*pair} or runs[pair[0]].piece != runs[pair[1]].piece:
             continue
         if _faces(places[a], outwards[a], places[b], outwards[b], touching=TOUCHING * spacing):
-            near = np.linalg.norm(every - 0.5 * (places[a] + places[b]), axis=1) < JOINED_ROOM * spacing
+            middle = 0.5 * (places[a] + places[b])
+            near = np.linalg.norm(every - middle, axis=1) < JOINED_ROOM * spacing
             if not (near & (owner != pair[0]) & (owner != pair[1])).any():
                 gap = float(np.linalg.norm(places[b] - places[a]))
-                found.append(_Joint(gap, pair, (ends[a][1], ends[b][1])))
+                found.append(_Joint(gap, middle, pair, (ends[a][1], ends[b][1])))
     return found
 
 
@@ -314,8 +319,8 @@ def _piece_by_piece(runs: list[_Run], *, seams: Seams | None, spacing: float) ->
     ]
     ordered = waiting.pop(0)
     while waiting:
-        away = [float(np.linalg.norm(piece[0].places[0] - ordered[-1].places[-1])) for piece in waiting]
-        ordered += waiting.pop(int(np.argmin(away)))
+        begun = np.array([piece[0].places[0] for piece in waiting])
+        ordered += waiting.pop(nearest(np.linalg.norm(begun - ordered[-1].places[-1], axis=1), begun))
     return ordered
 
 
@@ -337,9 +342,10 @@ def _in_order(runs: list[_Run], *, towards: FloatArray | None, taken: FloatArray
     ordered: list[_Run] = []
     while waiting:
         level = sum(run.level == waiting[0].level for run in waiting)
-        nearest = [_nearest_start(*each, here) for each in zip(waiting[:level], starts[:level], strict=True)]
-        chosen = int(np.argmin([distance for _, distance in nearest]))
-        turned = _started_at(waiting.pop(chosen), nearest[chosen][0])
+        first = [_nearest_start(*each, here) for each in zip(waiting[:level], starts[:level], strict=True)]
+        begun = np.array([run.places[start] for run, start in zip(waiting, first, strict=False)])
+        chosen = nearest(np.linalg.norm(begun - here, axis=1), begun)
+        turned = _started_at(waiting.pop(chosen), first[chosen])
         del starts[chosen]
         ordered.append(turned)
         here = turned.places[-1]
@@ -352,10 +358,14 @@ def _first_start(runs: list[_Run], *, towards: FloatArray | None) -> FloatArray:
     Where a direction is given, start where the first level reaches farthest towards it.
     """
     outer = np.concatenate([run.places for run in runs if run.level == runs[0].level])
-    inner = np.concatenate([run.places for run in runs if run.level == runs[-1].level])
     if towards is not None:
-        return outer[int(np.argmax(outer @ towards))]
-    return outer[int(np.argmin(np.linalg.norm(outer - inner.mean(axis=0), axis=1)))]
+        return outer[nearest(-outer @ towards, outer)]
+    inner = [run.places for run in runs if run.level == runs[-1].level]
+    # By length: where a line begins, and how finely it was traced, does not count.
+    steps = np.concatenate([np.diff(places, axis=0) for places in inner])
+    middles = np.concatenate([0.5 * (places[1:] + places[:-1]) for places in inner])
+    centre = np.average(middles, axis=0, weights=np.linalg.norm(steps, axis=1) + SMALLEST)
+    return outer[nearest(np.linalg.norm(outer - centre, axis=1), outer)]
 
 
 def _starts(run: _Run, taken: FloatArray, *, spacing: float) -> IntArray:
@@ -365,11 +375,9 @@ def _starts(run: _Run, taken: FloatArray, *, spacing: float) -> IntArray:
     return starts_apart(run.places[:-1], taken, spacing=spacing)
 
 
-def _nearest_start(run: _Run, starts: IntArray, here: FloatArray) -> tuple[int, float]:
-    """Return which of some starting points of a run is nearest to a place, and its distance from there [mm]."""
-    distances = np.linalg.norm(run.places[starts] - here, axis=1)
-    best = int(np.argmin(distances))
-    return int(starts[best]), float(distances[best])
+def _nearest_start(run: _Run, starts: IntArray, here: FloatArray) -> int:
+    """Return which of some starting points of a run is nearest to a place."""
+    return int(starts[nearest(np.linalg.norm(run.places[starts] - here, axis=1), run.places[starts])])
 
 
 def _started_at(run: _Run, start: int) -> _Run:

@@ -22,6 +22,8 @@ MOST_MOVED_SHARE = 1.0 / 50.0
 # Even samples for each standard deviation of the window, so many on each run at least.
 SAMPLES_PER_WINDOW = 2
 FEWEST_SAMPLES = 8
+# This share of a sample more is none: rounding decides nothing.
+ROUNDING = 1e-6
 # The window ends at so many standard deviations.
 WINDOW_END = 4.0
 
@@ -66,7 +68,7 @@ def _without_tremor(places: FloatArray, *, closed: bool, window: float, most: fl
     """Return even places along a polyline (k, 3), moved by at most so much to where a window puts them [mm]."""
     arcs = arc_lengths(places)
     length = float(arcs[-1])
-    count = max(int(np.ceil(length / window * SAMPLES_PER_WINDOW)), FEWEST_SAMPLES)
+    count = max(int(np.ceil(length / window * SAMPLES_PER_WINDOW - ROUNDING)), FEWEST_SAMPLES)
     deviation = window / length * count
     even: FloatArray = np.linspace(0.0, length, count + 1)
     line = np.column_stack([np.interp(even, arcs, places[:, i]) for i in range(3)])

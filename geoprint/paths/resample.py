@@ -6,9 +6,13 @@ import numpy as np
 
 from geoprint.model import FloatArray, IntArray, Surface, SurfacePoints
 from geoprint.surfaces import arc_lengths, closest, positions
+from geoprint.transforms import EQUAL
 
 # An even sample this share of a step away from a kept corner is dropped: it would only make the gaps uneven.
 CROWDED_SHARE = 0.25
+# What is this share longer than a step is not longer, and points are equally far from a chord within the second share:
+# rounding decides nothing.
+ROUNDING, EQUALLY_FAR = 1e-6, 0.05
 # Pieces of a curve shorter than this [mm] are rounding, not path.
 SHORTEST_PIECE = 1e-9
 # Weights that miss a sum of 1 by more than this belong to a point outside the triangle.
@@ -53,7 +57,7 @@ def graded(samples: FloatArray) -> FloatArray:
     while True:
         steps = np.diff(samples)
         smaller = np.minimum(np.append(steps[1:], np.inf), np.insert(steps[:-1], 0, np.inf))
-        long = steps > GRADING * np.maximum(smaller, SHORTEST_GRADED)
+        long = steps > GRADING * (1.0 + ROUNDING) * np.maximum(smaller, SHORTEST_GRADED)
         if not long.any():
             return samples
         samples = np.sort(np.append(samples, 0.5 * (samples[:-1] + samples[1:])[long]))
@@ -110,7 +114,7 @@ def _carried(
 def _sample_arcs(places: FloatArray, arcs: FloatArray, *, step: float, chord_error: float) -> FloatArray:
     """Choose where to sample: even arcs first, then the farthest point of every piece whose chord errs too much."""
     length = float(arcs[-1])
-    even: FloatArray = np.linspace(0.0, length, max(int(np.ceil(length / step)), 1) + 1)
+    even: FloatArray = np.linspace(0.0, length, max(int(np.ceil(length / step - ROUNDING)), 1) + 1)
     kept = np.zeros(arcs.size, dtype=np.bool_)
     kept[[0, -1]] = True
     while True:
@@ -129,19 +133,25 @@ def _merge(even: FloatArray, kept: FloatArray, *, crowded: float) -> FloatArray:
     near = gap < crowded
     step = even[1] - even[0]
     samples = np.unique(np.concatenate([even[~near], kept]))
-    wide = np.diff(samples) > step * (1 + 1e-9)
+    wide = np.diff(samples) > step * (1 + ROUNDING)
     middles = 0.5 * (samples[:-1] + samples[1:])[wide]
     return np.sort(np.concatenate([samples, middles]))
 
 
 def _worst_points(places: FloatArray, arcs: FloatArray, samples: FloatArray, *, chord_error: float) -> IntArray:
-    """Return for every sampled piece that errs too much the index of the curve's point farthest from its chord."""
+    """Return for every sampled piece that errs too much the index of the curve's point farthest from its chord.
+
+    Of those that are about equally far the one in the middle is taken, which is the same one whatever rounding does.
+    """
     corners = np.column_stack([np.interp(samples, arcs, places[:, i]) for i in range(3)])
     piece = np.clip(np.searchsorted(samples, arcs, side="right") - 1, 0, samples.size - 2)
     start, along = corners[piece], corners[piece + 1] - corners[piece]
     length_squared = np.maximum(np.einsum("ij,ij->i", along, along), 1e-300)
     share = np.clip(np.einsum("ij,ij->i", places - start, along) / length_squared, 0.0, 1.0)
     error = np.linalg.norm(places - start - share[:, None] * along, axis=1)
-    order = np.lexsort((-error, piece))
-    first = order[np.flatnonzero(np.diff(piece[order], prepend=-1))]
-    return first[error[first] > chord_error]
+    largest = np.zeros(samples.size - 1)
+    np.maximum.at(largest, piece, error)
+    far = np.flatnonzero((error > (1.0 - EQUALLY_FAR) * largest[piece]) & (largest[piece] > chord_error))
+    aside = np.abs(arcs[far] - 0.5 * (samples[:-1] + samples[1:])[piece[far]])
+    order = np.lexsort((np.round(aside / EQUAL), piece[far]))
+    return far[order[np.flatnonzero(np.diff(piece[far[order]], prepend=-1))]]

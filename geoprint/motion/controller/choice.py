@@ -44,7 +44,7 @@ TRIES = 4
 MOVES = NEAREST + math.ceil(math.log2(MOST / NEAREST)) + 1
 
 # Share of a time by which moves that take it may seem shorter.
-TIME_ROUNDING = 1e-9
+TIME_ROUNDING = 1e-4
 
 
 @final
