@@ -5,8 +5,9 @@
 Each part is planned with the default settings in the packaged cell, written, and its RAPID text is read by this script
 alone: speeds, targets and where the valve switches (`Program`). It knows no trajectory and no joints. Each move takes
 its length over its speed; from a stop the tip rises evenly to the speed of the next move, in the time that the first
-one takes. The valve lets the flow through that plan.json names for the operator. What is wanted is spacing times layer
-height times the length of bead, which lies the stand-off below the tip along the nozzle.
+one takes. The valve lets the flow through that plan.json names for the operator, half of it while the arm waits for
+the flow to settle. What is wanted is spacing times layer height times the length of bead, which lies the stand-off
+below the tip along the nozzle.
 
 The columns: volume of all runs over the wanted one as plan.json says and as the text is read; the least and the most
 that a run gets, likewise; the speed of the print and what was allowed; the share of the length at that speed; time on
@@ -39,6 +40,7 @@ BACKENDS = ("lscm", "heat")
 NUMBER = r"(-?[\d.]+(?:E-?\d+)?)"
 SPEED = re.compile(rf"speeddata (\w+):=\[{NUMBER}")
 MOVE = re.compile(r"(?:MoveL|TriggL) (?:GeoAloft\()?\[\[([^\]]*)\],\[([^\]]*)\].*?\]\)?,(\w+),(.*?)(\w+),tGeoNozzle")
+WAIT = re.compile(rf"WaitTime\\InPos,{NUMBER}\*geoOn;")
 SWITCH = re.compile(rf"TriggIO (\w+),{NUMBER}((?:\\Start)?)\\DOp:=doValve,(\w+);")
 
 
@@ -60,6 +62,7 @@ class Program(NamedTuple):
         speeds: (n,) [mm/s].
         stops: (n,) whether it ends at rest.
         switches: move, distance from its end or where it is negative from its start [mm], and whether the valve opens.
+        waits: (n,) how long the arm waits behind it [s].
         tool: place and rotation on the flange.
         part: place and rotation in the base frame.
     """
@@ -70,6 +73,7 @@ class Program(NamedTuple):
     speeds: FloatArray
     stops: FloatArray
     switches: list[tuple[int, float, bool]]
+    waits: FloatArray
     tool: tuple[FloatArray, Rotation]
     part: tuple[FloatArray, Rotation]
 
@@ -142,6 +146,7 @@ def read_program(folder: Path) -> Program:
     moves: list[tuple[list[float], list[float], float, float]] = []
     switches: list[tuple[int, float, bool]] = []
     waiting: dict[str, tuple[float, bool]] = {}
+    waits: list[float] = []
     for line in "\n".join(texts).splitlines():
         if switch := SWITCH.search(line):
             name, distance, start, value = switch.groups()
@@ -154,6 +159,9 @@ def read_program(folder: Path) -> Program:
             waiting = {name: each for name, each in waiting.items() if name not in triggers}
             tip, quaternion = ([float(number) for number in part.split(",")] for part in (place, turn))
             moves.append((tip, quaternion, speeds[speed], zones[zone]))
+            waits.append(0.0)
+        elif wait := WAIT.search(line):
+            waits[-1] = float(wait[1])
     frames = [
         (np.array(place.split(","), dtype=np.float64), _rotation([turn.split(",")])[0])
         for text in texts
@@ -162,7 +170,8 @@ def read_program(folder: Path) -> Program:
     radii = np.array([move[3] for move in moves])
     return Program(
         np.array([move[0] for move in moves]), _rotation([move[1] for move in moves]), radii,
-        np.array([move[2] for move in moves]), radii == 0.0, switches, frames[0], frames[1],
+        np.array([move[2] for move in moves]), radii == 0.0, switches, np.array(waits), frames[0],
+        frames[1],
     )  # fmt: skip
 
 
@@ -254,8 +263,9 @@ def deposited(program: Program, told: PlanRecord, *, spacing: float) -> Deposite
     stops = np.flatnonzero(program.stops)
     flowed, spans = np.empty(len(opened)), np.empty((len(opened), 2), dtype=np.int64)
     for run, ((first, begun), (last, shut)) in enumerate(zip(opened, closed, strict=True)):
-        flowed[run] = rate * (shut - begun)
-        spans[run] = stops[np.searchsorted(stops, first) - 1], stops[np.searchsorted(stops, last)]
+        flowed[run] = rate * (shut - begun + program.waits[first:last].sum() / 2.0)
+        begin = first if program.waits[first] > 0.0 else stops[np.searchsorted(stops, first) - 1]
+        spans[run] = begin, stops[np.searchsorted(stops, last)]
     beads = np.diff(passed[spans], axis=1)[:, 0]
     wanted = spacing * told.settings.layer_height_mm * beads
     return Deposited(flowed / wanted, float(flowed.sum() / wanted.sum()))

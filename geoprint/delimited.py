@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import codecs
 import csv
+import logging
 import math
 import re
 from array import array
@@ -34,9 +35,11 @@ FARTHEST = 1_000_000.0
 PARTED_BY = {"\t": "tabs", ";": "semicolons", "|": "bars", ",": "commas", " ": "blanks"}
 # Rows by which the layout is told; letters of the file that an error shows, and of a column's name that count.
 SAMPLE = 200
-SHOWN = 60
+SHOWN, _SHOWN_KINDS = 60, 200
 # Bytes by which the encoding is told.
 _HEAD = 4096
+
+_LOG = logging.getLogger(__name__)
 
 NUMBER = re.compile(r"[-+]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][-+]?\d+)?")
 # Blanks with a number on either side part columns.
@@ -384,6 +387,8 @@ def read_columns(
         farthest: most that a number may be, whatever its sign.
         unit: of the numbers, for messages.
 
+    Columns that are not used are named in a note.
+
     Raises:
         InputError: it cannot be read, or its header, decimals or one of its rows is wrong; says which.
     """
@@ -404,7 +409,11 @@ def read_columns(
     values = np.frombuffer(numbers, dtype=np.float64).reshape(-1, len(names) - texts).copy()
     values.setflags(write=False)
     bare_said = [] if table.header else [f"columns {','.join(names)}, as no header names them"]
-    record = reading(used={what: len(lines)}, skipped=dict(table.skipped) | table.unused(places), assumed=bare_said)
+    unused = table.unused(places)
+    for kind in unused:
+        shown = "".join(sign if sign.isprintable() else "?" for sign in kind[:_SHOWN_KINDS])
+        _LOG.warning("note: %s: skipped: %s; used: %s.", path.name, shown, ", ".join(names))
+    record = reading(used={what: len(lines)}, skipped=dict(table.skipped) | unused, assumed=bare_said)
     return Columns(names, tuple(lines), tuple(said), values, record)
 
 

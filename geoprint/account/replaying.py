@@ -173,7 +173,7 @@ def _part_replay(cell: Cell, robot: RobotPlan, *, begin: float, frames: int) -> 
         joints=trajectory.joints[rows],
         speeds=np.linalg.norm(tips[1] - tips[0], axis=1) / np.diff(trajectory.times[ends], axis=0)[0],
         valve=begin + robot.switching.material,
-        lamp=begin + robot.switching.lamp,
+        lamp=begin + np.minimum(robot.switching.lamp, trajectory.duration),
         bead=poses.tips[laid],
         bead_offsets=np.append(starts, laid.size),
         bead_times=begin + trajectory.pose_times[laid],

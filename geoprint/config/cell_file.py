@@ -24,6 +24,8 @@ MostFlow = Annotated[float, Field(ge=1.0, le=3.0)]
 SignalName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]{0,31}$")]
 # Equipment that follows later than this is not switched in step with a tip; nobody waits that long by design.
 Lag = Annotated[float, Field(ge=0.0, le=2.0)]
+# As long as the final exposure may last.
+Exposure = Annotated[float, Field(ge=0.0, le=3600.0)]
 # How a material flows: all of them together.
 FLOW_KEYS = ("density_g_cm3", "consistency_pa_sn", "flow_index", "yield_stress_pa")
 # Level ground carries every bead; where a wall does, too, no table has to tilt.
@@ -42,6 +44,7 @@ class RobotTable(Table):
     speeds_deg_s: SixPositive
     accelerations_deg_s2: SixPositive
     target_period_ms: Annotated[float, Field(ge=1.0, le=1000.0)] = 20.0
+    response_ms: Annotated[float, Field(ge=0.0, le=50.0)] = 10.0
     payload_kg: PositiveFloat | None = None
     wrist_inertia_kg_m2: Annotated[list[PositiveFloat], Field(min_length=2, max_length=2)] | None = None
 
@@ -217,7 +220,8 @@ class SignalsTable(Table):
     valve_open_s: Lag = 0.0
     valve_close_s: Lag = 0.0
     uv_lead_s: Lag = 0.0
-    uv_tail_s: Lag = 0.0
+    uv_tail_s: Exposure = 0.0
+    settle_ms: Annotated[float, Field(ge=0.0, le=2000.0)] = 0.0
     flow: SignalName | None = None
     flow_per_mm3_s: PositiveFloat | None = None
     flow_lag_s: Lag = 0.0
@@ -234,6 +238,11 @@ class SignalsTable(Table):
     def _has_a_flow_to_follow(self) -> Self:
         if self.mode == "analog" and (self.flow is None or self.flow_per_mm3_s is None):
             raise ValueError('mode "analog" needs flow, the analog output, and flow_per_mm3_s, its value for 1 mm3/s')
+        if self.mode == "analog" and self.settle_ms > 0.0:
+            raise ValueError(
+                f'settle_ms is {self.settle_ms:g}, but in mode "analog" nothing flows while the tip rests: take it out '
+                "and say with flow_lag_s how late the flow follows"
+            )
         return self
 
 

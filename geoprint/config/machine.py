@@ -50,6 +50,7 @@ _UNITS: Mapping[str, Callable[[Any], Any]] = {
     "_kpa": lambda value: value * PASCAL_PER_KPA,
     "_mm_s": lambda value: value,
     "_mm": lambda value: value,
+    "_ms": lambda value: value / 1000.0,
     "_s": lambda value: value,
     "_share": lambda value: value,
 }
@@ -79,6 +80,7 @@ def machine_of(table: Mapping[str, object], *, name: str, folder: Path) -> Cell:
             accelerations=np.radians(file.robot.accelerations_deg_s2),
             home=np.radians(file.home.joints_deg),
             target_period=file.robot.target_period_ms / 1000.0,
+            response=file.robot.response_ms / 1000.0,
             urdf=None if urdf is None else read_urdf_file(folder / urdf, flange=file.robot.flange),
             flange=file.robot.flange,
             load=file.robot.load,

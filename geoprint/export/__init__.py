@@ -30,7 +30,7 @@ from geoprint.export.setup_file import (
     read_setup as read_setup,
     setup_file as setup_file,
 )
-from geoprint.export.switching import switching_events as switching_events
+from geoprint.export.switching import switching_events as switching_events, waits as waits
 from geoprint.export.tables import (
     PosesTable as PosesTable,
     TrajectoryTable as TrajectoryTable,

@@ -21,7 +21,7 @@ from geoprint.model import Cell, FloatArray, Placement, frozen
 Noun = TypeVar("Noun")
 
 # Fields that only some cells have; left out where there is nothing, so that the setup of all others stays as it is.
-_SOMETIMES = frozenset({"table"})
+_SOMETIMES = frozenset({"table", "settle"})
 
 
 @final
@@ -76,7 +76,7 @@ def _written(value: object) -> Json:
         return cast("Json", value.tolist())
     if is_dataclass(value):
         held = {field.name: getattr(value, field.name) for field in fields(value)}
-        return {name: _written(one) for name, one in held.items() if one is not None or name not in _SOMETIMES}
+        return {name: _written(one) for name, one in held.items() if name not in _SOMETIMES or one}
     if isinstance(value, tuple):
         return [_written(item) for item in cast("tuple[object, ...]", value)]
     return cast("Json", value)

@@ -4,7 +4,10 @@ The valve is told to open so long before the material has to flow as it takes to
 that only opens and shuts would give a run too much while the tip comes up to its speed and while it brakes: material
 begins and ends by so much nearer to the middle of the run that the volume on these ramps is right in sum. The lamp
 leads and trails the material. Where the cell has a vacuum, it draws the material back from when the valve is told to
-close until it is told to open again, or the last lift ends, so that nothing oozes on travel. Each of these moments is
+close until it is told to open again, or the last lift ends, so that nothing oozes on travel. A flow that has to settle
+does so while the arm waits at the start of the run: it is even when the tip begins to move, and no ramp is taken off
+there. Where the lamp has to shine longer than the last lift takes, the arm waits at its end (`waits`). All times are
+those of the motion, which has no waits: what is due in one is switched before it, or where it ends. Each moment is
 turned into a place: the move on which the trajectory is at that moment, and the distance of the tip from the end of
 that move. A place is what `TriggIO` switches at, in step with the robot's own motion. Its form by time is not used,
 because it counts from the end of a move only and cannot reach beyond the braking there; nor is `TriggEquip`, whose lag
@@ -47,19 +50,43 @@ def switching_events(orders: Orders, *, signals: Signals, tips_at: TipsAt, speed
     """
     moments = _moments(orders, signals, tips_at, speed=speed)
     tips = tips_at(np.array([moment for moment, _, _ in moments]))
+    waiting = waits(orders, signals)
     events = [
-        _placed(orders, moment, tip, output=output, on=on)
+        _placed(orders, moment, tip, waiting, output=output, on=on)
         for (moment, output, on), tip in zip(moments, tips, strict=True)
     ]
     return tuple(sorted(events, key=lambda event: (event.target, not event.from_start)))
+
+
+def waits(orders: Orders, signals: Signals) -> FloatArray:
+    """Return (t,) how long the arm waits at each target [s]: for a flow to settle, at the last lift for the lamp."""
+    waiting = np.zeros(orders.count)
+    waiting[[first for first, _ in orders.deposits]] = signals.settle
+    lifted = _lifted(orders)
+    if lifted is not None:
+        since = float(orders.times[lifted] - orders.times[orders.deposits[-1][1]])
+        waiting[lifted] = max(signals.uv_tail - since, 0.0)
+    return waiting
+
+
+def _lifted(orders: Orders) -> int | None:
+    """Return the target behind the last deposit where the arm rests before it goes on, or None without any."""
+    behind = orders.deposits[-1][1] + 1 if orders.deposits else orders.count
+    rests = behind + np.flatnonzero(orders.zones[behind:-1] == 0.0)
+    return int(rests[0]) if rests.size else None
 
 
 def _moments(orders: Orders, signals: Signals, tips_at: TipsAt, *, speed: float) -> list[tuple[float, Output, bool]]:
     """Return time, output and value of each switching."""
     spans = [(float(orders.times[first]), float(orders.times[last])) for first, last in orders.deposits]
     flowing = spans if signals.mode == "analog" else [_within_ramps(span, tips_at, speed=speed) for span in spans]
+    if signals.settle > 0.0:
+        flowing = [(start, end) for (start, _), (_, end) in zip(spans, flowing, strict=True)]
     valve = [(start - signals.valve_open, end - signals.valve_close) for start, end in flowing]
     lamp = [(start - signals.uv_lead, end + signals.uv_tail) for start, end in flowing]
+    lifted = _lifted(orders)
+    if lifted is not None and waits(orders, signals)[lifted] > 0.0:
+        lamp[-1] = (lamp[-1][0], float(orders.times[lifted]))
     _check_spans(orders, signals, spans=flowing, valve=valve, lamp=lamp)
     outputs: list[tuple[Output, list[tuple[float, float]]]] = [("dispenser", valve)]
     if signals.vacuum is not None:
@@ -133,11 +160,16 @@ def _check_spans(
         )
 
 
-def _placed(orders: Orders, moment: float, tip: FloatArray, *, output: Output, on: bool) -> Event:
-    """Turn a moment into a place on a move; at a target, on the move that leaves it, or for switching off, arrives."""
+def _placed(orders: Orders, moment: float, tip: FloatArray, waiting: FloatArray, *, output: Output, on: bool) -> Event:
+    """Turn a moment into a place on a move; at a target, on the move that leaves it, or for switching off, arrives.
+
+    Where the arm waits it is the other way round: what is switched on shines or flows in the wait, and the lamp that it
+    waits for goes off behind it.
+    """
     nearest = int(np.argmin(np.abs(orders.times - moment)))
     if abs(float(orders.times[nearest]) - moment) <= SAME_MOMENT:
-        at_start = on or nearest == 0
+        waits_for_it = waiting[nearest] > 0.0 and (on or output == "uv_lamp")
+        at_start = on != waits_for_it or nearest == 0
         following = int(np.searchsorted(orders.times, float(orders.times[nearest]) + SAME_MOMENT))
         target = following if at_start else nearest
         return Event(target, 0.0, from_start=at_start, output=output, on=on)

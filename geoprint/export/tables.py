@@ -83,7 +83,7 @@ def poses_table(poses: PoseStream) -> bytes:
 
 
 def trajectory_table(trajectory: Trajectory) -> bytes:
-    """Return the text of trajectory.csv: one row a millisecond.
+    """Return the text of trajectory.csv: one row a millisecond of the motion, without what it waits for flow or lamp.
 
     Raises:
         InputError: a time is no whole number of milliseconds.

@@ -48,6 +48,7 @@ class Robot:
         accelerations: (6,) largest acceleration of each joint [rad/s2]; an assumption unless the maker states it.
         home: (6,) joint angles where every program starts and ends [rad].
         target_period: shortest time between targets that the controller takes without slowing down [s].
+        response: time in which the arm answers, over which it rounds on deposit [s]; assumed unless measured.
         urdf: text of the arm's URDF, or None where it is package data.
         flange: name of the URDF's flange frame.
         load: what the flange may carry, or None where nobody has said it.
@@ -59,6 +60,7 @@ class Robot:
     accelerations: FloatArray
     home: FloatArray
     target_period: float = 0.02
+    response: float = 0.01
     urdf: str | None = None
     flange: str = "tool0"
     load: LoadLimits | None = None

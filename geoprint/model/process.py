@@ -83,6 +83,8 @@ class Signals:
         valve_close: time from the command until no material flows [s].
         uv_lead: how long before the material the lamp is switched on [s].
         uv_tail: how long after the material the lamp is switched off [s].
+        settle: how long after `valve_open` the flow still rises, evenly, until it is that of the print; so long the tip
+            rests at the start of each run [s].
         flow: analog output that sets the flow, in mode 'analog'.
         flow_per_mm3_s: value of that output for a flow of 1 mm3/s, in the output's own unit.
         flow_lag: time from a new value of that output until the flow follows [s].
@@ -101,6 +103,7 @@ class Signals:
     flow_per_mm3_s: float = 0.0
     flow_lag: float = 0.0
     vacuum: str | None = None
+    settle: float = 0.0
 
 
 @final

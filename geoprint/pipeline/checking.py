@@ -64,6 +64,7 @@ from geoprint.pipeline.checking_motion import (
     check_extent,
     check_frame,
     check_joints,
+    check_moves,
     check_passing,
     check_poses,
     check_speeds,
@@ -240,17 +241,21 @@ class _Checking:
         arm = Arm(setup.cell.robot, T_flange_tool=setup.cell.tool.T_flange_tool)
         T_base_work = setup.placement.T_base_work
         tips = tips_at(table.times, table.joints, arm, T_base_work=T_base_work)
-        self._collecting("trajectory.csv", lambda: check_joints(table, setup.cell.robot))
+        process = setup.cell.process
+        self._collecting("trajectory.csv", lambda: check_joints(table, setup.cell.robot, process=process))
         self._collecting("trajectory.csv", lambda: check_passing(orders, tips(orders.times)))
-        self._check_poses(orders, table, tips)
-        self._collecting("targets.csv", lambda: check_speeds(orders, tips, table.times, process=setup.cell.process))
+        streams = self._check_poses(orders, table, tips)
+        self._collecting("targets.csv", lambda: check_speeds(orders, tips, table.times, process=process))
         self._collecting("targets.csv", lambda: check_zones(orders, tips))
+        # Places, zones or speeds that are wrong already lead past the poses, too.
+        for poses in streams if not self.findings else ():
+            self._collecting("targets.csv", lambda poses=poses: check_moves(orders, poses))
         modules = tuple(self.modules(names))
         wanted: list[tuple[Event, ...]] = []
         self._collecting(
             "targets.csv",
             lambda: wanted.append(
-                expected_events(orders, signals=setup.cell.signals, tips_at=tips, speed=setup.cell.process.speed)
+                expected_events(orders, signals=setup.cell.signals, tips_at=tips, speed=process.speed)
             ),
         )
         judged = [
@@ -268,13 +273,14 @@ class _Checking:
                 self._check_motion(each.proof, setup, orders, table, arm=arm, tips=tips)
                 self.settings = program_settings(modules, runs=int(orders.runs[-1]) + 1)
 
-    def _check_poses(self, orders: Orders, table: TrajectoryTable, tips: TipsAt) -> None:
+    def _check_poses(self, orders: Orders, table: TrajectoryTable, tips: TipsAt) -> list[PoseStream]:
         streams: list[PoseStream] = []
         if (told := self.told) is not None:
             self._collecting("poses.csv", lambda: streams.append(stream_of(self._folder, told)))
         for poses in streams:
             self._collecting("targets.csv", lambda poses=poses: check_poses(orders, poses))
             self._collecting("trajectory.csv", lambda poses=poses: check_deposited_path(poses, table, tips))
+        return streams
 
     def _check_motion(
         self, proof: Proof, setup: Setup, orders: Orders, table: TrajectoryTable, *, arm: Arm, tips: TipsAt

@@ -6,7 +6,8 @@ neither of them was made of.
 
 from __future__ import annotations
 
-from itertools import product
+from dataclasses import replace
+from itertools import pairwise, product
 from typing import NoReturn
 
 import numpy as np
@@ -57,6 +58,12 @@ BEAD_LENGTH, BEAD_TOLERANCE = 1.0, 1.03
 _MILLISECOND = 1e-3
 # A target stands where its pose is, or its corner passes there, and every deposited pose is passed, to this [mm].
 POSE_TOLERANCE, PASSED_TOLERANCE = 0.01, 0.05
+# Every pose lies on the written moves, their corners rounded, to this [mm], and to so much of its attitude [degrees].
+MOVE_TOLERANCE, MOVE_TURN_DEG = 0.02, 0.2
+# Straight pieces that stand for a rounded corner: at 0.3 mm and 30 degrees they are 1 um off the parabola.
+_CORNER_SHARES = np.linspace(0.0, 1.0, 9)[:, None]
+# Targets have the flow of the poses between them to this share, and volumes of so much [mm3] are as good as nothing.
+FLOW_SHARE, SMALLEST_VOLUME = 5e-3, 1e-5
 # By rounding of a trajectory's rows its limits may be exceeded by these shares, and angles by so much [rad].
 SPEED_SHARE, ACCELERATION_SHARE, ANGLE_TOLERANCE = 1e-3, 0.05, 1e-6
 
@@ -80,7 +87,7 @@ def check_passing(orders: Orders, passed: FloatArray) -> None:
 
 
 def check_poses(orders: Orders, poses: PoseStream) -> None:
-    """Check that the targets are poses of poses.csv: where these are, in their runs, and depositing where these do.
+    """Check that the targets are poses of poses.csv: where these are, in their runs, and depositing as these do.
 
     Raises:
         VerificationError: one is not.
@@ -94,14 +101,66 @@ def check_poses(orders: Orders, poses: PoseStream) -> None:
     deposited = laid[np.append(chosen[1:], chosen[-1] + 1)] - laid[chosen]
     tips = poses.tips[chosen]
     misses = np.minimum(*(np.linalg.norm(each - tips, axis=1) for each in (orders.tips, _corner_middles(orders))))
+    # The flow is that by the length from target to target as these stand, some of them outside of bends.
+    places = poses.tips.copy()
+    places[chosen] = orders.tips
+    steps, beads = np.linalg.norm(np.diff(places, axis=0), axis=1), replace(poses, tips=places).bead_lengths
+    lengths, volumes = (
+        np.diff(np.append(0.0, np.cumsum(each))[chosen], append=np.nan)
+        for each in (steps, beads * (poses.flow[1:] + poses.flow[:-1]) / 2.0)
+    )
+    flow_off = np.abs(orders.flow * lengths - volumes) > FLOW_SHARE * volumes + SMALLEST_VOLUME
     for wrong, what in (
         (deposited != np.where(orders.laid, spans, 0), "material is deposited elsewhere than in poses.csv"),
         (orders.runs != poses.runs[chosen], "another run than in poses.csv"),
+        (orders.laid & flow_off, "another flow than in poses.csv"),
         (misses > POSE_TOLERANCE, "it neither stands where its pose is nor has a corner that passes there"),
     ):
         if wrong.any():
             row = int(np.argmax(wrong))
             raise VerificationError(f"target {row + 1}, pose {chosen[row]}: {what}", line=row + 2)
+
+
+def check_moves(orders: Orders, poses: PoseStream) -> None:
+    """Check that the moves from target to target, with their rounded corners, pass every pose of poses.csv.
+
+    Attitudes are compared where no corner is rounded.
+
+    Raises:
+        VerificationError: they miss one.
+    """
+    tips, steps = orders.tips, np.diff(orders.tips, axis=0)
+    lengths = np.maximum(np.linalg.norm(steps, axis=1), TURN_ON_THE_SPOT)
+    reach = (orders.zones[1:-1, None] * (steps / lengths[:, None])[each] for each in (slice(None, -1), slice(1, None)))
+    entries, exits = (tips[1:-1] + sign * zone for sign, zone in zip((-1.0, 1.0), reach, strict=True))
+    ahead = _CORNER_SHARES[:, :, None]
+    corners = np.repeat(tips[None], len(ahead), axis=0)
+    corners[:, 1:-1] = (1.0 - ahead) ** 2 * entries + 2.0 * ahead * (1.0 - ahead) * tips[1:-1] + ahead**2 * exits
+    half = len(ahead) // 2
+    line = np.concatenate([corners[half:, :-1], corners[: half + 1, 1:]])
+    move = np.clip(np.searchsorted(orders.poses, np.arange(poses.count), side="right") - 1, 0, lengths.size - 1)
+    misses = np.full(poses.count, np.inf)
+    for start, end in pairwise(line[:, move]):
+        along = end - start
+        squares = np.maximum(np.einsum("ij,ij->i", along, along), np.finfo(np.float64).tiny)
+        share = np.clip(np.einsum("ij,ij->i", poses.tips - start, along) / squares, 0.0, 1.0)
+        misses = np.minimum(misses, np.linalg.norm(poses.tips - start - share[:, None] * along, axis=1))
+    passed = np.einsum("ij,ij->i", poses.tips - tips[move], steps[move]) / lengths[move]
+    straight = (passed > orders.zones[move]) & (passed < lengths[move] - orders.zones[move + 1])
+    frames = transforms.rigid(transforms.rotation_of(orders.quaternions), tips)
+    row = move[straight]
+    meant = transforms.interpolate_poses(frames[row], frames[row + 1], passed[straight] / lengths[row])[:, :3, :3]
+    turned = np.zeros(poses.count)
+    own = transforms.rotation_of(poses.quaternions[straight])
+    turned[straight] = np.degrees(transforms.rotation_angle(np.swapaxes(meant, 1, 2) @ own))
+    for off, allowed, unit in ((misses, MOVE_TOLERANCE, "mm"), (turned, MOVE_TURN_DEG, "degrees")):
+        if off.max() > allowed:
+            pose = int(off.argmax())
+            raise VerificationError(
+                f"the moves pass the pose in row {pose + 1} of poses.csv {off[pose]:.3f} {unit} off, allowed are "
+                f"{allowed:g}",
+                line=int(move[pose]) + 3,
+            )
 
 
 def check_deposited_path(poses: PoseStream, table: TrajectoryTable, tips: TipsAt) -> None:
@@ -125,8 +184,8 @@ def check_deposited_path(poses: PoseStream, table: TrajectoryTable, tips: TipsAt
         )
 
 
-def check_joints(table: TrajectoryTable, robot: Robot) -> None:
-    """Check that the trajectory goes from home to home within the limits of the joints.
+def check_joints(table: TrajectoryTable, robot: Robot, *, process: Process) -> None:
+    """Check that the trajectory goes from home to home within the limits of the joints, at both ends at their share.
 
     Raises:
         VerificationError: it begins or ends elsewhere, or a joint turns too far or fast, or is accelerated too much.
@@ -135,9 +194,11 @@ def check_joints(table: TrajectoryTable, robot: Robot) -> None:
     speeds = np.diff(joints, axis=0) / steps
     accelerations = np.diff(speeds, axis=0) / steps[1:]
     low, high = robot.limits.T
+    home = (table.runs[:-1] < 0) & (table.runs[1:] < 0)
+    fastest = robot.speeds * np.where(home, process.joint_speed_share, 1.0)[:, None]
     for share, what in (
         (np.maximum(low - joints, joints - high) / ANGLE_TOLERANCE, "turns beyond its limits"),
-        (np.abs(speeds) / (robot.speeds * (1.0 + SPEED_SHARE)), "turns faster than it may"),
+        (np.abs(speeds) / (fastest * (1.0 + SPEED_SHARE)), "turns faster than it may"),
         (np.abs(accelerations) / (robot.accelerations * (1.0 + ACCELERATION_SHARE)), "is accelerated more than it may"),
         (np.abs(joints[[0, -1]] - robot.home) / ANGLE_TOLERANCE, "does not begin and end at home"),
     ):

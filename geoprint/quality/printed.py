@@ -18,6 +18,7 @@ So two plans are compared by such pairs, a print of either.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple, final
 
 import numpy as np
@@ -51,6 +52,8 @@ OF_RUNS = {"repeatability", "path_repeatability"}
 # Standard deviations to either side that hold 95 of 100 normal numbers.
 NORMAL_95 = 1.96
 SEED = 120
+# Decimals of mm to which runs are alike that only rounding tells apart.
+DRAWN_ALIKE = 4
 
 
 class Interval(NamedTuple):
@@ -174,6 +177,7 @@ def _strays(
     rims, to_rim = sides.rims
     some, others = _some(strips.size), _some(rims.size)
     spans = joined_spans(joined_spans(left.some(some), right.some(some)), to_rim.some(others))
+    spans = replace(spans, runs=_drawn_order(sides)[spans.runs])
     local, count = np.full(spans.count, sides.spacing) if wanted is None else wanted(spans.places), some.size
     of_strips: list[Sparse] = []
     of_rims: list[Sparse] = []
@@ -182,6 +186,22 @@ def _strays(
         of_strips.append(csr_array(share * (each[:count] + each[count : 2 * count])))
         of_rims.append(csr_array(each[2 * count :]))
     return strips[some], rims[others], tuple(of_strips), tuple(of_rims)
+
+
+def _drawn_order(sides: SideSpacing) -> IntArray:
+    """Return for each run the place in which its errors are drawn: by its length, and how far out it lies.
+
+    In whatever order the runs are printed the same ones stray alike in the same print; only mirror images may change.
+    """
+    steps = np.append(np.linalg.norm(np.diff(sides.places, axis=0), axis=1), 0.0)
+    steps[sides.offsets[1:] - 1] = 0.0
+    counts = np.diff(sides.offsets)
+    lengths = np.add.reduceat(steps, sides.offsets[:-1])
+    middles = np.add.reduceat(sides.places, sides.offsets[:-1], axis=0) / counts[:, None]
+    away = np.linalg.norm(middles - sides.places.mean(axis=0), axis=1)
+    places = np.empty(counts.size, dtype=np.int64)
+    places[np.lexsort((away.round(DRAWN_ALIKE), lengths.round(DRAWN_ALIKE)))] = np.arange(counts.size)
+    return places
 
 
 def _some(count: int) -> IntArray:
@@ -199,7 +219,7 @@ def _flow_of_neighbours(sides: SideSpacing, some: IntArray) -> Sparse:
     reach = (4.0 - np.sqrt(16.0 - 24.0 * (1.0 - FLOW_SHARE))) / 12.0
     weights = np.tile([1.0 - 2.0 * reach, reach, reach], (some.size, 1))
     rows = np.repeat(np.arange(some.size), 3)
-    columns = np.column_stack([own, beside]).ravel()
+    columns = _drawn_order(sides)[np.column_stack([own, beside]).ravel()]
     return csr_array((weights.ravel(), (rows, columns)), shape=(some.size, sides.offsets.size - 1))
 
 

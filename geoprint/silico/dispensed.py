@@ -23,6 +23,8 @@ SPREAD_SHARE = 0.5
 LEAST_SHARE = 1e-6
 # Moments in which the tip rests are told apart by so little of a length [mm].
 REST = 1e-9
+# A flow that rises evenly does so in so many steps.
+RISING = 16
 # Where nothing moves below a tip that does, its places count as this share of its steps apart.
 LEAST_STEP = 0.05
 
@@ -37,18 +39,20 @@ class Dispenser:
         opens: time from the command to open until material flows [s].
         shuts: time from the command to shut until it flows no more [s].
         follows: time from a new flow being set until it flows [s].
+        settles: time after `opens` in which the flow rises evenly to the rate [s].
     """
 
     rate: float
     opens: float = 0.0
     shuts: float = 0.0
     follows: float = 0.0
+    settles: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.rate <= 0.0 or min(self.opens, self.shuts, self.follows) < 0.0:
+        if self.rate <= 0.0 or min(self.opens, self.shuts, self.follows, self.settles) < 0.0:
             raise InputError(
                 f"a dispenser has a positive rate and no negative lags, found {self.rate:g} mm3/s and "
-                f"{self.opens:g}, {self.shuts:g} and {self.follows:g} s."
+                f"{self.opens:g}, {self.shuts:g}, {self.follows:g} and {self.settles:g} s."
             )
 
 
@@ -104,7 +108,10 @@ def let_through(program: Dispensing, dispenser: Dispenser) -> FloatArray:
         dispenser: what follows its commands.
     """
     lags = np.where(program.valve_open, dispenser.opens, dispenser.shuts)
-    opened = _held_for(program.valve_times + lags, program.valve_open.astype(np.float64), program.times)
+    # A flow that rises evenly is the mean of valves that open one after the other.
+    shares = (np.arange(RISING) + 0.5) / RISING if dispenser.settles > 0.0 else np.zeros(1)
+    steps = [program.valve_times + lags + share * dispenser.settles * program.valve_open for share in shares]
+    opened = np.mean([_held_for(when, program.valve_open.astype(np.float64), program.times) for when in steps], axis=0)
     if not program.flow_times.size:
         return np.append(dispenser.rate * opened, 0.0)
     took = np.diff(program.times)

@@ -1,8 +1,9 @@
 """Paths as APT or a cutter location source (CLS): every statement is obeyed, skipped by name, or refused.
 
 Obeyed are GOTO, GODLTA, FROM and RAPID; arcs, as CIRCLE before a GOTO (counter-clockwise about its axis, as Creo and NX
-write them) and as `TLON,GOFWD/(CIRCLE/...),ON,(LINE/...)` behind INDIRV (as CATIA does); UNITS; TRACUT and COPY; points
-and matrices with names; labels. What RAPID leads to is travel, everything else deposits.
+write them) and as `TLON,GOFWD/(CIRCLE/...),ON,(LINE/...)` behind INDIRV (as CATIA does); UNITS; MSYS, whose frame the
+points behind it are in, as NX writes them; TRACUT and COPY; points and matrices with names; labels. What RAPID leads to
+is travel, everything else deposits.
 """
 
 from __future__ import annotations
@@ -10,15 +11,14 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple, NoReturn, final
 
 import numpy as np
 
 from geoprint.model import FloatArray, reading
-from geoprint.toolpaths.arcs import round_axis, turn_to
-from geoprint.toolpaths.path_file import PathFile, Point, Recorder, lines_of, number_of, refuse
+from geoprint.toolpaths.arcs import MOST_CHORDS, round_axis, turn_to
+from geoprint.toolpaths.path_file import PathFile, Recorder, lines_of, number_of, refuse
 
 TITLE = "APT"
 _LOOKS = re.compile(
@@ -34,25 +34,25 @@ _TEXTS = frozenset({"PARTNO", "PPRINT", "REMARK", "INSERT", "LETTER", "PPFUN", "
 # Statements that change neither where the tool goes nor what deposits.
 _HARMLESS = _TEXTS | {
     "AUTOPS", "AUXFUN", "CAMERA", "CATMAT", "CHKSUR", "CLAMP", "CLDIST", "CLEARP", "CLPRNT", "CLRSRF", "COOLNT",
-    "CUTTER", "DELAY", "DWELL", "END", "END-OF-FILE", "END-OF-PATH", "FEDRAT", "FINI", "GEAR", "HEAD", "INTOL",
-    "LEADER", "LINTOL", "LOAD", "LOADTL", "MACHIN", "MAXANG", "MAXDPM", "MAXIPM", "MAXRPM", "MAXVEL", "MULTAX",
-    "NOPOST", "NOPS", "NUMPTS", "OPSKIP", "OPSTOP", "OUTTOL", "PAINT", "PARTNO", "PIVOTZ", "PLOTFT", "PRINT", "REWIND",
-    "SAFPOS", "SELCTL", "SEQNO", "SPINDL", "STOP", "SYN", "TITLES", "TLDATA", "TLSPEC", "TOLER", "TOOL", "TOOL PATH",
-    "TOOLNO", "TURRET", "UNLOAD", "VERIFY",
+    "CSI_SET_EXTENSION_LENGTH", "CSI_SET_FLUTE_LENGTH", "CUTTER", "DELAY", "DWELL", "END", "END-OF-FILE",
+    "END-OF-PATH", "FEDRAT", "FINI", "GEAR", "HEAD", "INTOL", "LEADER", "LINTOL", "LOAD", "LOADTL", "MACHIN", "MAXANG",
+    "MAXDPM", "MAXIPM", "MAXRPM", "MAXVEL", "MULTAX", "NOPOST", "NOPS", "NUMPTS", "OPSKIP", "OPSTOP", "OUTTOL",
+    "PAINT", "PARTNO", "PIVOTZ", "PLOTFT", "PRINT", "REWIND", "SAFPOS", "SELCTL", "SELECT", "SEQNO", "SPINDL", "STOP",
+    "SYN", "TITLES", "TLDATA", "TLSPEC", "TOLER", "TOOL", "TOOL PATH", "TOOLNO", "TURRET", "UNLOAD", "VERIFY",
 }  # fmt: skip
 # Statements that change nothing where they say one of these words.
 _SWITCHED_OFF = {
     "CUTCOM": ("OFF", "NOMORE"), "CYCLE": ("OFF", "NOMORE"), "LCS": ("OFF", "NOMORE"), "MODE": ("ABSOL", "MILL"),
 }  # fmt: skip
-# Statements that change nothing where all their numbers are 0.
-_ZERO = frozenset({"ORIGIN", "TRANS", "THICK", "ROTATE", "ROTABL", "ROTHED", "TLLVL"})
+# Statements that change nothing where all their numbers are 0, perhaps in the world's frame.
+_ZERO = frozenset({"ORIGIN", "TRANS", "THICK", "ROTATE", "ROTABL", "ROTHED", "TLLVL", "TRNTYP"})
 # Statements by which the head goes where the file does not say.
 _ELSEWHERE = frozenset({"GOHOME", "HOME", "RETRCT"})
 _WHY = {
-    "MSYS": "it sets a frame, and programs differ in whether the points behind it are given there",
     "CUTCOM": "the controller would shift the path by the tool's radius",
     "CYCLE": "its points are holes, not a path",
-    "ORIGIN": "it moves the origin", "TRANS": "it moves the origin", "LCS": "it sets a frame",
+    "ORIGIN": "it moves the origin", "TRANS": "it moves the origin", "TRNTYP": "it moves the origin",
+    "LCS": "it sets a frame",
     "MODE": "it changes what coordinates mean", "THICK": "it shifts the path off the part",
     "ROTATE": "it turns the part", "ROTABL": "it turns the part", "ROTHED": "it turns the head",
 }  # fmt: skip
@@ -62,8 +62,10 @@ _MOST_STATEMENTS = 5_000_000
 # Points of an arc may lie off its circle by this [mm], or by this share of its radius: few decimals are written.
 _OFF_CIRCLE, _OFF_SHARE = 0.02, 1e-3
 # A straight move along a circle that an arc has just followed, up to this turn [rad] and from this sagitta [mm], may be
-# more of the arc.
+# more of the arc. It is in files of Creo, whose help says that all GOTO behind a CIRCLE are points on the arc, three
+# at least.
 _MORE_OF_ARC, _SAGITTA = np.radians(60.0), 0.01
+_MORE_IN_CREO = np.radians(121.0)
 _Z = np.array([0.0, 0.0, 1.0])
 
 
@@ -90,10 +92,14 @@ def read_apt(path: Path, *, deposit: str | None) -> PathFile:
 
 
 def _statements(path: Path) -> Iterator[tuple[int, str]]:
-    """Yield number and text of each statement: `$$` begins a comment, a `$` at the end goes on in the next line."""
+    """Yield number and text of each statement: `$$` begins a comment, a `$` at the end goes on in the next line.
+
+    Creo writes statements of its own into comments (`$$-> CSYS / ...`), which go on in the same way.
+    """
     kept, first = list[str](), 0
     for number, line in lines_of(path):
-        text = line.partition("$$")[0].rstrip()
+        text, sign, comment = line.partition("$$")
+        text = (sign + comment if comment.startswith("->") and not text.strip() else text).rstrip()
         first = first if kept else number
         if len(kept) > _MOST_CONTINUED:
             refuse(path.name, first, f"a statement goes on over more than {_MOST_CONTINUED} lines")
@@ -140,12 +146,18 @@ class _Tool:
         self._indices: dict[str, int] = {}
         self._copying = False
         self._cut_at = -1
-        self._count = 0
+        # Whether MSYS has set another frame than the part's.
+        self._framed = False
+        self._frame_said = ""
+        # Whether Creo has written it: where GOTO goes on along a circle, so does the arc.
+        self._of_creo = False
+        self._count = self._chords = 0
         self._used, self._skipped = Counter[str](), Counter[str]()
         self._obeyed: Mapping[str, Callable[[int, str], None]] = {
             "GOTO": self._goto, "GODLTA": self._goby, "FROM": self._from, "RAPID": self._rapid, "UNITS": self._units,
             "CIRCLE": self._arc, "INDIRV": self._towards, "INDIRP": self._towards_point, "TRACUT": self._transform,
             "COPY": self._copy, "INDEX": self._index, "MSYS": self._frame, "TLAXIS": self._tilt,
+            "CSYS": self._own_frame, "$$-> CSYS": self._own_frame, "UNIT": self._units,
         }  # fmt: skip
 
     def execute(self, number: int, text: str) -> None:
@@ -170,6 +182,7 @@ class _Tool:
         if (first := major.split(" ", 1)[0]) in _TEXTS:
             major = first
         words = frozenset(word.strip() for word in major.split(","))
+        self._of_creo |= major.startswith("$$")
         if "GOFWD" in words and words <= {"GOFWD", "TLON"}:
             self._follow(number, said)
         elif major in self._obeyed:
@@ -184,8 +197,12 @@ class _Tool:
 
     def _check_idle(self, number: int, major: str, said: str) -> None:
         """Refuse a statement that may change something, unless it says that it does not."""
+        if major.startswith("$$"):
+            return
         words = [word.strip().upper() for word in said.split(",")]
-        if words[0] in _SWITCHED_OFF.get(major, ()) or (major in _ZERO and all(map(_is_zero, words))):
+        if words[0] in _SWITCHED_OFF.get(major, ()) or (
+            major in _ZERO and all(word == "WORLD" or _is_zero(word) for word in words)
+        ):
             self._skipped[f"{major}/{words[0]}"] += 1
             return
         why = _WHY.get(major, "it is not known here, and may change the path")
@@ -312,14 +329,19 @@ class _Tool:
 
     def _arc(self, number: int, said: str) -> None:
         cells = _parts(said)
-        if len(cells) < 7 or "TIMES" in {cell.upper() for cell in cells}:
+        if len(cells) < 6 or "TIMES" in {cell.upper() for cell in cells}:
             self._refuse(
                 number, "CIRCLE is not read so; it is read as x,y,z,i,j,k,r of centre, axis and radius before the GOTO "
                 "to the arc's end"
             )  # fmt: skip
         axis = self._direction_of(number, "the axis of CIRCLE", cells[3:6])
         centre = self._lengths(number, cells[:3])
-        radius = float(self._lengths(number, cells[6:7])[0])
+        # Without a radius it is that of the arc's beginning.
+        radius = (
+            float(self._lengths(number, cells[6:7])[0])
+            if len(cells) > 6
+            else float(np.linalg.norm(np.cross(axis, self._start(number) - centre)))
+        )
         self._circle = number, _Circle(centre, axis, radius)
         self._used["CIRCLE"] += 1
 
@@ -365,10 +387,33 @@ class _Tool:
         self._turn(number, start, np.array(end), followed, angle=angle)
 
     def _frame(self, number: int, said: str) -> None:
-        values = self._numbers(number, "MSYS", _parts(said))
-        if len(values) != 9 or np.abs(values - [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]).max() > 1e-6:
-            self._refuse(number, f"MSYS is not read: {_WHY['MSYS']}; export in the part's own frame")
-        self._skipped["MSYS of the part's own frame"] += 1
+        """Take what follows to be in a frame that origin, x axis and y axis give in the part's coordinates."""
+        if said == self._frame_said:
+            self._used["MSYS"] += 1
+            return
+        cells = _parts(said)
+        if len(cells) != 9:
+            self._refuse(number, f"MSYS needs 9 numbers, of its origin, x axis and y axis, found {len(cells)}")
+        x, y = (self._direction_of(number, "an axis of MSYS", cells[i : i + 3]) for i in (3, 6))
+        if abs(float(x @ y)) > 1e-3:
+            self._refuse(number, "the axes of MSYS are not at right angles")
+        if self._used["TRACUT"] or self._copying:
+            self._refuse(number, "MSYS stands with TRACUT or COPY, and programs differ in which of them goes first")
+        frame = np.eye(4)
+        frame[:3] = np.column_stack([x, y, np.cross(x, y), self._lengths(number, cells[:3])])
+        self._used["MSYS"] += 1
+        self._frame_said = said
+        self._framed |= not np.array_equal(frame, np.eye(4))
+        self._cut_to(frame)
+
+    def _own_frame(self, number: int, said: str) -> None:
+        values = self._numbers(number, "CSYS", _parts(said))
+        if len(values) != 12 or np.abs(values - np.eye(3, 4).ravel()).max() > 1e-6:
+            self._refuse(
+                number, "CSYS is not read: it sets a frame, and programs differ in whether the points behind it are "
+                "given there; export in the part's own frame"
+            )  # fmt: skip
+        self._skipped["CSYS of the part's own frame"] += 1
 
     def _tilt(self, number: int, said: str) -> None:
         self._axis = self._direction_of(number, "TLAXIS", _parts(said))
@@ -376,10 +421,15 @@ class _Tool:
     def _transform(self, number: int, said: str) -> None:
         if self._copying:
             self._refuse(number, "TRACUT stands within what COPY repeats, and programs differ in what that means")
-        here = None if self._place is None else self._out(self._place)
-        self._cut = np.eye(4) if said.upper() == "NOMORE" else self._matrix(number, said)
-        self._cut_at = len(self._done)
+        if self._framed:
+            self._refuse(number, "TRACUT stands with MSYS, and programs differ in which of them goes first")
         self._used["TRACUT"] += 1
+        self._cut_to(np.eye(4) if said.upper() == "NOMORE" else self._matrix(number, said))
+
+    def _cut_to(self, matrix: FloatArray) -> None:
+        """Let a matrix turn coordinates of the file into those of the part; the tool stays where it is."""
+        here = None if self._place is None else self._out(self._place)
+        self._cut, self._cut_at = matrix, len(self._done)
         self._place = None if here is None else self._in(here)
 
     def _index(self, _: int, said: str) -> None:
@@ -392,7 +442,7 @@ class _Tool:
         if self._copying or begin is None:
             self._refuse(number, f"COPY/{cells[0][:20]} repeats what no INDEX before it begins")
         if not np.array_equal(self._cut, np.eye(4)) or self._cut_at > begin:
-            self._refuse(number, "COPY stands with TRACUT, and programs differ in which of them goes first")
+            self._refuse(number, "COPY stands with TRACUT or MSYS, and programs differ in which of them goes first")
         kind, last = (cells[1].upper() if len(cells) > 1 else ""), cells[-1]
         if kind not in {"TRANSL", "XYROT", "YZROT", "ZXROT", "MODIFY", "SAME"} or not last.isdigit():
             self._refuse(number, "COPY is read as COPY/n,TRANSL,x,y,z,times, or with XYROT, MODIFY or SAME")
@@ -440,7 +490,11 @@ class _Tool:
             centre, axis, radius = self._followed
             angle = turn_to(start, end, centre=centre, axis=axis)
             on = abs(float(np.linalg.norm(np.cross(axis, end - centre))) - radius) < _OFF_CIRCLE
-            if on and angle < _MORE_OF_ARC and radius * (1.0 - np.cos(angle / 2.0)) > _SAGITTA:
+            on &= radius * (1.0 - np.cos(angle / 2.0)) > _SAGITTA
+            if on and self._of_creo and angle < _MORE_IN_CREO:
+                self._turn(number, start, end, self._followed, angle=angle)
+                return
+            if on and angle < _MORE_OF_ARC:
                 self._refuse(
                     number, "it goes on along the circle of the arc before, and nothing says whether straight or not; "
                     "give each arc its own CIRCLE"
@@ -452,18 +506,23 @@ class _Tool:
         climb = float((end - start) @ circle.axis)
         points = round_axis(start, centre=circle.centre, axis=circle.axis, angle=angle, climb=climb)
         points[-1] = end
+        self._chords += len(points)
+        if self._chords > MOST_CHORDS:
+            self._refuse(number, f"arcs take more than {MOST_CHORDS} chords; give the paths of one part")
         self._deposit(number, points)
         self._followed = circle
 
     def _deposit(self, number: int, points: FloatArray) -> None:
         """Go along points, from where the tool is."""
-        places: list[Point] = [(x, y, z) for x, y, z in (self._out(point).tolist() for point in points)]
-        if self._travels or len(places) == 1:
+        if self._travels or len(points) == 1:
             self._recorder.count(number)
+        elif len(points) == 2:
+            start, end = ((x, y, z) for x, y, z in (self._out(point).tolist() for point in points))
+            if start != end:
+                self._recorder.line(number, start, end)
         else:
-            for start, end in pairwise(places):
-                if start != end:
-                    self._recorder.line(number, start, end)
+            matrix = self._copied @ self._cut
+            self._recorder.path(number, points @ matrix[:3, :3].T + matrix[:3, 3])
         self._place, self._travels = points[-1], False
 
     def file(self) -> PathFile:
@@ -471,6 +530,8 @@ class _Tool:
         if self._circle is not None:
             self._refuse(self._circle[0], "no GOTO behind CIRCLE says where the arc ends")
         assumed = [] if self._used["UNITS"] else ["mm, as no UNITS stands in it"]
+        if self._framed:
+            assumed.append("points behind MSYS in the frame that it sets")
         if not self._used["RAPID"]:
             assumed.append("all moves deposit, as no RAPID stands in it")
         return self._recorder.file(

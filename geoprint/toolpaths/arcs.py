@@ -10,6 +10,8 @@ from geoprint.model import FloatArray
 STEP = np.radians(1.0)
 # On large radii points are nearer: chords stay within this of the arc [mm].
 SAGITTA = 0.001
+# Chords of all arcs of a file: a short file of long arcs must not take minutes.
+MOST_CHORDS = 2_000_000
 # Ends of an arc that are nearer than this make it a full turn [rad], as in RS274/NGC.
 CLOSED = 1e-6
 

@@ -145,7 +145,9 @@ class _Translator:
     def module(self) -> Module:
         """Return the module; its file declares the routine that is told of arcs."""
         told = Parameter(1, "place", "robtarget", "", optional=False, group=0, dimensions=0)
-        through = Routine(1, 1, THROUGH, "PROC", "", (told,), (), (), (), (), (), local=True)
+        # RAPID wants routines behind data, in a module of data alone too.
+        end = max((each.line for each in self._module.data), default=1)
+        through = Routine(end, end, THROUGH, "PROC", "", (told,), (), (), (), (), (), local=True)
         routines = [
             replace(
                 routine,

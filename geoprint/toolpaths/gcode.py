@@ -22,7 +22,7 @@ import numpy as np
 
 from geoprint.errors import UsageError
 from geoprint.model import BoolArray, FloatArray, reading
-from geoprint.toolpaths.arcs import chords, full_turn, round_axis, turn_to
+from geoprint.toolpaths.arcs import MOST_CHORDS, chords, full_turn, round_axis, turn_to
 from geoprint.toolpaths.extruder import Extruder
 from geoprint.toolpaths.gcode_blocks import MM_PER_INCH, Block, parse_block, without_comments, without_slash
 from geoprint.toolpaths.gcode_codes import (
@@ -60,20 +60,23 @@ _CENTRES = "IJK"
 # Letters that a straight move may have; what else stands there would change where it leads.
 _BESIDE_MOVES = frozenset("EFSTNHDPXYZ") | ROTARY
 _BESIDE_ARCS = _BESIDE_MOVES | frozenset("IJKR")
+_STRAIGHT = ("G0", "G1")
 _MOVE_LINES, _MOVE_CURVES = frozenset("XYZ"), frozenset("XYZIJKR")
 _COUNTED = frozenset("FSTHDP")
 # An arc's ends may lie at distances from its centre that differ by so much [mm], and by this share of them.
 _OUT_OF_ROUND, _SPIRAL = 0.05, 0.001
 _MOST_TURNS = 1_000
-# Chords of all arcs of a file: a short file of long arcs must not take minutes.
-_MOST_CHORDS = 2_000_000
 # Bytes by which the dialect is guessed.
 _HEAD = 400_000
 _LOOKS = re.compile(
     r"^[ \t/]*(?:N[ \t]*\d+[ \t]*)?(?:[MTSF][ \t]*\d+(?:\.\d+)?[ \t]+)*G\d+(?:\.\d)?(?=[ \t(;*\r]|[A-Z]|$)",
     re.IGNORECASE | re.MULTILINE,
 )
-_TEXT = re.compile(r"[ \t]*(?:N[ \t]*\d+[ \t]*)?M0*(\d+)(?![\d.])", re.IGNORECASE)
+_TEXT = re.compile(r"[ \t]*(?:N[ \t]*\d+[ \t]*)?M0*(\d+)(\.\d)?(?![\d.])", re.IGNORECASE)
+# What a move would have behind an M-code.
+_MOVING = re.compile(r"[GXYZ][ \t]*[-+.]?\d", re.IGNORECASE)
+# Levelling of printers, whose words, bare letters among them, differ by firmware.
+_LEVELLING = re.compile(r"[ \t]*(?:N[ \t]*\d+[ \t]*)?G0*29(?![\d.])", re.IGNORECASE)
 _SUBPROGRAM = re.compile(r"O[ \t]*(?:<|\d{1,8}[ \t]*[A-Z])", re.IGNORECASE)
 _PROGRAM = re.compile(r"[O:][ \t]*\d{1,8}", re.IGNORECASE)
 # Bits of a move behind those of the extruder's readings: an M-code is on; it is no G0.
@@ -223,8 +226,12 @@ class _Program:
         if ";" in line and "flavor" in line.lower():
             self._hear(flavour_of(line), "from a comment")
         words = _TEXT.match(line) if self._printer else None
-        if words is not None and self._takes_all(words[1]):
-            self._skipped[f"M{words[1]}"] += 1
+        if words is not None and self._takes_all(words[1], line[words.end() :]):
+            self._skipped[f"M{words[1]}{words[2] or ''}"] += 1
+            return
+        if self._printer and _LEVELLING.match(line):
+            self._skipped["G29"] += 1
+            self._lose(f"G29 in line {number} left the head nobody knows where")
             return
         text, deleted = without_slash(without_comments(self._name, number, line))
         if deleted:
@@ -240,9 +247,12 @@ class _Program:
         if flavour is not None and self._guess.why and self._printer:
             self._guess = Guess(flavour, why, sure=True)
 
-    def _takes_all(self, digits: str) -> bool:
+    def _takes_all(self, digits: str, behind: str) -> bool:
+        """Return whether an M-code that begins a line takes all words behind it, as those of printers do."""
         code = f"M{digits}"
-        return int(digits) >= PRINTER_M and code not in {"M82", "M83"} | self._deposit.codes and code not in REFUSED_M
+        if int(digits) < PRINTER_M and _MOVING.search(behind.partition(";")[0]):
+            return False
+        return code not in {"M82", "M83"} | self._deposit.codes and code not in REFUSED_M
 
     def _is_frame(self, number: int, text: str) -> bool:
         """Execute what is no block of words: percent signs, program numbers, and extended commands of printers."""
@@ -280,6 +290,11 @@ class _Program:
         """Execute a block in the order of RS274/NGC."""
         if block.exponents:
             self._used["numbers with an exponent"] += block.exponents
+        # Most blocks of a long file hold coordinates of a straight move alone.
+        if not (block.codes or block.switches) and self._motion in _STRAIGHT and block.words.keys() <= _MOVE_LINES:
+            if block.words:
+                self._go(block, [axis for axis, letter in enumerate(_AXES) if letter in block.words], curved=False)
+            return
         self._check(block)
         late: list[str] = []
         for code in block.switches:
@@ -536,16 +551,18 @@ class _Program:
         start, before = list(places.here), places.frame()
         relative = self._step(block, named, machine=machine)
         end = list(places.here)
-        lost = next((why for why, value in zip(places.why, start, strict=True) if why and math.isnan(value)), "")
-        for axis in named:
-            if not math.isnan(end[axis]):
-                places.why[axis] = ""
+        lost = ""
+        if any(places.why):
+            lost = next((why for why, value in zip(places.why, start, strict=True) if why and math.isnan(value)), "")
+            for axis in named:
+                if not math.isnan(end[axis]):
+                    places.why[axis] = ""
         corners: _Corners = (start, end)
         if curved:
             corners = self._along(block, start, end, same=before == places.frame())
         elif relative or start != end:
             self._moves.recorder.count(number)
-        flags = self._fed(block, math.dist(start, end) if len(corners) == 2 else _length(corners))
+        flags = self._fed(block, corners)
         if curved or relative or start != end:
             self._keep(number, corners, flags, (before, places.frame()), relative or lost)
 
@@ -564,11 +581,12 @@ class _Program:
                 places.here[axis] += value
         return why
 
-    def _fed(self, block: Block, length: float) -> int:
+    def _fed(self, block: Block, corners: _Corners) -> int:
         """Return the bits of a move: which readings of E feed, whether a switch is on, whether it is no G0."""
         bits = 0
         letter = self._deposit.extruder
         if letter in block.words:
+            length = math.dist(*corners) if len(corners) == 2 else _length(corners)
             bits = self._extruder.feed(self._length_of(block, letter), 0.0 if math.isnan(length) else length)
         power = self._power != 0.0 or self._deposit.named
         return bits + _ON * (self._switched and power) + _FEEDS * (self._motion != "G0")
@@ -615,8 +633,8 @@ class _Program:
         angle = full_turn(turn_to(a, b, centre=middle, axis=axis), turns=int(turns))
         count = chords(angle, max(radii))
         self._chords += count
-        if self._chords > _MOST_CHORDS:
-            refuse(self._name, number, f"arcs take more than {_MOST_CHORDS} chords; give the paths of one part")
+        if self._chords > MOST_CHORDS:
+            refuse(self._name, number, f"arcs take more than {MOST_CHORDS} chords; give the paths of one part")
         self._moves.recorder.count(number, count)
         points = round_axis(a, centre=middle, axis=axis, angle=angle)
         # What is left climbs along the axis (a helix), and makes good what its radii differ by (a spiral).

@@ -44,7 +44,7 @@ SKIPPED: Final = frozenset(
      "G93", "G94", "G95", "G96", "G97", "G98", "G99"}
 )  # fmt: skip
 # Behind these the tool stands where a probe or the firmware says.
-PROBING: Final = frozenset({"G38.2", "G38.3", "G38.4", "G38.5"})
+PROBING: Final = frozenset({"G31", "G38.2", "G38.3", "G38.4", "G38.5"})
 LOSING: Final = PROBING | {"G12", "G27", "G29", "G32", "G33", "G34", "G35"}
 
 ENDS: Final = frozenset({"M2", "M30", "M99"})
@@ -56,7 +56,7 @@ REFUSED_M: Final = {
 }
 # Modes that are stored and restored; a printer means something else by them.
 REFUSED_STORED: Final = frozenset({"M70", "M71", "M72", "M73"})
-# From here on printers' codes take all words of their block; RS274/NGC has none of them but its own.
+# From here on printers' codes take all words of their block, coordinates too; RS274/NGC has none but its own.
 PRINTER_M: Final = 74
 # Extended commands of printers that neither move nor rename.
 QUIET: Final = (

@@ -96,6 +96,18 @@ class Recorder:
             self.begin(number, start)
         self.point(number, end)
 
+    def path(self, number: int, points: FloatArray) -> None:
+        """Deposit along (k, 3) points of a line of the file; it goes on where the last one ended."""
+        moved = np.flatnonzero((points[1:] != points[:-1]).any(axis=1)) + 1
+        if not moved.size:
+            return
+        (x, y, z), (u, v, w) = points[0].tolist(), points[-1].tolist()
+        if self._last != (x, y, z):
+            self.begin(number, (x, y, z))
+        self.count(number, moved.size)
+        self._points.frombytes(points[moved].tobytes())
+        self._last = (u, v, w)
+
     def lines(self, starts: FloatArray, ends: FloatArray) -> None:
         """Deposit along lines that are counted already, from (k, 3) places to (k, 3) places; see `line`."""
         begins = np.ones(len(starts), dtype=bool)

@@ -11,6 +11,8 @@ import pytest
 from benchmarks.deposit import deposited, read_program
 from geoprint import job_of, plan, save_plan
 from geoprint.account import PlanRecord
+from geoprint.config import packaged_cell_text
+from geoprint.pipeline import check_bundle
 from geoprint.surfaces.files import save_ply
 from tests.meshes import spherical_cap
 
@@ -32,6 +34,35 @@ def test_what_the_text_deposits_is_what_the_plan_says(printed: tuple[Path, PlanR
     assert found.runs.max() == pytest.approx(said.most_run, abs=0.02)
     assert found.whole == pytest.approx(1.0, abs=0.02)
     np.testing.assert_allclose(found.runs, 1.0, atol=0.06)
+
+
+def test_a_flow_that_settles_and_a_lamp_that_shines_on_are_written_executed_checked_and_counted(tmp_path: Path) -> None:
+    """The arm waits where each run begins, and at the last lift: the text says the same volumes as the plan."""
+    text = packaged_cell_text("irb120-bent45").replace("# settle_ms = 0\n", "settle_ms = 40\n")
+    text = text.replace("# uv_tail_s = 0.0\n", "uv_tail_s = 20\n")
+    (tmp_path / "cell.toml").write_text(text, encoding="utf-8")
+    save_ply(spherical_cap(radius=15.0, angle=0.5, rings=12), tmp_path / "cap.ply")
+    planned = plan(
+        job_of(
+            surface=tmp_path / "cap.ply", unit="mm", spacing=2.0, place="demo", cell=str(tmp_path / "cell.toml")
+        )
+    )  # fmt: skip
+    told = save_plan(planned, tmp_path / "out")
+    assert check_bundle(tmp_path / "out").findings == ()
+    program, said = read_program(tmp_path / "out" / "rapid"), told.robot[0].motion.deposited
+    assert said is not None
+    found = deposited(program, told, spacing=2.0)
+    assert found.whole == pytest.approx(said.share, abs=0.005)
+    assert (found.runs.min(), found.runs.max()) == pytest.approx((said.least_run, said.most_run), abs=0.01)
+    waits = program.waits[program.waits > 0.0]
+    np.testing.assert_array_equal(waits[:-1], 0.04)
+    assert waits.size == told.paths.runs + 1
+    ((_, on), off) = planned.robot[0].switching.lamp[-1], planned.robot[0].switching.deposits[-1, 1]
+    assert on - off == pytest.approx(20.0, abs=0.03)
+    # Without the waits the text deposits what flows in half of each less.
+    assert told.deposition is not None
+    still = deposited(program._replace(waits=np.zeros(program.waits.size)), told, spacing=2.0)
+    assert still.whole < found.whole - 0.001
 
 
 def test_a_run_at_half_its_speed_gets_twice_its_volume(printed: tuple[Path, PlanRecord], tmp_path: Path) -> None:

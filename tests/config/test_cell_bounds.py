@@ -55,6 +55,8 @@ def refused(changes: Mapping[str, object], match: str) -> None:
     [
         ("robot.target_period_ms", 1.0, 0.99),
         ("robot.target_period_ms", 1000.0, 1001.0),
+        ("robot.response_ms", 0.0, -0.1),
+        ("robot.response_ms", 50.0, 50.1),
         ("process.speed_mm_s", 0.1, 0.09),
         ("process.speed_mm_s", 250.0, 250.1),
         ("process.travel_speed_mm_s", 0.1, 0.09),
@@ -74,7 +76,9 @@ def refused(changes: Mapping[str, object], match: str) -> None:
         ("signals.valve_open_s", 2.0, 2.01),
         ("signals.valve_close_s", 2.0, 2.01),
         ("signals.uv_lead_s", 2.0, 2.01),
-        ("signals.uv_tail_s", 2.0, 2.01),
+        ("signals.uv_tail_s", 3600.0, 3600.1),
+        ("signals.settle_ms", 2000.0, 2001.0),
+        ("signals.settle_ms", 0.0, -0.1),
         ("signals.flow_lag_s", 2.0, 2.01),
         ("signals.flow_lag_s", 0.0, -0.01),
         ("signals.dispenser", "d" * 32, "d" * 33),
@@ -211,14 +215,14 @@ def test_a_range_has_two_ends_and_an_obstacle_three_sides() -> None:
 
 
 def test_what_is_left_out_is_nothing_or_what_the_packaged_cell_says() -> None:
-    left_out = dict.fromkeys(["robot.target_period_ms", "tool.inertia_rpy_deg"], None)
+    left_out = dict.fromkeys(["robot.target_period_ms", "robot.response_ms", "tool.inertia_rpy_deg"], None)
     found = cell(left_out | dict.fromkeys(["flood.joints_deg", "search.motion", "search.limits"], None))
-    assert (found.robot.target_period_ms, found.robot.flange) == (20.0, "tool0")
+    assert (found.robot.target_period_ms, found.robot.response_ms, found.robot.flange) == (20.0, 10.0, "tool0")
     assert found.tool.inertia_rpy_deg == [0.0, 0.0, 0.0]
     assert found.work.demo_rpy_deg is None
     signals = found.signals
     lags = (signals.valve_open_s, signals.valve_close_s, signals.uv_lead_s, signals.uv_tail_s, signals.flow_lag_s)
-    assert lags == (0.0,) * 5
+    assert (*lags, signals.settle_ms) == (0.0,) * 6
     assert CellFile.model_validate(tomllib.loads(packaged_cell_text("irb120-bent45"))).search == found.search
     assert set(found.search.model_dump().values()) == {1.0}
     assert found.flood is not None

@@ -208,7 +208,7 @@ def test_no_cell_file_means_the_first_packaged_cell() -> None:
     [
         ("speed_mm_s = 20", "speed_mm_s = nan", r"process\.speed_mm_s: .*found nan"),
         # The one that is there, and not the one that is missing for it.
-        ("speed_mm_s = 20", "speed_mms = 20", r"line 105: process\.speed_mms: extra inputs .*found 20 \(and 1 more\)"),
+        ("speed_mm_s = 20", "speed_mms = 20", r"line 107: process\.speed_mms: extra inputs .*found 20 \(and 1 more\)"),
         ("speed_mm_s = 20", "speed_mm_s = -1", r"process\.speed_mm_s: .*greater than or equal to 0.1"),
         ("speed_mm_s = 20", 'speed_mm_s = "fast"', r"process\.speed_mm_s: .*found 'fast'"),
         ("speed_mm_s = 20", "speed_mm_min = 20", r"process\.(speed_mm_s|speed_mm_min): .*1 more"),

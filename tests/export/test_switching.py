@@ -13,11 +13,15 @@ from hypothesis import given, settings, strategies as st
 from geoprint.errors import UsageError, VerificationError
 from geoprint.export import Event, Orders, Setup, TipsAt
 from geoprint.export.rapid import Made, Timeline, check_timeline, rapid_program, read_back, timeline
+from geoprint.export.rapid.guard import resident_module
+from geoprint.export.rapid.language.parsing import parse_module
+from geoprint.export.rapid.made import dry, make, printing, task_of
 from geoprint.export.setup_file import read_setup, setup_file
 from geoprint.export.switching import switching_events
 from geoprint.export.tables import poses_table, read_poses_table
 from geoprint.export.targets_table import read_orders, targets_table
-from geoprint.model import Cell, FloatArray, Hexapod, Purge, Signals, TiltTurn
+from geoprint.model import Cell, FloatArray, Hexapod, PoseStream, Purge, Signals, TiltTurn
+from geoprint.motion.arm import Arm
 from tests.export.export_cases import CELL, DEMONSTRATION, EXTENT, PLACEMENT, orders, stream, tips_of
 from tests.motion.machine.tables import hexapod_noun, tilt_turn_noun
 
@@ -88,6 +92,80 @@ def test_a_lamp_that_trails_into_the_lead_of_the_next_run_stays_on() -> None:
     found = simulated(long)
     assert len(found.lamp) == 3
     assert found.lamp_alone == pytest.approx(0.0, abs=1e-3)
+
+
+LIFTED = stream(runs=3, points=30, lifts=2)
+
+
+def written(lags: Signals, poses: PoseStream) -> tuple[Made, Timeline, str]:
+    """Write a program for the lags, execute it, and return what it made, its outputs in time, and its text."""
+    cell, plan, tips = replace(CELL, signals=lags), orders(poses), tips_of(poses)
+    program = rapid_program(
+        plan, cell=cell, placement=PLACEMENT, surface_within=None, tips_at=tips, part_name="x", spacing=1.0
+    )
+    made = read_back(program.modules, cell=cell, placement=PLACEMENT)
+    found = timeline(made, plan, signals=lags, tips_at=tips)
+    check_timeline(found)
+    return made, found, "".join(text for _, text in program.modules)
+
+
+def rests(made: Made) -> FloatArray:
+    """Return (t,) how long the arm stood still behind the move to each target of the path [s]."""
+    moves = made.execution.moves
+    return np.append(moves.begins[made.rows[1:]] - moves.ends[made.rows[:-1]], 0.0)
+
+
+def test_a_flow_that_settles_flows_while_the_arm_waits_at_the_start_of_each_run() -> None:
+    made, found, text = written(signals(settle=0.15), POSES)
+    starts = [first for first, _ in ORDERS.deposits]
+    np.testing.assert_allclose(rests(made)[starts], 0.15, atol=1e-9)
+    assert np.delete(rests(made), starts).max() < 1e-9
+    assert text.count("WaitTime\\InPos,0.15*geoOn;") == 3
+    # The material comes as the tip does: the wait is no time of the motion.
+    np.testing.assert_allclose(found.material[:, 0], found.deposits[:, 0], atol=1e-6)
+    clock = {each.signal: each.time for each in made.execution.switchings[::-1] if each.value > 0.0}
+    begins = float(made.execution.moves.begins[made.rows[starts[0] + 1]])
+    assert begins - clock["dovalve"] == pytest.approx(0.15, abs=1e-3)
+    # The lamp is on from when it flows.
+    assert begins - clock["douv"] == pytest.approx(0.15, abs=1e-3)
+    later = switching_events(ORDERS, signals=signals(valve_open=0.02, settle=0.15), tips_at=TIPS, speed=SPEED)
+    assert (later[0].output, later[0].target, later[0].from_start) == ("dispenser", starts[0], False)
+    assert later[0].distance == pytest.approx(60.0 * 0.02, abs=1e-3)
+
+
+@pytest.mark.parametrize("settle", [0.0, 0.1])
+@pytest.mark.parametrize("tail", [0.2, 30.0])
+def test_a_lamp_shines_as_long_after_the_end_as_it_has_to(settle: float, tail: float) -> None:
+    """The arm waits at the lift until it goes off: what is left when it arrives there."""
+    made, found, text = written(signals(uv_tail=tail, settle=settle), LIFTED)
+    plan = orders(LIFTED)
+    end, lifted = plan.deposits[-1][1], plan.count - 2
+    left = tail - float(plan.times[lifted] - plan.times[end])
+    assert 0.0 < left < tail
+    assert rests(made)[lifted] == pytest.approx(left, rel=1e-5)
+    assert "WaitTime" in text.split("GeoRun3()")[1]
+    assert found.lamp[-1, 1] == pytest.approx(plan.times[end] + tail, abs=1e-3)
+    off = max(each.time for each in made.execution.switchings if each.signal == "douv" and each.move >= 0)
+    ended = float(made.execution.moves.ends[made.rows[end]])
+    assert off - ended == pytest.approx(tail, abs=2e-3)
+
+
+def test_nobody_waits_in_a_dry_run_or_without_a_reason() -> None:
+    made, _, text = written(signals(uv_tail=0.05, valve_open=0.02), LIFTED)
+    assert rests(made).max() < 1e-9
+    assert "WaitTime\\InPos" not in text
+    cell = replace(CELL, signals=signals(uv_tail=30.0, settle=0.5))
+    program = rapid_program(
+        orders(LIFTED), cell=cell, placement=PLACEMENT, surface_within=None, tips_at=tips_of(LIFTED), part_name="x",
+        spacing=1.0,
+    )  # fmt: skip
+    modules = [parse_module(name, text) for name, text in program.modules if name.endswith(".mod")]
+    task = task_of(
+        [*modules, parse_module(*resident_module(cell, PLACEMENT))], cell=cell,
+        arm=Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool),
+    )  # fmt: skip
+    assert rests(make(task, dry(cell, placement=PLACEMENT))).max() < 1e-9
+    assert rests(make(task, printing(cell, placement=PLACEMENT))).max() > 29.0
 
 
 def unhurried() -> tuple[Orders, TipsAt]:
@@ -188,13 +266,18 @@ def test_a_valve_that_lags_opens_and_shuts_so_much_sooner_than_the_material_is_w
 
 
 @given(
-    st.floats(0.0, 0.08), st.floats(0.0, 0.3), st.floats(0.0, 0.08), st.floats(0.0, 0.08)
+    st.floats(0.0, 0.08), st.floats(0.0, 0.3), st.floats(0.0, 0.08), st.floats(0.0, 5.0),
+    st.one_of(st.just(0.0), st.floats(0.0, 0.5)),
 )  # fmt: skip
 @settings(max_examples=8, deadline=None)
 def test_whatever_the_lags_material_flows_on_exactly_the_deposits_and_the_lamp_never_alone(
-    opening: float, closing: float, lead: float, tail: float
+    opening: float, closing: float, lead: float, tail: float, settle: float
 ) -> None:
-    found = simulated(signals(valve_open=opening, valve_close=closing, uv_lead=lead, uv_tail=tail))
+    lags = signals(valve_open=opening, valve_close=closing, uv_lead=lead, uv_tail=tail, settle=settle)
+    made, found, _ = written(lags, LIFTED)
+    starts = [first for first, _ in orders(LIFTED).deposits]
+    np.testing.assert_allclose(rests(made)[starts], settle, rtol=1e-5, atol=1e-9)
+    assert found.lamp[-1, 1] == pytest.approx(found.deposits[-1, 1] + tail, abs=2e-3)
     np.testing.assert_allclose(found.material, found.deposits, atol=2e-3)
     assert found.errors.max() < 0.05
     assert found.lamp_alone < 2e-3

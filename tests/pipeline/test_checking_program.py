@@ -22,25 +22,22 @@ from geoprint.account.records.plan import PlanRecord
 from geoprint.account.records.rounding import read_record
 from geoprint.errors import VerificationError
 from geoprint.export import (
-    Event,
     Orders,
     Setup,
     TrajectoryTable,
-    ordering,
     read_orders,
     read_poses_table,
     read_setup,
     read_trajectory_table,
     switching,
 )
-from geoprint.export.rapid import program, values
-from geoprint.export.rapid.verify import judge_program
-from geoprint.model import BoolArray, FloatArray, PoseStream
+from geoprint.export.rapid import values
+from geoprint.model import BoolArray, PoseStream
 from geoprint.motion.arm import Arm
 from geoprint.motion.timing.moments import tips_at
-from geoprint.pipeline import check_bundle, planning, saving
+from geoprint.pipeline import check_bundle
 from geoprint.pipeline.bundles.paths import stream_of
-from geoprint.pipeline.checking_motion import check_deposited_path, check_joints, check_poses
+from geoprint.pipeline.checking_motion import check_deposited_path, check_joints, check_moves, check_poses
 from tests.pipeline.test_checking import cell_text, write
 from tests.shared_plans import SharedPlans
 
@@ -119,90 +116,10 @@ def test_a_keyword_in_another_case_is_no_finding(bundle: Path, tmp_path: Path, o
     assert findings(bundle, tmp_path, PATH, lambda text: text.replace(old, new, 1)) == []
 
 
-def nothing(*_: object, **__: object) -> None:
-    """Check nothing."""
-
-
-@pytest.fixture
-def trusting(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
-    """Let geoprint write what it has not verified, as if a fault had gone through."""
-
-    def unverified(written: object, orders: Orders, **known: object) -> object:
-        return judge_program(written.modules, orders, **known).proof  # type: ignore[attr-defined]
-
-    monkeypatch.setattr(program, "verify_program", unverified)
-    for module, name in (
-        (planning, "check_timeline"), (planning, "check_times"), (planning, "_check_deposit"), (saving, "verify_files"),
-    ):  # fmt: skip
-        monkeypatch.setattr(module, name, nothing)
-    return monkeypatch
-
-
-def late(events: Callable[..., tuple[Event, ...]], output: str, by: float) -> Callable[..., tuple[Event, ...]]:
-    """Return events of which those that switch an output on are nearer to the end of their move [mm]."""
-
-    def found(*given: object, **named: object) -> tuple[Event, ...]:
-        return tuple(
-            replace(each, distance=max(each.distance - by, 0.0)) if each.output == output and each.on else each
-            for each in events(*given, **named)
-        )
-
-    return found
-
-
 def lit_late(_: list[tuple[float, float]], lamp: list[tuple[float, float]]) -> list[tuple[float, str, bool]]:
     """The fault of which nobody knew: the lamp is lit half a second late."""
     whole = [(begin + 0.5, end) for begin, end in lamp]
     return [(moment, "uv_lamp", on) for pair in whole for moment, on in zip(pair, (True, False), strict=True)]
-
-
-def shifted(orders: Callable[..., Orders], **by: float) -> Callable[..., Orders]:
-    """Return orders one of whose values is multiplied."""
-
-    def found(*given: object, **named: object) -> Orders:
-        made = orders(*given, **named)
-        return replace(made, **{name: getattr(made, name) * share for name, share in by.items()})
-
-    return found
-
-
-def lifted(orders: Callable[..., Orders]) -> Callable[..., Orders]:
-    def found(*given: object, **named: object) -> Orders:
-        made = orders(*given, **named)
-        return replace(made, tips=made.tips + np.array([0.0, 0.0, 0.3]))
-
-    return found
-
-
-def rounded_up(values: FloatArray, *, digits: int) -> FloatArray:
-    return ROUNDED(values, digits=digits) * 1.1
-
-
-def whole(span: tuple[float, float], *_: object, **__: object) -> tuple[float, float]:
-    return span
-
-
-FAULTS: dict[str, tuple[object, str, object]] = {
-    "lamp lit 0.5 s late": (switching, "_lamp_moments", lit_late),
-    "valve that waits for no ramp": (switching, "_within_ramps", whole),
-    "valve told 0.3 mm late": (program, "switching_events", late(switching.switching_events, "dispenser", 0.3)),
-    "zones and speeds rounded up": (values, "rounded_down", rounded_up),
-    "speeds of the orders": (planning, "orders_of", shifted(ordering.orders_of, speeds=1.2)),
-    "zones of the orders": (planning, "orders_of", shifted(ordering.orders_of, zones=0.5)),
-    "targets beside their poses": (planning, "orders_of", lifted(ordering.orders_of)),
-    "dry run at the wrong place": (planning, "orders_of", shifted(ordering.orders_of, aloft=1.01)),
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", FAULTS)
-def test_a_fault_in_the_writer_is_found_by_check_alone(trusting: pytest.MonkeyPatch, tmp_path: Path, name: str) -> None:
-    module, attribute, fault = FAULTS[name]
-    trusting.setattr(module, attribute, fault)
-    out = write(tmp_path, cell=cell_text(), spacing=3.0)
-    trusting.undo()
-    found = check_bundle(out).findings
-    assert any(each.file.startswith("rapid/") or each.file in {"targets.csv", "trajectory.csv"} for each in found)
 
 
 def test_planning_finds_a_lamp_that_is_lit_late_by_itself(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
@@ -237,11 +154,31 @@ def test_targets_are_poses_and_deposit_where_these_do(
         (replace(orders, laid=swapped(orders.laid, 1)), "target 2, pose .*: material is deposited elsewhere"),
         (replace(orders, laid=swapped(orders.laid, 4)), "target 5, pose .*: material is deposited elsewhere"),
         (replace(orders, runs=orders.runs + 1), "target 1, pose 0: another run"),
+        (replace(orders, flow=1.02 * orders.flow), "target 3, pose .*: another flow than in poses.csv"),
         (replace(orders, tips=orders.tips + 0.01), "neither stands where its pose is"),
         (replace(orders, poses=orders.poses + (orders.poses == orders.poses[-1])), "the targets go from pose 0 to"),
     ):
         with pytest.raises(VerificationError, match=words):
             check_poses(changed, poses)
+
+
+def test_the_moves_pass_each_pose_that_is_no_target(tables: tuple[Orders, PoseStream, TrajectoryTable, Setup]) -> None:
+    orders, poses, _, _ = tables
+    check_moves(orders, poses)
+    deposited = np.flatnonzero(poses.laid)
+    pose = int(deposited[~np.isin(deposited, orders.poses)][0])
+    tips, turned = poses.tips.copy(), poses.quaternions.copy()
+    tips[pose] += (0.0, 0.0, 0.03)
+    # The tool comes from above, turned about the z axis of the plate by half a degree.
+    half = np.radians(0.25)
+    w, x, y, z = turned[pose]
+    turned[pose] = np.cos(half) * turned[pose] + np.sin(half) * np.array([-z, -y, x, w])
+    for changed, words in (
+        (replace(poses, tips=tips), rf"the pose in row {pose + 1} of poses.csv 0.030 mm off"),
+        (replace(poses, quaternions=turned), rf"the pose in row {pose + 1} of poses.csv 0.500 degrees off"),
+    ):
+        with pytest.raises(VerificationError, match=words):
+            check_moves(orders, changed)
 
 
 def test_the_trajectory_passes_each_deposited_pose_within_the_limits_of_the_joints(
@@ -253,8 +190,9 @@ def test_the_trajectory_passes_each_deposited_pose_within_the_limits_of_the_join
     check_deposited_path(poses, table, tips)
     with pytest.raises(VerificationError, match=r"misses the pose in row \d+ of poses.csv by 0.0[56]\d mm"):
         check_deposited_path(replace(poses, tips=poses.tips + np.array([0.0, 0.0, 0.06])), table, tips)
-    robot = setup.cell.robot
-    check_joints(table, robot)
+    robot, process = setup.cell.robot, setup.cell.process
+    check_joints(table, robot, process=process)
+    alike = replace(process, joint_speed_share=1.0)
     away = table.joints.copy()
     away[-1, 2] += 1e-5
     for changed, words in (
@@ -264,4 +202,8 @@ def test_the_trajectory_passes_each_deposited_pose_within_the_limits_of_the_join
         (replace(table, joints=away), "axis 3 (does not begin and end at home|is accelerated)"),
     ):
         with pytest.raises(VerificationError, match=words):
-            check_joints(changed, robot)
+            check_joints(changed, robot, process=alike)
+    # From and to home the joints have a share of their speeds, of which the slowest axis makes use.
+    home = replace(process, joint_speed_share=process.joint_speed_share * 0.9)
+    with pytest.raises(VerificationError, match="turns faster than it may"):
+        check_joints(table, robot, process=home)

@@ -199,6 +199,17 @@ def test_what_is_expected_is_the_same_every_time(rows: tuple[PoseStream, Uniform
     assert apart.low == pytest.approx(-apart.high)
 
 
+@pytest.mark.parametrize("order", [[3, 0, 4, 1, 2], [4, 3, 2, 1, 0]])
+def test_the_order_in_which_runs_are_printed_changes_no_print(order: list[int]) -> None:
+    # Rows of another length each: nothing but their order differs.
+    lines = [straight_line((0.0, 0.5 + y), (8.0 + y, 0.5 + y)) for y in range(5)]
+    found: list[Printed] = []
+    for runs in (range(5), order):
+        poses = deposited([lines[i] for i in runs], list(range(5)))
+        found.append(in_print(uniformity(poses, plate((12.0, 5.0), (12, 5)), spacing=1.0), PrintErrors()))
+    np.testing.assert_allclose(found[0].cvs, found[1].cvs, atol=1e-9)
+
+
 def test_two_prints_in_a_row_stand_on_the_same_cell() -> None:
     part = small_part(12.0)
     of_cell = replace(NONE, placement=0.1, needle_runout=0.05, path_accuracy=0.1)

@@ -10,6 +10,7 @@ import pytest
 from geoprint.errors import InputError
 from geoprint.model import Dispensing, FloatArray
 from geoprint.silico import Break, Dispenser, Faults, LaidBeads, dispensed_beads, heights
+from geoprint.silico.dispensed import let_through
 from tests.meshes import plate
 
 SPEED, FLOW, HEIGHT, STANDOFF = 20.0, 1.0, 0.5, 0.3
@@ -80,6 +81,18 @@ def test_material_begins_and_ends_as_late_as_the_dispenser_is() -> None:
     # It travels on at 10 mm/s for 0.05 s.
     assert filled(beads)[-1] == pytest.approx(40.5, abs=0.1)
     assert float(beads.volumes.sum()) == pytest.approx(RATE * (2.0 - 0.1 + 0.05), rel=1e-6)
+
+
+@pytest.mark.parametrize("settles", [0.2, 1.0])
+def test_a_flow_that_settles_rises_evenly(settles: float) -> None:
+    program = straight()
+    volume = np.cumsum(let_through(program, Dispenser(RATE, opens=0.1, settles=settles)))
+    since = program.times - 1.1
+    wanted = RATE * np.where(since < settles, np.maximum(since, 0.0) ** 2 / (2.0 * settles), since - settles / 2.0)
+    until = program.times < float(program.valve_times[-1])
+    np.testing.assert_allclose(volume[until], wanted[until], atol=0.01 * RATE * settles + 2e-3 * RATE)
+    with pytest.raises(InputError, match="no negative lags"):
+        Dispenser(RATE, settles=-0.1)
 
 
 def test_a_flow_that_follows_late_is_missing_at_the_beginning() -> None:

@@ -32,10 +32,14 @@ def corners(found: PathFile) -> list[list[list[float]]]:
 
 # A quarter of a circle of 10 mm about the origin, from the x axis to the y axis: 15.71 mm; the other way 47.12 mm.
 START = "UNITS/MM\nRAPID\nGOTO/10,0,0\n"
+CREO = "$$-> CSYS / 1,0,0,0, $\n0,1,0,0, $\n0,0,1,0\n"
 QUARTERS = {
     "an axis up": ("CIRCLE/0,0,0,0,0,1,10\nGOTO/0,10,0\n", 15.71),
     "an axis down": ("CIRCLE/0,0,0,0,0,-1,10,0.002,0.5,1.0,0.0\nGOTO/0,10,0\n", 47.12),
     "a whole circle": ("CIRCLE/0,0,0,0,0,1,10\nGOTO/10,0,0\n", 62.83),
+    "no radius": ("CIRCLE/0,0,0,0,0,1\nGOTO/0,10,0\n", 15.71),
+    # Creo's comments go on too, and its points behind an arc are of the arc: 120 degrees.
+    "Creo": (f"{CREO}CIRCLE / 0,0,0, $\n0,0,1,10\nGOTO / 0,10,0\nGOTO / -5,8.66025404,0\n", 20.94),
     "another plane": ("CIRCLE/0,0,0,0,-1,0,10\nGOTO/0,0,10\n", 15.71),
     "to a line": ("INDIRV/0,1,0\nTLON,GOFWD/(CIRCLE/0,0,0,$\n10),ON,(LINE/0,0,0,0,10,0)\nGOTO/0,10,0\n", 15.71),
     "the other way": ("INDIRV/0,-1,0\nTLON,GOFWD/(CIRCLE/0,0,0,10),ON,2,INTOF,(LINE/0,0,0,0,10,0)\n", 47.12),
@@ -62,7 +66,10 @@ TWO_ROWS = {
     "a named matrix": f"UNITS/MM\nM1=MATRIX/TRANSL,0,4,0\n{ROW}TRACUT/M1\n{ROW}TRACUT/NOMORE\n",
     "COPY": f"UNITS/MM\nINDEX/1\n{ROW}COPY/1,TRANSL,0,4,0,1\n",
     "named points": "UNITS/MM\nP1=POINT/0,0,0\nRAPID\nGOTO/P1\nGOTO/(POINT/10,0,0)\nRAPID\nGOTO/0,4,0\nGOTO/10,4,0\n",
-    "harmless": f"PARTNO A/B\nUNITS/MM\nMSYS/0,0,0,1,0,0,0,1,0\nCUTCOM/OFF\nORIGIN/0,0,0\n{ROW}COOLNT/ON\nRAPID\n"
+    "MSYS": f"UNITS/MM\n{ROW}MSYS/0,4,0,1,0,0,0,1,0\n{ROW}",
+    "MSYS that turns": f"UNIT/MM\n{ROW}MSYS/10,4,0,-1,0,0,0,-1,0\nRAPID\nGOTO/10,0,0\nGOTO/0,0,0\n",
+    "harmless": f"PARTNO A/B\nUNITS/MM\nMSYS/0,0,0,1,0,0,0,1,0\nCUTCOM/OFF\nORIGIN/0,0,0\nTRNTYP/WORLD,0,0,0\n"
+    f"CSYS/1.,0,0,0,0,1.,0,0,0,0,1.,0\n{ROW}COOLNT/ON\nRAPID\n"
     "GOTO/0,4,0\nPPRINT HALF / DONE\nGOTO/10,4,0\nEND\nFINI\n",
     "lower case": f"units/mm\n{ROW.lower()}rapid\ngoto/0,4,0\ngoto/10,4,0\n",
     "inches": "UNITS/INCHES\nRAPID\nGOTO/0,0,0\nGOTO/.39370078740157,0,0\nRAPID\nGOTO/0,.15748031496063,0\n"
@@ -90,9 +97,21 @@ def test_what_is_skipped_and_assumed_is_said(tmp_path: Path) -> None:
     assert found.reading.assumed == ("mm, as no UNITS stands in it", "all moves deposit, as no RAPID stands in it")
 
 
+def test_the_frame_of_points_is_an_assumption(tmp_path: Path) -> None:
+    found = read(tmp_path, "UNITS/MM\nMSYS/0,0,5,1,0,0,0,1,0\nRAPID\nGOTO/1,0,0\nGOTO/2,0,0\n")
+    assert found.reading.assumed == ("points behind MSYS in the frame that it sets",)
+    assert corners(found) == [[[1.0, 0.0, 5.0], [2.0, 0.0, 5.0]]]
+
+
 REFUSED = {
     "an unknown word": ("WOBBLE/3\n", "line 4: WOBBLE is not read: it is not known here, and may change the path"),
-    "a frame": ("MSYS/0,0,5,1,0,0,0,1,0\n", "line 4: MSYS is not read: it sets a frame"),
+    "a frame": ("CSYS/1,0,0,0,0,1,0,0,0,0,1,5\n", "line 4: CSYS is not read: it sets a frame"),
+    "a frame in a comment": ("$$-> CSYS / 0,1,0,0,-1,0,0,0, $\n0,0,1,0\n", "line 4: CSYS is not read: it sets a frame"),
+    "a frame askew": ("MSYS/0,0,0,1,0,0,1,1,0\n", "line 4: the axes of MSYS are not at right angles"),
+    "half a frame": ("MSYS/0,0,0\n", "line 4: MSYS needs 9 numbers"),
+    "two kinds of frames": ("MSYS/0,0,5,1,0,0,0,1,0\nTRACUT/TRANSL,1,0,0\n", "line 5: TRACUT stands with MSYS"),
+    "two kinds turned": ("TRACUT/TRANSL,1,0,0\nMSYS/0,0,5,1,0,0,0,1,0\n", "line 5: MSYS stands with TRACUT"),
+    "a world elsewhere": ("TRNTYP/WORLD,0,0,1\n", "line 4: TRNTYP is not read: it moves the origin"),
     "an origin": ("ORIGIN/0,0,1\n", "line 4: ORIGIN is not read: it moves the origin"),
     "a table that turns": ("ROTABL/90\n", "line 4: ROTABL is not read: it turns the part"),
     "an offset": ("CUTCOM/LEFT\n", "line 4: CUTCOM is not read: the controller would shift the path"),

@@ -236,12 +236,20 @@ def test_what_can_change_geometry_is_refused_with_its_line(read: Read, what: str
 
 def test_what_cannot_change_geometry_is_counted(read: Read) -> None:
     head = "; FLAVOR:Marlin\nM140 S60\nM104 S210 T0\nM117 X99 (hot\nG28\nM104 S200\n"
+    head = f'{head}M862.3 P "COREONE"\nG29 G ; absorb heat\n'
     text = f"{head}G1 X0 Y0 Z0 F900\nM203 X500 Y500\nT0\nG4 P5\nG1 X10 E1\n"
     found = read(text)
     assert ends(found) == [[[0, 0, 0], [10, 0, 0]]]
-    assert found.reading.used == (("homings", 1), ("moves", 1))
-    assert dict(found.reading.skipped) == {"M104": 2, "F": 1, "G4": 1, "M117": 1, "M140": 1, "M203": 1, "T": 1}
+    assert found.reading.used == (("homings", 1), ("moves", 2))
+    once = ("F", "G29", "G4", "M117", "M140", "M203", "M862.3", "T")
+    assert dict(found.reading.skipped) == {"M104": 2, **dict.fromkeys(once, 1)}
     assert found.reading.assumed == ("E absolute, as no M83 says otherwise", "dialect marlin, from a comment")
+
+
+def test_the_words_of_a_printers_m_code_are_no_arc(read: Read) -> None:
+    # An R behind the percentage of M73 is minutes; half a circle of 5 mm goes on straight.
+    found = read("M104 S200\nG90\nG1 X0 Y0 Z0\nG2 X10 Y0 I5 J0 E1\nM73 P4 R70\nG1 X20 E2\n")
+    assert ends(found) == [[[0, 0, 0], [20, 0, 0]]]
 
 
 AMBIGUOUS = f"M83\nG21\nG90\n{STEPS}"
@@ -333,8 +341,9 @@ def test_homes_that_are_stored_are_known(read: Read) -> None:
 def test_a_place_that_g92_names_is_known(read: Read) -> None:
     assert ends(read("G21\nG90\nG92 X0 Y0 Z0\nG1 X10\n")) == [[[0, 0, 0], [10, 0, 0]]]
     # What a probe found, and what G10 L20 makes of it.
-    text = "G21\nG90\nG92.1\nG0 X3 Y4 Z5\nG38.2 Z-10 F50\nG10 L20 P1 Z0\nG1 X10 Y4 Z0\n"
-    assert ends(read(f"{text}G1 X20\n")) == [[[3, 4, 0], [20, 4, 0]]]
+    for probe in ("G38.2", "G31"):
+        text = f"G21\nG90\nG92.1\nG0 X3 Y4 Z5\n{probe} Z-10 F50\nG10 L20 P1 Z0\nG1 X10 Y4 Z0\n"
+        assert ends(read(f"{text}G1 X20\n")) == [[[3, 4, 0], [20, 4, 0]]]
 
 
 @pytest.mark.parametrize(

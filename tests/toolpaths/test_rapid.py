@@ -25,7 +25,7 @@ TASK PERS tooldata gun:=[TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,50],[1,0,0,0],0,0,0]
 MOST_SECONDS = 10.0
 
 
-def target(x: float, y: float, z: float = 0.0, axes: str = NO_AXES) -> str:
+def target(x: float, y: float | str, z: float = 0.0, axes: str = NO_AXES) -> str:
     return f"[[{x},{y},{z}],[0,0,1,0],[0,0,0,0],{axes}]"
 
 
@@ -241,6 +241,25 @@ def test_modules_are_found_whatever_their_suffix(tmp_path: Path) -> None:
     assert runs(read_paths(tmp_path)) == ROWS
     (tmp_path / "MAIN.MOD").rename(tmp_path / "main.modx")
     assert runs(read_paths(tmp_path)) == ROWS
+
+
+def test_a_joint_move_that_deposits_is_said_to_be_straight(tmp_path: Path) -> None:
+    # Nobody knows the arm: the three returns between the rows are travel, one of them is not here.
+    found = read(tmp_path, module(rows().replace("SetDO doGlue,0;", "", 1).replace("MoveL", "MoveJ")))
+    assert "4 MoveJ that deposit lead straight" in found.reading.assumed
+
+
+def test_the_data_of_a_backup_are_its_own(tmp_path: Path) -> None:
+    # Every controller's module user declares what builtins list; a module may hold data alone, and stand last.
+    body = "\n".join(
+        [move("MoveJ", target(0, 0, 9)), move("MoveL", target(0, "reg1")), move("MoveL", target(10, "reg1"))]
+    )
+    (tmp_path / "PROGMOD").mkdir()
+    (tmp_path / "SYSMOD").mkdir()
+    (tmp_path / "PROGMOD" / "m.mod").write_text(module(body), encoding="utf-8")
+    user = "MODULE user(SYSMODULE)\n! Predefined.\nVAR num reg1:=4;\nVAR clock clock1;\nENDMODULE\n"
+    (tmp_path / "SYSMOD" / "user.sys").write_text(user, encoding="utf-8")
+    assert runs(read_paths(tmp_path)) == [[[0.0, 0.0, 9.0], [0.0, 4.0, 0.0], [10.0, 4.0, 0.0]]]
 
 
 @pytest.mark.parametrize("name", ["k10_moveldo.mod", "k10_folder", "k11_production_loop.mod"])

@@ -161,3 +161,9 @@ def test_small_tables_take_their_columns_in_any_order_and_among_others(tmp_path:
     found = read_points(tmp_path / "p.csv")
     assert (found.names, found.places.tolist()) == (("a",), [[1.0, 2.0, 3.5]])
     assert found.reading.skipped == (("unused columns (note)", 1),)
+
+
+def test_columns_of_a_small_table_that_are_not_used_are_named(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    (tmp_path / "curve.csv").write_text("x,y,speed,z,no\x07te\n1,2,9,3,a\n4,5,9,6,b\n", encoding="utf-8")
+    assert read_curve(tmp_path / "curve.csv") == [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]
+    assert caplog.messages == ["note: curve.csv: skipped: unused columns (speed, no?te); used: x, y, z."]

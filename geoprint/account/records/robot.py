@@ -138,7 +138,7 @@ class DepositedRecord(Record):
 class MotionRecord(Record):
     """The arm's motion from home to home."""
 
-    duration_s: Rounded = Field(description="[s]")
+    duration_s: Rounded = Field(description="of the motion, without what it waits for a flow or the lamp [s]")
     branch: int = Field(description="of the eight inverse solutions, from 0")
     rotation: RotationRecord = Field(description="of the nozzle about itself")
     joint_6_turns: Thousandths = Field(description="over the whole motion")

@@ -29,7 +29,7 @@ from geoprint.account.records.robot import ClearanceRecord, MotionRecord, RobotR
 from geoprint.account.records.rounding import as_json, how_many
 from geoprint.account.robot_summary import record_executed, record_switching
 from geoprint.account.texts.attitude_sheet import attitude_rows
-from geoprint.export import Json, Orders, Setup
+from geoprint.export import Json, Orders, Setup, waits
 from geoprint.export.rapid import Settings, StackSettings, Timeline
 from geoprint.model import PASCAL_PER_KPA, FloatArray, Process
 from geoprint.surfaces import in_words
@@ -214,7 +214,7 @@ def _program(setup: Setup, orders: Orders, *, modules: Sequence[str]) -> list[st
         (
             f"{how_many(int(orders.runs[-1]) + 1, 'run')}, {orders.count} targets "
             f"({orders.shortest_move:.2g} mm and more apart), "
-            f"{orders.duration:.0f} s at full speed{dry}"
+            f"{orders.duration + waits(orders, setup.cell.signals).sum():.0f} s at full speed{dry}"
         ),
         f"load GeoPrint.pgf ({len(modules) - 1 - loaded} modules){copies}",
     ]
@@ -284,11 +284,12 @@ def _signals(setup: Setup, switching: Timeline) -> list[str]:
     signals = setup.cell.signals
     flow = "" if signals.flow is None else f", flow {signals.flow} ({signals.flow_per_mm3_s:g} for 1 mm3/s)"
     vacuum = "" if signals.vacuum is None else f", vacuum {signals.vacuum} while the valve is shut"
+    settling = f"the arm waits {signals.settle:g} s at each start until the flow is even; " if signals.settle else ""
     return [
         f"mode {signals.mode}: valve {signals.dispenser}, lamp {signals.uv_lamp}{flow}{vacuum}; safe values 0",
         (
             f"lags: valve opens {signals.valve_open:g} s and closes {signals.valve_close:g} s late; lamp leads "
-            f"{signals.uv_lead:g} s and trails {signals.uv_tail:g} s; material "
+            f"{signals.uv_lead:g} s and trails {signals.uv_tail:g} s; {settling}material "
             f"{switching.errors.max(initial=0.0):.3f} mm from each run's ends"
         ),
     ]

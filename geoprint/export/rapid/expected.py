@@ -9,6 +9,10 @@ shows as a difference. The rule is stated once, for both:
 - The valve is told so much before as it lags. The lamp is lit from its lead before the material to its tail behind it,
   without a pause where these overlap; each run lights it anew, so that printing can begin there. The vacuum draws
   whenever the valve is told to be shut between two runs, and until the path ends.
+- The arm waits where each deposit begins, while a flow settles that is not even at once, and no ramp is taken off
+  there; and at the first rest behind the last deposit, where the lamp has to shine longer than the lift took. In the
+  motion's own time, which these times are, waits take none: what begins with a wait is switched on the move before it,
+  what ends with it on the move behind it.
 - A switching that falls on a target is made there, else on the move during which it is due.
 """
 
@@ -47,9 +51,12 @@ def expected_events(orders: Orders, *, signals: Signals, tips_at: TipsAt, speed:
     Raises:
         VerificationError: a lag is longer than the motion that is there for it.
     """
+    rests = expected_waits(orders, signals)
     material = _material(orders, signals, tips_at, speed=speed)
     valve = material - np.array([signals.valve_open, signals.valve_close])
     lamp = material + np.array([-signals.uv_lead, signals.uv_tail])
+    if (shining := np.flatnonzero(rests * ~orders.laid)).size:
+        lamp[-1, 1] = orders.times[shining[0]]
     _check_room(orders, signals, material=material, valve=valve, lamp=lamp)
     shut = np.column_stack([valve[:, 1], np.append(valve[1:, 0], orders.times[-1])])
     # Of what switches on the same move, in the order in which a program names it.
@@ -59,8 +66,24 @@ def expected_events(orders: Orders, *, signals: Signals, tips_at: TipsAt, speed:
         *_lit(material, lamp),
     ]
     tips = tips_at(np.array([moment for moment, _, _ in due]))
-    events = [_on_path(orders, each, tip=tip) for each, tip in zip(due, tips, strict=True)]
+    events = [_on_path(orders, each, tip=tip, rests=rests) for each, tip in zip(due, tips, strict=True)]
     return tuple(sorted(events, key=lambda event: (event.target, not event.from_start)))
+
+
+def expected_waits(orders: Orders, signals: Signals) -> FloatArray:
+    """Return (t,) how long the arm has to wait at each target [s].
+
+    Args:
+        orders: targets and their times.
+        signals: lags.
+    """
+    begins = orders.laid & ~np.insert(orders.laid[:-1], 0, np.False_)
+    rests = np.where(begins, signals.settle, 0.0)
+    ends = 1 + int(np.flatnonzero(orders.laid)[-1]) if begins.any() else orders.count
+    still = np.flatnonzero((orders.zones == 0.0) & (np.arange(orders.count) > ends))[:-1]
+    if still.size:
+        rests[still[0]] = np.clip(signals.uv_tail - (orders.times[still[0]] - orders.times[ends]), 0.0, None)
+    return rests
 
 
 def _in_turns(spans: FloatArray, output: Output) -> Iterator[_Due]:
@@ -80,6 +103,8 @@ def _material(orders: Orders, signals: Signals, tips_at: TipsAt, *, speed: float
          -_wait(tips_at, end, sign=-1.0, half=(end - begin) / 2.0, speed=speed)]
         for begin, end in spans.tolist()
     ]  # fmt: skip
+    if signals.settle > 0.0:
+        waits = [[0.0, wait] for _, wait in waits]
     return spans + np.array(waits).reshape(-1, 2)
 
 
@@ -133,7 +158,7 @@ def _check_room(orders: Orders, signals: Signals, *, material: FloatArray, valve
         )
 
 
-def _on_path(orders: Orders, due: _Due, *, tip: FloatArray) -> Event:
+def _on_path(orders: Orders, due: _Due, *, tip: FloatArray, rests: FloatArray) -> Event:
     """Return the move that switches at a moment, and where on it: on from a target on, off up to one."""
     moment, output, on = due
     times = orders.times
@@ -142,7 +167,11 @@ def _on_path(orders: Orders, due: _Due, *, tip: FloatArray) -> Event:
     if abs(float(times[near]) - moment) > _INSTANT:
         left, whole = (float(np.linalg.norm(orders.tips[behind] - each)) for each in (tip, orders.tips[behind - 1]))
         return Event(behind, min(left, whole), from_start=False, output=output, on=on)
-    if on or near == 0:
+    leaves = on
+    if rests[near] > 0.0:
+        # Of a settling flow what begins, of a lamp at the lift what ends.
+        leaves = not on and not orders.laid[near]
+    if leaves or near == 0:
         leaving = int(np.searchsorted(times, float(times[near]) + _INSTANT))
         return Event(leaving, 0.0, from_start=True, output=output, on=on)
     return Event(near, 0.0, from_start=False, output=output, on=on)

@@ -43,7 +43,7 @@ MODULE GeoGuard
     geoPct:=geoSpeedPct;
 @known+single|    geoPrints:=NOT geoDryRun;
 @known+single|    geoFrom:=geoFirstRun;
-@known+stacked|    geoPrints:=geoStackPrints AND NOT geoDryRun;
+@known+stacked|    geoPrints:=geoStackPrints AND (NOT geoDryRun);
 @known+stacked|    geoFrom:=geo<UNIT>From;
 @known+io|    IF geoPrints AND (geoPct<>100 OR CSpeedOverride()<>100 OR CSpeedOverride(\CTask)<>100) THEN
 @known+io|      GeoRefuse "to deposit, set geoSpeedPct and the speed override to 100.";
@@ -256,7 +256,7 @@ MODULE GeoGuard
 @prime|  PROC GeoPrime()
 @prime+known|    VAR num now;
 @prime|    MoveAbsJ jGeoPrime\NoEOffs,vGeoSlow,fine,tGeoNozzle;
-@prime+known|    IF geoPrints AND NOT geoDryRun THEN
+@prime+known|    IF geoPrints AND (NOT geoDryRun) THEN
 @prime+known|      now:=geoFrom;
 @prime+known|      GeoKeeper "GeoResidentEnter",now;
 @prime+known+analog|      SetAO <FLOW>,nGeoPrimeFlow;
@@ -275,7 +275,7 @@ MODULE GeoGuard
 @prime|  ENDPROC
 @flood|  PROC GeoFlood()
 @flood|    MoveAbsJ jGeoFlood\NoEOffs,vGeoSlow,fine,tGeoNozzle;
-@flood+known|    IF geoPrints AND NOT geoDryRun THEN
+@flood+known|    IF geoPrints AND (NOT geoDryRun) THEN
 @flood+known|      SetDO <LAMP>,1;
 @flood+known|      WaitTime nGeoFlood;
 @flood+known|      IF <LAMP>=0 TPWrite "A stop has cut the final exposure short: flood the part again.";

@@ -43,7 +43,7 @@ MODULE GeoStack
     GeoStackForget folder+"/GeoGuard.mod";
     GeoStackForget folder+"/GeoCell.mod";
     geo<UNIT>From:=1;
-    IF geoStackPrints AND NOT geoDryRun THEN
+    IF geoStackPrints AND (NOT geoDryRun) THEN
       geoFirstRun:=1;
       geoFirst<UNIT>:=<LOWER>+1;
     ENDIF
@@ -51,7 +51,7 @@ MODULE GeoStack
 @pause|  ! Stands behind the last <LOWER> of each layer that another one comes upon.
 @pause|  PROC GeoStackPause(num <LOWER>)
 @pause|    IF <LOWER><geoStackFrom OR <LOWER>>=geoLast<UNIT> RETURN;
-@pause|    IF geoDryRun OR NOT geoStackPrints RETURN;
+@pause|    IF geoDryRun OR (NOT geoStackPrints) RETURN;
 @pause|    TPWrite "Pause before the next layer, seconds: "\Num:=nGeoLayerPause;
 @pause|    WaitTime nGeoLayerPause;
 @pause|  ENDPROC

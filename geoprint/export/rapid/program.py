@@ -36,7 +36,7 @@ from geoprint.export.rapid.expected import expected_events
 from geoprint.export.rapid.outputs import output_names
 from geoprint.export.rapid.triggers import Triggers, triggers_of
 from geoprint.export.rapid.verify import verify_program
-from geoprint.export.switching import switching_events
+from geoprint.export.switching import switching_events, waits
 from geoprint.model import Cell, FloatArray, Placement, Program
 
 # More lines in a module load slowly and are beyond what the controller's editor opens.
@@ -117,7 +117,7 @@ def proven_program(
     events = switching_events(orders, signals=cell.signals, tips_at=tips_at, speed=cell.process.speed)
     triggers = triggers_of(orders, events, signals=cell.signals, names=output_names(cell.signals))
     moves = _moves(orders, names=names, triggers=triggers, axes=external_axes(cell, placement))
-    runs = _procedures(orders, moves, triggers=triggers)
+    runs = _procedures(orders, moves, triggers=triggers, waiting=waits(orders, cell.signals))
     header = header_lines(
         cell=cell, placement=placement, surface_within=surface_within, part_name=part_name, spacing=spacing,
         runs=len(runs), targets=orders.count, checked=checked, not_checked=not_checked,
@@ -220,8 +220,10 @@ def _unit(quaternions: FloatArray) -> FloatArray:
     return quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
 
 
-def _procedures(orders: Orders, moves: list[str], *, triggers: Triggers) -> list[tuple[str, list[str]]]:
-    """Return name and lines of the procedures: one a run."""
+def _procedures(
+    orders: Orders, moves: list[str], *, triggers: Triggers, waiting: FloatArray
+) -> list[tuple[str, list[str]]]:
+    """Return name and lines of the procedures: one a run. At a target the arm waits so long [s], but never dry."""
     edges = [0, *(np.flatnonzero(np.diff(orders.runs) != 0) + 1).tolist(), orders.count]
     procedures: list[tuple[str, list[str]]] = []
     for first, last in pairwise(edges):
@@ -231,6 +233,8 @@ def _procedures(orders: Orders, moves: list[str], *, triggers: Triggers) -> list
         for target in range(first, last):
             lines += triggers.definitions.get(target, [])
             lines += moves[target].split("\n")
+            if waiting[target] > 0.0:
+                lines.append(f"    WaitTime\\InPos,{values.significant(float(waiting[target]))}*geoOn;")
         lines += _ON_ERROR
         if len(lines) > MODULE_LINES - 2:  # MODULE, ENDMODULE
             raise UsageError(

@@ -36,6 +36,9 @@ _LEADING_ZERO = re.compile(r"[\[,(=-]0\d")
 _ROUTINE = re.compile(r"\s*PROC ", re.IGNORECASE)
 _DEFINED = re.compile(r"\s*Trigg(?:IO|Speed) (\w+),", re.IGNORECASE)
 _PULLED = re.compile(r"\s*TriggL .*,vGeo\d+,(\w+)[,\\]", re.IGNORECASE)
+# A wait for the arm to rest, and a move at whose end it does.
+_WAITS = re.compile(r"\s*WaitTime\\InPos", re.IGNORECASE)
+_RESTS = re.compile(r"\s*(?:MoveL|TriggL) .*,fine,tGeoNozzle", re.IGNORECASE)
 _FURTHER = re.compile(r"\\T\d:=(\w+)", re.IGNORECASE)
 # Of what a run consists, and what calls the runs.
 _RUN = re.compile(r"GeoRun\d+", re.IGNORECASE)
@@ -92,6 +95,8 @@ def check_form(name: str, text: str) -> None:
             refuse(Place(name, number), "an empty line, which geoprint never writes")
         if line.count(";") > 1 and not line.lstrip().startswith("!"):
             refuse(Place(name, number), "more than one statement stands in the line, which geoprint never writes")
+        if _WAITS.match(line) and not _RESTS.match(lines[number - 2]):
+            refuse(Place(name, number), "a wait stands only behind a move to a fine point")
     for match in _LEADING_ZERO.finditer(text):
         number = text.count("\n", 0, match.start()) + 1
         if not lines[number - 1].lstrip().startswith("!"):
@@ -170,6 +175,9 @@ def _belongs(statement: Statement, known: frozenset[str]) -> bool:
     if isinstance(statement, Assignment):
         target = statement.target
         return known is _IN_RUN and isinstance(target, Name) and target.name.lower() == _TARGET
+    if isinstance(statement, Call) and statement.name.lower() == "waittime":
+        # Where and how long, its execution shows.
+        return known is _IN_RUN and any(argument.name.lower() == "inpos" for argument in statement.arguments)
     return isinstance(statement, Call) and (statement.name.lower() in known or statement.late is not None)
 
 

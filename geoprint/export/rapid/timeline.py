@@ -91,13 +91,16 @@ def timeline(made: Made, orders: Orders, *, signals: Signals, tips_at: TipsAt) -
     material = valve + np.array([signals.valve_open, signals.valve_close])
     errors = np.linalg.norm(tips_at(material.ravel()) - orders.tips[ends.ravel()], axis=1).reshape(-1, 2)
     wanted = material + np.array([-signals.uv_lead, signals.uv_tail])
+    allowed = wanted.copy()
+    # The arm that waits for the lamp after the last deposit waits from its end on, which the material may not reach.
+    allowed[-1:, 1] = np.maximum(allowed[-1:, 1], deposits[-1:, 1] + signals.uv_tail)
     return Timeline(
         runs=orders.runs[ends[:, 0]].astype(np.float64),
         deposits=deposits,
         material=material,
         lamp=lamp,
         errors=errors,
-        lamp_alone=_longest_alone(lamp, wanted),
+        lamp_alone=_longest_alone(lamp, allowed),
         lamp_dark=_longest_alone(wanted, lamp),
         vacuum=vacuum,
         vacuum_against=_longest_both(valve, vacuum),
@@ -137,8 +140,15 @@ def check_timeline(found: Timeline) -> None:
 
 def _spans(made: Made, orders: Orders, *, signal: str, tips_at: TipsAt, again: bool = False) -> FloatArray:
     """Return (k, 2) when an output is switched on and off [s]; whether it may be switched on again while it is on."""
+    moves = made.execution.moves
+    # What switches at a move's start does so behind the wait before it, of which the motion's own time knows nothing.
+    waited = np.append(0.0, moves.begins[made.rows[1:]] - moves.ends[made.rows[:-1]])
     switched: list[tuple[float, bool, Place]] = [
-        (_moment(each, target, orders, tips_at), each.value > 0.0, Place(each.file, each.line))
+        (
+            _moment(each, target, orders, tips_at) + float(waited[target]) * each.from_start,
+            each.value > 0.0,
+            Place(each.file, each.line),
+        )
         for target, some in sorted(made.switchings.items())
         for each in some
         if not each.flow and each.signal == signal

@@ -12,6 +12,7 @@ from geoprint.errors import VerificationError
 from geoprint.export.orders import Event, Orders
 from geoprint.export.rapid.compare import UNIT_TOLERANCE
 from geoprint.export.rapid.executed import Proof, prove
+from geoprint.export.rapid.expected import expected_waits
 from geoprint.export.rapid.guard import GUARD, check_guard, resident_module
 from geoprint.export.rapid.language.collecting import uncollected
 from geoprint.export.rapid.language.parsing import parse_module
@@ -45,8 +46,10 @@ _SMALLEST_ZONE_SHARE = 0.9
 _SMALLEST_ZONE = 0.001
 # A num is single precision [mm/s, mm].
 _NO_EXCESS = 1e-5
-# The arm stands still between two moves of a run for no longer than this [s].
+# The arm stands still between two moves of a run for no longer than it has to wait there, and this [s].
 _STANDING = 1e-6
+# A wait that is wanted is written to six digits.
+_WAIT_SHARE = 1e-5
 # The modal state that the guard sets; what it does not set is as at a start from main.
 GUARDED = Modes(fastest=250.0)
 # So much higher is the path driven dry [mm].
@@ -121,7 +124,8 @@ def judge_program(
     It is taken together with the resident module that its cell's controller keeps.
 
     Checked: that it is RAPID whose names and types all resolve; the guard, word for word; every target's position,
-    attitude, zone and speed, its configuration, printed and lifted, and that no move goes nowhere and none waits; the
+    attitude, zone and speed, its configuration, printed and lifted, that no move goes nowhere, and that the arm waits
+    where the cell's signals need it and nowhere else; the
     tool, the work object, home and the times to and from it; that valve and lamp switch exactly where the plan has it,
     and never in a dry run; the flow; that modules are there when they are called.
 
@@ -249,7 +253,7 @@ def _motion_findings(
     if made.count == orders.count:
         yield from _failing(lambda: verify_switching(made, events, signals=cell.signals))
         yield from _failing(lambda: verify_flow(made, orders, signals=cell.signals))
-        yield from _failing(lambda: _verify_going_on(made))
+        yield from _failing(lambda: _verify_going_on(made, expected_waits(orders, cell.signals)))
     yield from proof.wrong
 
 
@@ -289,14 +293,18 @@ def _verify_frames(made: Made, placement: Placement, *, lifted: bool) -> None:
         )
 
 
-def _verify_going_on(made: Made) -> None:
-    """Check that no move of a run waits for anything."""
+def _verify_going_on(made: Made, wanted: FloatArray) -> None:
+    """Check that within each run the arm waits at each of t targets so long as is wanted (t,) [s]."""
     moves, rows = made.execution.moves, made.rows
     waits = moves.begins[rows[1:]] - moves.ends[rows[:-1]]
-    waits[np.diff(made.runs) != 0] = 0.0
-    if waits.max(initial=0.0) > _STANDING:
-        target = int(waits.argmax()) + 1
-        refuse(made.place(target), f"target {target + 1}: the arm waits {waits.max():.3g} s before the move here")
+    off = np.where(np.diff(made.runs) != 0, 0.0, np.abs(waits - wanted[:-1]))
+    if (off > _STANDING + _WAIT_SHARE * wanted[:-1]).any():
+        target = int(off.argmax()) + 1
+        refuse(
+            made.place(target),
+            f"target {target + 1}: the arm waits {waits[target - 1]:.3g} s before the move here, planned are "
+            f"{wanted[target - 1]:.3g} s",
+        )
 
 
 def _failing(check: Callable[[], None]) -> Iterator[VerificationError]:

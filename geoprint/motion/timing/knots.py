@@ -6,6 +6,7 @@ from itertools import pairwise
 from typing import final
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from geoprint.errors import LimitError
 from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, Process, frozen
@@ -25,6 +26,14 @@ SMALLEST_TIP_SHARE = 0.01
 # would show in the accelerations.
 COINCIDENT = 1e-9
 COINCIDENT_JOINTS = 1e-8
+
+# What an arm rounds within its response [mm], and what each of its joints turns less there [rad]: far below what it
+# repeats. Where a joint turns by an angle within the response, the mean of its motion lies its distance from the tip [mm]
+# times the square of that, over 24, beside the path: about so far away it is at most, in the arm and in the wrist.
+MOST_ROUNDED = 0.004
+MOST_TURNED = 3e-4
+LEVERS = np.array([500.0, 500.0, 500.0, 150.0, 150.0, 150.0])
+LEVERS.setflags(write=False)
 
 
 @final
@@ -71,6 +80,37 @@ class Knots:
     def lengths_of(self, first: int, last: int) -> FloatArray:
         """Return the path parameter of a leg's knots, from 0 [m]."""
         return self.lengths[first : last + 1] - self.lengths[first]
+
+    def driven_joints(self, first: int, last: int, *, response: float) -> FloatArray:
+        """Return the joints at a leg's knots as an arm drives them that deposits: what bends sooner than it responds.
+
+        Each is the mean over the length that is passed within the response, which rounds what no drive follows: an edge
+        of the mesh, the corner of a polygon. Towards the stops, and where it would round more than it may, it is less.
+
+        Args:
+            first: knot of the leg.
+            last: knot of the leg.
+            response: time in which the arm answers [s].
+        """
+        rows = slice(first, last + 1)
+        joints, lengths = self.joints[rows], self.lengths_of(first, last)
+        if not self.deposit[first:last].all():
+            return joints
+        ceilings = self.ceilings[first:last]
+        half = 0.5 * response * np.minimum(np.append(ceilings, np.inf), np.insert(ceilings, 0, np.inf))
+        half = np.minimum(half, np.minimum(lengths, lengths[-1] - lengths))
+        both = np.hstack([joints, self.tips[rows]])
+        total, wide = CubicSpline(lengths, both).antiderivative(), half > COINCIDENT
+        moved = np.zeros_like(both)
+        before, behind = (lengths - half)[wide], (lengths + half)[wide]
+        moved[wide] = (total(behind) - total(before)) / (behind - before)[:, None] - both[wide]
+        turned, shifted = np.abs(moved[:, :-3]).max(axis=1), np.linalg.norm(moved[:, -3:], axis=1)
+        passed = total.derivative()
+        within = (passed(lengths + half) - passed(lengths - half))[:, :-3]
+        shifted += (LEVERS * within**2).max(axis=1) / 24.0
+        # Smoothly bounded: a sudden bound would bend the joints where it begins.
+        far = np.maximum(turned / MOST_TURNED, shifted / MOST_ROUNDED)
+        return joints + moved[:, :-3] / (1.0 + far[:, None] ** 4) ** 0.25
 
 
 def path_knots(joint_path: JointPath, *, process: Process) -> Knots:

@@ -50,7 +50,9 @@ class TimedPrint(NamedTuple):
     targets: Targets
 
 
-def timed_print(joint_path: JointPath, robot: Robot, *, process: Process, constant_flow: bool) -> TimedPrint:
+def timed_print(
+    joint_path: JointPath, robot: Robot, *, process: Process, constant_flow: bool, settle: float = 0.0
+) -> TimedPrint:
     """Time a joint path, at the speed that deposits what was planned where the flow cannot follow.
 
     Args:
@@ -58,13 +60,14 @@ def timed_print(joint_path: JointPath, robot: Robot, *, process: Process, consta
         robot: limits, home and the period of its targets.
         process: its speed is not exceeded.
         constant_flow: whether the same volume flows in every second; else the speed stays.
+        settle: how long the flow rises evenly, until it is that of the print, while the tip waits at each start [s].
 
     Raises:
         InputError: the joint path is empty.
         LimitError: a limit cannot be kept.
         VerificationError: the result does not pass the poses.
     """
-    search = _Search(joint_path, robot, process, {})
+    search = _Search(joint_path, robot, process, settle, {})
     return search.highest_with_targets(search.highest_of_joints()) if constant_flow else search.timed(process.speed)
 
 
@@ -76,6 +79,7 @@ class _Search:
     joint_path: JointPath
     robot: Robot
     process: Process
+    settle: float
     known: Known
 
     def timed(self, speed: float) -> TimedPrint:
@@ -121,7 +125,8 @@ class _Search:
         """Return a lower speed that probably fits, or None where this one does."""
         poses = self.joint_path.poses
         width = float(poses.flow.max(initial=0.0)) / self.process.layer_height
-        return _Steps.of(poses, trajectory.pose_times, speed=speed, width=width).highest_speed(speed)
+        steps = _Steps.of(poses, trajectory.pose_times, speed=speed, width=width, settle=self.settle)
+        return steps.highest_speed(speed)
 
 
 def _stepped(speed: float) -> float:
@@ -160,16 +165,21 @@ class _Steps(NamedTuple):
         lengths: (k,) of bead [mm].
         times: (k,) that each takes without the delays of ramps [s].
         width: of the bead [mm]: a run that is shorter is a dot, and what it gets too much spreads over that.
+        settled: time in which as much flows as while the tip waits at the start of a run [s].
     """
 
     runs: IntArray
     lengths: FloatArray
     times: FloatArray
     width: float
+    settled: float = 0.0
 
     @classmethod
-    def of(cls, poses: PoseStream, times: FloatArray, *, speed: float, width: float) -> _Steps:
-        """Return those of a stream whose poses are passed at (p,) times, at a speed of the print [mm/s]."""
+    def of(cls, poses: PoseStream, times: FloatArray, *, speed: float, width: float, settle: float = 0.0) -> _Steps:
+        """Return those of a stream whose poses are passed at (p,) times, at a speed of the print [mm/s].
+
+        A flow that rises evenly for `settle` [s] while the tip waits flows at once when it begins to move.
+        """
         rows = np.flatnonzero(poses.laid)
         # Over a table a run may be printed in several pieces.
         begins = (np.diff(rows) > 1) | (np.diff(poses.runs[rows + 1]) != 0)
@@ -177,7 +187,7 @@ class _Steps(NamedTuple):
         lengths, took = bead_steps(poses)[rows], np.diff(times)[rows]
         for own in np.split(np.arange(rows.size), np.flatnonzero(begins) + 1):
             halfway = float(took[own].sum()) / 2.0
-            for order in (own, own[::-1]):
+            for order in (own[::-1],) if settle > 0.0 else (own, own[::-1]):
                 until, passed = (np.append(0.0, np.cumsum(each[order])) for each in (took, lengths))
                 half = slice(0, max(int(np.searchsorted(until, halfway, side="right")), 2))
                 left = ramp_delay(until[half], passed[half], speed=speed)
@@ -185,7 +195,7 @@ class _Steps(NamedTuple):
                     removed = min(left, max(float(took[step]) - float(lengths[step]) / speed, 0.0))
                     took[step] -= removed
                     left -= removed
-        return cls(runs, lengths, took, width)
+        return cls(runs, lengths, took, width, settle / 2.0)
 
     def highest_speed(self, speed: float) -> float | None:
         """Return the highest lower speed at which each run and the whole probably get their volume.
@@ -203,8 +213,8 @@ class _Steps(NamedTuple):
 
     def _fits(self, speed: float) -> bool:
         """Tell whether a constant flow at a speed [mm/s] gives each run and the whole their volume."""
-        took = np.maximum(self.times, self.lengths / speed)
+        took = np.bincount(self.runs, np.maximum(self.times, self.lengths / speed)) + self.settled
         lengths = np.bincount(self.runs, self.lengths)
-        excess = (speed * np.bincount(self.runs, took) - lengths) / np.maximum(lengths, self.width)
-        whole = speed * took.sum() / self.lengths.sum() if self.lengths.size else 1.0
+        excess = (speed * took - lengths) / np.maximum(lengths, self.width)
+        whole = speed * took.sum() / lengths.sum() if self.lengths.size else 1.0
         return bool((excess <= RUN_EXCESS).all() and whole <= 1.0 + WHOLE_EXCESS)

@@ -171,4 +171,6 @@ def _program(folder: Path) -> tuple[Dispensing, Dispenser]:
     program = dispensing_of(made, orders, signals=cell.signals, placement=placement, tips_at=tips)
     # The pressure is set for the flow at the set speed.
     rate, lags = float(poses.flow.max()) * cell.process.speed, cell.signals
-    return program, Dispenser(rate, opens=lags.valve_open, shuts=lags.valve_close, follows=lags.flow_lag)
+    return program, Dispenser(
+        rate, opens=lags.valve_open, shuts=lags.valve_close, follows=lags.flow_lag, settles=lags.settle
+    )

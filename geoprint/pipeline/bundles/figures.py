@@ -36,9 +36,8 @@ from geoprint.export import (
 from geoprint.export.rapid import CONTROLLER_FOLDER, STACK_MODULE, controller_findings
 from geoprint.model import PASCAL_PER_KPA, Cell, FloatArray, PoseStream, Surface
 from geoprint.motion.arm import Arm, check_load, unconfirmed_kinematics
-from geoprint.motion.controller import LIFT, SHORTEST_TIME
 from geoprint.motion.machine import table_machine
-from geoprint.motion.timing import tips_at, unconfirmed_speeds
+from geoprint.motion.timing import joints_at, tips_at, unconfirmed_speeds
 from geoprint.paths import largest_lean, mean_lean
 from geoprint.pipeline.bundles.again import JOB
 from geoprint.pipeline.bundles.contents import RAPID_FOLDER
@@ -50,6 +49,7 @@ from geoprint.pipeline.bundles.inputs import (
     setup_findings,
 )
 from geoprint.pipeline.bundles.paths import is_layer, path_findings, stream_of
+from geoprint.pipeline.checking_motion import LIFT
 from geoprint.pipeline.tilting import part_folder, sweep_seconds
 from geoprint.surfaces import closest, describe, edge_lengths, face_areas
 from geoprint.surfaces.files import load, load_file
@@ -64,10 +64,10 @@ VOLUME_SHARE = 3e-3
 ON_PART, LAYER_SHARE = 0.01, 0.1
 # Arc length is counted along a curve whose poses cut its bends by this share at most.
 ARC_SHARE = 0.02
-# Angles of the tool in a table of nine decimals [degrees].
-ANGLE = 1e-3
-# Times of targets are written to microseconds, and rounded twice [ms].
-TIME_MS = 2e-3
+# Angles of the tool in a table of nine decimals, and of the wrist between rows of a trajectory [degrees].
+ANGLE, WRIST_DEG = 1e-3, 0.05
+# Times of targets are written to microseconds, and rounded twice; a controller takes none that come sooner [ms].
+TIME_MS, LEAST_MS = 2e-3, 12.0
 # Whether material flows is written each millisecond [s].
 ROW = 1.5e-3
 SURFACE = "surface.ply"
@@ -375,7 +375,7 @@ def _motion_findings(setup: Setup, orders: Orders, of: RobotRecord, *, at: str) 
         "period_ms": 1e3 * cell.robot.target_period,
         "shortest_ms": float(times.min()),
         "shortest_mm": orders.shortest_move,
-        "least_ms": 1e3 * SHORTEST_TIME,
+        "least_ms": LEAST_MS,
         "dry_run_other_configuration": orders.lifted_otherwise,
     }
     yield from figures(PLAN, f"{at}.motion.targets", as_json(said.targets), targets, near=TIME_MS)
@@ -422,10 +422,13 @@ def _trajectory_findings(one: Checked, orders: Orders, of: RobotRecord, *, at: s
         row = int(np.argmax(wrong))
         yield Finding(file, row + 2, f"deposit is {int(table.deposit[row])}, by targets.csv it is {int(wanted[row])}")
     yield from _run_rows(table, orders, file=file)
+    # That of all poses: targets are some of them, and between two the arm may come nearer to straight.
+    angles = np.degrees(np.abs(joints_at(table.times, table.joints, orders.times)[:, 4]))
     least = float(np.degrees(np.abs(table.joints[table.runs >= 0, 4]).min(initial=np.inf)))
-    if of.motion.smallest_wrist_angle_deg > least + 0.1:
-        said = of.motion.smallest_wrist_angle_deg
-        yield Finding(PLAN, 1, f"{at}.motion.smallest_wrist_angle_deg is {said}, by {file} it is {least:.3f}")
+    said, most = of.motion.smallest_wrist_angle_deg, float(angles.min())
+    if not least - WRIST_DEG <= said <= most + WRIST_DEG:
+        found = f"by {file} it is {least:.3f} to {most:.3f}"
+        yield Finding(PLAN, 1, f"{at}.motion.smallest_wrist_angle_deg is {said}, {found}")
 
 
 def _run_rows(table: TrajectoryTable, orders: Orders, *, file: str) -> Iterator[Finding]:
@@ -456,7 +459,8 @@ def _volume_findings(
     if cell.signals.mode == "io":
         rate = float(stream.flow.max()) * cell.process.speed
         begins, ends = np.maximum(material[:, 0], windows[:, 0]), np.minimum(material[:, 1], windows[:, 1])
-        laid = rate * np.maximum(ends - begins, 0.0)
+        # A flow that settles rises evenly while the tip waits where a deposit begins.
+        laid = rate * (np.maximum(ends - begins, 0.0) + cell.signals.settle / 2.0)
     else:
         laid = _followed(one, setup, stream, wanted, windows=windows, material=material)
     of_runs = np.bincount(np.searchsorted(runs, one.switching.runs), laid, minlength=runs.size)

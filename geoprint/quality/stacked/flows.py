@@ -17,7 +17,9 @@ from geoprint.model import Cell, FloatArray, IntArray, PoseStream
 def executed_flow(poses: PoseStream, times: FloatArray, material: FloatArray, *, cell: Cell) -> FloatArray:
     """Return the (p,) flow at the poses that a program lays, as it was executed [mm3/mm].
 
-    With 'io' the valve lets through a volume a second: that of the set speed. With 'analog' the flow follows the speed.
+    With 'io' the valve lets through a volume a second: that of the set speed. A flow that settles rises evenly while
+    the tip waits at the start of a deposit, where half of that volume comes to lie. With 'analog' the flow follows the
+    speed.
 
     Args:
         poses: p of them, as the robot makes them, with the flow that was planned.
@@ -27,10 +29,13 @@ def executed_flow(poses: PoseStream, times: FloatArray, material: FloatArray, *,
     """
     if cell.signals.mode == "analog":
         return flow_by_length(poses, times, material)
-    return flow_by_time(poses, times, material, rate=float(poses.flow.max()) * cell.process.speed)
+    rate = float(poses.flow.max()) * cell.process.speed
+    return flow_by_time(poses, times, material, rate=rate, settle=cell.signals.settle)
 
 
-def flow_by_time(poses: PoseStream, times: FloatArray, material: FloatArray, *, rate: float) -> FloatArray:
+def flow_by_time(
+    poses: PoseStream, times: FloatArray, material: FloatArray, *, rate: float, settle: float = 0.0
+) -> FloatArray:
     """Return the (p,) flow at the poses that a valve leaves which is open or shut [mm3/mm].
 
     Args:
@@ -38,8 +43,10 @@ def flow_by_time(poses: PoseStream, times: FloatArray, material: FloatArray, *, 
         times: (p,) when each is passed [s].
         material: (d, 2) when material begins and ends to flow, in order [s].
         rate: volume that flows in a second [mm3/s].
+        settle: how long the flow rises to that where a deposit begins, of which the times know nothing [s].
     """
-    return _spread(poses, rate * _open(times, material))
+    begins = poses.laid & ~np.insert(poses.laid[:-1], 0, np.False_)
+    return _spread(poses, rate * (_open(times, material) + begins * settle / 2.0))
 
 
 def flow_by_length(poses: PoseStream, times: FloatArray, material: FloatArray) -> FloatArray:

@@ -34,8 +34,15 @@ TYPES = {
     "uint64_t": "u8", "float": "f4", "double": "f8",
 }  # fmt: skip
 UNITS_BY_NAME = {
-    "mm": "mm", "millimeter": "mm", "millimeters": "mm", "millimetre": "mm", "meter": "m", "m": "m", "micron": "um",
-    "um": "um", "micrometer": "um", "cm": "cm", "centimeter": "cm", "in": "in", "inch": "in",
+    **dict.fromkeys(("mm", "millimeter", "millimeters", "millimetre", "millimetres"), "mm"),
+    **dict.fromkeys(("m", "meter", "meters", "metre", "metres"), "m"),
+    **dict.fromkeys(("um", "micron", "microns", "micrometer", "micrometers", "micrometre", "micrometres"), "um"),
+    **dict.fromkeys(("cm", "centimeter", "centimeters", "centimetre", "centimetres"), "cm"),
+    **dict.fromkeys(("in", "inch", "inches"), "in"),
+}
+_ENCODINGS = {
+    "raw": "raw", "gzip": "gzip", "gz": "gzip", "bzip2": "bzip2", "bz2": "bzip2", "ascii": "ascii", "text": "ascii",
+    "txt": "ascii", "hex": "hex",
 }  # fmt: skip
 # The unit of a patient's space where a header says none: that of DICOM, from which such spaces come.
 PATIENT_UNIT = "mm"
@@ -115,7 +122,7 @@ def read_nrrd(data: bytes, *, name: str) -> GridFile:
     layers = 1 if frame.axis is None else sizes[frame.axis]
     grid = [size for axis, size in enumerate(sizes) if axis != frame.axis]
     shape = checked_shape(tuple(grid), frame.affine, stored=stored, name=name, layers=layers)
-    content = _content(header, body, layers * int(np.prod(shape)) * stored.itemsize, name=name)
+    content = _content(header, body, layers * int(np.prod(shape)), stored, name=name)
     whole = shape if frame.axis is None else tuple(sizes)
     values = grid_of(content, whole, stored=stored, offset=0, name=name)
     parts: list[NDArray[np.generic]] = (
@@ -281,9 +288,11 @@ def _check_spacings(header: _Header, affine: FloatArray, axis: int | None, *, na
 def _stored(header: _Header, *, name: str) -> np.dtype[np.generic]:
     """Return the type of the values as they are stored."""
     kind, encoding = header.fields["type"].lower(), header.fields["encoding"].lower()
-    if kind not in TYPES or encoding not in {"raw", "gzip", "gz"}:
+    if kind not in TYPES or encoding not in _ENCODINGS:
         shown = f"{printable(encoding)[:20]} of {printable(kind)[:20]}"
         raise InputError(f"`{name}` is packed as {shown}; export it as raw or gzip, of whole numbers.")
+    if _ENCODINGS[encoding] == "ascii":
+        return np.dtype(TYPES[kind])
     stored = np.dtype(TYPES[kind])
     order = header.fields.get("endian", "").lower()
     if stored.itemsize > 1 and order not in {"little", "big"}:
@@ -294,13 +303,13 @@ def _stored(header: _Header, *, name: str) -> np.dtype[np.generic]:
     return stored.newbyteorder(">" if order == "big" else "<")
 
 
-def _content(header: _Header, body: bytes, needed: int, *, name: str) -> bytes:
+def _content(header: _Header, body: bytes, count: int, stored: np.dtype[np.generic], *, name: str) -> bytes:
     """Return the data: behind lines and bytes that are skipped, the lines as they are packed, the bytes unpacked."""
     skips = {field: header.fields.get(field, "0") for field in ("line skip", "byte skip")}
     for field, value in skips.items():
         if not re.fullmatch(r"\d{1,15}", value) and not (field == "byte skip" and value == "-1"):
             raise _refuse(header, field, "a number of 0 or more is needed, so export it again", name=name)
-    packed = header.fields["encoding"].lower() != "raw"
+    encoding, needed = _ENCODINGS[header.fields["encoding"].lower()], count * stored.itemsize
     lines, skip = int(skips["line skip"]), int(skips["byte skip"])
     start = 0
     for _ in range(lines):
@@ -308,14 +317,39 @@ def _content(header: _Header, body: bytes, needed: int, *, name: str) -> bytes:
         if start == 0:
             raise _refuse(header, "line skip", "the file has fewer lines, so export it again", name=name)
     body = body[start:]
+    if encoding in {"ascii", "hex"}:
+        if skip:
+            raise _refuse(header, "byte skip", "text has no bytes that are skipped: export it again", name=name)
+        return _of_text(body, encoding, stored, name=name)
     if skip == -1:
-        if packed:
+        if encoding != "raw":
             raise _refuse(
                 header, "byte skip", "packed data have no bytes to count from the end: export it again", name=name
             )
         skip = max(len(body) - needed, 0)
-    content = unpacked(body, skip + needed, name=name) if packed else body
-    return content[skip:]
+    if encoding == "raw":
+        return body[skip:]
+    return unpacked(body, skip + needed, name=name, packing=encoding)[skip:]
+
+
+def _of_text(body: bytes, encoding: str, stored: np.dtype[np.generic], *, name: str) -> bytes:
+    """Return the bytes of numbers that are written as decimals (ascii), or of bytes as two digits each (hex)."""
+    try:
+        if encoding == "hex":
+            return bytes.fromhex(body.decode("ascii"))
+        # Python reads underlines between digits, nobody else does.
+        values = np.fromiter(map(float, body.replace(b"_", b"?").split()), dtype=np.float64)
+        with np.errstate(invalid="ignore", over="ignore"):
+            found = values.astype(stored)
+    except ValueError as error:
+        raise InputError(
+            f"`{name}` holds something else than the numbers that its encoding, {encoding}, promises ({error}); export "
+            "it again."
+        ) from error
+    if stored.kind in "iu" and not (found == values).all():
+        wrong = values[found != values][0]
+        raise InputError(f"`{name}` holds {wrong:g}, but its header promises values of {stored}; export it again.")
+    return found.tobytes()
 
 
 def _segments(header: _Header, *, layers: int, name: str) -> dict[int, Segment]:

@@ -6,6 +6,7 @@ No reader takes more memory than the header explains; NRRD is read by `nrrd_file
 
 from __future__ import annotations
 
+import bz2
 import gzip
 import math
 import zlib
@@ -208,10 +209,10 @@ def grid_of(
     return np.frombuffer(content, dtype=stored, count=count, offset=offset).reshape(shape, order="F")
 
 
-def unpacked(data: bytes, size: int, *, name: str) -> bytes:
-    """Return up to so many bytes of a gzip stream and one more if there is one; no more are unpacked."""
+def unpacked(data: bytes, size: int, *, name: str, packing: str = "gzip") -> bytes:
+    """Return up to so many bytes of a gzip or bzip2 stream and one more if there is one; no more are unpacked."""
     try:
-        with gzip.GzipFile(fileobj=BytesIO(data)) as stream:
+        with bz2.open(BytesIO(data)) if packing == "bzip2" else gzip.open(BytesIO(data)) as stream:
             return stream.read(size + 1)
     except (OSError, EOFError, zlib.error) as error:
         raise InputError(

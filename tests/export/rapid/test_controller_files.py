@@ -192,8 +192,8 @@ def test_what_was_set_at_the_start_counts_to_the_end() -> None:
     assert "geoFirstRun" not in re.sub(r'"[^"]*"|!.*', "", behind)
     assert re.findall(r".*geoDryRun.*", re.sub(r"!.*", "", behind)) == [
         "    IF NOT geoPrints OR geoDryRun OR run<geoFrom THEN",
-        "    IF geoPrints AND NOT geoDryRun THEN",
-        "    IF geoPrints AND NOT geoDryRun THEN",
+        "    IF geoPrints AND (NOT geoDryRun) THEN",
+        "    IF geoPrints AND (NOT geoDryRun) THEN",
     ]
     io = guard_module(CELL, placement=PLACEMENT, loading=False)
     assert "IF geoPct<>100 OR CSpeedOverride()<>100" in io

@@ -9,8 +9,8 @@ import pytest
 
 from geoprint.errors import VerificationError
 from geoprint.export.orders import Event, Orders, TipsAt
-from geoprint.export.rapid.expected import expected_events
-from geoprint.export.switching import switching_events
+from geoprint.export.rapid.expected import expected_events, expected_waits
+from geoprint.export.switching import switching_events, waits
 from geoprint.model import FloatArray, Signals
 from tests.export.export_cases import CELL, orders, stream, tips_of
 
@@ -20,6 +20,7 @@ SIGNALS = {
     "valve": CELL.signals,
     "late valve": replace(CELL.signals, valve_open=0.04, valve_close=0.07),
     "lamp that stays on": replace(CELL.signals, uv_lead=0.08, uv_tail=0.08),
+    "flow that settles": replace(CELL.signals, valve_open=0.02, valve_close=0.03, uv_tail=7.0, settle=0.1),
     "vacuum": replace(CELL.signals, valve_open=0.03, valve_close=0.08, uv_tail=0.02, vacuum="doVacuum"),
     "follows": replace(CELL.signals, mode="analog", flow="aoFlow", flow_per_mm3_s=0.2, valve_close=0.05),
 }
@@ -91,11 +92,21 @@ def test_where_the_flow_follows_it_begins_and_ends_with_the_deposit() -> None:
     assert found["dispenser", False].distance == pytest.approx(0.5 * 400.0 * 0.05**2, abs=1e-3)
 
 
+def test_a_flow_that_settles_flows_before_the_tip_moves_and_waits_for_no_ramp() -> None:
+    plan, tips = straight(400.0)
+    found = expected(plan, tips, replace(CELL.signals, settle=0.1))
+    assert found["dispenser", True] == Event(1, 0.0, from_start=False, output="dispenser", on=True)
+    assert found["uv_lamp", True] == Event(1, 0.0, from_start=False, output="uv_lamp", on=True)
+    assert found["dispenser", False] == expected(plan, tips)["dispenser", False]
+    np.testing.assert_array_equal(expected_waits(plan, replace(CELL.signals, settle=0.1)), [0.0, 0.1, 0.0, 0.0])
+
+
 @pytest.mark.parametrize("signals", SIGNALS.values(), ids=SIGNALS)
 @pytest.mark.parametrize("points", [6, 30])
 def test_writer_and_checker_agree_though_they_share_no_words(signals: Signals, points: int) -> None:
-    poses = stream(runs=3, points=points)
+    poses = stream(runs=3, points=points, lifts=2)
     plan, tips = orders(poses), tips_of(poses)
+    np.testing.assert_array_equal(expected_waits(plan, signals), waits(plan, signals))
     written = switching_events(plan, signals=signals, tips_at=tips, speed=SPEED)
     found = expected_events(plan, signals=signals, tips_at=tips, speed=SPEED)
 

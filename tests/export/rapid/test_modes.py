@@ -109,6 +109,21 @@ def test_a_path_holds_nothing_but_moves_and_triggers(line: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("place", "words"), [("entry", "only behind a move to a fine point"), ("middle", "the arm waits 0.5 s before")]
+)
+def test_a_wait_that_no_signal_needs_is_found(place: str, words: str) -> None:
+    def edit(text: str) -> str:
+        if place == "entry":
+            return between("WaitTime\\InPos,0.5;", place)(text)
+        return text.replace(
+            ",fine,tGeoNozzle\\WObj:=wGeoPart;", ",fine,tGeoNozzle\\WObj:=wGeoPart;\n    WaitTime\\InPos,0.5;", 1
+        )
+
+    found = judged(edit)
+    assert any(words in each for each in found), found
+
+
+@pytest.mark.parametrize(
     ("old", "new"),
     [
         ("MoveL", "movel"), ("MoveL", "MOVEL"), ("TriggIO", "triggio"), ("TriggL", "trigGL"), ("GeoRun1;", "GEORUN1;"),

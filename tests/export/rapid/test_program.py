@@ -235,7 +235,7 @@ def test_a_place_to_prime_is_driven_to_and_the_valve_opens_there_unless_dry() ->
     guard = text_of(program, "GeoGuard.mod")
     assert "    GeoPrime;\n" in guard
     assert "      SetDO doValve,1;\n      WaitTime nGeoPrime;\n      GeoSafe;\n      GeoAskStopped geoFrom;\n" in guard
-    assert guard.index("    IF geoPrints AND NOT geoDryRun THEN\n") < guard.index("SetDO doValve,1")
+    assert guard.index("    IF geoPrints AND (NOT geoDryRun) THEN\n") < guard.index("SetDO doValve,1")
     assert "SetDO doValve,1" not in text_of(write(cell=cell, placement=DEMONSTRATION), "GeoGuard.mod")
 
 
@@ -246,7 +246,7 @@ def test_the_final_exposure_is_given_by_the_lamp_on_the_arm_or_asked_of_a_person
     assert asked in text_of(by_hand, "GeoGuard.mod")
     cell = replace(CELL, flood=Flood(60.0, joints=np.full(6, 0.1)))
     guard = text_of(write(cell=cell), "GeoGuard.mod")
-    assert "    IF geoPrints AND NOT geoDryRun THEN\n      SetDO doUV,1;\n      WaitTime nGeoFlood;\n" in guard
+    assert "    IF geoPrints AND (NOT geoDryRun) THEN\n      SetDO doUV,1;\n      WaitTime nGeoFlood;\n" in guard
     assert "      WaitTime nGeoFlood;\n      IF doUV=0 TPWrite" in guard
     assert guard.index("nGeoBack") < guard.index("    GeoFlood;\n")
     assert "jGeoFlood" in text_of(write(cell=cell), "GeoCell.mod")

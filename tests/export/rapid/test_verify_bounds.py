@@ -142,16 +142,22 @@ def test_a_target_that_is_missing_or_in_another_run_is_found(switched: tuple[Pro
 
 def test_a_move_that_waits_within_a_run_is_found_and_between_runs_is_not(switched: tuple[Proof, Orders]) -> None:
     made = switched[0].printing
-    _verify_going_on(made)
-    _verify_going_on(moved(made, "begins", lambda t: t + 0.95e-6))
+    never = np.zeros(made.count)
+    _verify_going_on(made, never)
+    _verify_going_on(moved(made, "begins", lambda t: t + 0.95e-6), never)
     for wait, said in ((0.1, "0.1"), (1.05e-6, "1.05e-06")):
         with pytest.raises(VerificationError, match=rf"target {TARGET + 1}: the arm waits {said} s"):
-            _verify_going_on(moved(made, "begins", lambda t, wait=wait: t + wait))
+            _verify_going_on(moved(made, "begins", lambda t, wait=wait: t + wait), never)
+    wanted = never.copy()
+    wanted[TARGET - 1] = 0.1
+    _verify_going_on(moved(made, "begins", lambda t: t + 0.1), wanted)
+    with pytest.raises(VerificationError, match=rf"target {TARGET + 1}: the arm waits 0 s .*, planned are 0\.1 s"):
+        _verify_going_on(made, wanted)
     between = int(np.flatnonzero(np.diff(made.runs))[0]) + 1
     begins = made.execution.moves.begins.copy()
     begins[made.rows[between]] += 7.0
     moves = replace(made.execution.moves, begins=begins)
-    _verify_going_on(replace(made, execution=replace(made.execution, moves=moves)))
+    _verify_going_on(replace(made, execution=replace(made.execution, moves=moves)), never)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

@@ -9,7 +9,7 @@ import pytest
 
 from geoprint.errors import LimitError
 from geoprint.model import FloatArray, JointPath
-from geoprint.motion.timing.knots import Knots, path_knots
+from geoprint.motion.timing.knots import MOST_ROUNDED, Knots, path_knots
 from tests.motion.cells import bent_cell
 from tests.motion.joint_paths import arc, line, stream, tilted
 
@@ -91,3 +91,39 @@ def test_on_travel_the_speed_is_that_of_the_tip() -> None:
     found = path_knots(replace(path, poses=replace(path.poses, normals=outward)), process=PROCESS)
     np.testing.assert_allclose(found.bead_shares, 1.0, rtol=1e-12)
     np.testing.assert_allclose(found.ceilings, 0.06, rtol=1e-12)
+
+
+def driven(tips: FloatArray, joints: FloatArray, *, response: float, laid: bool = True) -> FloatArray:
+    """Return the joints of a path with level tool as the arm drives them."""
+    knots = path_knots(path_of(tips, np.zeros(len(tips)), laid=laid, joints=joints), process=PROCESS)
+    return knots.driven_joints(0, len(tips) - 1, response=response)
+
+
+def test_a_wave_of_joints_is_driven_as_its_mean_over_the_response() -> None:
+    """The mean of a sine of wave number k over a length w is the sine times sin(k w / 2) / (k w / 2)."""
+    x, k = np.linspace(0.0, 6.0, 601), 2.0 * np.pi
+    joints = 1e-4 * np.sin(k * x)[:, None] * np.arange(1.0, 7.0)
+    found = driven(np.column_stack([x, 0.0 * x, 0.0 * x]), joints, response=0.01)
+    inner = slice(20, -20)
+    # 10 ms at 20 mm/s are 0.2 mm.
+    np.testing.assert_allclose(found[inner], joints[inner] * np.sinc(0.2), rtol=1e-4, atol=1e-10)
+    np.testing.assert_array_equal(found[[0, -1]], joints[[0, -1]])
+
+
+def test_without_a_response_on_travel_and_along_straight_lines_joints_stay() -> None:
+    x = np.linspace(0.0, 6.0, 601)
+    tips, wave = np.column_stack([x, 0.0 * x, 0.0 * x]), np.tile(1e-3 * np.sin(9.0 * x)[:, None], 6)
+    np.testing.assert_array_equal(driven(tips, wave, response=0.0), wave)
+    np.testing.assert_array_equal(driven(tips, wave, response=0.01, laid=False), wave)
+    straight = np.tile(0.1 * x[:, None], 6)
+    np.testing.assert_allclose(driven(tips, straight, response=0.01), straight, atol=1e-12)
+
+
+def test_a_corner_is_rounded_by_less_than_it_may_be_however_long_the_arm_takes() -> None:
+    x = np.linspace(-3.0, 3.0, 601)
+    tips = np.column_stack([x, np.abs(x), 0.0 * x])
+    # The joints follow the tip: what they turn less is what the tip is moved.
+    joints = np.column_stack([np.abs(x) * 1e-3] + [0.0 * x] * 5)
+    for response in (0.002, 0.05):
+        moved = 1e3 * np.abs(driven(tips, joints, response=response) - joints).max()
+        assert 0.5 * MOST_ROUNDED < moved <= MOST_ROUNDED

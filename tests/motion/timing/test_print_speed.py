@@ -178,6 +178,23 @@ def test_the_ramps_at_both_ends_of_a_run_take_nothing_and_a_stop_within_it_does(
     assert (found.times >= found.lengths / 20.0 - 1e-9).all()
 
 
+@pytest.mark.parametrize("settle", [0.1, 0.4])
+def test_a_flow_that_settles_gives_each_run_half_of_its_wait_and_the_ramp_at_its_start(settle: float) -> None:
+    """40 mm at 20 mm/s after a ramp of v / a, which takes v / (2 a) longer than at that speed."""
+    times, lengths = ramped(speed=20.0, pull=400.0, step=1e-3, end=2.025)
+    tips = np.column_stack([lengths, 0.0 * lengths, 0.0 * lengths])
+    found = _Steps.of(stream(tips), times, speed=20.0, width=WIDTH, settle=settle)
+    assert found.times.sum() - lengths[-1] / 20.0 == pytest.approx(0.025, abs=1e-3)
+    # What is too much may be 1.8 % of the length.
+    speed = found.highest_speed(20.0)
+    assert speed is not None
+    shares = [
+        each * (np.maximum(found.times, found.lengths / each).sum() + settle / 2.0) / lengths[-1]
+        for each in (speed, speed + 0.1)
+    ]
+    assert shares[0] <= 1.018 < shares[1]
+
+
 def test_only_what_deposits_is_counted_and_runs_have_no_gaps() -> None:
     poses = stream(
         line((0.0, 0.0, 0.0), (5.0, 0.0, 0.0), count=6),

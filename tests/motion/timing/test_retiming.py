@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from geoprint.errors import InputError, LimitError, VerificationError
-from geoprint.model import FloatArray, JointPath, Trajectory
+from geoprint.model import FloatArray, JointPath, Robot, Trajectory
 from geoprint.motion.timing import confirmation, path_speeds, topp, unconfirmed_speeds
 from geoprint.motion.timing.reachability import Problem
 from geoprint.motion.timing.retiming import _labels, retime  # pyright: ignore[reportPrivateUsage]
@@ -36,8 +36,8 @@ def trajectory(path: JointPath) -> Trajectory:
     return retime(path, ROBOT, process=PROCESS)
 
 
-def timed(joint_path: JointPath, *, speed: float = PROCESS.speed) -> Trajectory:
-    return retime(joint_path, ROBOT, process=replace(PROCESS, speed=speed))
+def timed(joint_path: JointPath, *, speed: float = PROCESS.speed, robot: Robot = ROBOT) -> Trajectory:
+    return retime(joint_path, robot, process=replace(PROCESS, speed=speed))
 
 
 def tip_speeds(found: Trajectory) -> FloatArray:
@@ -193,10 +193,11 @@ def test_a_path_that_begins_and_ends_at_home_has_no_joint_moves() -> None:
 
 
 def test_a_rough_path_keeps_its_limits_on_a_finer_grid_or_is_stretched(monkeypatch: pytest.MonkeyPatch) -> None:
-    refined = timed(rough_path(count=200, noise=1e-3), speed=60.0)
+    exact = replace(ROBOT, response=0.0)
+    refined = timed(rough_path(count=200, noise=1e-3), speed=60.0, robot=exact)
     assert refined.stretched == 0
     monkeypatch.setattr(topp, "REFINEMENTS", 0)
-    found = timed(rough_path(count=200, noise=1e-3), speed=60.0)
+    found = timed(rough_path(count=200, noise=1e-3), speed=60.0, robot=exact)
     assert found.stretched == 1
     assert max(largest_shares(refined)) <= 1.01
     assert max(largest_shares(found)) <= 1.01
@@ -375,3 +376,16 @@ def test_a_row_bears_run_and_deposit_of_the_step_it_lies_on_and_neither_before_t
     runs, deposit = _labels(poses, np.arange(5.0), times)
     assert runs.tolist() == [-1, 0, 0, 1, 1, 1, -1]
     assert deposit.tolist() == [False, True, True, False, False, True, False]
+
+
+def test_what_bends_sooner_than_the_arm_responds_costs_no_speed_and_is_hardly_off() -> None:
+    path = rough_path(count=2000, noise=0.0)
+    tips = line((0.0, 0.0, 0.0), (40.0, 0.0, 0.0), count=2000)
+    # Corners as a mesh makes them: every 4 mm the joints turn at another rate.
+    corners = 4e-4 * np.abs(tips[:, 0] % 8.0 - 4.0)[:, None]
+    path = replace(path, poses=replace(path.poses, tips=tips), joints=ROBOT.home + corners)
+    exact, rounded = (timed(path, robot=replace(ROBOT, response=response)) for response in (0.0, 0.01))
+    assert rounded.slowest_deposit > 1.2 * exact.slowest_deposit
+    assert max(largest_shares(rounded)) <= 1.01
+    at = np.searchsorted(rounded.times, rounded.pose_times)
+    assert np.abs(rounded.joints[at] - path.joints).max() < 4e-4

@@ -182,6 +182,7 @@ VALVE: dict[str, Edit] = {
     "name of the part": key("plan.json", "input", "name", to="heart.stl"),
     "version": key("plan.json", "version", to="9.9.9"),
     "wrist": key("plan.json", *R, "motion", "smallest_wrist_angle_deg", to=89.0),
+    "wrist nearer to straight": key("plan.json", *R, "motion", "smallest_wrist_angle_deg", to=1.0),
     "ceiling of the speed": key("plan.json", *R, "motion", "speed_ceiling_mm_s", to=99.0),
     "surface 2 mm higher": moved("surface.ply", 0.0, 0.0, 2.0),
     "surface 2 mm aside": moved("surface.ply", 2.0, 0.0, 0.0),

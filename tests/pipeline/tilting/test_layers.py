@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from geoprint.account import StackRecord, check_summary, check_text, stack_text
+from geoprint.account.checked import CheckedComparison
 from geoprint.account.records.plan import PlanRecord
 from geoprint.account.records.rounding import read_record
 from geoprint.config import job_of
@@ -29,6 +30,7 @@ from geoprint.pipeline.folders.layer_moves import layer_moves
 from geoprint.pipeline.folders.stack_program import own_programs
 from geoprint.pipeline.tilting import sweeping
 from geoprint.pipeline.workpiece import read_part
+from tests.pipeline.bundles.edits import rehashed
 from tests.pipeline.layers_here import planning_here
 from tests.pipeline.tilting.test_printing import cell, part
 
@@ -187,6 +189,33 @@ def test_a_larger_plate_of_a_layer_is_found_before_the_table_moves_between_two_l
     assert [one.reason for one in found if one.file == "rapid/GeoStack.pgf"] == [
         "a layer is not as it was planned, so that nothing of the stack was held against it"
     ]
+
+
+def test_a_larger_plate_that_cell_and_setup_agree_on_is_found_as_the_table_moves_between_two_layers(
+    device: tuple[Path, StackRecord], tmp_path: Path
+) -> None:
+    # Each layer by itself is as its cell has it; where the plate passes the arm nothing but the stack's proof says.
+    folder = shutil.copytree(device[0], tmp_path / "device")
+    for layer in device[1].layers:
+        bundle = folder / layer.folder
+        (cell_file,) = (bundle / "cell").glob("*.toml")
+        text, count = re.subn(
+            r"(?m)^\[table\]$", "[table]\nplate_diameter_mm = 900\nstand_distance_mm = 700", cell_file.read_text()
+        )
+        assert count == 1
+        cell_file.write_text(text)
+        for setup in bundle.glob("part-*/setup.json"):
+            told = json.loads(setup.read_text())
+            told["cell"]["table"] |= {"plate_diameter": 900.0, "stand_distance": 700.0}
+            setup.write_text(json.dumps(told))
+        rehashed(bundle)
+    rehashed(folder)
+    found = check_folder(folder)
+    assert isinstance(found, CheckedComparison)
+    assert [one.findings for _, one in found.bundles] == [() for _ in device[1].layers]
+    reasons = [one.reason for one in found.findings if one.file == "rapid/GeoStack.pgf"]
+    assert len(reasons) == 1
+    assert "layer 2, which comes upon layer 1 without a rest of the table" in reasons[0]
 
 
 def test_a_full_check_proves_anew_that_the_table_keeps_clear_of_the_arm_between_two_attitudes(

@@ -61,6 +61,17 @@ def test_what_opens_late_and_shuts_early_is_missing_at_the_ends() -> None:
         assert laid_volume(stream, found) == pytest.approx(0.4 * 65.0)
 
 
+def test_half_of_what_flows_while_a_flow_settles_lies_at_the_start_of_each_deposit() -> None:
+    stream = lines()
+    at_once, settled = (
+        flow_by_time(stream, times(stream), MATERIAL, rate=0.4 * SPEED, settle=settle) for settle in (0.0, 0.5)
+    )
+    # Two lines get 0.25 s of the flow more each, in their first step.
+    assert laid_volume(stream, settled) - laid_volume(stream, at_once) == pytest.approx(2.0 * 0.25 * 0.4 * SPEED)
+    starts = np.flatnonzero(np.diff(stream.laid.astype(int), prepend=0) == 1)
+    np.testing.assert_array_equal(np.flatnonzero(settled != at_once), sorted([*starts, *(starts + 1)]))
+
+
 def test_what_flows_while_the_tip_stands_comes_to_its_neighbours() -> None:
     stream = lines()
     points = stream.tips.copy()

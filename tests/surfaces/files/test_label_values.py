@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bz2
 import gzip
 from pathlib import Path
 
@@ -157,6 +158,7 @@ def nrrd_file(body: bytes | None = None, keys: str = "", **changed: str | None) 
 
 
 CUBE = nrrd_file().partition(b"\n\n")[2]
+WORDS = " ".join(map(str, np.frombuffer(CUBE, dtype="<i2").tolist())).encode()
 
 
 @pytest.mark.parametrize(
@@ -169,7 +171,15 @@ CUBE = nrrd_file().partition(b"\n\n")[2]
         nrrd_file(b"one\nsix..." + CUBE, lineskip="1", byteskip="6"),
         nrrd_file(gzip.compress(b"six..." + CUBE), encoding="gzip", byte_skip="6"),
         nrrd_file(b"line\n" + gzip.compress(CUBE), encoding="gz", line_skip="1"),
+        nrrd_file(bz2.compress(b"six..." + CUBE), encoding="bzip2", byte_skip="6"),
+        nrrd_file(b"line\n" + WORDS, encoding="ascii", endian=None, line_skip="1"),
+        nrrd_file(WORDS.replace(b"1", b"1.0"), encoding="text", type="float", endian=None),
+        nrrd_file(CUBE.hex("\n", 40).encode(), encoding="hex"),
+        nrrd_file(
+            np.frombuffer(CUBE, "<i2").astype(">i2").tobytes().hex().upper().encode(), encoding="hex", endian="big"
+        ),
         nrrd_file(space_units='"mm" "mm" "mm"'),
+        nrrd_file(space_units='"millimetres" "mm" "millimeters"'),
         nrrd_file(dimension="4", sizes="1 12 12 12", space_directions="none (1,0,0) (0,1,0) (0,0,1)"),
         nrrd_file(CUBE, dimension="4", sizes="12 12 12 1", space_directions="(1,0,0) (0,1,0) (0,0,1) none"),
     ],
@@ -191,6 +201,16 @@ def test_skips_list_axes_and_missing_units_of_nrrd_are_obeyed(tmp_path: Path, da
         (nrrd_file(CUBE + b"\0\0"), InputError, "holds more than the 12 x 12 x 12 voxels of 3456 bytes"),
         (nrrd_file(gzip.compress(CUBE + b"\0"), encoding="gzip"), InputError, "holds more than the 12 x 12 x 12"),
         (nrrd_file(CUBE[2:]), InputError, "it is cut off"),
+        (nrrd_file(bz2.compress(CUBE)[:-9], encoding="bz2"), InputError, "cannot be unpacked"),
+        (nrrd_file(gzip.compress(CUBE), encoding="bz2"), InputError, "cannot be unpacked"),
+        (nrrd_file(WORDS[2:], encoding="ascii"), InputError, "it is cut off"),
+        (nrrd_file(WORDS + b" 0", encoding="ascii"), InputError, "holds more than the 12 x 12 x 12"),
+        (nrrd_file(b"x" + WORDS, encoding="ascii"), InputError, "promises .could not convert"),
+        (nrrd_file(WORDS.replace(b"1", b"1_0"), encoding="ascii"), InputError, "promises .could not convert"),
+        (nrrd_file(WORDS.replace(b"1", b"40000"), encoding="ascii"), InputError, "holds 40000, but its header"),
+        (nrrd_file(WORDS, encoding="ascii", byte_skip="2"), InputError, "line 10: `byte skip` is '2'; text has no"),
+        (nrrd_file(CUBE.hex()[1:].encode(), encoding="hex"), InputError, "hex, promises"),
+        (nrrd_file(CUBE.hex()[2:].encode(), encoding="hex"), InputError, "it is cut off"),
         (nrrd_file(byte_skip="many"), InputError, "line 10: `byte skip` is 'many'"),
         (nrrd_file(endian=None), InputError, "does not say the order of its bytes"),
         (nrrd_file(turned="yes"), InputError, "line 10: 'turned: yes' is no field of NRRD"),

@@ -242,7 +242,7 @@ def test_a_header_cannot_take_memory_that_the_file_does_not_explain(tmp_path: Pa
         (b"not a volume", "a.nrrd", "does not begin with a NRRD header"),
         (b"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: raw\ndata file: /etc/passwd\n\n", "a.nrrd",
          "keeps its data in another file"),
-        (b"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: bzip2\n\n", "a.nrrd", "packed as bzip2"),
+        (b"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: zlib\n\n", "a.nrrd", "packed as zlib"),
         (b"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: raw\n\nabcdefgh", "a.nrrd", "no `space dir"),
     ],
 )  # fmt: skip

@@ -22,7 +22,7 @@ def judge_names(modules: Sequence[Module], names: Names, say: Say, *, closed: bo
     """Judge the names that modules declare outside their routines.
 
     In a closed task a module's name is one of them, and none is the name of what the controller brings: who reads the
-    one would get the other.
+    one would get the other. A controller keeps some of that, such as reg1, in a module of its own, user.
     """
     first: dict[str, Symbol] = {}
     for module in modules:
@@ -38,7 +38,7 @@ def judge_names(modules: Sequence[Module], names: Names, say: Say, *, closed: bo
             if not is_local and own[symbol.name.lower()] is symbol:
                 _judge_once([symbol], first, say)
             brought = names.brought.get(symbol.name.lower())
-            if closed and brought is not None and brought.node is not None:
+            if closed and module.name.lower() != "user" and brought is not None and brought.node is not None:
                 say(symbol.file, symbol.line, f"{symbol.name} is what the controller brings, and is declared anew")
         for symbol in heads + [one for one, _ in declared(module)]:
             _judge_length(symbol, say)

@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from importlib import resources
 
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -128,6 +129,13 @@ def test_flow_is_read_with_its_bodies() -> None:
         Label(3, "off"),
         Connect(3, Element(3, Name(3, "ring"), (Literal(3, 2.0),)), "bell"),
     )
+
+
+@pytest.mark.parametrize("text", ["geo_guard.mod", "geo_stack.mod", "geo_resident.sys"])
+def test_what_is_written_has_not_only_where_the_kernels_grammar_has_it(text: str) -> None:
+    # <expr> ::= [NOT] <logical term> {(OR | XOR) <logical term>}: elsewhere it stands in parentheses.
+    written = resources.files("geoprint.export.rapid").joinpath(text).read_text(encoding="ascii")
+    assert re.findall(r"(?i)\b(?:and|or|xor)\s+not\b", written) == []
 
 
 def test_operators_bind_as_in_the_kernels_grammar() -> None:
