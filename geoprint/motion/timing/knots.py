@@ -28,8 +28,8 @@ COINCIDENT = 1e-9
 COINCIDENT_JOINTS = 1e-8
 
 # What an arm rounds within its response [mm], and what each of its joints turns less there [rad]: far below what it
-# repeats. Where a joint turns by an angle within the response, the mean of its motion lies its distance from the tip [mm]
-# times the square of that, over 24, beside the path: about so far away it is at most, in the arm and in the wrist.
+# repeats. Where a joint turns by an angle within the response, the mean of its motion lies its distance from the tip
+# [mm] times the square of that, over 24, beside the path: so far away it is about, in the arm and in the wrist.
 MOST_ROUNDED = 0.004
 MOST_TURNED = 3e-4
 LEVERS = np.array([500.0, 500.0, 500.0, 150.0, 150.0, 150.0])
