@@ -42,6 +42,9 @@ SHORTEST = 8.0
 LEAST_GAIN = 0.3
 # A step is linear in the turn: so many are taken, each from where the one before led.
 STEPS = 3
+# What is eased stays so far inside the limits of the joints [rad], where it was: the dry run, high above the part, needs
+# a little more.
+LIMIT_MARGIN = float(np.radians(5.0))
 # Rows closer than this [mm] are one place.
 COINCIDENT = 1e-6
 
@@ -287,11 +290,12 @@ def _turned(
     poses = replace(path.poses, quaternions=(attitudes * Rotation.from_rotvec(every)).as_quat(scalar_first=True))
     found = arm.solutions(tool_poses(poses, T_base_work=path.T_base_work))[:, path.branch]
     joints = path.joints + transforms.wrapped(found - path.joints)
-    low, high = arm.robot.limits.T
+    inside, before = (
+        np.minimum(each - arm.robot.limits[:, 0], arm.robot.limits[:, 1] - each) for each in (joints, path.joints)
+    )
     follows = (
         np.isfinite(found).all()
-        and (joints >= low).all()
-        and (joints <= high).all()
+        and (inside >= np.minimum(before, LIMIT_MARGIN)).all()
         and np.abs(np.diff(joints, axis=0)).max() <= LARGEST_JUMP
         and wrist_angles(joints, arm=arm).min() >= minimum_wrist_angle
     )
