@@ -42,7 +42,7 @@ SHORTEST = 8.0
 LEAST_GAIN = 0.3
 # A step is linear in the turn: so many are taken, each from where the one before led.
 STEPS = 3
-# What is eased stays so far inside the limits of the joints [rad], where it was: the dry run, high above the part, needs
+# What is eased stays so far inside the limits of the joints [rad] where it was: the dry run, high above the part, needs
 # a little more.
 LIMIT_MARGIN = float(np.radians(5.0))
 # Rows closer than this [mm] are one place.
