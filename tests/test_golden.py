@@ -65,7 +65,7 @@ def test_the_comparison_notices_a_figure_a_key_an_instruction_a_column_and_a_fil
 
     plan = recorded["plan.json"]
     (said,) = changed("plan.json", "figures", {**plan["figures"], "paths.deposit_mm": 25.5})
-    assert said.startswith("plan.json: paths.deposit_mm is 25.5 instead of 24.99")
+    assert said.startswith("plan.json: paths.deposit_mm is 25.5 instead of 24.98")
     assert changed("plan.json", "keys", plan["keys"][1:]) == ["plan.json: another structure"]
     assert changed("rapid/GeoPrint.mod", "instructions", [*recorded["rapid/GeoPrint.mod"]["instructions"], "MoveX"])
     assert changed("poses.csv", "columns", "x,y,z")

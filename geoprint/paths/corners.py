@@ -21,8 +21,8 @@ from geoprint.surfaces import PolylineDistance, arc_lengths, closest, positions
 # more than the angle [rad].
 REACH_SHARE = 0.25
 CORNER_ANGLE = np.radians(30.0)
-# Of turns that agree to so many digits [rad] the first along the run counts, whatever rounding does.
-EQUAL_DIGITS = 4
+# Turns that differ by less [rad] are equal.
+EQUAL_TURN = 1e-4
 # Largest distance between a run and the arc that rounds its corner, as a share of the spacing: what is within 5 %
 # counts as even, and neighbouring beads cut their corners alike. Fairing has moved the run by up to a 50th before.
 FILLET_ERROR_SHARE = 1.0 / 34.0
@@ -230,11 +230,13 @@ def _attempt(outline: _Outline, *, spacing: float, smallest_radius: float) -> _S
 def _peaks(turns: FloatArray, arcs: FloatArray, *, apart: float) -> IntArray:
     """Return the samples at which an outline turns most, those first that turn by more than a corner, in order."""
     found: list[int] = []
-    for sample in np.argsort(-turns.round(EQUAL_DIGITS), kind="stable").tolist():
-        if turns[sample] <= CORNER_ANGLE:
-            break
-        if not found or float(np.abs(arcs[found] - arcs[sample]).min()) >= apart:
-            found.append(sample)
+    waiting = turns > CORNER_ANGLE
+    while waiting.any():
+        # Of what turns alike side by side the middle is the corner, whatever rounding does.
+        equal = np.flatnonzero(waiting & (turns >= turns[waiting].max() - EQUAL_TURN))
+        beside = equal[arcs[equal] < arcs[equal[0]] + apart]
+        found.append(int(beside[beside.size // 2]))
+        waiting &= np.abs(arcs - arcs[found[-1]]) >= apart
     return np.array(sorted(found), dtype=np.int64)
 
 

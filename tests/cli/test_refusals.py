@@ -75,7 +75,7 @@ def test_what_a_person_thinks_of_first_is_asked_for_first(
         ("plate.ply --radius 3", "geoprint: a radius or a cone needs the point that it is about"),
         ("plate.ply --fill-holes 0", "geoprint: `--fill-holes`: input should be greater than 0, found 0.0; "),
         ("job.toml --max-tilt 5", "geoprint: job.toml, line 3: spacing: input should be greater than or equal to"),
-        ("plate.ply --cell cell.toml --unit mm", "geoprint: cell.toml, line 104: process.rounds: input should be"),
+        ("plate.ply --cell cell.toml --unit mm", "geoprint: cell.toml, line 106: process.rounds: input should be"),
         ("plate.ply --spcing 3", "geoprint: no such option: --spcing"),
         ("plate.ply --spacing x", "geoprint: invalid value for '--spacing': "),
     ],
