@@ -16,7 +16,7 @@ from geoprint.model import FloatArray, IntArray, Strokes, Surface, SurfaceCurves
 from geoprint.paths.backtracks import without_backtracks
 from geoprint.paths.corners import RoundedRun, round_corners
 from geoprint.paths.fairing import faired
-from geoprint.paths.resample import resample
+from geoprint.paths.resample import ROUNDING, resample
 from geoprint.paths.seams import Seams, starts_apart
 from geoprint.surfaces import arc_lengths, component_labels, normals, positions
 from geoprint.transforms import nearest
@@ -26,8 +26,6 @@ Item = TypeVar("Item")
 # Defaults of the sampling as shares of the spacing: errors far below the bead's width, steps that a spline follows.
 STEP_SHARE = 0.5
 CHORD_ERROR_SHARE = 1.0 / 500.0
-# A run this share shorter than the shortest is not shorter: rounding decides nothing.
-ROUNDING = 1e-6
 # Length that a step has at least, where all of them have none [mm].
 SMALLEST = 1e-12
 # A short run goes on into another one whose end is within so many spacings, ahead of its own end and facing it within

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from geoprint.model import FloatArray, Surface, SurfacePoints
+from geoprint.paths.resample import ROUNDING
 from geoprint.surfaces import arc_lengths, closest, positions
 
 # Standard deviation of the window in mean edges of the triangles passed, and its bound as a share of the spacing.
@@ -22,8 +23,6 @@ MOST_MOVED_SHARE = 1.0 / 50.0
 # Even samples for each standard deviation of the window, so many on each run at least.
 SAMPLES_PER_WINDOW = 2
 FEWEST_SAMPLES = 8
-# This share of a sample more is none: rounding decides nothing.
-ROUNDING = 1e-6
 # The window ends at so many standard deviations.
 WINDOW_END = 4.0
 

@@ -10,8 +10,8 @@ from geoprint.transforms import EQUAL
 
 # An even sample this share of a step away from a kept corner is dropped: it would only make the gaps uneven.
 CROWDED_SHARE = 0.25
-# What is this share longer than a step is not longer, and points are equally far from a chord within the second share:
-# rounding decides nothing.
+# What is this share longer or shorter than a bound is not, and points are equally far from a chord within the second
+# share: rounding decides nothing.
 ROUNDING, EQUALLY_FAR = 1e-6, 0.05
 # Pieces of a curve shorter than this [mm] are rounding, not path.
 SHORTEST_PIECE = 1e-9

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from geoprint.model import Bend, BoolArray, FloatArray, IntArray, PoseStream
+from geoprint.motion.controller.choice import TIME_ROUNDING
 
 
 def bends_of(
@@ -23,7 +24,7 @@ def bends_of(
         shortest: time of a move from which on nothing is said of it [s].
     """
     offsets, durations = np.linalg.norm(places - poses.tips[chosen], axis=1), np.diff(times[chosen])
-    close = np.append(poses.laid[chosen[:-1]] & (durations < shortest * (1.0 - 1e-9)), np.False_)
+    close = np.append(poses.laid[chosen[:-1]] & (durations < shortest * (1.0 - TIME_ROUNDING)), np.False_)
     kinds: tuple[tuple[Literal["rounded", "close"], BoolArray], ...] = (("rounded", offsets > 0.0), ("close", close))
     found = [
         _bend(poses, chosen, durations, offsets=offsets, first=first, last=last, kind=kind)

@@ -149,8 +149,8 @@ def _refuse_missed_pose(trajectory: Trajectory, joint_path: JointPath) -> None:
     passed = (1.0 - share) * trajectory.joints[row] + share * trajectory.joints[np.minimum(row + 1, last)]
     poses = joint_path.poses
     # Where the arm deposits it rounds the path within its response.
-    laid = np.insert(poses.laid, 0, np.False_) & np.append(poses.laid, np.False_) & ~poses.stops
-    allowed = PASSING_TOLERANCE + np.where(laid, MOST_TURNED, 0.0)
+    rounded = np.insert(poses.laid, 0, np.False_) & np.append(poses.laid, np.False_) & ~poses.stops
+    allowed = PASSING_TOLERANCE + np.where(rounded, MOST_TURNED, 0.0)
     misses = np.abs(passed - joint_path.joints)
     pose, joint = np.unravel_index(int((misses / allowed[:, None]).argmax()), misses.shape)
     found, run = float(misses[pose, joint]), int(poses.runs[pose])
