@@ -14,8 +14,7 @@ from geoprint.model import Cell, FloatArray, PoseStream
 from geoprint.motion.placing import LEAST_MEAN_NORMAL, Candidate, Room, Stand, demo_placement, search_placement
 from geoprint.motion.reach import reach_map, reach_margin
 from geoprint.pipeline.choice import check_part
-from geoprint.pipeline.covering import cover
-from geoprint.pipeline.planning import with_robot
+from geoprint.pipeline.planning import plan_paths, with_robot
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import UPRIGHT, arm_of, room_of, stand_placement, stood
 from geoprint.pipeline.tilting import (
@@ -25,7 +24,6 @@ from geoprint.pipeline.tilting import (
     seen_at_rest,
     table_stand,
     with_attitudes,
-    with_table,
 )
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
 from geoprint.results import STAND_DECIMALS, Plan, Proposal, Workpiece
@@ -87,12 +85,11 @@ def propose_placement(
 
 
 def _covered(job: Job, cell: Cell, stage: Stages) -> Plan:
-    """Return the paths of a part as a demonstration, over a table with its attitudes."""
+    """Return the paths that a plan of the part would take, as a demonstration, over a table with its attitudes."""
     job = with_rounds(job, cell)
     rounds = DEFAULT_ROUNDS if job.spacing is None and job.rounds is None else job.rounds
     job = job.model_copy(update={"place": "demo", "robot": True, "rounds": rounds})
-    paths = cover(job, prepare_workpiece(job, stage, backends=[job.backend]), stage)
-    return paths if cell.table is None else with_table(paths, cell.table)
+    return plan_paths(job, prepare_workpiece(job, stage, backends=[job.backend]), stage)
 
 
 def _check_table(cell: Cell, *, tilt_deg: float) -> None:

@@ -46,7 +46,6 @@ def paths(shared_plans: SharedPlans, tmp_path_factory: pytest.TempPathFactory) -
     return plan_of_the_arch(shared_plans, tmp_path_factory.mktemp("paths"))
 
 
-@pytest.mark.xfail(strict=True, reason="of two sets of attitudes that serve a symmetric part alike, rounding decides")
 def test_the_lines_put_into_the_cell_file_give_the_plan_that_was_verified(proposal: Proposal, tmp_path: Path) -> None:
     assert proposal.table is not None
     assert not proposal.map_before.complete
