@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from importlib.metadata import version
+from typing import Literal
 
 import numpy as np
 
-from geoprint.account.compared.pictures import ComparisonPictures
+from geoprint.account.compared.pictures import ComparisonPictures, comparison_pictures
 from geoprint.account.evenness import record_evenness
 from geoprint.account.part_report import part_report
 from geoprint.account.prints.attitudes import print_seconds
@@ -27,7 +28,7 @@ from geoprint.account.verdict import ranked, verdict
 from geoprint.model import FloatArray
 from geoprint.quality import agreement
 from geoprint.report import html_report
-from geoprint.results import Comparison, FailedPart, Planned
+from geoprint.results import Comparison, FailedPart, Plan, Planned
 
 # Version of the layout of compare.json; a change that breaks a reader raises it.
 COMPARISON_SCHEMA = 9
@@ -57,7 +58,11 @@ def tell_comparison(parts: Sequence[Comparison | FailedPart]) -> ToldComparison:
 
 
 def comparison_report(
-    parts: Sequence[Comparison | FailedPart], told: ToldComparison, *, pictures: Sequence[ComparisonPictures | None]
+    parts: Sequence[Comparison | FailedPart],
+    told: ToldComparison,
+    *,
+    pictures: Sequence[ComparisonPictures | None],
+    command: Literal["compare", "plan"] = "compare",
 ) -> bytes:
     """Return report.html: verdict, figures and a 3D scene for each part, in one file that opens offline.
 
@@ -65,6 +70,7 @@ def comparison_report(
         parts: what was compared, at least one of them with success.
         told: their figures.
         pictures: theirs; None of one that failed.
+        command: that it is of.
     """
     each = zip(parts, told.record.parts, told.plans, pictures, strict=True)
     compared = [
@@ -76,9 +82,19 @@ def comparison_report(
     faces = max(VIEW_FACES // len(compared), FEWEST_VIEW_FACES)
     return html_report(
         [part_report(part, record, plans, pictures=drawn, faces=faces) for part, record, plans, drawn in compared],
-        title=f"geoprint compare: {named}",
+        title=f"geoprint {command}: {named}",
         failed=[(record.part, record.failed) for record in told.record.parts if isinstance(record, FailedRecord)],
     )
+
+
+def plan_report(plan: Plan) -> tuple[PlanRecord, Mapping[str, bytes], bytes]:
+    """Return what plan.json says of a plan, the pictures of its charts by file name, and report.html of it alone."""
+    name = plan.job.backend
+    alone = Comparison(plan.job, plan.workpiece, ((name, Planned(plan, plan.not_printable)),))
+    told = tell_comparison([alone])
+    pictures = comparison_pictures(alone, draw=lambda drawings: [drawing() for drawing in drawings])
+    page = comparison_report([alone], told, pictures=[pictures], command="plan")
+    return told.plans[0][name], pictures.charts[name], page
 
 
 def _part(part: Comparison, plans: Mapping[str, PlanRecord]) -> PartRecord:

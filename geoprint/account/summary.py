@@ -128,6 +128,7 @@ def _settings(plan: Plan) -> SettingsRecord:
             "clearance_mm": process.clearance,
             "retract_mm": process.retract,
             "layer_height_mm": process.layer_height,
+            "needle_mm": cell.tool.inner_diameter,
             "flow_shares": (process.least_flow, process.most_flow),
             "pressure_kpa": None if process.pressure is None else process.pressure / PASCAL_PER_KPA,
             "flood_s": None if cell.flood is None else cell.flood.duration,

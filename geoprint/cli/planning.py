@@ -41,7 +41,7 @@ def plan(
     verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
-    """Plan one part with one backend and write the program, the tables and plan.json."""
+    """Plan one part with one backend and write the program, the tables, plan.json and report.html."""
     source = keys.get("source")
     again = source if isinstance(source, Path) else None
     if (surface is None) is (again is None):
@@ -63,7 +63,7 @@ def plan(
     with watch() as observe, compiled_ahead():
         planned = run(job, observe=observe)
         observe("writing")
-        told = save_plan(planned, out, overwrite=overwrite)
+        told = save_plan(planned, out, overwrite=overwrite, report=True)
     if as_json:
         tell_json(json_of(told) | json_of(record_timings(planned)))
     say(f"{outcome_text(told, verbose=verbose)}\nwritten and verified: {out}")
@@ -169,7 +169,7 @@ def place(
     say(proposal_text(proposal, verbose=verbose))
 
 
-@takes("unit", "spacing", "rounds", "cell")
+@takes("unit", "spacing", "rounds", "cell", "needle")
 def recommend(
     surface: Annotated[Path | None, typer.Argument(metavar="PART", help="Mesh of a part, for rounds and mass.")] = None,
     *,

@@ -35,6 +35,7 @@ from geoprint.config.layer_pattern import LayerPattern as LayerPattern
 from geoprint.config.needles import (
     Needle as Needle,
     common_needles as common_needles,
+    job_cell as job_cell,
     needle_keys as needle_keys,
     needle_of as needle_of,
     with_needle as with_needle,

@@ -225,6 +225,25 @@ class Job(Table):
     cell: Annotated[
         Path | None, Key("Cell file; `geoprint init` writes one.", '"irb120-bent45.toml"', group="robot")
     ] = None
+    needle: Annotated[
+        PositiveFloat | None,
+        Key(
+            "Inner diameter in mm of the needle, one of the common ones or the cell's own: spacing, layer height, "
+            "stand-off and speed follow from it where they are not given.",
+            "0.4 # inner diameter of the needle; given as an option it sets spacing, layer_height, standoff and speed",
+            group="robot",
+            told="",
+            always=False,
+        ),
+    ] = None
+    layer_height: Annotated[
+        PositiveFloat | None,
+        Key("", "0.3 # instead of the cell's layer_height_mm", group="robot", option="", told="", always=False),
+    ] = None
+    standoff: Annotated[
+        PositiveFloat | None,
+        Key("", "0.3 # instead of the cell's standoff_mm", group="robot", option="", told="", always=False),
+    ] = None
     place: Annotated[
         Literal["demo"] | None,
         Key(

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 
 from geoprint.config.job import GROUPS, Job
 from geoprint.config.key import keys_of, option_type, part_of, table_of
+from geoprint.config.needles import with_needle_settings
 from geoprint.config.strict import Place, Table, describe, key_at, line_of, parsed_toml, text_of
 from geoprint.errors import UsageError
 
@@ -27,6 +28,8 @@ _PLANNED = """\
 """
 # Keys that exclude each other: the one that is given replaces the one that is written.
 _EXCLUSIVE = ({"spacing", "rounds"}, {"pattern", "patterns"})
+# What was set by the needle of a job file goes with it where another one is given.
+_OF_NEEDLE = ("spacing", "layer_height", "standoff", "speed")
 # Keys of a job that name files.
 _FILES = tuple(name for name, _, field in keys_of(Job) if option_type(field) is Path)
 
@@ -65,7 +68,9 @@ def job_named(values: Mapping[str, object], *, named: Callable[[Place], str]) ->
         del given["surface"]
         written = _read_job_file(surface)
         gone = {name for pair in _EXCLUSIVE if pair & given.keys() for name in pair}
+        gone |= set(_OF_NEEDLE) if "needle" in given else set()
         given = _joined({name: value for name, value in written.items() if name not in gone}, given)
+    given = with_needle_settings(given)
     try:
         return Job.model_validate(given)
     except ValidationError as error:

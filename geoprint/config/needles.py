@@ -1,18 +1,28 @@
-"""Common dispensing needles, and what a cell file says of one that is screwed on instead of another."""
+"""Common dispensing needles, and what a cell and a job are with one that is screwed on instead of another."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from csv import DictReader
 from dataclasses import replace
 from importlib import resources
+from math import pi
+from pathlib import Path
 from typing import final
 
-from geoprint.model import Tool, comparable
+from geoprint.config.cells import load_cell
+from geoprint.config.job import Job
+from geoprint.errors import UsageError
+from geoprint.model import Cell, Tool, comparable
 
 # Lengths in which makers list them: 1/4, 1/2, 1 and 1 1/2 inch [mm].
 NEEDLE_LENGTHS = (6.35, 12.7, 25.4, 38.1)
 # Decimals of the lengths [mm] that are told: a cell file with them is the cell that was tried.
 DECIMALS = 4
+# A needle is meant that differs by so much [mm] at most: half of what the bores of neighbouring gauges do.
+SAME_BORE = 0.035
+# Decimals of spacing, layer height and stand-off [mm], and of the speed [mm/s], that follow from a needle.
+LENGTH_DECIMALS, SPEED_DECIMALS = 3, 1
 
 
 @final
@@ -65,6 +75,72 @@ def with_needle(tool: Tool, needle: Needle) -> Tool:
         inner_diameter=needle.inner,
         barrel_top=round(tool.barrel_top + longer, DECIMALS),
     )
+
+
+def job_cell(job: Job) -> Cell:
+    """Return the cell of a job: with its needle, layer height and stand-off, and no faster than it allows.
+
+    Raises:
+        UsageError: as `load_cell`; no needle has that bore; the speed is above that of the cell.
+    """
+    cell = load_cell(job.cell)
+    process = replace(
+        cell.process,
+        layer_height=job.layer_height or cell.process.layer_height,
+        standoff=job.standoff or cell.process.standoff,
+    )
+    tool = cell.tool if job.needle is None else with_needle(cell.tool, needle_with_bore(job.needle, cell.tool))
+    if job.speed is None:
+        return replace(cell, process=process, tool=tool)
+    if job.speed > cell.process.speed:
+        raise UsageError(
+            f"`--speed {job.speed:g}` is above the speed_mm_s of {cell.name}, {cell.process.speed:g}: give less, or "
+            "raise that key."
+        )
+    return replace(cell, process=replace(process, speed=job.speed), tool=tool)
+
+
+def needle_with_bore(bore: float, tool: Tool) -> Needle:
+    """Return the needle with a bore [mm]: what a tool carries, or a common one of the same length.
+
+    Raises:
+        UsageError: there is none.
+    """
+    own = needle_of(tool)
+    common = [replace(needle, length=own.length) for needle in common_needles() if needle.length == NEEDLE_LENGTHS[0]]
+    found = min((own, *common), key=lambda needle: abs(needle.inner - bore))
+    if abs(found.inner - bore) > SAME_BORE:
+        bores = ", ".join(f"{needle.inner:g} ({needle.gauge} gauge)" for needle in common)
+        raise UsageError(
+            f"no needle has an inner diameter of {bore:g} mm: `--needle` takes {bores}, or {own.inner:g} of the cell; "
+            "describe another one under [nozzle] of the cell file."
+        )
+    return found
+
+
+def with_needle_settings(keys: Mapping[str, object]) -> dict[str, object]:
+    """Return the keys of a job with what follows from its needle, where they do not say it themselves.
+
+    The strand leaves the needle as fast as the tip moves: spacing times layer height is the area of the bore, and paths
+    are one bore apart. The tip rides on top of the layer. The speed is as much below that of the cell as the bore is
+    narrower: what is sheared at the wall of the needle goes with speed over diameter [Rabinowitsch1929].
+
+    Raises:
+        UsageError: as `job_cell`.
+    """
+    bore = keys.get("needle")
+    if not isinstance(bore, float | int) or bore <= 0.0:
+        return dict(keys)
+    asked, path = keys.get("spacing"), keys.get("cell")
+    spacing = asked if isinstance(asked, float | int) and asked > 0.0 else bore
+    cell = load_cell(path if isinstance(path, Path) else None)
+    layer = round(pi / 4.0 * bore**2 / spacing, LENGTH_DECIMALS)
+    slower = min(1.0, bore / cell.tool.inner_diameter)
+    set_by_it: dict[str, object] = {"layer_height": layer, "standoff": layer}
+    set_by_it["speed"] = max(round(slower * cell.process.speed, SPEED_DECIMALS), 10.0**-SPEED_DECIMALS)
+    if keys.get("rounds") is None:
+        set_by_it["spacing"] = float(spacing)
+    return set_by_it | dict(keys)
 
 
 def needle_keys(before: Tool, after: Tool) -> str:

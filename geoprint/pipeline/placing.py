@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from geoprint.config import Job, load_cell
+from geoprint.config import Job, job_cell
 from geoprint.errors import PlanError, UsageError
 from geoprint.model import Cell, FloatArray, PoseStream
 from geoprint.motion.placing import LEAST_MEAN_NORMAL, Candidate, Room, Stand, demo_placement, search_placement
@@ -56,7 +56,7 @@ def propose_placement(
     if not 0.0 <= tilt_deg <= 90.0:
         raise UsageError(f"`--tilt` is {tilt_deg:g} degrees; give 0 (upright) to 90.")
     check_part(job)
-    cell = load_cell(job.cell)
+    cell = job_cell(job)
     if cell.table is not None:
         _check_table(cell, tilt_deg=tilt_deg)
         # A table stands on something: it stays as high as it is, unless another height is asked for.

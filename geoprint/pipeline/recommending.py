@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from geoprint.config import Job, load_cell
+from geoprint.config import Job, job_cell, load_cell
 from geoprint.deposition import bore_of
 from geoprint.deposition.fitting import (
     PARAMETERS,
@@ -44,7 +44,7 @@ def recommendation(
             for without what gives them a meaning.
         InputError: nothing flows, or the part cannot be used.
     """
-    cell = load_cell(job.cell)
+    cell = job_cell(job)
     pressure_kpa = _pressure(cell, pressure_kpa)
     if good is None and cell.material is None and cell.good_print is not None:
         good = cell.good_print.pressure / PASCAL_PER_KPA, cell.good_print.rounds

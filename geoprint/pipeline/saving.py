@@ -11,7 +11,7 @@ import numpy as np
 
 from geoprint.account.checked import Finding
 from geoprint.account.compared.pictures import ComparisonPictures, comparison_pictures
-from geoprint.account.comparison_summary import comparison_report, tell_comparison
+from geoprint.account.comparison_summary import comparison_report, plan_report, tell_comparison
 from geoprint.account.pictures import chart_pictures
 from geoprint.account.records.comparison import ToldComparison
 from geoprint.account.records.plan import PlanRecord
@@ -37,7 +37,7 @@ from geoprint.export import (
 from geoprint.export.rapid import CONTROLLER_FOLDER, controller_files
 from geoprint.model import Cell, PoseStream, Surface, Trajectory, frozen
 from geoprint.pipeline.bundles.again import input_files
-from geoprint.pipeline.bundles.contents import COMPARISON, RAPID_FOLDER, part_folders
+from geoprint.pipeline.bundles.contents import COMPARISON, RAPID_FOLDER, REPORT, part_folders
 from geoprint.pipeline.bundles.joined import check_joined
 from geoprint.pipeline.checking import check_program
 from geoprint.pipeline.processes import OtherProcesses, shared
@@ -46,13 +46,14 @@ from geoprint.results import Comparison, FailedPart, Plan, RobotPlan, Workpiece
 from geoprint.surfaces.files import load, ply_bytes
 
 
-def save_plan(plan: Plan, directory: Path | str, *, overwrite: bool = False) -> PlanRecord:
+def save_plan(plan: Plan, directory: Path | str, *, overwrite: bool = False, report: bool = False) -> PlanRecord:
     """Write a plan's bundle: complete and verified, or not at all.
 
     Args:
         plan: what to write.
         directory: where the bundle shall stand.
         overwrite: whether an existing bundle may be replaced.
+        report: whether report.html is written beside it, for a plan whose evenness was measured.
 
     Returns:
         What plan.json says.
@@ -62,8 +63,12 @@ def save_plan(plan: Plan, directory: Path | str, *, overwrite: bool = False) -> 
         ExportError: nothing can be written there.
         VerificationError: what was written differs from the plan when it is read back.
     """
-    told = record_plan(plan)
-    files = plan_files(plan, told, charts=chart_pictures(plan))
+    if report:
+        told, charts, page = plan_report(plan)
+        files = plan_files(plan, told, charts=charts) | {REPORT: page}
+    else:
+        told = record_plan(plan)
+        files = plan_files(plan, told, charts=chart_pictures(plan))
     write_bundle(
         directory,
         files,
@@ -106,7 +111,7 @@ def save_comparisons(
     told = tell_comparison(parts)
     drawn = [_drawn(part, helper) if isinstance(part, Comparison) else None for part in parts]
     report = comparison_report(parts, told, pictures=drawn)
-    files = {COMPARISON: json_bytes(as_json(told.record)), "report.html": report}
+    files = {COMPARISON: json_bytes(as_json(told.record)), REPORT: report}
     bundles: list[tuple[Plan, PlanRecord, str]] = []
     for part, plans, pictures, folder in zip(parts, told.plans, drawn, part_folders(_names(parts)), strict=True):
         if isinstance(part, Comparison) and pictures is not None:

@@ -8,9 +8,15 @@ from __future__ import annotations
 
 import base64
 import hashlib
+import os
 import re
+import shlex
+import sys
+import time
 from collections.abc import Mapping, Sequence
 from importlib import resources
+from importlib.metadata import version
+from pathlib import Path
 from string import Template
 
 from geoprint.errors import InputError
@@ -34,7 +40,7 @@ def html_report(parts: Sequence[PartReport], *, title: str, failed: Sequence[tup
         failed: name and reason of the parts that could not be compared.
 
     Returns:
-        UTF-8 HTML; the same for the same input.
+        UTF-8 HTML; the same for the same input, but for its foot, which says when and by which command it was made.
 
     Raises:
         InputError: there is no part to report on.
@@ -60,7 +66,7 @@ def page(title: str, body: Sequence[Markup], scenes: Mapping[str, Json]) -> byte
         title=joined(title),
         policy=joined(_policy(*scripts)),
         style=_packaged("page.css"),
-        body=joined(*body),
+        body=joined(*body, _foot()),
         data=joined(
             *(
                 element("script", script_data(data), type="application/json", id=f"{key}-data")
@@ -70,6 +76,18 @@ def page(title: str, body: Sequence[Markup], scenes: Mapping[str, Json]) -> byte
         scripts=Markup("\n".join(f"<script>{script}</script>" for script in scripts)),
     )
     return text.encode("utf-8")
+
+
+def _foot() -> Markup:
+    """Return what made the page: the version, the day, and the command where one was typed.
+
+    The day is that of SOURCE_DATE_EPOCH where a build states one (reproducible-builds.org).
+    """
+    day = time.strftime("%Y-%m-%d", time.gmtime(float(os.environ.get("SOURCE_DATE_EPOCH", time.time()))))
+    program = Path(sys.argv[0])
+    typed = program.stem == "geoprint" or program.parent.name == "geoprint"
+    command = [": ", element("code", shlex.join(["geoprint", *sys.argv[1:]]))] if typed else []
+    return element("footer", f"geoprint {version('geoprint')}, {day}", *command)
 
 
 def _script() -> str:

@@ -65,6 +65,7 @@ class SettingsRecord(create_model("AskedRecord", __base__=Record, **_asked())):
     clearance_mm: float = Field(description="that the tool keeps [mm]")
     retract_mm: float = Field(description="height of travel above the surface [mm]")
     layer_height_mm: float = Field(description="of the layer [mm]")
+    needle_mm: float = Field(description="inner diameter of the needle [mm]")
     flow_shares: tuple[float, float] = Field(
         description="least and most of flow that follows, over that of a strip one spacing wide"
     )

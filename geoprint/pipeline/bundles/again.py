@@ -12,7 +12,7 @@ from geoprint.config import Job, job_of, job_text
 from geoprint.errors import InputError, VerificationError
 from geoprint.export import PLAN
 from geoprint.model import Surface, frozen
-from geoprint.pipeline.bundles.contents import changes, listed_bundle
+from geoprint.pipeline.bundles.contents import REPORT, changes, listed_bundle
 from geoprint.pipeline.cell_writer import edited
 from geoprint.results import Plan, Workpiece
 from geoprint.surfaces.files import stored_mesh
@@ -69,8 +69,12 @@ class WrittenBundle:
     hashes: Mapping[str, str]
 
     def differing(self, folder: Path) -> list[str]:
-        """Return the files of another bundle that are not in this one with the same bytes, by what manifests say."""
-        return [name for name, digest in listed_bundle(folder).items() if self.hashes.get(name) != digest]
+        """Return the files of another bundle that are not in this one with the same bytes, by what manifests say.
+
+        Its report does not count: that says when it was made.
+        """
+        listed = listed_bundle(folder).items()
+        return [name for name, digest in listed if name != REPORT and self.hashes.get(name) != digest]
 
 
 def written_bundle(folder: Path | str) -> WrittenBundle:

@@ -22,6 +22,7 @@ from geoprint.export.switches import is_as_written
 RAPID_FOLDER = "rapid"
 # What stands beside the bundles of a comparison.
 COMPARISON, STACK, STACKS = "compare.json", "stack.json", "stacks.json"
+REPORT = "report.html"
 # Files of a folder, and letters of a name and of each part of it, at most: what file systems take.
 MOST_FILES, LONGEST_NAME, LONGEST_PART = 20_000, 1_000, 200
 # Size of a file at most [bytes]: of a mesh and of a table, for a trajectory of three hours has 1 GB, and of any other.

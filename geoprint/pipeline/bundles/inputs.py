@@ -19,7 +19,7 @@ from geoprint import transforms
 from geoprint.account.checked import Finding
 from geoprint.account.records.plan import PlanRecord, SettingsRecord
 from geoprint.account.records.rounding import as_json
-from geoprint.config import Job, job_of, load_cell
+from geoprint.config import Job, job_cell, job_of
 from geoprint.errors import VerificationError
 from geoprint.export import PLAN, Json, Setup, setup_file
 from geoprint.model import PASCAL_PER_KPA, Cell, Placement
@@ -85,6 +85,7 @@ def settings_findings(job: Job, cell: Cell, told: PlanRecord) -> Iterator[Findin
             "clearance_mm": process.clearance,
             "retract_mm": process.retract,
             "layer_height_mm": process.layer_height,
+            "needle_mm": cell.tool.inner_diameter,
             "flow_shares": (process.least_flow, process.most_flow),
             "pressure_kpa": None if process.pressure is None else process.pressure / PASCAL_PER_KPA,
             "flood_s": None if cell.flood is None else cell.flood.duration,
@@ -98,10 +99,9 @@ def planned_cell(job: Job, told: PlanRecord) -> Cell:
     """Return the cell of a job as its plan takes it; only the speed of its print may be lower.
 
     Raises:
-        GeoprintError: as `load_cell`.
+        GeoprintError: as `job_cell`.
     """
-    cell = load_cell(job.cell)
-    cell = cell if job.speed is None else cell.at_speed(min(job.speed, cell.process.speed))
+    cell = job_cell(job)
     if not job.layered:
         return cell
     height = told.layers[0].height_mm if job.thickness is None else even_stack(job.thickness, cell).height

@@ -18,7 +18,7 @@ from geoprint.account.records.plan import PlanRecord
 from geoprint.account.records.rounding import as_json
 from geoprint.account.records.stack import StackedLayerRecord, StackRecord
 from geoprint.account.stacked.summary import finished_record
-from geoprint.config import Job, job_of, load_cell
+from geoprint.config import Job, job_cell, job_of
 from geoprint.errors import GeoprintError
 from geoprint.export import Json
 from geoprint.export.rapid.stacks import OwnProgram
@@ -79,7 +79,7 @@ def stack_findings(
             "layers": tuple(layer.model_copy(update={"cure": None}) for layer in told.layers),
         }
     )
-    lit = with_cure(untold, load_cell(jobs[0].cell))
+    lit = with_cure(untold, job_cell(jobs[0]))
     for key in ("cure", "not_checked"):
         yield from figures(STACK, "", {key: as_json(told).get(key)}, {key: as_json(lit).get(key)})
     program = None if told.program is None else as_json(told.program)

@@ -14,7 +14,7 @@ from geoprint.account.measured.page import measure_picture, measure_report
 from geoprint.account.records.measure import MeasurementRecord
 from geoprint.account.records.rounding import as_json, verify_record
 from geoprint.account.texts.measuring import measure_csv
-from geoprint.config import Job, load_cell
+from geoprint.config import Job, job_cell
 from geoprint.errors import UsageError, naming
 from geoprint.export import json_bytes, write_bundle
 from geoprint.model import PrintErrors, Surface
@@ -63,7 +63,7 @@ def measure_files(
         raise UsageError(f"give 1 to {MOST_FILES} files of toolpaths, found {len(paths)}.")
     if offset_up_to is not None and not (np.isfinite(offset_up_to) and offset_up_to > 0.0):
         raise UsageError(f"`--offset-up-to {offset_up_to:g}`: it must be a positive number of mm.")
-    cell = load_cell(job.cell)
+    cell = job_cell(job)
     observe("part")
     part = load_file(job.surface, unit=job.unit, label=job.label)
     surface = _surface(job, part)

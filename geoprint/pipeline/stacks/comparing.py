@@ -17,9 +17,9 @@ from geoprint.backends import compared_backends
 from geoprint.config import Job
 from geoprint.errors import FieldError
 from geoprint.export import json_bytes, staging
-from geoprint.pipeline.bundles.contents import STACKS
+from geoprint.pipeline.bundles.contents import REPORT, STACKS
 from geoprint.pipeline.choice import check_options, with_backend
-from geoprint.pipeline.stacks.stacking import REPORT, check_stacked, stack_into, verify_stacks
+from geoprint.pipeline.stacks.stacking import check_stacked, stack_into, verify_stacks
 from geoprint.results import FinishedStack
 
 # What is said of a backend's stack and how it comes out, or why it cannot plan a layer.

@@ -22,10 +22,10 @@ from geoprint.account.records.rounding import Record, as_json, verify_record
 from geoprint.account.records.stack import LeftOutRecord, StackedLayerRecord, StackProgramRecord, StackRecord
 from geoprint.account.stacked.page import stack_page
 from geoprint.account.stacked.summary import finished_record, layer_record
-from geoprint.config import Job, load_cell
+from geoprint.config import Job, job_cell
 from geoprint.errors import FieldError, ResourceError, UsageError, naming
 from geoprint.export import json_bytes, seal, staging
-from geoprint.pipeline.bundles.contents import STACK
+from geoprint.pipeline.bundles.contents import REPORT, STACK
 from geoprint.pipeline.choice import check_options
 from geoprint.pipeline.feeding import check_single
 from geoprint.pipeline.folders.layer_moves import layer_moves
@@ -39,8 +39,6 @@ from geoprint.pipeline.workpiece import EMPTY, Stack, read_stack
 from geoprint.results import FinishedStack, StackedLayer
 from geoprint.surfaces import face_areas
 
-# The page beside stack.json, and beside stacks.json.
-REPORT = "report.html"
 # What is said and kept of a layer, or why there is nothing to print in it.
 _Found: TypeAlias = "tuple[StackedLayerRecord, StackedLayer] | LeftOutRecord"
 # Speeds of layers [mm/s] that are equal to so many digits are one.
@@ -156,7 +154,7 @@ def _finished(
         program=program,
         left_out=tuple(layer for layer in found if isinstance(layer, LeftOutRecord)),
     )
-    return with_cure(untold, load_cell(job.cell)), finished
+    return with_cure(untold, job_cell(job)), finished
 
 
 def _wanted(stack: Stack, layers: Sequence[StackedLayerRecord]) -> float:
@@ -237,7 +235,7 @@ def _layer(job: Job, number: int, folder: Path) -> _Found:
         return LeftOutRecord(number=number, reason=str(error))
     workpiece, kept = planned.workpiece, stacked_layer(planned)
     # What the whole print would be slower by: where the missing volume of a layer is made up, so much is its own.
-    asked = job.speed or load_cell(job.cell).process.speed
+    asked = job_cell(job).process.speed
     share = workpiece.cell.process.speed / planned.robot[0].ceiling if planned.robot else 1.0
     return layer_record(
         told,

@@ -12,7 +12,7 @@ from typing import final
 import numpy as np
 
 from geoprint.backends import Piecewise, backend
-from geoprint.config import Job, cell_text, load_cell, stored_field
+from geoprint.config import Job, cell_text, job_cell, stored_field
 from geoprint.deposition import WidthsOver
 from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.export.rapid import check_cell
@@ -72,7 +72,7 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
     """
     with stage("reading"):
         # In the order in which a person thinks: file, unit, spacing, placement; and all of it before the long work.
-        loaded, cell = load_file(job.surface, unit=job.unit, label=job.label), _at_most(load_cell(job.cell), job.speed)
+        loaded, cell = load_file(job.surface, unit=job.unit, label=job.label), job_cell(job)
         job = with_rounds(job, cell)
         if job.rounds is None:
             _wanted_spacing(job, loaded.surface if job.spacing is not None else prepared_part(job, loaded).surface)
@@ -152,7 +152,7 @@ def read_part(job: Job) -> SidedPart:
         UsageError: a unit or a label is unclear.
         InputError: a file cannot be planned on.
     """
-    return sided_part(job, load_file(job.surface, unit=job.unit, label=job.label), load_cell(job.cell))
+    return sided_part(job, load_file(job.surface, unit=job.unit, label=job.label), job_cell(job))
 
 
 def sided_part(job: Job, loaded: MeshFile, cell: Cell) -> SidedPart:
@@ -174,7 +174,7 @@ def read_stack(job: Job) -> Stack:
         UsageError: the job has no layers.
         GeoprintError: as `read_part`, and as `stack_of`.
     """
-    cell = load_cell(job.cell)
+    cell = job_cell(job)
     if job.thickness is not None and job.feather is None:
         return even_stack(job.thickness, cell)
     skin = _skin(job, load_file(job.surface, unit=job.unit, label=job.label))
@@ -194,18 +194,6 @@ def _skin(job: Job, loaded: MeshFile) -> SidedPart:
     part, side = printed_side(asked, body, flip=job.flip, filed=filed, cut=cut)
     files = (loaded,) if named is None else (loaded, named)
     return SidedPart(files, prepared, part, side, body, target=read_target(job))
-
-
-def _at_most(cell: Cell, speed: float | None) -> Cell:
-    """Return the cell with the speed that a job allows."""
-    if speed is None:
-        return cell
-    if speed > cell.process.speed:
-        raise UsageError(
-            f"`--speed {speed:g}` is above the speed_mm_s of {cell.name}, {cell.process.speed:g}: give less, or raise "
-            "that key."
-        )
-    return cell.at_speed(speed)
 
 
 def _require_placement(job: Job, cell: Cell) -> None:
