@@ -108,6 +108,7 @@ if TYPE_CHECKING:
     from geoprint.pipeline import (
         PatchChoice as PatchChoice,
         beside as beside,
+        best_placed as best_placed,
         calibrate_cell as calibrate_cell,
         calibrate_tool as calibrate_tool,
         check_folder as check,
@@ -159,6 +160,7 @@ __all__ = [  # noqa: RUF022  (in the order of the stages)
     "compare_parts",
     "beside",
     "propose_placement",
+    "best_placed",
     "save_plan",
     "save_comparisons",
     "check",
@@ -246,9 +248,9 @@ _FROM = {
     "motion.timing": "retime",
     "paths": "arrange poses",
     "patterns": "PATTERNS register_pattern=register",
-    "pipeline": "plan compare compare_parts beside propose_placement save_plan save_comparisons check=check_folder "
-    "job_from inspect_file remesh_file measure_files save_measurement cut_patch PatchChoice calibrate_cell "
-    "calibrate_tool save_calibrated",
+    "pipeline": "plan compare compare_parts beside propose_placement best_placed save_plan save_comparisons "
+    "check=check_folder job_from inspect_file remesh_file measure_files save_measurement cut_patch PatchChoice "
+    "calibrate_cell calibrate_tool save_calibrated",
     "quality": "uniformity agreement measure_paths",
     "results": "Plan Comparison",
     "surfaces": "boundary_seed point_seed closest positions normals",

@@ -10,10 +10,11 @@ import numpy as np
 
 from geoprint.account.records.rounding import rounded
 from geoprint.account.texts.marks import marked_lines
+from geoprint.config import STAND_DECIMALS
 from geoprint.export import Json
 from geoprint.motion.placing import Stand
 from geoprint.motion.reach import Margin
-from geoprint.results import STAND_DECIMALS, Proposal
+from geoprint.results import Proposal
 
 # Places listed that are farthest beyond what is allowed.
 WORST_PLACES = 5

@@ -50,7 +50,7 @@ def plan(
     asked = None if surface is None else job_asked(surface, keys)
     from geoprint.account import again_text, as_json as json_of, outcome_text, record_timings
     from geoprint.export import check_writable
-    from geoprint.pipeline import compiled_ahead, job_file_of, plan as run, save_plan, written_bundle
+    from geoprint.pipeline import best_placed, compiled_ahead, job_file_of, plan as run, save_plan, written_bundle
 
     bundle = None if again is None else written_bundle(again)
     changed = {name: value for name, value in keys.items() if name != "source"}
@@ -61,7 +61,7 @@ def plan(
         _plan_stack(job, out, overwrite=overwrite, verbose=verbose, as_json=as_json)
         return
     with watch() as observe, compiled_ahead():
-        planned = run(job, observe=observe)
+        planned = run(best_placed(job, observe=observe), observe=observe)
         observe("writing")
         told = save_plan(planned, out, overwrite=overwrite, report=True)
     if as_json:
@@ -75,10 +75,10 @@ def plan(
 def _plan_stack(job: Job, out: Path, *, overwrite: bool, verbose: bool, as_json: bool) -> None:
     """Plan every layer of a thickness."""
     from geoprint.account import as_json as json_of, stack_text
-    from geoprint.pipeline import plan_stack
+    from geoprint.pipeline import best_placed, plan_stack
 
     with watch() as observe:
-        told = plan_stack(job, out, overwrite=overwrite, observe=observe)
+        told = plan_stack(best_placed(job, observe=observe), out, overwrite=overwrite, observe=observe)
     if as_json:
         tell_json(json_of(told))
     say(f"{stack_text(told, verbose=verbose)}\nwritten and verified: {out}")
@@ -108,7 +108,7 @@ def compare(
     jobs = [job_asked(surface, keys) for surface in surfaces]
     from geoprint.account import as_json as json_of, comparison_table
     from geoprint.export import check_writable
-    from geoprint.pipeline import beside, compare_parts, compiled_ahead, save_comparisons
+    from geoprint.pipeline import beside, best_placed, compare_parts, compiled_ahead, save_comparisons
 
     limit_memory(max_memory)
     check_writable(out, overwrite=overwrite)
@@ -120,6 +120,7 @@ def compare(
         )
         return
     with watch() as observe, compiled_ahead(), beside(PROCESSES - 1) as helper:
+        jobs = [best_placed(job, observe=observe) for job in jobs]
         compared = compare_parts(jobs, backends=backends_of(backends), observe=observe, helper=helper)
         observe("writing")
         told = save_comparisons(compared, out, samples=samples, figures=figures, overwrite=overwrite, helper=helper)
@@ -133,7 +134,7 @@ def _compare_stacks(
 ) -> None:
     """Compare backends over all layers of one thickness."""
     from geoprint.account import as_json as json_of, stack_comparison_text
-    from geoprint.pipeline import compare_stacks
+    from geoprint.pipeline import best_placed, compare_stacks
 
     if len(jobs) > 1:
         raise UsageError(
@@ -141,7 +142,9 @@ def _compare_stacks(
             "one `--layer` of all."
         )
     with watch() as observe:
-        told = compare_stacks(jobs[0], out, backends=backends, overwrite=overwrite, observe=observe)
+        told = compare_stacks(
+            best_placed(jobs[0], observe=observe), out, backends=backends, overwrite=overwrite, observe=observe
+        )
     if as_json:
         tell_json(json_of(told))
     say(f"{stack_comparison_text(told, width=columns(), verbose=verbose)}\nwritten and verified: {out}")

@@ -25,6 +25,11 @@ from geoprint.config.field_file import (
     stored_field as stored_field,
 )
 from geoprint.config.job import Job as Job
+from geoprint.config.job_cell import (
+    STAND_DECIMALS as STAND_DECIMALS,
+    job_cell as job_cell,
+    standing as standing,
+)
 from geoprint.config.job_file import (
     job_file_text as job_file_text,
     job_named as job_named,
@@ -35,7 +40,6 @@ from geoprint.config.layer_pattern import LayerPattern as LayerPattern
 from geoprint.config.needles import (
     Needle as Needle,
     common_needles as common_needles,
-    job_cell as job_cell,
     needle_keys as needle_keys,
     needle_of as needle_of,
     with_needle as with_needle,

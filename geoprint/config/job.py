@@ -24,6 +24,8 @@ MOST_PATCHES = 100
 LEAST_SPACING = 1e-3
 
 Spacing = Annotated[float, Field(ge=LEAST_SPACING)]
+# Position [mm] and roll, pitch, yaw [degrees].
+Stand = Annotated[list[float], Field(min_length=6, max_length=6)]
 # What one backend or pattern alone takes: a value by the name of its option.
 Options = dict[str, bool | int | float | str]
 
@@ -245,11 +247,25 @@ class Job(Table):
         Key("", "0.3 # instead of the cell's standoff_mm", group="robot", option="", told="", always=False),
     ] = None
     place: Annotated[
-        Literal["demo"] | None,
+        Literal["demo", "best"] | None,
         Key(
-            "'demo': at demo_position_mm of the cell; the program runs only dry.",
-            '"demo" # at demo_position_mm of the cell, for a program that runs only dry; else it must be calibrated',
+            "'demo': at demo_position_mm of the cell; 'best': where `geoprint place` puts it; the program runs only "
+            "dry.",
+            '"demo" # at demo_position_mm of the cell, "best" where the arm prints it best, for a program that runs '
+            "only dry; else it must be calibrated",
             group="robot",
+        ),
+    ] = None
+    stand: Annotated[
+        Stand | None,
+        Key(
+            "",
+            "[300, 0, 50, 0, 0, 90] # x, y, z, roll, pitch, yaw of a demonstration instead of the cell's; a table goes "
+            "with it",
+            group="robot",
+            option="",
+            told="",
+            always=False,
         ),
     ] = None
     max_tilt: Annotated[

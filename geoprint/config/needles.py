@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import final
 
 from geoprint.config.cells import load_cell
-from geoprint.config.job import Job
 from geoprint.errors import UsageError
-from geoprint.model import Cell, Tool, comparable
+from geoprint.model import Tool, comparable
 
 # Lengths in which makers list them: 1/4, 1/2, 1 and 1 1/2 inch [mm].
 NEEDLE_LENGTHS = (6.35, 12.7, 25.4, 38.1)
@@ -77,29 +76,6 @@ def with_needle(tool: Tool, needle: Needle) -> Tool:
     )
 
 
-def job_cell(job: Job) -> Cell:
-    """Return the cell of a job: with its needle, layer height and stand-off, and no faster than it allows.
-
-    Raises:
-        UsageError: as `load_cell`; no needle has that bore; the speed is above that of the cell.
-    """
-    cell = load_cell(job.cell)
-    process = replace(
-        cell.process,
-        layer_height=job.layer_height or cell.process.layer_height,
-        standoff=job.standoff or cell.process.standoff,
-    )
-    tool = cell.tool if job.needle is None else with_needle(cell.tool, needle_with_bore(job.needle, cell.tool))
-    if job.speed is None:
-        return replace(cell, process=process, tool=tool)
-    if job.speed > cell.process.speed:
-        raise UsageError(
-            f"`--speed {job.speed:g}` is above the speed_mm_s of {cell.name}, {cell.process.speed:g}: give less, or "
-            "raise that key."
-        )
-    return replace(cell, process=replace(process, speed=job.speed), tool=tool)
-
-
 def needle_with_bore(bore: float, tool: Tool) -> Needle:
     """Return the needle with a bore [mm]: what a tool carries, or a common one of the same length.
 
@@ -126,7 +102,7 @@ def with_needle_settings(keys: Mapping[str, object]) -> dict[str, object]:
     narrower: what is sheared at the wall of the needle goes with speed over diameter [Rabinowitsch1929].
 
     Raises:
-        UsageError: as `job_cell`.
+        UsageError: as `load_cell`.
     """
     bore = keys.get("needle")
     if not isinstance(bore, float | int) or bore <= 0.0:

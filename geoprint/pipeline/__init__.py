@@ -26,7 +26,7 @@ from geoprint.pipeline.mesh_files import (
     inspect_file as inspect_file,
     remesh_file as remesh_file,
 )
-from geoprint.pipeline.placing import propose_placement as propose_placement
+from geoprint.pipeline.placing import best_placed as best_placed, propose_placement as propose_placement
 from geoprint.pipeline.planning import plan as plan
 from geoprint.pipeline.processes import beside as beside
 from geoprint.pipeline.saving import save_comparisons as save_comparisons, save_plan as save_plan

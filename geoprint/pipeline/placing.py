@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from geoprint.config import Job, job_cell
+from geoprint.config import STAND_DECIMALS, Job, job_cell
 from geoprint.errors import PlanError, UsageError
 from geoprint.model import Cell, FloatArray, PoseStream
 from geoprint.motion.placing import LEAST_MEAN_NORMAL, Candidate, Room, Stand, demo_placement, search_placement
@@ -19,14 +19,13 @@ from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.standing import UPRIGHT, arm_of, room_of, stand_placement, stood
 from geoprint.pipeline.tilting import (
     in_turn,
-    moved,
     poses_at_rest,
     seen_at_rest,
     table_stand,
     with_attitudes,
 )
 from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
-from geoprint.results import STAND_DECIMALS, Plan, Proposal, Workpiece
+from geoprint.results import Plan, Proposal, Workpiece
 
 # Rounds that stand for the paths where neither spacing nor rounds are given: reach hardly depends on them.
 DEFAULT_ROUNDS = 10
@@ -84,6 +83,22 @@ def propose_placement(
     )
 
 
+def best_placed(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Job:
+    """Return a job whose place is 'best' as a demonstration where `propose_placement` puts it; others as they are.
+
+    Of layers the one on the part decides. Where no place is better than that of the cell the part stands there.
+
+    Raises:
+        GeoprintError: as `propose_placement`.
+    """
+    if job.place != "best" or not job.robot:
+        return job
+    first = job.model_copy(update={"layer": job.layer or 1}) if job.layered else job
+    found = propose_placement(first, observe=observe)
+    stand = [*found.stand.position.tolist(), *np.degrees(found.stand.rpy).round(STAND_DECIMALS).tolist()]
+    return job.model_copy(update={"place": "demo", "stand": stand if found.better else None})
+
+
 def _covered(job: Job, cell: Cell, stage: Stages) -> Plan:
     """Return the paths that a plan of the part would take, as a demonstration, over a table with its attitudes."""
     job = with_rounds(job, cell)
@@ -112,7 +127,7 @@ def _planned(paths: Plan, stand: Stand, stage: Stages) -> Plan:
     placement = stand_placement(paths.workpiece, stand)
     if paths.tilting is None:
         return with_robot(stood(paths, stand), placement, stage)
-    return with_attitudes(moved(paths, stand), placement, stage, chain=with_robot)
+    return with_attitudes(stood(paths, stand), placement, stage, chain=with_robot)
 
 
 def _candidates(

@@ -12,6 +12,7 @@ from typing import Literal
 import numpy as np
 from scipy.spatial import ConvexHull
 
+from geoprint.config import standing
 from geoprint.errors import ClearanceError, Detail, PlanError, ReachError
 from geoprint.model import Cylinder, FloatArray, Placement, PoseStream, Surface, Toolpath
 from geoprint.motion.arm import Arm
@@ -129,12 +130,11 @@ def _refusal(
 
 
 def stood(paths: Plan, stand: Stand) -> Plan:
-    """Return a plan of paths for a part that stands elsewhere; the cell's demonstration position goes with it.
+    """Return a plan of paths for a part that stands elsewhere; the cell's demonstration and its table go with it.
 
     The deposits stay where they are on the part, with what flows on them; attitude and travel depend on how it stands.
     """
-    T_base_fixture = stand.T_base_fixture
-    cell = replace(paths.workpiece.cell, demo_position=T_base_fixture[:3, 3], demo_rotation=T_base_fixture[:3, :3])
+    cell = standing(paths.workpiece.cell, stand.T_base_fixture)
     workpiece = replace(paths.workpiece, cell=cell, placement=stand_placement(paths.workpiece, stand))
     stream = pose_stream(paths.toolpath, workpiece, max_tilt_deg=paths.job.max_tilt)
     return replace(paths, workpiece=workpiece, poses=with_flow_of(stream, paths.poses))

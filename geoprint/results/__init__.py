@@ -30,7 +30,6 @@ from geoprint.results.plan import (
     TriedMiddle as TriedMiddle,
 )
 from geoprint.results.proposal import (
-    STAND_DECIMALS as STAND_DECIMALS,
     Proposal as Proposal,
 )
 from geoprint.results.refusal import (

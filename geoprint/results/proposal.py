@@ -9,9 +9,6 @@ from geoprint.motion.placing import Stand
 from geoprint.motion.reach import Margin, ReachMap
 from geoprint.results.plan import Plan
 
-# What is proposed is rounded before it is verified, so that what is printed was checked [decimals of mm and degrees].
-STAND_DECIMALS = 1
-
 
 @final
 @frozen

@@ -15,7 +15,7 @@ from geoprint.account.proposal import proposal_lines
 from geoprint.config import job_of, load_cell, packaged_cell_text
 from geoprint.errors import PlanError, UsageError
 from geoprint.motion.placing import placement_search
-from geoprint.pipeline import plan, propose_placement
+from geoprint.pipeline import best_placed, check_folder, job_from, plan, propose_placement, save_plan
 from geoprint.pipeline.placing import higher_home, room_of
 from geoprint.results import Proposal
 from geoprint.surfaces.files import save_ply
@@ -124,3 +124,21 @@ def test_a_turned_demonstration_is_read_from_the_cell(tmp_path: Path) -> None:
     cell = load_cell(cell_file(tmp_path, (TURN, "demo_rpy_deg = [0, 0, 90]")))
     assert cell.demo_rotation is not None
     np.testing.assert_allclose(cell.demo_rotation, [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-12)
+
+
+def test_a_job_at_the_best_place_is_planned_where_place_proposes_it_and_its_bundle_says_where(
+    part: Path, tmp_path: Path
+) -> None:
+    asked = job_of(surface=part, unit="mm", spacing=8.0, place="best")
+    with pytest.raises(UsageError, match="'best' is looked for before planning"):
+        plan(asked)
+    job = best_placed(asked)
+    proposal = propose_placement(asked)
+    assert proposal.better
+    assert job.place == "demo"
+    assert job.stand == [*proposal.stand.position.tolist(), *np.degrees(proposal.stand.rpy).round(1).tolist()]
+    planned = plan(job)
+    np.testing.assert_allclose(planned.robot[0].placement.T_base_work, proposal.placement.T_base_work, atol=1e-9)
+    save_plan(planned, tmp_path / "out")
+    assert not check_folder(tmp_path / "out").findings
+    assert plan(job_from(tmp_path / "out")).robot[0].trajectory.duration == planned.robot[0].trajectory.duration

@@ -8,7 +8,6 @@ from geoprint.pipeline.tilting.joining import (
 )
 from geoprint.pipeline.tilting.moving import (
     in_turn as in_turn,
-    moved as moved,
     poses_at_rest as poses_at_rest,
     seen_at_rest as seen_at_rest,
     table_stand as table_stand,

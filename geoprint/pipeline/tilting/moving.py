@@ -1,4 +1,4 @@
-"""A table and the part on it, moved together: what the part is to the plate stays, and so do the attitudes."""
+"""Where a table stands, and the poses of all its attitudes as they are seen while it rests."""
 
 from __future__ import annotations
 
@@ -13,40 +13,15 @@ from geoprint.model import FloatArray, Hexapod, Placement, PoseStream, TiltTurn
 from geoprint.motion.machine import table_machine, tilted_placement
 from geoprint.motion.placing import Stand
 from geoprint.paths import posed_surface
-from geoprint.pipeline.standing import stood
 from geoprint.pipeline.tilting.division import deposited, plate_turn
 from geoprint.pipeline.tilting.pieces import attitude_paths, portions
-from geoprint.results import STAND_DECIMALS, Plan
+from geoprint.results import Plan
 
 
 def table_stand(table: Hexapod | TiltTurn) -> Stand:
     """Return where the middle of a table's plate stands while it rests, as a cell file says it."""
     T_base_table = table.T_base_table
     return Stand(T_base_table[:3, 3], Rotation.from_matrix(T_base_table[:3, :3]).as_euler("xyz"))
-
-
-def moved(paths: Plan, stand: Stand) -> Plan:
-    """Return paths over a table for a part that stands elsewhere while the table rests; the table goes with it.
-
-    The table's place is rounded as that of the part is, so that what a person reads is what was planned.
-
-    Args:
-        paths: with the attitudes of the table.
-        stand: of the part.
-
-    Raises:
-        UsageError: the cell has no table.
-    """
-    cell, there = paths.workpiece.cell, stood(paths, stand)
-    if cell.table is None:
-        raise UsageError(f"the cell {cell.name} has no table that could be moved with the part.")
-    start = transforms.rigid(cell.demo_turn, cell.demo_position)
-    T_base_table = stand.T_base_fixture @ transforms.inverse(start) @ cell.table.T_base_table
-    exact = table_stand(replace(cell.table, T_base_table=T_base_table))
-    near = Stand(exact.position.round(STAND_DECIMALS), np.radians(np.degrees(exact.rpy).round(STAND_DECIMALS)))
-    table = replace(cell.table, T_base_table=near.T_base_fixture)
-    workpiece = replace(there.workpiece, cell=replace(there.workpiece.cell, table=table))
-    return replace(there, workpiece=workpiece)
 
 
 def poses_at_rest(paths: Plan, placement: Placement) -> PoseStream:

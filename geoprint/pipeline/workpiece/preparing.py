@@ -200,6 +200,8 @@ def _require_placement(job: Job, cell: Cell) -> None:
     """Refuse, before the long work, a cell from which no program can come."""
     if not job.robot:
         return
+    if job.place == "best":
+        raise UsageError("the place 'best' is looked for before planning: `best_placed(job)` returns the job there.")
     if job.place is None:
         _fixture(cell)
     check_cell(cell)

@@ -14,7 +14,8 @@ from geoprint.config import Job, job_of
 from geoprint.errors import UsageError
 from geoprint.motion.placing import Stand
 from geoprint.pipeline import plan, propose_placement
-from geoprint.pipeline.tilting import moved, poses_at_rest, table_stand
+from geoprint.pipeline.standing import stood
+from geoprint.pipeline.tilting import poses_at_rest, table_stand
 from geoprint.results import Plan, Proposal
 from tests.pipeline.tilting.test_printing import SPACING, cell, part, plan_of_the_arch
 from tests.shared_plans import SharedPlans
@@ -95,7 +96,7 @@ def test_part_and_table_move_as_one(paths: Plan) -> None:
     before = paths.workpiece.cell
     assert before.table is not None
     stand = Stand(np.array([300.0, 50.0, 150.0]), np.array([0.0, 0.0, 0.7]))
-    there = moved(paths, stand).workpiece
+    there = stood(paths, stand).workpiece
     assert there.cell.table is not None
     assert there.placement is not None
     assert paths.workpiece.placement is not None
