@@ -124,7 +124,12 @@ def translated(modules: Sequence[Module]) -> tuple[list[Module], dict[str, str],
     notes = Notes()
     own = {each.name.lower() for module in modules for each in module.routines}
     found = [_Translator(module, notes, own).module() for module in modules]
-    nodes = [(module.file, node) for module in found for node in each_node((module.data, module.routines))]
+    nodes = [
+        (module.file, node)
+        for module in found
+        for node in each_node((module.data, module.routines))
+        if type(node) in _ASKED and (not isinstance(node, Literal) or type(node.value) is tuple)
+    ]
     signals = _outputs(nodes) | dict.fromkeys(notes.process, "signaldo")
     signals |= _inputs(found, nodes, signals, notes)
     if _goes_with_axes(nodes, notes, follows=_follows(modules)):
@@ -340,30 +345,39 @@ def _leaves(statements: _Body) -> bool:
     return False
 
 
+# Kinds of nodes that name outputs, inputs or external axes.
+_ASKED = frozenset({Aggregate, Assignment, Call, FunctionCall, If, Literal, Series, Test, While})
+# Types of fields that hold no syntax, as they are annotated.
+_SIMPLE = frozenset({"str", "int", "bool", "Storage", "RoutineKind"})
+
+
 @cache
 def _parts_of(kind: type) -> tuple[str, ...] | None:
-    """Return the names of what a kind of syntax has within it, or None for what is none."""
+    """Return the names of what a kind of syntax has within it, the last one first, or None for what is none."""
     if not is_dataclass(kind) or kind is Literal:
         return () if kind is Literal else None
-    return tuple(each.name for each in fields(kind) if each.name not in {"line", "last_line", "name", "kind", "file"})
+    return tuple(each.name for each in fields(kind) if each.type not in _SIMPLE)[::-1]
 
 
 def each_node(node: object) -> Iterator[object]:
     """Yield the nodes within syntax, however deep, without the numbers of literals and series."""
-    waiting = [node]
+    waiting, known = [node], dict[type, "tuple[str, ...] | None"]()
     while waiting:
         one = waiting.pop()
-        if type(one) is tuple:
+        kind = type(one)
+        if kind is tuple:
             waiting.extend(cast("tuple[object, ...]", one)[::-1])
             continue
-        names = _parts_of(type(one))
+        names = known[kind] if kind in known else known.setdefault(kind, _parts_of(kind))
         if names is None:
             continue
         yield one
-        if isinstance(one, Series):
-            waiting.extend(one.kinds())
-        else:
-            waiting.extend([getattr(one, name) for name in names[::-1]])
+        if kind is Series:
+            waiting.extend(cast("Series", one).kinds())
+        elif len(names) == 1:
+            waiting.append(getattr(one, names[0]))
+        elif names:
+            waiting.extend([getattr(one, name) for name in names])
 
 
 def _held(datum: Datum) -> Datum:
@@ -506,7 +520,10 @@ def _inputs(modules: Sequence[Module], nodes: _Nodes, signals: dict[str, str], n
             asked.setdefault(name.name.lower(), name.line)
         if isinstance(node, Call):
             handed |= {each.value.name.lower() for each in node.arguments if isinstance(each.value, Name)}
-    wanted = {name: line for name, line in asked.items() if name not in handed and name not in signals}
+    # What a module declares for all is declared wherever it is asked.
+    declared = {datum.name.lower() for module in modules for datum in module.data if not datum.local}
+    known = handed | declared | set(signals)
+    wanted = {name: line for name, line in asked.items() if name not in known}
     if not wanted:
         return {}
     open_names = {name.lower() for _, _, name in examine(modules, signals=signals, closed=False)[0].open_names}

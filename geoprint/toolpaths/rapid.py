@@ -12,6 +12,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
+from time import process_time
 from typing import TypeAlias, cast, final
 
 import numpy as np
@@ -21,8 +22,8 @@ from geoprint.errors import InputError, UsageError, VerificationError
 from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.language.symbols import resolve
 from geoprint.export.rapid.language.syntax import Module
-from geoprint.export.rapid.machine import VERBS, Execution, Scenario, compile_task, execute
-from geoprint.model import FloatArray, reading
+from geoprint.export.rapid.machine import VERBS, Execution, Moves, Scenario, compile_task, execute
+from geoprint.model import FloatArray, IntArray, reading
 from geoprint.motion.arm import Arm
 from geoprint.toolpaths.arcs import along_arc
 from geoprint.toolpaths.foreign_rapid import THROUGH, Notes, translated
@@ -31,8 +32,8 @@ from geoprint.toolpaths.path_file import PathFile, Point, Recorder, lines_of, re
 TITLE = "RAPID"
 # Characters of all modules; they are parsed as a whole.
 MOST_TEXT = 50_000_000
-# Steps of a program that comes to an end, and processor time that its execution may take [s]: so much, and so much more
-# for a million letters.
+# Steps of a program that comes to an end, and processor time in which it must do so [s]: so much, and for a million
+# letters so much more, from which goes off what parsing has taken.
 MOST_STEPS = 20_000_000
 MOST_SECONDS, MOST_SECONDS_A_MILLION = 1.5, 6.0
 # Names of files that hold modules end so.
@@ -41,9 +42,11 @@ SUFFIXES = frozenset({".mod", ".modx", ".sys", ".sysx", ".prg"})
 _FOREIGN = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
 _LOOKS = re.compile(r"^[ \t]*(?:%%%|MODULE[ \t]+\w)", re.IGNORECASE | re.MULTILINE)
 _Target: TypeAlias = tuple[tuple[float, float, float], tuple[float, ...], tuple[float, ...], tuple[float, ...]]
-_CURVED = frozenset({VERBS.index("MoveC"), VERBS.index("TriggC")})
+_CURVED = [VERBS.index("MoveC"), VERBS.index("TriggC")]
 _JOINT = VERBS.index("MoveAbsJ")
-_STRAIGHT = frozenset({VERBS.index("MoveL"), VERBS.index("TriggL")}) | _CURVED
+_STRAIGHT = [VERBS.index("MoveL"), VERBS.index("TriggL"), *_CURVED]
+# How much of a move deposits.
+_NONE, _SOME, _ALL = 0, 1, 2
 
 
 def is_rapid(head: str) -> bool:
@@ -71,19 +74,12 @@ def read_rapid(path: Path, *, deposit: str | None) -> PathFile:
     """
     files = modules_in(path) if path.is_dir() else [path]
     texts = {file.name: _text(file) for file in files}
-    # All of the many small objects that a program is made of are needed to the end: looking for those that are not
+    # All of the many small objects that a program is made of are needed to its end: looking for those that are not
     # takes a third of the time.
     collects = gc.isenabled()
     gc.disable()
     try:
-        modules = [parse_module(name, text) for name, text in texts.items()]
-        # What the controller brings by itself.
-        modules = [module for module in modules if module.name.upper() != "BASE" or len(modules) == 1]
-        modules, signals, notes = translated(modules)
-        # What the machine executes must fit: every name means something, and arguments are of their kind.
-        resolve(modules, signals=signals)
-        seconds = MOST_SECONDS + MOST_SECONDS_A_MILLION * sum(map(len, texts.values())) / 1e6
-        ran = _executed(modules, signals, entry=_entry(path.name, modules), seconds=seconds)
+        ran, notes = _ran(path.name, texts)
     except VerificationError as error:
         reason = str(error.details.get("reason") or error)
         refuse(str(error.details.get("module") or path.name), int(str(error.details.get("line") or 1)), reason)
@@ -99,6 +95,20 @@ def read_rapid(path: Path, *, deposit: str | None) -> PathFile:
             ran.file or path.name, max(ran.line, 1), f"the program does not run to its end: {ran.reason.rstrip('.')}"
         )
     return _runs(path.name, ran, notes, deposit)
+
+
+def _ran(name: str, texts: Mapping[str, str]) -> tuple[Execution, Notes]:
+    """Parse the modules of a program, execute it, and return what happened and what was done to it before."""
+    began = process_time()
+    modules = [parse_module(file, text) for file, text in texts.items()]
+    # What the controller brings by itself.
+    modules = [module for module in modules if module.name.upper() != "BASE" or len(modules) == 1]
+    modules, signals, notes = translated(modules)
+    # What the machine executes must fit: every name means something, and arguments are of their kind.
+    resolve(modules, signals=signals)
+    left = MOST_SECONDS_A_MILLION * sum(map(len, texts.values())) / 1e6 - (process_time() - began)
+    ran = _executed(modules, signals, entry=_entry(name, modules), seconds=MOST_SECONDS + max(left, 0.0))
+    return ran, notes
 
 
 def _executed(modules: Sequence[Module], signals: Mapping[str, str], *, entry: str, seconds: float) -> Execution:
@@ -151,28 +161,29 @@ def _runs(name: str, ran: Execution, notes: Notes, deposit: str | None) -> PathF
     moves = ran.moves
     # The last place that was told before a move is its own.
     through = {call.moves: np.array(cast("_Target", call.arguments[0])[0]) for call in ran.calls}
+    through = {row: place for row, place in through.items() if row < moves.count and moves.verbs[row] in _CURVED}
     recorder = Recorder(name)
-    here: FloatArray | None = None
-    frames: set[int] = set()
-    bent = 0
-    for row in range(moves.count):
-        line, verb = int(moves.lines[row]), int(moves.verbs[row])
-        if verb == _JOINT:
-            here = None
-            continue
-        there = moves.places[row]
-        on = switched.within(float(moves.begins[row]), float(moves.ends[row]))
-        if signal is None:
-            on = [(0.0, 1.0)] if verb in _STRAIGHT else []
-        if here is None or not on:
-            recorder.count(line)
+    shares = _shares(moves, switched if signal is not None else None)
+    lines, moves_within = moves.lines.tolist(), list(zip(moves.begins.tolist(), moves.ends.tolist(), strict=True))
+    # Moves of one kind one behind the other: all of each deposits, none of it, or each is looked at by itself.
+    bounds = [0, *(np.flatnonzero(np.diff(shares)) + 1).tolist(), moves.count] if moves.count else []
+    for first, end in pairwise(bounds):
+        if shares[first] == _NONE:
+            recorder.count(lines[end - 1], int((moves.verbs[first:end] != _JOINT).sum()))
+        elif shares[first] == _ALL:
+            recorder.path(lines[end - 1], moves.places[first - 1 : end])
         else:
-            frames.add(int(moves.frames[row]))
-            bent += verb not in _STRAIGHT
-            if len(frames) > 1:
-                refuse(name, line, "it deposits in a second work object or displacement; give one part at a time")
-            _deposit(recorder, line, along_arc(here, through.get(row) if verb in _CURVED else None, there), on)
-        here = there
+            for row in range(first, end):
+                corners = along_arc(moves.places[row - 1], through.get(row), moves.places[row])
+                on = [(0.0, 1.0)] if signal is None else switched.within(*moves_within[row])
+                shares[row] = _SOME if on else _NONE
+                _deposit(recorder, lines[row], corners, on)
+    deposits = shares != _NONE
+    bent = int((deposits & ~np.isin(moves.verbs, _STRAIGHT)).sum())
+    frames = moves.frames[deposits]
+    if (others := np.flatnonzero(frames != frames[:1])).size:
+        line = int(moves.lines[deposits][others[0]])
+        refuse(name, line, "it deposits in a second work object or displacement; give one part at a time")
     told = "MoveL and MoveC, while MoveJ travels" if signal is None else f"the output {signal}"
     others = {f"switchings of {each}": 0 for each in dict.fromkeys(each.signal for each in ran.switchings)}
     for each in ran.switchings:
@@ -210,6 +221,13 @@ class _Switched:
         own = [each for each in ran.switchings if each.signal == signal]
         self._times, self._values = [each.time for each in own], [each.value for each in own]
 
+    def shares(self, begins: FloatArray, ends: FloatArray) -> IntArray:
+        """Return whether the output is on within all of each move, some of it (at most), or none."""
+        last = np.searchsorted(self._times, begins, side="right")
+        on = np.array([0.0, *self._values])[last] > 0.0
+        changes = np.searchsorted(self._times, ends) > last
+        return np.where(ends > begins, np.where(changes, _SOME, np.where(on, _ALL, _NONE)), _NONE)
+
     def within(self, begin: float, end: float) -> list[tuple[float, float]]:
         """Return the shares of a move between which the output is on."""
         if end <= begin:
@@ -227,8 +245,28 @@ class _Switched:
         return found
 
 
+def _shares(moves: Moves, switched: _Switched | None) -> IntArray:
+    """Return of each move whether all, some (at most) or none of it deposits; straight ones without an output."""
+    follows = moves.verbs != _JOINT
+    # Where a move of the joints leads is not known in the work object.
+    follows[1:] &= moves.verbs[:-1] != _JOINT
+    follows[:1] = False
+    if switched is None:
+        shares = np.where(np.isin(moves.verbs, _STRAIGHT), _ALL, _NONE)
+    else:
+        shares = switched.shares(moves.begins, moves.ends)
+    curved = (shares == _ALL) & np.isin(moves.verbs, _CURVED)
+    return np.where(follows, np.where(curved, _SOME, shares), _NONE)
+
+
 def _deposit(recorder: Recorder, line: int, corners: FloatArray, on: list[tuple[float, float]]) -> None:
     """Deposit along shares of a move."""
+    if not on:
+        recorder.count(line)
+        return
+    if on == [(0.0, 1.0)]:
+        recorder.path(line, corners)
+        return
     arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
     for first, last in on:
         low, high = first * arcs[-1], last * arcs[-1]

@@ -39,7 +39,7 @@ def judge_body(statements: Sequence[Statement], here: Context) -> None:
             case Series():
                 _series(statement, here)
             case Assignment():
-                _assignment(statement, here)
+                _once(statement, here)
             case If() | Test() | For() | While():
                 _compound(statement, here)
             case Leave():
@@ -113,16 +113,23 @@ def _assignment(assignment: Assignment, here: Context) -> None:
     judge(assignment.value, here, wanted=target, what="the assignment")
 
 
-def _once(call: Call, here: Context) -> None:
-    """Judge a call, or leave it where one that differs in numbers only was judged before."""
-    form = None if here.inner or call.late is not None else form_of(call)
+def _once(statement: Call | Assignment, here: Context) -> None:
+    """Judge a call or an assignment, or leave it where one that differs in numbers only was judged before."""
+    form = None if here.inner else form_of(statement)
     if form is None:
-        _call(call, here)
+        _judge_one(statement, here)
     elif form not in here.sound:
-        if _is_sound(call, here):
+        if _is_sound(statement, here):
             here.sound.add(form)
         else:
-            _call(call, here)
+            _judge_one(statement, here)
+
+
+def _judge_one(statement: Call | Assignment, here: Context) -> None:
+    if isinstance(statement, Assignment):
+        _assignment(statement, here)
+    else:
+        _call(statement, here)
 
 
 def _call(call: Call, here: Context) -> None:
@@ -159,14 +166,14 @@ def _series(series: Series, here: Context) -> None:
         sound.update(forms)
 
 
-def _is_sound(call: Call, here: Context) -> bool:
-    """Whether nothing is wrong with a call."""
+def _is_sound(statement: Call | Assignment, here: Context) -> bool:
+    """Whether nothing is wrong with a statement."""
     wrong: list[str] = []
 
     def note(_: int, what: str) -> None:
         wrong.append(what)
 
-    _call(call, replace(here, say=note, miss=note))
+    _judge_one(statement, replace(here, say=note, miss=note))
     return not wrong
 
 

@@ -14,12 +14,14 @@ from geoprint.export.rapid.language.kinds import CONFIGURED, LARGEST_NUM, Kind
 from geoprint.export.rapid.language.names import Symbol
 from geoprint.export.rapid.language.syntax import (
     Argument,
+    Assignment,
     Binary,
     Call,
     Component,
     Datum,
     Element,
     Expression,
+    FunctionCall,
     Literal,
     Name,
     Parameter,
@@ -129,15 +131,26 @@ def _judge_forwarded(argument: Argument, parameter: Parameter, what: str, here: 
         here.say(argument.line, f"{what} is a {parameter.kind}, and {argument.forwarded} is a {node.kind}")
 
 
-def form_of(call: Call) -> object:
-    """Return what calls have in common that differ in numbers only; None for one that is more than names and sums."""
-    parts = [(each.name, each.optional, each.forwarded, _form_of(each.value)) for each in call.arguments]
-    return None if any(part[3] is None for part in parts) else (call.name, *parts)
+def form_of(statement: Call | Assignment) -> object:
+    """Return what statements have in common that differ in numbers only; None for more than names, sums and calls."""
+    if isinstance(statement, Assignment):
+        target, value = _form_of(statement.target), _form_of(statement.value)
+        return None if target is None or value is None else (":=", target, value)
+    parts = _forms_of(statement.arguments)
+    return None if parts is None or statement.late is not None else (statement.name, *parts)
+
+
+def _forms_of(arguments: Sequence[Argument]) -> list[object] | None:
+    parts = [(each.name, each.optional, each.forwarded, _form_of(each.value)) for each in arguments]
+    return None if any(part[3] is None for part in parts) else [*parts]
 
 
 def _form_of(value: Expression | None) -> object:
     if isinstance(value, Name):
         return value.name
+    if isinstance(value, FunctionCall):
+        parts = _forms_of(value.arguments)
+        return None if parts is None else (value.name, "()", *parts)
     if isinstance(value, Binary):
         left, right = _form_of(value.left), _form_of(value.right)
         return None if left is None or right is None else (value.operator, left, right)

@@ -14,7 +14,7 @@ import json
 import re
 import sys
 from array import array
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from typing import TypeAlias, cast, final
 
 from geoprint.export.rapid.language.places import Place, refusal
@@ -82,29 +82,42 @@ def tokens(
         if begins and whole_calls and (call := _whole_call(line, number)) is not None:
             yield "call", call, number
             continue
-        at, last = 0, ""
-        while at < len(line):
-            match = cast("re.Match[str]", _TOKEN.match(line, at))
-            at = match.end()
-            kind = match.lastgroup
-            if kind is None:
-                break
-            text = match[kind]
-            if kind == "comment":
-                if not last and match.start(kind) == len(line) - len(line.lstrip()):
-                    comments.append((number, text.rstrip()))
-            elif kind == "sign" and text == "[" and (found := _numbers(line, at - 1)) is not None:
-                value, at = found
-                last = "numbers"
-                yield last, value, number
-            else:
-                token = _token(kind, text, Place(file, number))
-                last = token[0]
-                yield token
+        last = yield from _of_line(line, Place(file, number), comments)
         if last:
             begins = last == ";"
     yield from series.taken()
     yield "end", "", len(lines)
+
+
+def _of_line(line: str, place: Place, comments: list[tuple[int, str]]) -> Generator[Token, None, str]:
+    """Yield the tokens of a line, and return the kind of the last one, or an empty text."""
+    number = place.line
+    at, last = 0, ""
+    while at < len(line):
+        match = cast("re.Match[str]", _TOKEN.match(line, at))
+        at = match.end()
+        kind = match.lastgroup
+        if kind is None:
+            break
+        text = match[kind]
+        if kind == "sign" and text != "[":
+            last = text
+            yield last, text, number
+        elif kind == "name":
+            word = text.upper()
+            last = word if word in RESERVED else "name"
+            yield last, sys.intern(text), number
+        elif kind == "comment":
+            if not last and match.start(kind) == len(line) - len(line.lstrip()):
+                comments.append((number, text.rstrip()))
+        elif kind == "sign" and (found := _numbers(line, at - 1)) is not None:
+            value, at = found
+            last = "numbers"
+            yield last, value, number
+        else:
+            last, value = _token(kind, text, place)
+            yield last, value, number
+    return last
 
 
 @final
@@ -147,17 +160,14 @@ class _Series:
             self._lines, self._forms, self._numbers = array("i"), array("i"), array("d")
 
 
-def _token(kind: str, text: str, place: Place) -> Token:
+def _token(kind: str, text: str, place: Place) -> tuple[str, str | float]:
     if kind == "sign":
-        return text, text, place.line
-    if kind == "name":
-        word = text.upper()
-        return (word, text, place.line) if word in RESERVED else ("name", sys.intern(text), place.line)
+        return text, text
     if kind == "number":
         base = _BASES.get(text[1:2].lower(), 10)
-        return "number", float(text) if base == 10 else float(int(text[2:], base)), place.line
+        return "number", float(text) if base == 10 else float(int(text[2:], base))
     if kind == "string":
-        return "string", _ESCAPE.sub(_unescaped, text[1:-1]), place.line
+        return "string", _ESCAPE.sub(_unescaped, text[1:-1])
     if kind == "hole" and text in _PLACEHOLDERS:
         reason = f"the placeholder <{text}> was never filled in"
     else:

@@ -131,13 +131,15 @@ class Declared:
 class Scope:
     """The names that can be seen where an expression stands."""
 
-    __slots__ = ("declared", "file", "folder", "locals", "size")
+    __slots__ = ("declared", "file", "folder", "locals", "named", "size")
 
     def __init__(self, declared: Declared, file: str) -> None:
         self.declared = declared
         self.file = file
         self.folder = file.rpartition("/")[0]
         self.locals: dict[str, Local] = {}
+        # What was compiled of names that no routine declares.
+        self.named: dict[str, Code] = {}
         self.size = 0
 
     def add(self, name: str, kind: str, *, by_reference: bool = False) -> int:

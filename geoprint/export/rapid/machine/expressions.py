@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, cast
 
 from geoprint.export.rapid.language.kinds import STRING_LENGTH
@@ -50,10 +50,7 @@ def compiled(expression: Expression, scope: Scope) -> Code:
         return Code("", lambda state: tuple([part(state) for part in parts]))
     if isinstance(expression, Component | Element):
         return _part(expression, scope)
-    makers: dict[type, Callable[[Any, Scope], Code]] = {
-        Name: _name, FunctionCall: _function, Unary: _unary, Binary: _binary,
-    }  # fmt: skip
-    return makers[type(expression)](expression, scope)
+    return _MAKERS[type(expression)](expression, scope)
 
 
 def operand(expression: Expression, scope: Scope) -> Code:
@@ -106,6 +103,14 @@ def _name(expression: Name, scope: Scope) -> Code:
     local = scope.locals.get(name)
     if local is not None:
         return _own(local, expression.name)
+    if name not in scope.named:
+        scope.named[name] = _of_all(expression, scope)
+    return scope.named[name]
+
+
+def _of_all(expression: Name, scope: Scope) -> Code:
+    """Return what a name gives that no routine declares."""
+    name = expression.name.lower()
     datum = scope.datum(name)
     if datum is not None:
         at = datum.slot
@@ -278,3 +283,8 @@ def _joined(one: Value, other: Value) -> Value:
     if len(whole) > STRING_LENGTH:
         fault("ERR_STRTOOLNG", f"a string has at most {STRING_LENGTH} characters, found {len(whole)}")
     return whole
+
+
+_MAKERS: Mapping[type, Callable[[Any, Scope], Code]] = {
+    Name: _name, FunctionCall: _function, Unary: _unary, Binary: _binary,
+}  # fmt: skip

@@ -8,9 +8,11 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
 from geoprint.export.rapid.language.syntax import (
+    Aggregate,
     Binary,
     Call,
     Expression,
+    FunctionCall,
     Literal,
     Name,
     Series,
@@ -81,6 +83,8 @@ def compile_move(call: Call, scope: Scope, *, code: RoutineCode, task: MachineTa
         task.name_number(_word(parts["tool"])), task.name_number(_word(parts["work"])),
     )  # fmt: skip
     run = {part: _evaluated(expression, scope) for part, expression in parts.items()}
+    if isinstance(parts["target"], FunctionCall | Aggregate | Binary):
+        run["target"] = _rounded(run["target"])
     options = options_of(
         tuple(each for each in call.arguments if each.name.lower() in {"t", "v"}), scope, frozenset({"t", "v"})
     )
@@ -233,6 +237,11 @@ def _evaluated(expression: Expression, scope: Scope) -> Evaluate:
     return compiled(expression, scope).run
 
 
+def _rounded(run: Evaluate) -> Evaluate:
+    """Return what rounds a value that no datum holds."""
+    return lambda state: stored(run(state))
+
+
 def _word(expression: Expression | None) -> str:
     return expression.name.lower() if isinstance(expression, Name) else "a value"
 
@@ -245,7 +254,7 @@ def _line_step(
 
     def step(state: State) -> None:
         run_line(
-            state, order, stored(target(state)), speed=speed(state), zone=zone(state), tool=tool(state),
+            state, order, target(state), speed=speed(state), zone=zone(state), tool=tool(state),
             work=work(state), options=options(state), through=None if through is None else through(state),
             triggers=tuple([cast("Any", trigger(state)) for trigger in triggers]),
         )  # fmt: skip
