@@ -127,7 +127,8 @@ def said_once(texts: Mapping[str, Sequence[str]]) -> list[str]:
 def placement_texts(robots: Sequence[RobotRecord]) -> list[str]:
     """Return what a person should know of where the part stands, if anything."""
     missing = dict.fromkeys(what for robot in robots for what in robot.motion.placement_missing)
-    return [f"placement not known: programs run only dry, until somebody states {' and '.join(missing)}."][
+    unknown = "placement" if any(what.startswith("where") for what in missing) else "flow"
+    return [f"{unknown} not known: programs run only dry, until somebody states {' and '.join(missing)}."][
         : len(missing)
     ]
 

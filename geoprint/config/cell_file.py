@@ -236,8 +236,11 @@ class SignalsTable(Table):
 
     @model_validator(mode="after")
     def _has_a_flow_to_follow(self) -> Self:
-        if self.mode == "analog" and (self.flow is None or self.flow_per_mm3_s is None):
-            raise ValueError('mode "analog" needs flow, the analog output, and flow_per_mm3_s, its value for 1 mm3/s')
+        if self.mode == "analog" and (self.flow is None) != (self.flow_per_mm3_s is None):
+            raise ValueError(
+                'mode "analog" needs both flow, the analog output, and flow_per_mm3_s, its value for 1 mm3/s; without '
+                "either a program runs only dry"
+            )
         if self.mode == "analog" and self.settle_ms > 0.0:
             raise ValueError(
                 f'settle_ms is {self.settle_ms:g}, but in mode "analog" nothing flows while the tip rests: take it out '

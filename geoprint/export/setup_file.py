@@ -21,7 +21,7 @@ from geoprint.model import Cell, FloatArray, Placement, frozen
 Noun = TypeVar("Noun")
 
 # Fields that only some cells have; left out where there is nothing, so that the setup of all others stays as it is.
-_SOMETIMES = frozenset({"table", "settle"})
+_SOMETIMES = frozenset({"table", "settle", "flow_unstated"})
 
 
 @final

@@ -208,6 +208,7 @@ class Placement:
         part_stated: whether somebody has stated where the part stands on it.
         misses: (k,) distance of each touched point from where the others put it [mm]; empty for a demonstration.
         table: how the table of the cell holds the part there, or None where the part stands still.
+        flow_unstated: whether the flow is to follow the speed by an output of the cell that nobody has stated.
     """
 
     T_base_fixture: FloatArray
@@ -216,6 +217,7 @@ class Placement:
     part_stated: bool
     misses: FloatArray
     table: TablePose | None = None
+    flow_unstated: bool = False
 
     def __post_init__(self) -> None:
         freeze_arrays(self, T_base_fixture="float: 4 4", T_fixture_work="float: 4 4", misses="float: k")
@@ -226,6 +228,7 @@ class Placement:
         stated = {
             "where the fixture stands (touched points)": self.calibrated,
             "where the part stands on the fixture (part_mm)": self.part_stated,
+            "what sets the flow (signals.flow and flow_per_mm3_s)": not self.flow_unstated,
         }
         return tuple(what for what, known in stated.items() if not known)
 

@@ -85,7 +85,8 @@ class Signals:
         uv_tail: how long after the material the lamp is switched off [s].
         settle: how long after `valve_open` the flow still rises, evenly, until it is that of the print; so long the tip
             rests at the start of each run [s].
-        flow: analog output that sets the flow, in mode 'analog'.
+        flow: analog output that sets the flow, in mode 'analog'; None where nobody has stated it: such a cell runs only
+            dry.
         flow_per_mm3_s: value of that output for a flow of 1 mm3/s, in the output's own unit.
         flow_lag: time from a new value of that output until the flow follows [s].
         vacuum: digital output that draws the material back into the nozzle while the valve is shut between runs, or
@@ -104,6 +105,16 @@ class Signals:
     flow_lag: float = 0.0
     vacuum: str | None = None
     settle: float = 0.0
+
+    @property
+    def sets_flow(self) -> bool:
+        """Whether a program sets an output from which the flow follows the speed."""
+        return self.mode == "analog" and self.flow is not None
+
+    @property
+    def flow_unstated(self) -> bool:
+        """Whether the flow is to follow the speed by an output that nobody has stated."""
+        return self.mode == "analog" and self.flow is None
 
 
 @final

@@ -150,9 +150,10 @@ def with_flow_of(stream: PoseStream, before: PoseStream) -> PoseStream:
 def stand_placement(workpiece: Workpiece, stand: Stand) -> Placement:
     """Return the placement of a part at a stand; nobody has measured it."""
     T_base_fixture = stand.T_base_fixture
-    return demo_placement(
+    found = demo_placement(
         workpiece.part, position=T_base_fixture[:3, 3], rotation=T_base_fixture[:3, :3], least=LEAST_MEAN_NORMAL
     )
+    return replace(found, flow_unstated=workpiece.cell.signals.flow_unstated)
 
 
 def pose_stream(

@@ -36,11 +36,11 @@ def refused(monkeypatch: pytest.MonkeyPatch, folder: Path, *arguments: object) -
 # Everything is wrong; one after another is put right.
 WRONG = [
     ("plan nowhere.ply --cell nowhere.toml --backend magic", 3, "there is no file `nowhere.ply`"),
-    ("plan plate.ply --cell nowhere.toml", 2, "`plate.ply` has no unit"),
-    ("plan plate.ply --unit mm --cell nowhere.toml", 2, "the cell file nowhere.toml cannot be read"),
+    ("plan plate.ply --cell nowhere.toml", 2, "the cell file nowhere.toml cannot be read"),
+    ("plan plate.ply --spacing 2", 2, "`plate.ply` has no unit"),
     ("plan plate.ply --unit mm", 2, "give `--spacing` or `--rounds`; on this part 10 rounds are about 1.5 mm"),
-    ("plan plate.ply --unit mm --spacing 99", 3, "the whole part is only 50 mm across"),
     ("plan plate.ply --unit mm --spacing 2", 2, "irb120-bent45.toml is not calibrated"),
+    ("plan plate.ply --unit mm --spacing 99 --place demo", 3, "the whole part is only 50 mm across"),
     ("compare plate.ply", 2, "`plate.ply` has no unit"),
     ("compare plate.ply --unit mm", 2, "give `--spacing` or `--rounds`"),
     ("place nowhere.ply --cell nowhere.toml", 3, "there is no file `nowhere.ply`"),

@@ -382,7 +382,7 @@ def test_what_no_program_can_come_from_is_refused_before_the_long_work(tmp_path:
     text, part = packaged_cell_text("irb120-bent45"), saved(tmp_path, plate())
     stages: list[str] = []
     for old, new, reason in (
-        ('mode = "io"', 'mode = "analog"', "needs flow, the analog output"),
+        ('mode = "io"', 'mode = "analog"\nflow = "aoFlow"', "needs both flow, the analog output"),
         ("cog_mm = [25, 0, 65]", "cog_mm = [0, 0, 0]", "refuses a load"),
         ('dispenser = "doValve"', 'dispenser = "geoValve"', "is a word of RAPID"),
     ):

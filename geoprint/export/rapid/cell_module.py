@@ -222,7 +222,7 @@ def _prime_data(cell: Cell, orders: Orders, axes: str) -> list[str]:
         _jointtarget("jGeoPrime", cell.purge.joints, axes),
         f"  CONST num nGeoPrime:={values.number(cell.purge.duration, decimals=3)};",
     ]
-    if cell.signals.mode == "analog":
+    if cell.signals.sets_flow:
         output = cell.signals.flow_per_mm3_s * float(orders.flow.max()) * cell.process.speed
         lines.append(f"  CONST num nGeoPrimeFlow:={values.significant(output)};")
     return lines

@@ -79,8 +79,8 @@ def _expected(file: str, cell: Cell, *, placement: Placement, loading: bool, sta
     """Return the lines of the template whose conditions all hold, with the outputs' names."""
     unit = cell.table.unit if placement.table is not None and isinstance(cell.table, TiltTurn) else None
     holds = {
-        "io": cell.signals.mode == "io",
-        "analog": cell.signals.mode == "analog",
+        "io": not cell.signals.sets_flow,
+        "analog": cell.signals.sets_flow,
         "known": not placement.missing,
         "unknown": bool(placement.missing),
         "prime": cell.purge is not None,
@@ -98,7 +98,7 @@ def _expected(file: str, cell: Cell, *, placement: Placement, loading: bool, sta
     }
     signals = cell.signals
     outputs = {"<VALVE>": signals.dispenser, "<LAMP>": signals.uv_lamp, "<VACUUM>": signals.vacuum or ""}
-    if signals.mode == "analog":
+    if signals.sets_flow:
         outputs["<FLOW>"] = signals.flow or ""
     named = sorted(f"{place[1:-1]}={name.lower()}" for place, name in outputs.items() if name)
     outputs["<OUTPUTS>"] = str(zlib.crc32(",".join(named).encode("ascii")) % 1000000)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import zlib
 from collections.abc import Mapping
 
-from geoprint.errors import UsageError
 from geoprint.export.rapid import values
 from geoprint.model import Signals
 
@@ -19,7 +18,7 @@ def output_names(signals: Signals) -> dict[str, str]:
     """Return the RAPID name of each output, by the placeholder that stands for it in the texts of the package.
 
     Raises:
-        UsageError: a name is no RAPID name, or the flow has none although it is to follow the speed.
+        UsageError: a name is no RAPID name.
     """
     names = {
         "VALVE": values.identifier(signals.dispenser, what="signals.dispenser"),
@@ -27,13 +26,8 @@ def output_names(signals: Signals) -> dict[str, str]:
     }
     if signals.vacuum is not None:
         names["VACUUM"] = values.identifier(signals.vacuum, what="signals.vacuum")
-    if signals.mode == "io":
+    if signals.flow is None or signals.mode == "io":
         return names
-    if signals.flow is None or signals.flow_per_mm3_s <= 0.0:
-        raise UsageError(
-            f"signals.mode is {signals.mode!r}, but the cell names no analog output for the flow: give signals.flow "
-            "and signals.flow_per_mm3_s, or set mode to 'io'."
-        )
     return names | {"FLOW": values.identifier(signals.flow, what="signals.flow")}
 
 

@@ -74,7 +74,7 @@ def triggers_of(orders: Orders, events: tuple[Event, ...], *, signals: Signals, 
         place = values.number(event.distance, decimals=_DISTANCE_DECIMALS) + ("\\Start" if event.from_start else "")
         value = "geoOn" if event.on else "0"
         pull(event.target, name, f"TriggIO {name},{place}\\DOp:={names[_PLACEHOLDERS[event.output]]},{value};")
-    if signals.mode == "analog":
+    if signals.sets_flow:
         for target, name, definition in _flow_triggers(orders, signals=signals, output=names["FLOW"]):
             pull(target, name, definition)
     most = max((len(each) for each in pulled.values()), default=0)
@@ -84,7 +84,7 @@ def triggers_of(orders: Orders, events: tuple[Event, ...], *, signals: Signals, 
             "are longer than the moves between runs; raise retract_mm."
         )
     switched = [name for (output, _), name in _NAMES.items() if output != "vacuum" or signals.vacuum is not None]
-    used = [*switched, *((_FLOW, _NO_FLOW) if signals.mode == "analog" else ())]
+    used = [*switched, *((_FLOW, _NO_FLOW) if signals.sets_flow else ())]
     return Triggers([f"  VAR triggdata {name};" for name in used], definitions, pulled)
 
 

@@ -98,7 +98,7 @@ def verify_names(text: RapidText, made: Made, *, cell: Cell, placement: Placemen
     used = set(_NAMES)
     if cell.purge is not None:
         used |= _PRIME_NAMES
-        used |= {"ngeoprimeflow"} if cell.signals.mode == "analog" else set()
+        used |= {"ngeoprimeflow"} if cell.signals.sets_flow else set()
     if cell.flood is not None:
         used |= {"ngeoflood"} if cell.flood.joints is None else {"ngeoflood", "jgeoflood"}
     used |= {name.lower() for name in _table_wanted(cell, placement)}
@@ -242,7 +242,7 @@ def _verify_motions(text: RapidText, orders: Orders, *, cell: Cell, placement: P
     for name, speed in speeds.items():
         datum = declared(text, name, kind="speeddata", storage="CONST", place=_CELL)
         compare(datum.value, [*speed], tolerance=_SHARE_TOLERANCE * speed[0], place=datum.place, what=name)
-    if cell.purge is not None and cell.signals.mode == "analog":
+    if cell.purge is not None and cell.signals.sets_flow:
         _verify_prime_flow(text, orders.flow, cell=cell)
 
 

@@ -83,7 +83,7 @@ def _outputs(text: str, cell: Cell) -> Iterator[VerificationError]:
     signals = cell.signals
     kinds = {signals.dispenser: "DO", signals.uv_lamp: "DO"}
     kinds |= {} if signals.vacuum is None else {signals.vacuum: "DO"}
-    kinds |= {signals.flow: "AO"} if signals.flow is not None and signals.mode == "analog" else {}
+    kinds |= {signals.flow: "AO"} if signals.flow is not None and signals.sets_flow else {}
     entries = [one for one in _entries(text) if one.domain == "EIO_SIGNAL"]
     for one in entries:
         name = one.values.get("Name", "")

@@ -60,14 +60,14 @@ def verify_flow(made: Made, orders: Orders, *, signals: Signals) -> None:
     Raises:
         VerificationError: it is not.
     """
-    scale = signals.flow_per_mm3_s if signals.mode == "analog" else 0.0
+    scale = signals.flow_per_mm3_s if signals.sets_flow else 0.0
     current = 0.0
     switched = made.switchings
     for index in range(made.count):
         ends = False
         for trigger in (each for each in switched.get(index, ()) if each.flow):
             place = Place(trigger.file, trigger.line)
-            if trigger.signal != (signals.flow or "").lower() or signals.mode != "analog":
+            if trigger.signal != (signals.flow or "").lower() or not signals.sets_flow:
                 refuse(place, f"{trigger.signal} is no output for a flow that follows the speed")
             ends = trigger.value == 0.0
             lags: Value = [signals.flow_lag, 0.0 if ends else signals.flow_lag]

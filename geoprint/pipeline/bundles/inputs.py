@@ -147,6 +147,8 @@ def setup_findings(
 
 def _placement_findings(job: Job, cell: Cell, found: Placement, *, file: str) -> Iterator[Finding]:
     """Yield where a part stands otherwise than the cell says; a demonstration stands where nobody has stated it."""
+    if found.flow_unstated != cell.signals.flow_unstated:
+        yield Finding(file, 1, "placement.flow_unstated is not what the signals of the cell file say")
     if job.place == "demo" or cell.fixture is None:
         for what, stated in (("fixture", found.calibrated), ("part", found.part_stated)):
             if stated:

@@ -71,9 +71,13 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         ClearanceError: the touched points determine the part's surface worse than the stand-off.
     """
     with stage("reading"):
-        # In the order in which a person thinks: file, unit, spacing, placement; and all of it before the long work.
-        loaded, cell = load_file(job.surface, unit=job.unit, label=job.label), job_cell(job)
+        # In the order in which a person thinks: cell, unit, spacing, placement; and all of it before the long work. A
+        # large file is parsed only for a job that says what can be said without it.
+        cell = job_cell(job)
         job = with_rounds(job, cell)
+        if job.unit is not None and (job.spacing is not None or job.rounds is not None):
+            _require_placement(job, cell)
+        loaded = load_file(job.surface, unit=job.unit, label=job.label)
         if job.rounds is None:
             _wanted_spacing(job, loaded.surface if job.spacing is not None else prepared_part(job, loaded).surface)
         _require_placement(job, cell)
@@ -152,7 +156,8 @@ def read_part(job: Job) -> SidedPart:
         UsageError: a unit or a label is unclear.
         InputError: a file cannot be planned on.
     """
-    return sided_part(job, load_file(job.surface, unit=job.unit, label=job.label), job_cell(job))
+    cell = job_cell(job)
+    return sided_part(job, load_file(job.surface, unit=job.unit, label=job.label), cell)
 
 
 def sided_part(job: Job, loaded: MeshFile, cell: Cell) -> SidedPart:
@@ -244,13 +249,15 @@ def _placement(job: Job, cell: Cell, part: Surface, *, turnable: bool) -> tuple[
     if job.place == "demo":
         # What turns the part, or tilts it, makes less of where it starts.
         least = LEAST_MEAN_NORMAL if turnable or cell.table is not None else SHORTEST_MEAN_NORMAL
-        return demo_placement(part, position=cell.demo_position, rotation=cell.demo_turn, least=least), None
+        found = demo_placement(part, position=cell.demo_position, rotation=cell.demo_turn, least=least)
+        return replace(found, flow_unstated=cell.signals.flow_unstated), None
     calibration = calibrate_fixture(_fixture(cell))
+    placement = replace(calibration.placement, flow_unstated=cell.signals.flow_unstated)
     if calibration.placement.missing:
-        return calibration.placement, None
+        return placement, None
     uncertainty = surface_uncertainty(calibration, part)
     refuse_uncertain(uncertainty, standoff=cell.process.standoff, part=part.name)
-    return calibration.placement, uncertainty
+    return placement, uncertainty
 
 
 def surface_uncertainty(calibration: FixtureCalibration, part: Surface) -> Uncertainty:

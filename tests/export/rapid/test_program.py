@@ -367,10 +367,15 @@ def test_an_output_of_exactly_32_characters_is_taken() -> None:
     assert f"SetDO {'a' * 32},0;" in text_of(write(cell=cell), "GeoGuard.mod")
 
 
-def test_analog_flow_without_an_analog_output_is_refused() -> None:
+def test_a_flow_without_an_output_that_somebody_stated_runs_only_dry() -> None:
     cell = replace(CELL, signals=replace(CELL.signals, mode="analog"))
-    with pytest.raises(UsageError, match="set mode to 'io'"):
-        write(cell=cell)
+    placement = replace(PLACEMENT, flow_unstated=cell.signals.flow_unstated)
+    assert placement.missing[-1] == "what sets the flow (signals.flow and flow_per_mm3_s)"
+    program = write(cell=cell, placement=placement)
+    assert program.dry_run
+    assert not [line for line in code_of(program) if re.search(r"SetAO|TriggSpeed|geoOn:=1", line)]
+    # What is stated makes nothing missing.
+    assert replace(PLACEMENT, flow_unstated=ANALOG.signals.flow_unstated).missing == PLACEMENT.missing
 
 
 def test_the_flow_is_written_where_it_changes_by_a_percent_and_ends_with_each_deposit() -> None:

@@ -145,7 +145,7 @@ def _flows(
     name = (signals.flow or "").lower()
     begin = float(made.execution.moves.begins[made.rows[0]])
     for each in made.execution.switchings:
-        if signals.mode == "analog" and each.signal == name:
+        if signals.sets_flow and each.signal == name:
             if not each.flow and each.value != 0.0 and begin < each.time < until:
                 refuse(Place(each.file, each.line), f"{each.signal} is set to {each.value:g} here, whatever the speed")
             value = each.value / signals.flow_per_mm3_s if each.flow else 0.0
