@@ -41,7 +41,11 @@ def conditions(cell: Cell, *, placement: Placement, loading: bool, stacked: bool
         loading: whether the program loads its modules while it runs.
         stacked: whether it is a layer of a stack or one of several attitudes, or all of them.
     """
-    holding = {"analog" if cell.signals.sets_flow else "io", "unknown" if placement.missing else "known", "stacked" if stacked else "single"}
+    holding = {
+        "analog" if cell.signals.sets_flow else "io",
+        "unknown" if placement.missing else "known",
+        "stacked" if stacked else "single",
+    }
     holding |= {"prime"} if cell.purge is not None else set()
     holding |= {"vacuum"} if cell.signals.vacuum is not None else set()
     holding |= {"lag" if cell.signals.sets_flow and cell.signals.flow_lag > 0.0 else "nolag"}
