@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from string import ascii_uppercase
 from typing import final
 
 from geoprint.account.records.reading import record_reading
@@ -19,6 +20,9 @@ from geoprint.surfaces.repair import Defect
 # Regions and rims that a person reads; more are in the JSON.
 MOST_REGIONS = 30
 MOST_RIMS = 5
+# Places that are listed and drawn, and labels that a line names as touched.
+MOST_LANDMARKS = 12
+MOST_CONTACTS = 4
 
 
 @final
@@ -44,11 +48,22 @@ class RegionRecord:
 @final
 @dataclass(frozen=True, slots=True)
 class RimRecord:
-    """A closed part of the border: its length and edges all around, and a place on it."""
+    """A closed part of the border: its length and edges all around, a place on it, and the middle of its loop."""
 
     length_mm: float
     edges: int
     place_mm: tuple[float, ...]
+    centre_mm: tuple[float, ...]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class LandmarkRecord:
+    """A place on the surface, what is there, and the outward unit normal."""
+
+    name: str
+    place_mm: tuple[float, ...]
+    normal: tuple[float, ...]
 
 
 @final
@@ -62,8 +77,28 @@ class FlawRecord:
 
 @final
 @dataclass(frozen=True, slots=True)
+class ContactRecord:
+    """A label that another touches, and over which share of that one's surface."""
+
+    label: int
+    share: float
+
+
+@final
+@dataclass(frozen=True, slots=True)
 class LabelRecord:
-    """A label of a volume: its number and name, voxels, volume, and the lowest and highest coordinates of these."""
+    """A label of a volume.
+
+    Attributes:
+        label: its number.
+        name: that the file gives it, or empty.
+        voxels: how many it has.
+        volume_mm3: of these.
+        low_mm: lowest, and
+        high_mm: highest coordinates of its voxels.
+        touches: other labels, by the share of its surface that leads into them; what is left leads into none.
+        inside: the label in which it lies: it touches that one over more than half of its surface and lies in its box.
+    """
 
     label: int
     name: str
@@ -71,6 +106,8 @@ class LabelRecord:
     volume_mm3: float
     low_mm: tuple[float, ...]
     high_mm: tuple[float, ...]
+    touches: tuple[ContactRecord, ...]
+    inside: int | None
 
 
 @final
@@ -101,6 +138,8 @@ class InspectionRecord:
         unit: that it was read in.
         unit_assumed: whether the unit is a guess from the size.
         unit_hint: where the size is unusual, what that may mean.
+        low_mm: lowest, and
+        high_mm: highest coordinates.
         size_mm: extents.
         vertices: of the examined mesh, and
         faces: its triangles.
@@ -122,12 +161,16 @@ class InspectionRecord:
         backends: by name, 'yes', or why one cannot plan on it or was not tried.
         reading: what was used of the file, skipped and assumed.
         labels: that a label volume holds.
+        landmarks: places to find the way by; none where preparing refuses the mesh.
+        label: of which the surface is, or None.
     """
 
     name: str
     unit: str
     unit_assumed: bool
     unit_hint: str | None
+    low_mm: tuple[float, ...]
+    high_mm: tuple[float, ...]
     size_mm: tuple[float, ...]
     vertices: int
     faces: int
@@ -149,6 +192,8 @@ class InspectionRecord:
     backends: dict[str, str]
     reading: dict[str, Json]
     labels: tuple[LabelRecord, ...]
+    landmarks: tuple[LandmarkRecord, ...]
+    label: int | None
 
 
 def inspection_summary(seen: FileInspection | VolumeInspection) -> dict[str, Json]:
@@ -178,11 +223,15 @@ def inspection_record(seen: FileInspection) -> InspectionRecord:
         unit=seen.unit,
         unit_assumed=seen.assumed,
         unit_hint=seen.hint,
-        size_mm=_place(seen.size),
+        low_mm=_place(seen.low),
+        high_mm=_place(seen.high),
+        size_mm=tuple(rounded(high - low) for low, high in zip(seen.low, seen.high, strict=True)),
         vertices=len(found.examined.vertices),
         faces=len(found.examined.faces),
         components=tuple(PieceRecord(faces, rounded(area), _place(place)) for faces, area, place in found.components),
-        border=tuple(RimRecord(rounded(rim.length), rim.edges, _place(rim.place)) for rim in found.rims),
+        border=tuple(
+            RimRecord(rounded(rim.length), rim.edges, _place(rim.place), _place(rim.centre)) for rim in found.rims
+        ),
         genus=found.genus,
         nonmanifold_edges=_flaw(found.nonmanifold_edges),
         nonmanifold_vertices=_flaw(found.nonmanifold_vertices),
@@ -199,13 +248,16 @@ def inspection_record(seen: FileInspection) -> InspectionRecord:
         backends=dict(seen.backends),
         reading=as_json(record_reading(seen.reading)),
         labels=tuple(map(_label, seen.labels)),
+        landmarks=tuple(LandmarkRecord(one.name, _place(one.place), _place(one.normal)) for one in seen.landmarks),
+        label=seen.label,
     )
 
 
 def _lines(record: InspectionRecord) -> Iterator[str]:
     guessed = " (assumed from the size: give `--unit`)" if record.unit_assumed else ""
     spans = " x ".join(f"{extent:.4g}" for extent in record.size_mm)
-    yield f"{record.name}: {record.faces} faces, {spans} mm, read in {record.unit}{guessed}"
+    box = f"from {in_words(record.low_mm)} to {in_words(record.high_mm)}"
+    yield f"{record.name}: {record.faces} faces, {spans} mm, {box}, read in {record.unit}{guessed}"
     if record.unit_hint:
         yield f"warning: {record.unit_hint}"
     yield f"pieces: {len(record.components)}; genus: {'unknown' if record.genus is None else record.genus}"
@@ -224,7 +276,8 @@ def _lines(record: InspectionRecord) -> Iterator[str]:
         yield f"refused: {record.refusal}"
     elif record.changes is not None:
         yield f"preparing changes: {'; '.join(record.changes) or 'nothing'}"
-    yield from _label_lines(record.labels)
+    yield from _label_lines(tuple(one for one in record.labels if record.label in {None, one.label}))
+    yield from _landmark_lines(record)
     for region in record.regions[:MOST_REGIONS]:
         yield f"region '{region.name[:LONGEST_NAME]}': {region.faces} faces, {region.area_mm2:.4g} mm2"
     if len(record.regions) > MOST_REGIONS:
@@ -235,8 +288,9 @@ def _lines(record: InspectionRecord) -> Iterator[str]:
 
 def _label(found: LabelFound) -> LabelRecord:
     return LabelRecord(
-        found.label, found.name, found.voxels, rounded(found.volume), _place(found.low), _place(found.high)
-    )
+        found.label, found.name, found.voxels, rounded(found.volume), _place(found.low), _place(found.high),
+        tuple(ContactRecord(label, rounded(share)) for label, share in found.touches), found.inside,
+    )  # fmt: skip
 
 
 def _label_lines(labels: tuple[LabelRecord, ...]) -> Iterator[str]:
@@ -245,8 +299,32 @@ def _label_lines(labels: tuple[LabelRecord, ...]) -> Iterator[str]:
         spans = " x ".join(f"{high - low:.4g}" for low, high in zip(one.low_mm, one.high_mm, strict=True))
         yield (
             f"label {one.label}{named}: {one.voxels} voxels, {one.volume_mm3 / 1000.0:.4g} cm3, {spans} mm from "
-            f"{in_words(one.low_mm)} to {in_words(one.high_mm)}"
+            f"{in_words(one.low_mm)} to {in_words(one.high_mm)}{_contacts(one)}"
         )
+
+
+def _contacts(one: LabelRecord) -> str:
+    """Return in which label another lies, and which it touches over how much of its surface."""
+    inside = "" if one.inside is None else f"; lies inside label {one.inside}"
+    shown = [f"label {each.label} over {each.share:.0%}" for each in one.touches[:MOST_CONTACTS] if each.share >= 0.005]
+    free = 1.0 - sum(each.share for each in one.touches)
+    last = f", no label over {free:.0%}" if free >= 0.005 else ""
+    return f"{inside}; touches {', '.join(shown)} of its surface{last}" if shown else ""
+
+
+def _landmark_lines(record: InspectionRecord) -> Iterator[str]:
+    """Yield places as a command takes them; loops of the border stand in their own line."""
+    shown = record.landmarks[:MOST_LANDMARKS]
+    if not shown:
+        return
+    yield "places, as `--at X Y Z` takes them (`--from near:X,Y,Z` with commas), and outward normals:"
+    widest = max(len(one.name) for one in shown)
+    for letter, one in zip(ascii_uppercase, shown, strict=False):
+        place = " ".join(f"{value:8.2f}" for value in one.place_mm)
+        normal = " ".join(f"{round(value, 2) + 0.0:5.2f}" for value in one.normal)
+        yield f"  {letter} {one.name:<{widest}} {place}   {normal}"
+    if len(record.landmarks) > len(shown):
+        yield f"and {len(record.landmarks) - len(shown)} more places: `--json` lists all"
 
 
 def _border_line(record: InspectionRecord) -> str:
@@ -255,7 +333,8 @@ def _border_line(record: InspectionRecord) -> str:
         return "border: none, the surface is closed"
     numbered = enumerate(rims[:MOST_RIMS], start=1)
     shown = "; ".join(
-        f"{f'loop {number}, ' if len(rims) > 1 else ''}{rim.length_mm:.4g} mm at {in_words(rim.place_mm)}"
+        f"{f'loop {number}, ' if len(rims) > 1 else ''}{rim.length_mm:.4g} mm at {in_words(rim.place_mm)}, around "
+        f"{in_words(rim.centre_mm)}"
         for number, rim in numbered
     )
     more = f"; and {len(rims) - MOST_RIMS} more" if len(rims) > MOST_RIMS else ""

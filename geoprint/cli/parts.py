@@ -48,7 +48,7 @@ def inspect(
         from geoprint.report import inspection_figure
         from geoprint.surfaces.files import write_whole
 
-        write_whole(picture, inspection_figure(seen.found, title=seen.name))
+        write_whole(picture, inspection_figure(seen.found, title=seen.name, landmarks=seen.landmarks))
     if as_json:
         tell_json(inspection_summary(seen))
     say(inspection_text(seen))

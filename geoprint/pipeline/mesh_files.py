@@ -3,18 +3,35 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from geoprint.backends import backend as find_backend, backend_names
 from geoprint.errors import GeoprintError, InputError, MeshError, UsageError
-from geoprint.model import Reading, Seed, Surface
+from geoprint.model import BoolArray, Reading, Seed, Surface
 from geoprint.pipeline.workpiece import inverted_in_words, shape_in_words
 from geoprint.results import FileInspection, Remeshed, VolumeInspection
-from geoprint.surfaces import boundary_half_edges, boundary_seed, face_areas, in_words, point_seed, signed_volume
-from geoprint.surfaces.files import labels_of, load_file, load_likely, unit_hint
+from geoprint.surfaces import (
+    Landmark,
+    boundary_half_edges,
+    boundary_seed,
+    face_areas,
+    face_normals,
+    in_words,
+    landmarks,
+    middle_face,
+    point_seed,
+    signed_volume,
+    triple,
+    turned_over,
+)
+from geoprint.surfaces.files import MeshFile, labels_of, load_file, load_likely, unit_hint
 from geoprint.surfaces.remesh import decimate, deviation, refine, remesh, smooth
 from geoprint.surfaces.repair import Inspection, PreparationReport, inspect, prepare, terrace_height
+
+if TYPE_CHECKING:
+    from geoprint.surfaces.files.labelling import LabelVolume
 
 # Levels of the trial plan: coarse, since it only tries whether a backend accepts the surface.
 TRIAL_LEVELS = 4
@@ -26,6 +43,8 @@ NOT_TRIED = "not tried"
 POSSIBLE = "yes"
 # Without another word the surface may move by this share of the part's diagonal: 0.1 mm for a patch of 50 mm.
 DEVIATION_SHARE = 1.0 / 500.0
+# Of a label's surface, the least share that faces another label for it to be named.
+LEAST_FACING = 0.03
 ADVICE = "ask for shorter edges, more faces or less smoothing"
 
 
@@ -52,7 +71,7 @@ def inspect_file(
     """
     path = Path(path)
     volume = labels_of(path, unit=unit, threshold=threshold)
-    labels, told = volume or ((), Reading())
+    labels, told = volume[:2] if volume else ((), Reading())
     if len(labels) > 1 and label is None:
         return VolumeInspection(path.name, labels, None, told)
     try:
@@ -66,12 +85,14 @@ def inspect_file(
         return VolumeInspection(path.name, labels, str(error), told)
     found = inspect(loaded.surface, longest_hole=longest_hole)
     areas = face_areas(loaded.surface)
+    used = found.examined.vertices[found.examined.faces.ravel()]
     return FileInspection(
         name=path.name,
         unit=loaded.unit,
         assumed=assumed,
         hint=unit_hint(found.examined, unit=loaded.unit),
-        size=tuple(np.ptp(found.examined.vertices[found.examined.faces.ravel()], axis=0).tolist()),
+        low=triple(used.min(axis=0)),
+        high=triple(used.max(axis=0)),
         found=found,
         regions=tuple((name, faces.size, float(areas[faces].sum())) for name, faces in loaded.regions.items()),
         side=_side(loaded.surface, found),
@@ -79,7 +100,34 @@ def inspect_file(
         backends=tuple((name, _trial(name, found)) for name in backend_names()),
         reading=loaded.reading,
         labels=labels,
+        landmarks=() if found.refusal is not None else _landmarks(loaded, found, None if volume is None else volume[2]),
+        label=next((one.label for one in labels if label in {None, one.label}), None),
     )
+
+
+def _landmarks(loaded: MeshFile, found: Inspection, volume: LabelVolume | None) -> tuple[Landmark, ...]:
+    """Return places on an examined surface, also of what each of a label's neighbours faces and of each region."""
+    surface = found.examined
+    if not found.rims and signed_volume(surface) < 0.0:
+        surface = turned_over(surface)
+    facing = {} if volume is None else _facing(surface, volume)
+    named = [middle_face(loaded.surface, faces, name=f"region '{name}'") for name, faces in loaded.regions.items()]
+    return (*landmarks(surface, regions=facing), *named)
+
+
+def _facing(surface: Surface, volume: LabelVolume) -> dict[str, BoolArray]:
+    """Return which faces of a label's surface face which label, one voxel out; those that are few are left out."""
+    normals = face_normals(surface)
+    steps = np.linalg.norm(normals @ np.linalg.inv(volume.affine[:3, :3]).T, axis=1)
+    beyond = volume.at(surface.vertices[surface.faces].mean(axis=1) + normals / steps[:, None])
+    areas = face_areas(surface)
+    shares = {number: float(areas[beyond == number].sum() / areas.sum()) for number in np.unique(beyond).tolist()}
+    ordered = sorted(shares.items(), key=lambda one: (-one[1], one[0]))
+    return {
+        f"facing {f'label {number}' if number else 'no label'}, {share:.0%}": beyond == number
+        for number, share in ordered
+        if share >= LEAST_FACING and share < 1.0
+    }
 
 
 def remesh_file(

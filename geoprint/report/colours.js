@@ -81,13 +81,13 @@ const COLOURINGS = {
     legend: "Light: near the seed, dark: far from it, as this backend measures.",
   }),
   spacing: (part, backend) => {
-    const [low, high] = part.ratios;
+    const [low, high] = part.ratios, half = (end) => [(1 + end) / 2, ((1 + end) / 2).toFixed(1)];
     return {
       ...ofRatios(part, backend.spacing, part.ratios, SPACING),
       said: (at) => Number.isNaN(backend.spacing[at])
         ? "no neighbouring path" : `spacing ${backend.spacing[at].toFixed(3)} of the wanted one`,
       title: "local spacing / wanted spacing [1]",
-      ticks: ticksOf(part.ratios, [[low, `≤ ${low}`], [0.9, "0.9"], [1, "1"], [1.1, "1.1"], [high, `≥ ${high}`]]),
+      ticks: ticksOf(part.ratios, [[low, `≤ ${low}`], half(low), [1, "1"], half(high), [high, `≥ ${high}`]]),
       legend: "Red: paths too close, blue: too far apart, white: as wanted. Grey: no neighbour.",
     };
   },

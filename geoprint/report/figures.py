@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import io
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 
 from geoprint.model import FloatArray, IntArray, Surface, frozen
 from geoprint.report.beads import bead_sides, squares_on
+from geoprint.report.histogram import times_wider
 from geoprint.report.sides import views
 from geoprint.surfaces import vertex_normals
 
@@ -21,8 +22,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# Spacing over its wanted value at the ends of the colour scale.
-COLOUR_RANGE = (0.8, 1.2)
+# Spacing over its wanted value at the ends of the narrowest colour scale is so far from 1; a scale is as many times as
+# wide, at most from 0 to 2, as what was measured asks for.
+COLOUR_HALF, MOST_COLOUR_TIMES = 0.2, 5
 # Diverging and safe for colour-blind readers; its middle is light, so the part below is dark.
 COLOUR_MAP = "RdBu"
 # Colour of paths without a neighbour.
@@ -72,6 +74,12 @@ class CoveragePanel:
     widths: FloatArray | float = 1.0
 
 
+def colour_range(shown: Iterable[FloatArray]) -> tuple[float, float]:
+    """Return the spacing over its wanted value at both ends of the colour scale that covers some measured ratios."""
+    half = COLOUR_HALF * times_wider(shown, half=COLOUR_HALF, most=MOST_COLOUR_TIMES)
+    return round(1.0 - half, 3), round(1.0 + half, 3)
+
+
 def coverage_figure(
     surface: Surface,
     panels: Sequence[CoveragePanel],
@@ -104,13 +112,14 @@ def coverage_figure(
         figsize=(inches * len(panels) + 1.1, inches * sum(heights) + 1.0), dpi=COVERAGE_DOTS, layout="constrained"
     )
     axes = figure.subplots(len(sides), len(panels), squeeze=False, height_ratios=heights)
+    ends = colour_range([panel.ratios for panel in panels])
     for row, R_side_work in zip(axes, sides, strict=True):
         for axis, panel in zip(row, panels, strict=True):
-            _draw_covered(axis, surface, panel, R_side_work, spacing=spacing, bead=bead)
+            _draw_covered(axis, surface, panel, R_side_work, spacing=spacing, bead=bead, ends=ends)
     for above, below, panel in zip(axes[0], axes[-1], panels, strict=True):
         above.set_title(panel.title, fontsize=13, loc="left", parse_math=False)
         below.set_xlabel(panel.caption, fontsize=10, parse_math=False)
-    _add_scale(figure, axes.ravel().tolist(), uncovered=any(len(panel.gaps) for panel in panels))
+    _add_scale(figure, axes.ravel().tolist(), ends, uncovered=any(len(panel.gaps) for panel in panels))
     add_title(figure, title)
     return png_bytes(figure)
 
@@ -188,7 +197,14 @@ def add_ruler(axis: Axes, *, font_size: float = 9.0) -> None:
 
 
 def _draw_covered(
-    axis: Axes, surface: Surface, panel: CoveragePanel, R_view_work: FloatArray, *, spacing: float, bead: float
+    axis: Axes,
+    surface: Surface,
+    panel: CoveragePanel,
+    R_view_work: FloatArray,
+    *,
+    spacing: float,
+    bead: float,
+    ends: tuple[float, float],
 ) -> None:
     """Draw a part with its beads and with what they leave open, what is nearer to the reader over what is farther."""
     from matplotlib.collections import PolyCollection
@@ -197,7 +213,7 @@ def _draw_covered(
     # Beads lie over the faces about them, wherever in these they are.
     over = float(np.ptp(corners, axis=1).max(initial=0.0))
     squares = squares_on(surface, panel.gaps, side=UNCOVERED_SHARE * spacing) @ R_view_work.T
-    beads, bead_colours = _bead_polygons(surface, panel, R_view_work, width=bead * spacing)
+    beads, bead_colours = _bead_polygons(surface, panel, R_view_work, width=bead * spacing, ends=ends)
     polygons = np.concatenate([corners[:, [0, 1, 2, 2]], squares, beads])
     painted = np.concatenate([colours, np.tile(_rgba(UNCOVERED), (len(squares), 1)), bead_colours])
     lift = np.repeat([0.0, over, 1.01 * over], [len(corners), len(squares), len(beads)])
@@ -219,7 +235,7 @@ def _turn(polygons: FloatArray) -> FloatArray:
 
 
 def _bead_polygons(
-    surface: Surface, panel: CoveragePanel, R_view_work: FloatArray, *, width: float
+    surface: Surface, panel: CoveragePanel, R_view_work: FloatArray, *, width: float, ends: tuple[float, float]
 ) -> tuple[FloatArray, FloatArray]:
     """Return the (s, 4, 3) pieces of beads between samples as seen, and their (s, 4) colours."""
     from matplotlib import colormaps
@@ -230,7 +246,7 @@ def _bead_polygons(
     # Counter-clockwise as seen from outside.
     corners = np.stack([right[starts], right[starts + 1], left[starts + 1], left[starts]], axis=1) @ R_view_work.T
     ratios = np.ma.masked_invalid(0.5 * (panel.ratios[starts] + panel.ratios[starts + 1]))
-    shades = colormaps[COLOUR_MAP].with_extremes(bad=UNMEASURED)(Normalize(*COLOUR_RANGE)(ratios))
+    shades = colormaps[COLOUR_MAP].with_extremes(bad=UNMEASURED)(Normalize(*ends)(ratios))
     return corners, np.asarray(shades, dtype=np.float64).reshape(-1, 4)
 
 
@@ -240,12 +256,12 @@ def _rgba(colour: str) -> FloatArray:
     return np.array(to_rgba(colour))
 
 
-def _add_scale(figure: Figure, axes: Sequence[Axes], *, uncovered: bool) -> None:
+def _add_scale(figure: Figure, axes: Sequence[Axes], ends: tuple[float, float], *, uncovered: bool) -> None:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
     scale = figure.colorbar(
-        ScalarMappable(Normalize(*COLOUR_RANGE), COLOUR_MAP), ax=list(axes), shrink=0.8, pad=0.01, extend="both"
+        ScalarMappable(Normalize(*ends), COLOUR_MAP), ax=list(axes), shrink=0.8, pad=0.01, extend="both"
     )
     scale.set_label(
         "distance to the neighbouring path / wanted spacing\n"

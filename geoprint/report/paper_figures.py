@@ -16,17 +16,17 @@ from geoprint.report.beads import bead_sides, squares_on
 from geoprint.report.figures import (
     BEAD_SHARE,
     COLOUR_MAP,
-    COLOUR_RANGE,
     UNCOVERED,
     UNCOVERED_SHARE,
     UNMEASURED,
     CoveragePanel,
     add_ruler,
+    colour_range,
     draw_part,
     png_bytes,
     svg_bytes,
 )
-from geoprint.report.histogram import BINS, EVEN, HIGHEST, LOWEST, TICKS, spacing_shares, tick_text
+from geoprint.report.histogram import BINS, EVEN, ratio_axis, spacing_shares, tick_texts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -83,18 +83,19 @@ def _map(surface: Surface, panels: Sequence[CoveragePanel], R_view_work: FloatAr
     height = min(panel_inches * float(size[1] / size[0]), PAGE_INCHES) + MAP_ROOM
     figure = Figure(figsize=(width, height), dpi=DOTS_PER_INCH, layout="constrained")
     axes: list[Axes] = list(figure.subplots(1, len(panels), squeeze=False)[0])
+    ends = colour_range([panel.ratios for panel in panels])
     for axis, panel in zip(axes, panels, strict=True):
         draw_part(axis, surface, R_view_work)
         _draw_uncovered(axis, surface, panel, R_view_work, spacing=spacing)
         # Part and marks as images within the SVG: their thousands of polygons would make it heavy.
         for collection in axis.collections:
             collection.set_rasterized(True)
-        _draw_stretches(axis, surface, panel, R_view_work, spacing=spacing)
+        _draw_stretches(axis, surface, panel, R_view_work, spacing=spacing, ends=ends)
         axis.set_title(panel.title, fontsize=LARGE, loc="left", parse_math=False)
         axis.set_xlabel(panel.caption, fontsize=SMALL, parse_math=False)
         add_ruler(axis, font_size=SMALL)
     scale = figure.colorbar(
-        ScalarMappable(Normalize(*COLOUR_RANGE), COLOUR_MAP), ax=axes, location="bottom", shrink=min(1.0, 3.3 / width),
+        ScalarMappable(Normalize(*ends), COLOUR_MAP), ax=axes, location="bottom", shrink=min(1.0, 3.3 / width),
         aspect=35, pad=0.02, extend="both",
     )  # fmt: skip
     scale.ax.tick_params(labelsize=SMALL)
@@ -114,7 +115,13 @@ def _draw_uncovered(
 
 
 def _draw_stretches(
-    axis: Axes, surface: Surface, panel: CoveragePanel, R_view_work: FloatArray, *, spacing: float
+    axis: Axes,
+    surface: Surface,
+    panel: CoveragePanel,
+    R_view_work: FloatArray,
+    *,
+    spacing: float,
+    ends: tuple[float, float],
 ) -> None:
     """Draw the beads of the runs, cut where their shade changes."""
     from matplotlib import colormaps
@@ -124,7 +131,7 @@ def _draw_stretches(
     sides = bead_sides(surface, panel.places, panel.offsets, width=BEAD_SHARE * spacing * panel.widths)
     left, right = ((side @ R_view_work.T)[:, :2] for side in sides)
     ratios = 0.5 * (panel.ratios[:-1] + panel.ratios[1:])
-    low, high = COLOUR_RANGE
+    low, high = ends
     shades = np.clip(np.round((np.nan_to_num(ratios, nan=1.0) - low) / (high - low) * SHADES), 0, SHADES)
     shades[np.isnan(ratios)] = -1.0
     # Segments between runs are marked apart from all shades, and left out.
@@ -136,7 +143,7 @@ def _draw_stretches(
         [np.concatenate([left[first : last + 1], right[first : last + 1][::-1]]) for first, last in drawn],
         array=np.ma.masked_less(low + (high - low) * values / SHADES, low - (high - low) / (2 * SHADES)),
         cmap=colormaps[COLOUR_MAP].with_extremes(bad=UNMEASURED),
-        norm=Normalize(*COLOUR_RANGE),
+        norm=Normalize(*ends),
         linewidths=0.0,
     )
     axis.add_collection(beads)
@@ -149,19 +156,20 @@ def _histogram(panels: Sequence[CoveragePanel], *, spacing: float) -> Figure:
 
     figure = Figure(figsize=(COLUMN_INCHES, HISTOGRAM_INCHES), dpi=DOTS_PER_INCH, layout="constrained")
     axis: Axes = figure.subplots()
-    edges = np.linspace(LOWEST, HIGHEST, BINS + 1)
+    low, high, ticks = shown = ratio_axis([panel.ratios for panel in panels])
+    edges = np.linspace(low, high, BINS + 1)
     axis.axvspan(*EVEN, color="#ececec", linewidth=0.0, zorder=0)
     axis.text(EVEN[1], 100.0, " within 5 %", fontsize=SMALL, color="#606060", va="center")
     for panel, (colour, dashes) in zip(panels, LINES, strict=False):
-        shares = np.maximum(100.0 * spacing_shares(panel.ratios), 0.1 * LEAST_SHARE)
+        shares = np.maximum(100.0 * spacing_shares(panel.ratios, shown), 0.1 * LEAST_SHARE)
         axis.stairs(
             shares, edges, baseline=0.1 * LEAST_SHARE, label=panel.title, color=colour, linestyle=dashes, linewidth=1.1
         )
     axis.set_yscale("log")
     axis.set_ylim(LEAST_SHARE, 130.0)
-    axis.set_xlim(LOWEST, HIGHEST)
-    axis.xaxis.set_major_locator(FixedLocator(TICKS))
-    axis.xaxis.set_major_formatter(FixedFormatter([tick_text(value) for value in TICKS]))
+    axis.set_xlim(low, high)
+    axis.xaxis.set_major_locator(FixedLocator(ticks))
+    axis.xaxis.set_major_formatter(FixedFormatter(tick_texts(shown)))
     axis.yaxis.set_major_formatter(FuncFormatter(_plain))
     axis.tick_params(labelsize=SMALL)
     axis.set_xlabel(f"local spacing / wanted spacing of {spacing:.3g} mm", fontsize=LARGE)

@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 
 from geoprint.model import FloatArray, IntArray, Surface
 from geoprint.report.beads import bead_sides
-from geoprint.report.figures import COLOUR_RANGE
+from geoprint.report.figures import colour_range
 from geoprint.report.markup import Json
 from geoprint.report.values import BackendView, Machine, PartReport, Replay, TableReplay
 from geoprint.report.view_surface import shading_normals
@@ -50,7 +50,7 @@ def scene_data(part: PartReport) -> Json:
         **head,
         "winner": part.winner,
         "farthest": max(float(backend.distance.max()) for backend in part.backends),
-        "ratios": list(COLOUR_RANGE),
+        "ratios": list(colour_range([backend.ratios for backend in part.backends])),
         "overhang": None if part.critical_deg is None else numbers(_from_upright(normals, part.R_view_work)),
         "critical": part.critical_deg,
         "leaning": max((float(backend.shades.lean.max()) for backend in part.backends if backend.shades), default=0.0),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import final
 
 from geoprint.model import Reading, Surface, frozen
+from geoprint.surfaces import Landmark
 from geoprint.surfaces.files import LabelFound
 from geoprint.surfaces.remesh import Deviation
 from geoprint.surfaces.repair import Inspection, PreparationReport
@@ -20,7 +21,8 @@ class FileInspection:
         unit: that it was read in.
         assumed: whether the unit is a guess from the size, because neither file nor user said it.
         hint: where the size is unusual, what that may mean.
-        size: extents [mm].
+        low: (3,) lowest, and
+        high: (3,) highest coordinates [mm].
         found: the examination of the mesh.
         regions: name, number of faces and area [mm2] of each that the file has.
         side: what tells which side of it is outside, in words.
@@ -28,13 +30,16 @@ class FileInspection:
         backends: by name, 'yes', or why a backend cannot plan on it, or that it was 'not tried' and why.
         reading: what was used of the file, skipped and assumed.
         labels: that a label volume holds; empty for other files.
+        landmarks: places to find the way by; none where preparing refuses the mesh.
+        label: of which the surface is, or None.
     """
 
     name: str
     unit: str
     assumed: bool
     hint: str | None
-    size: tuple[float, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
     found: Inspection
     regions: tuple[tuple[str, int, float], ...]
     side: str
@@ -42,6 +47,8 @@ class FileInspection:
     backends: tuple[tuple[str, str], ...]
     reading: Reading = Reading()
     labels: tuple[LabelFound, ...] = ()
+    landmarks: tuple[Landmark, ...] = ()
+    label: int | None = None
 
 
 @final

@@ -20,6 +20,11 @@ from geoprint.surfaces.inscribing import (
     inscribed as inscribed,
     with_vertex as with_vertex,
 )
+from geoprint.surfaces.landmarks import (
+    Landmark as Landmark,
+    landmarks as landmarks,
+    middle_face as middle_face,
+)
 from geoprint.surfaces.operators import (
     corner_cotangents as corner_cotangents,
     cotangent_laplacian as cotangent_laplacian,

@@ -16,7 +16,8 @@ from PIL import Image
 
 from geoprint.model import FloatArray
 from geoprint.report import Picture, html_report
-from geoprint.report.histogram import BINS, spacing_shares
+from geoprint.report.figures import colour_range
+from geoprint.report.histogram import BINS, histograms, ratio_axis, spacing_shares
 from geoprint.report.markup import Markup, element, joined, script_data
 from geoprint.report.scene import MOST_SAMPLES, NOT_A_NUMBER, scene_data
 from tests.report.report_cases import backend, circles, dome, part, replay
@@ -211,7 +212,7 @@ def test_paths_break_off_between_stretches_and_long_ones_are_thinned() -> None:
 
 
 def test_shares_of_a_histogram_count_what_lies_beyond_its_ends() -> None:
-    shares = spacing_shares(np.array([0.1, 0.999, 1.001, 9.0, np.nan]))
+    shares = spacing_shares(np.array([0.05, 0.999, 1.001, 9.0, np.nan]))
     assert shares.size == BINS
     np.testing.assert_allclose(shares[[0, BINS // 2, -1]], [0.25, 0.5, 0.25])
     assert spacing_shares(np.array([np.nan])).sum() == 0.0
@@ -228,3 +229,17 @@ def test_commands_that_sentences_quote_are_set_as_such_but_where_an_element_hold
     assert element("title", "a `b` & c") == "<title>a `b` &amp; c</title>"
     assert json.loads(script_data({"a": "<!-- & \u2028"})) == {"a": "<!-- & \u2028"}
     assert "<" not in script_data("<!--")
+
+
+def test_scales_cover_what_is_there_and_even_paths_keep_the_narrow_ones() -> None:
+    even, wide = np.linspace(0.95, 1.15, 200), np.append(np.ones(97), [1.6, 1.7, 1.83])
+    assert colour_range([even]) == (0.8, 1.2)
+    assert ratio_axis([even]).ticks == (0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3)
+    # One scale for all that are compared: 0.7 off asks for four times 0.2 and three times 0.305.
+    assert colour_range([even, wide]) == (0.2, 1.8)
+    assert ratio_axis([even, wide]).ticks == (0.1, 0.4, 0.7, 1.0, 1.3, 1.6, 1.9)
+    # A single one of thousands widens nothing, and nothing is no ratio.
+    assert colour_range([np.append(np.ones(5000), 9.0), np.array([np.nan])]) == (0.8, 1.2)
+    # A scale of ratios ends at 0.
+    assert colour_range([np.array([9.0, 1.0])]) == (0.0, 2.0)
+    assert "all between 1.000 and 1.830" in histograms([("a", wide)], of="path", axis="x")

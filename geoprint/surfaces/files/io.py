@@ -6,6 +6,7 @@ import os
 import secrets
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from geoprint.surfaces.files.formats import VOLUMES, content_of, read_mesh
 from geoprint.surfaces.files.mesh_file import UNITS, LabelFound, MeshFile, ply_content, resolves, single_step
 from geoprint.surfaces.files.optional_readers import read_labels
 from geoprint.surfaces.topology import used_vertices
+
+if TYPE_CHECKING:
+    from geoprint.surfaces.files.optional_readers import LabelVolume
 
 # Largest extent of a part that fits a desktop robot [mm]: beyond, the unit is taken to be wrong.
 PLAUSIBLE_SIZE = (1.0, 2000.0)
@@ -86,8 +90,8 @@ def load_likely(path: Path | str, *, label: int | None = None, threshold: float 
 
 def labels_of(
     path: Path | str, *, unit: str | None, threshold: float | None = None
-) -> tuple[tuple[LabelFound, ...], Reading] | None:
-    """Return all labels of a volume, and what was used of it, skipped and assumed; None for a file of another kind.
+) -> tuple[tuple[LabelFound, ...], Reading, LabelVolume] | None:
+    """Return all labels of a volume, what was used of it, skipped and assumed, and it in mm; None for other files.
 
     Raises:
         InputError: it cannot be read.

@@ -141,12 +141,12 @@ def read_volume(data: bytes, /, *, name: str, unit: str | None = None, threshold
 
 def read_labels(
     data: bytes, /, *, name: str, unit: str | None = None, threshold: float | None = None
-) -> tuple[tuple[LabelFound, ...], Reading]:
-    """Return all labels of a file, and what was used of it, skipped and assumed; raises as `read_volume`."""
+) -> tuple[tuple[LabelFound, ...], Reading, LabelVolume]:
+    """Return all labels of a file, what was used, skipped and assumed, and the volume; raises as `read_volume`."""
     volume = read_volume(data, name=name, unit=unit, threshold=threshold)
     found = tuple(found_labels(volume))
     used = {"labels": len(found), "voxels of them": sum(one.voxels for one in found)}
-    return found, reading(used=used, skipped=volume.skipped, assumed=volume.assumed)
+    return found, reading(used=used, skipped=volume.skipped, assumed=volume.assumed), volume
 
 
 def _labels_of(data: bytes, kind: str, choice: Choice, *, name: str) -> LabelVolume:

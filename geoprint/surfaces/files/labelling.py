@@ -41,6 +41,8 @@ FEW_LABELS = 20
 LEAST_SAME = 0.5
 # Labels are counted by a table of all numbers between the lowest and the highest, where these are no more.
 MOST_NUMBERS = 1_000_000
+# A label that touches another over more than this share of its surface may lie in it.
+INSIDE_SHARE = 0.5
 
 
 @final
@@ -87,6 +89,15 @@ class LabelVolume:
             segment = self.segments[label]
             return np.asarray(self.layers[segment.layer] == segment.value)
         return np.asarray(self.labels == label)
+
+    def at(self, places: FloatArray) -> IntArray:
+        """Return the (k,) labels of the voxels that hold (k, 3) places [file's unit]; 0 beyond the volume."""
+        inverse = np.linalg.inv(self.affine)
+        index: IntArray = np.rint(places @ inverse[:3, :3].T + inverse[:3, 3]).astype(np.int64)
+        within = ((index >= 0) & (index < np.array(self.labels.shape))).all(axis=1)
+        found = np.zeros(len(places), dtype=np.int64)
+        found[within] = self.labels[tuple(index[within].T)]
+        return found
 
     def voxels(self, label: int, inside: BoolArray) -> float:
         """Return how many voxels a label fills, with its shares of those between labels; `inside` are its own."""
@@ -175,8 +186,58 @@ def found_labels(volume: LabelVolume) -> list[LabelFound]:
         name = volume.names.get(label, "")
         place = tuple(low.tolist()), tuple(high.tolist())
         filled = count if volume.shares is None else volume.voxels(label, volume.inside(label))
-        found.append(LabelFound(label, name, count, filled * side, *place))
-    return found
+        touches = _touches(volume, label, inside, box)
+        found.append(LabelFound(label, name, count, filled * side, *place, touches))
+    return [one._replace(inside=_around(one, found)) for one in found]
+
+
+def _around(one: LabelFound, labels: list[LabelFound]) -> int | None:
+    """Return the label in which another lies, or None."""
+    other = next((each for each in labels if one.touches[:1] and each.label == one.touches[0][0]), None)
+    if other is None or one.touches[0][1] <= INSIDE_SHARE:
+        return None
+    within = all(low <= its for low, its in zip(other.low, one.low, strict=True)) and all(
+        high >= its for high, its in zip(other.high, one.high, strict=True)
+    )
+    return other.label if within else None
+
+
+def _touches(
+    volume: LabelVolume, label: int, inside: BoolArray, box: tuple[slice, ...] | None
+) -> tuple[tuple[int, float], ...]:
+    """Return which other labels a label's voxels have as neighbours, and their shares of its surface.
+
+    Args:
+        volume: that holds it.
+        label: its number.
+        inside: voxels of the box, or of all of the volume, that are of it.
+        box: of the label.
+    """
+    first = np.array([0, 0, 0] if box is None else [span.start for span in box], dtype=np.int64)
+    held = np.pad(inside, 1)
+    areas: dict[int, float] = {}
+    whole = 0.0
+    for axis in range(3):
+        others = [other for other in range(3) if other != axis]
+        area = float(np.linalg.norm(np.cross(volume.affine[:3, others[0]], volume.affine[:3, others[1]])))
+        for step in (1, -1):
+            index = np.argwhere(held & ~np.roll(held, -step, axis=axis)) + (first - 1)
+            index[:, axis] += step
+            whole += area * len(index)
+            index = index[((index >= 0) & (index < np.array(volume.labels.shape))).all(axis=1)]
+            for number, count in _neighbours(volume, index):
+                areas[number] = areas.get(number, 0.0) + area * count
+    shares = [(number, area / whole) for number, area in areas.items() if number not in {0, label}]
+    return tuple(sorted(shares, key=lambda one: (-one[1], one[0])))
+
+
+def _neighbours(volume: LabelVolume, index: IntArray) -> list[tuple[int, int]]:
+    """Return labels and how many of some voxels are of each; of segments that overlap every one counts."""
+    if not volume.layers:
+        numbers, counts = np.unique(volume.labels[tuple(index.T)], return_counts=True)
+        return list(zip(numbers.astype(np.int64).tolist(), counts.tolist(), strict=True))
+    values = [layer[tuple(index.T)] for layer in volume.layers]
+    return [(number, int((values[one.layer] == one.value).sum())) for number, one in volume.segments.items()]
 
 
 def box_of(inside: BoolArray, affine: FloatArray, *, first: list[int] | None = None) -> tuple[FloatArray, FloatArray]:

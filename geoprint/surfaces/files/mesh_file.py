@@ -71,6 +71,10 @@ class LabelFound(NamedTuple):
         volume: of these [mm3].
         low: (3,) lowest, and
         high: (3,) highest coordinates of its voxels in the part's coordinates [mm].
+        touches: label and share, the largest first: of the sides of its voxels that lead out of it, by area, those that
+            lead into the other. What is left leads into no label.
+        inside: the label in which it lies: one that it touches over more than half of its surface, and whose box holds
+            its own; None where there is none such.
     """
 
     label: int
@@ -79,6 +83,8 @@ class LabelFound(NamedTuple):
     volume: float
     low: tuple[float, ...]
     high: tuple[float, ...]
+    touches: tuple[tuple[int, float], ...] = ()
+    inside: int | None = None
 
 
 @final

@@ -62,7 +62,7 @@ def read_volume(data: bytes, /, *, name: str) -> LabelVolume:
 
 def read_labels(
     data: bytes, /, *, name: str, unit: str | None, threshold: float | None
-) -> tuple[tuple[LabelFound, ...], Reading]:
+) -> tuple[tuple[LabelFound, ...], Reading, LabelVolume]:
     """Read which labels a volume has, as `label_volumes.read_labels` does."""
     from geoprint.surfaces.files import label_volumes
 

@@ -54,11 +54,13 @@ class Rim:
         length: [mm].
         edges: how many.
         place: a vertex of it [mm].
+        centre: of its edges, each counted by its length [mm].
     """
 
     length: float
     edges: int
     place: tuple[float, ...]
+    centre: tuple[float, ...]
 
 
 @final
@@ -174,8 +176,11 @@ def _rims(surface: Surface, rim: IntArray) -> tuple[Rim, ...]:
     piece = connected_nodes(rim[:, 0], rim[:, 1], nodes=len(surface.vertices))[rim[:, 0]]
     _, first, label = np.unique(piece, return_index=True, return_inverse=True)
     counts, totals = np.bincount(label), np.bincount(label, lengths)
+    middles = surface.vertices[rim].mean(axis=1)
+    sums = np.column_stack([np.bincount(label, lengths * middles[:, axis]) for axis in range(3)])
     rims = [
-        Rim(float(totals[i]), int(counts[i]), triple(surface.vertices[rim[first[i], 0]])) for i in range(first.size)
+        Rim(float(totals[i]), int(counts[i]), triple(surface.vertices[rim[first[i], 0]]), triple(sums[i] / totals[i]))
+        for i in range(first.size)
     ]
     return tuple(sorted(rims, key=lambda found: -found.length))
 

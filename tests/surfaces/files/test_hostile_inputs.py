@@ -142,7 +142,7 @@ def test_the_doctor_names_what_it_could_not_look_at() -> None:
     from dataclasses import replace
 
     found = replace(inspect(meshes.plate()), crossings_complete=False)
-    seen = FileInspection("plate.ply", "mm", False, None, (40.0, 30.0, 0.0), found, (), "", None, ())  # noqa: FBT003
+    seen = FileInspection("plate.ply", "mm", False, None, (0.0, 0.0, 0.0), (40.0, 30.0, 0.0), found, (), "", None, ())  # noqa: FBT003
     assert "not checked: crossings between all pairs of faces" in inspection_text(seen)
 
 

@@ -16,6 +16,7 @@ from geoprint.account import inspection_summary, inspection_text
 from geoprint.errors import GeoprintError, InputError, UsageError
 from geoprint.model import FloatArray
 from geoprint.pipeline import inspect_file
+from geoprint.results import FileInspection
 from geoprint.surfaces import signed_volume
 from geoprint.surfaces.files import load_file, read_volume
 from tests.shared_data import shared
@@ -259,3 +260,32 @@ def test_the_volumes_of_the_field_are_right() -> None:
     assert sum(line.startswith("label ") for line in many.splitlines()) == 59
     skipped = load_file(shared("field/k8_islands.nii.gz"), unit=None).reading.skipped
     assert skipped[0] == ("islands too small for a surface (424 voxels, 217 mm3)", 418)
+
+
+def test_a_cavity_is_said_to_lie_inside_its_wall_and_who_touches_whom_over_how_much(tmp_path: Path) -> None:
+    """A cup of label 1 about a cavity of label 5, open above, and a slab of label 3 on one side of the cup."""
+    labels = np.zeros((24, 24, 24), dtype=np.uint8)
+    labels[4:20, 4:20, 4:20] = 1
+    labels[8:16, 8:16, 8:20] = 5
+    labels[20:22, 4:20, 4:20] = 3
+    save_nifti(tmp_path / "cup.nii", labels, np.diag([1.0, 1.0, 2.0, 1.0]))
+    cup, slab, cavity = inspect_file(tmp_path / "cup.nii").labels
+    # The cavity: four sides of 8 x 24 mm and a floor of 8 x 8 mm touch the cup; its lid of 8 x 8 mm touches nothing.
+    assert cavity.touches == ((1, pytest.approx((4 * 8 * 24 + 64) / (4 * 8 * 24 + 128))),)
+    assert (cup.inside, slab.inside, cavity.inside) == (None, None, 1)
+    # The slab touches the cup over one of its two sides of 16 x 32 mm, and never lies in it.
+    assert slab.touches == ((1, pytest.approx(512 / (2 * 512 + 2 * 64 + 2 * 32))),)
+    # The cup: 4 x 512 outside, 256 below, a rim of 256 - 64, and the cavity.
+    whole = 4 * 512 + 256 + 192 + 832
+    assert cup.touches == ((5, pytest.approx(832 / whole)), (3, pytest.approx(512 / whole)))
+    text = inspection_text(inspect_file(tmp_path / "cup.nii"))
+    assert "lies inside label 1; touches label 1 over 93% of its surface, no label over 7%" in text
+    # Its surface has a place on each side, from which one is chosen.
+    seen = inspect_file(tmp_path / "cup.nii", label=1)
+    assert isinstance(seen, FileInspection)
+    facing = {one.name.rsplit(",", 1)[0]: one for one in seen.landmarks if one.name.startswith("facing")}
+    assert list(facing) == ["facing no label", "facing label 5", "facing label 3"]
+    assert facing["facing label 3"].place[0] == pytest.approx(19.5, abs=0.2)
+    assert facing["facing label 3"].normal == pytest.approx((1.0, 0.0, 0.0), abs=0.05)
+    at, normal = (np.array(each) for each in (facing["facing label 5"].place, facing["facing label 5"].normal))
+    assert labels[tuple(np.rint((at + normal) / [1.0, 1.0, 2.0]).astype(int))] == 5

@@ -86,7 +86,8 @@ def test_slivers_are_counted_with_the_thinnest_first() -> None:
 def test_a_file_is_told_with_its_unit_and_what_each_backend_says(tmp_path: Path) -> None:
     save_ply(meshes.plate(jitter_seed=1), tmp_path / "plate.ply")
     seen = inspected(tmp_path / "plate.ply")
-    assert (seen.unit, seen.assumed, seen.size) == ("mm", True, pytest.approx((40.0, 30.0, 0.0)))
+    assert (seen.unit, seen.assumed) == ("mm", True)
+    assert (seen.low, seen.high) == (pytest.approx((0.0, 0.0, 0.0)), pytest.approx((40.0, 30.0, 0.0)))
     assert dict(seen.backends) == {"heat": "yes", "fast-marching": "yes", "lscm": "yes"}
     assert "assumed from the size: give `--unit`" in inspection_text(seen)
     summary = json.loads(json.dumps(inspection_summary(inspect_file(tmp_path / "plate.ply", unit="mm"))))
@@ -114,3 +115,26 @@ def test_a_size_that_is_unusual_is_hinted_at(tmp_path: Path) -> None:
 def test_the_findings_are_drawn(name: str) -> None:
     found = inspected(shared(f"broken/{name}")).found
     assert inspection_figure(found, title=f"$ {name} $").startswith(b"\x89PNG")
+
+
+def test_places_to_find_the_way_by_have_points_and_outward_normals(tmp_path: Path) -> None:
+    save_ply(meshes.sphere(), tmp_path / "ball.ply")
+    ball = inspected(tmp_path / "ball.ply", unit="mm").landmarks
+    assert [one.name for one in ball] == [f"{end} {axis}" for axis in "xyz" for end in ("lowest", "highest")]
+    for one in ball:
+        assert np.dot(one.place, one.normal) == pytest.approx(np.linalg.norm(one.place), rel=0.01)
+    # Of a flat plate nothing is lowest along z, and the middle of each side is taken.
+    save_ply(meshes.plate(), tmp_path / "plate.ply")
+    plate = {one.name: one for one in inspected(tmp_path / "plate.ply", unit="mm").landmarks}
+    assert list(plate) == ["lowest x", "highest x", "lowest y", "highest y", "farthest from the border"]
+    assert plate["highest x"].place == pytest.approx((40.0, 15.0, 0.0))
+    assert plate["farthest from the border"].place[1] == pytest.approx(15.0, abs=3.0)
+    assert plate["farthest from the border"].normal == pytest.approx((0.0, 0.0, 1.0))
+
+
+def test_the_middle_of_each_loop_and_a_place_between_two_are_said(tmp_path: Path) -> None:
+    save_ply(meshes.annulus(inner=8.0, outer=20.0, divisions=(60, 8)), tmp_path / "ring.ply")
+    record = json.loads(json.dumps(inspection_summary(inspect_file(tmp_path / "ring.ply", unit="mm"))))
+    np.testing.assert_allclose([rim["centre_mm"] for rim in record["border"]], np.zeros((2, 3)), atol=1e-6)
+    inner = next(one for one in record["landmarks"] if one["name"] == "farthest from the border")
+    assert np.linalg.norm(inner["place_mm"]) == pytest.approx(14.0, abs=1.0)
