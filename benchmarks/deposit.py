@@ -1,25 +1,29 @@
 """Does a program deposit what was planned, at which speed, and how long does it take?
 
-    python -m benchmarks.deposit [FILE ...] [--spacing MM] [--backend NAME ...] [--pattern NAME] [--smoke]
+    python -m benchmarks.deposit [FILE ...] [--spacing MM] [--backend NAME ...] [--pattern NAME] [--csv FILE] [--smoke]
+    python -m benchmarks.deposit BUNDLE ... [--csv FILE]
 
-Each part is planned with the default settings in the packaged cell, written, and its RAPID text is read by this script
-alone: speeds, targets and where the valve switches (`Program`). It knows no trajectory and no joints. Each move takes
-its length over its speed; from a stop the tip rises evenly to the speed of the next move, in the time that the first
-one takes. The valve lets the flow through that plan.json names for the operator, half of it while the arm waits for
-the flow to settle. What is wanted is spacing times layer height times the length of bead, which lies the stand-off
-below the tip along the nozzle.
+Each part is planned with the default settings in the packaged cell and written; what `geoprint plan` has written in any
+cell, mode and pattern, over a table or in layers, is taken as it is. Its RAPID text is read by this script alone:
+speeds, targets, where the valve switches and what the flow follows (`Program`). It knows no trajectory and no joints.
+Each move takes its length over its speed; from a stop the tip rises evenly to the speed of the next move, in the time
+that the first one takes. A valve lets the flow through that plan.json names for the operator, half of it while the arm
+waits for the flow to settle; an analog output lets through what it is worth by the cell, times the length of the moves.
+What is wanted is the flow of poses.csv times the length of bead.
 
 The columns: volume of all runs over the wanted one as plan.json says and as the text is read; the least and the most
-that a run gets, likewise; the speed of the print and what was allowed; the share of the length at that speed; time on
-deposit over length by speed; how far trajectory.csv is from the moves of the text, all along from the first to the
-last, by kinematics of this script (`off_moves`); warnings.
+that a run gets, likewise; the speed of the print and what was allowed; the share of the length at that speed; length of
+bead; time on deposit over that length by speed; how far trajectory.csv is from the moves of the text, all along from
+the first to the last, by kinematics of this script (`off_moves`); targets, and how many come too soon; warnings.
 """
 
 from __future__ import annotations
 
 import argparse
+import csv
 import re
 import tempfile
+import tomllib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -42,12 +46,17 @@ SPEED = re.compile(rf"speeddata (\w+):=\[{NUMBER}")
 MOVE = re.compile(r"(?:MoveL|TriggL) (?:GeoAloft\()?\[\[([^\]]*)\],\[([^\]]*)\].*?\]\)?,(\w+),(.*?)(\w+),tGeoNozzle")
 WAIT = re.compile(rf"WaitTime\\InPos,{NUMBER}\*geoOn;")
 SWITCH = re.compile(rf"TriggIO (\w+),{NUMBER}((?:\\Start)?)\\DOp:=doValve,(\w+);")
+FLOW = re.compile(rf"TriggSpeed (\w+),0\\Start,[^,]*,\w+,{NUMBER}\*geoOn")
 
 
 # Arm of the packaged cell [mm]: shoulder, upper arm, offset of the elbow, forearm, flange.
 SHOULDER, UPPER_ARM, ELBOW, FOREARM, FLANGE = 290.0, 270.0, 70.0, 302.0, 72.0
-FRAME = re.compile(r"(?:tooldata tGeoNozzle:=\[TRUE,|wobjdata wGeoPart:=\[FALSE,TRUE,\"\",)\[\[([^\]]*)\],\[([^\]]*)\]")
+FRAMES = re.compile(r"(?:tooldata tGeoNozzle|wobjdata wGeoPart):=.*")
+POSE = re.compile(r"\[\[([^\[\]]*)\],\[([^\[\]]*)\]\]")
 ZONE = re.compile(rf"zonedata (\w+):=\[FALSE,{NUMBER}")
+ATTITUDE = re.compile(r"part-(\d+)")
+# Rows of a trajectory from one that is compared with the moves to the next.
+EVERY = 4
 # Straight pieces that stand for the parabola in which the controller rounds a corner [ABBRapid, zonedata].
 PIECES = 12
 
@@ -63,6 +72,7 @@ class Program(NamedTuple):
         stops: (n,) whether it ends at rest.
         switches: move, distance from its end or where it is negative from its start [mm], and whether the valve opens.
         waits: (n,) how long the arm waits behind it [s].
+        flows: (n,) output on it, by the speed of the tip [1/(mm/s)]; 0 where none follows that.
         tool: place and rotation on the flange.
         part: place and rotation in the base frame.
     """
@@ -74,6 +84,7 @@ class Program(NamedTuple):
     stops: FloatArray
     switches: list[tuple[int, float, bool]]
     waits: FloatArray
+    flows: FloatArray
     tool: tuple[FloatArray, Rotation]
     part: tuple[FloatArray, Rotation]
 
@@ -85,6 +96,34 @@ class Deposited(NamedTuple):
     whole: float
 
 
+class Measured(NamedTuple):
+    """What is found of a program, and what plan.json says of it.
+
+    Attributes:
+        whole: volume of all runs over the wanted one, by plan and by text.
+        least: of the run that gets least, likewise.
+        most: of the run that gets most, likewise.
+        speed: of the print, and what was allowed [mm/s].
+        at_speed: share of the length at that speed.
+        bead: length [mm].
+        time: on deposit, over the length of bead by the speed.
+        off: largest distance of the trajectory from the moves [mm], and turn [degrees].
+        targets: how many, and how many of them come too soon.
+        warnings: how many.
+    """
+
+    whole: tuple[float, float]
+    least: tuple[float, float]
+    most: tuple[float, float]
+    speed: tuple[float, float]
+    at_speed: float
+    bead: float
+    time: float
+    off: tuple[float, float]
+    targets: tuple[int, int]
+    warnings: int
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -92,50 +131,100 @@ def main() -> None:
     parser.add_argument("--spacing", type=float, default=1.0, metavar="MM")
     parser.add_argument("--backend", nargs="+", default=BACKENDS, metavar="NAME")
     parser.add_argument("--pattern", default="contours", metavar="NAME")
+    parser.add_argument("--csv", type=Path, metavar="FILE", help="to which the figures are added as well")
     parser.add_argument("--smoke", action="store_true", help="a wide spacing, to see that the script runs")
     arguments = parser.parse_args()
     files, backends, spacing = arguments.files, arguments.backend, arguments.spacing
     if arguments.smoke:
         files, backends, spacing = files[:1], backends[:1], 5.0
-    for line in report(files, backends=backends, spacing=spacing, pattern=arguments.pattern):
+    for line in table(
+        "part", "whole: plan / text", "least run", "most run", "mm/s (of)", "at speed", "mm", "time", "off moves",
+        "targets (too soon)", "warnings",
+    ):  # fmt: skip
         print(line, flush=True)
+    for name, found in cases(files, backends=backends, spacing=spacing, pattern=arguments.pattern):
+        refused = isinstance(found, GeoprintError)
+        print(row(name, *([f"refused: {found}"[:100], *[""] * 9] if refused else _cells(found))), flush=True)
+        if arguments.csv is not None:
+            with arguments.csv.open("a", encoding="utf-8", newline="") as written:
+                csv.writer(written).writerow([name, *([str(found)] if refused else _figures(found))])
 
 
-def report(files: Sequence[Path], *, backends: Sequence[str], spacing: float, pattern: str) -> Iterator[str]:
-    """Yield the table, a line a part and backend."""
-    yield from table(
-        f"part, {pattern}, {spacing:g} mm", "backend", "whole: plan / text", "least run", "most run", "mm/s (of)",
-        "at speed", "time", "off moves", "warnings",
-    )  # fmt: skip
+def cases(
+    files: Sequence[Path], *, backends: Sequence[str], spacing: float, pattern: str
+) -> Iterator[tuple[str, Measured | GeoprintError]]:
+    """Yield name and figures of each program of each bundle, and of each part with each backend, or what refuses it."""
     for file in files:
+        if file.is_dir():
+            yield from ((str(folder.relative_to(file.parent)), measured(folder)) for folder in programs(file))
+            continue
         for backend in backends:
-            try:
-                yield row(file.stem, backend, *_cells(file, backend=backend, spacing=spacing, pattern=pattern))
-            except GeoprintError as error:
-                yield row(file.stem, backend, f"refused: {error}"[:100], *[""] * 7)
+            unit, _ = suggested_unit(file)
+            job = job_of(surface=file, unit=unit, spacing=spacing, backend=backend, pattern=pattern, place="demo")
+            with tempfile.TemporaryDirectory() as folder:
+                try:
+                    save_plan(plan(job), Path(folder) / "out")
+                except GeoprintError as error:
+                    yield f"{file.stem} {backend}", error
+                else:
+                    yield f"{file.stem} {backend}", measured(Path(folder) / "out")
 
 
-def _cells(file: Path, *, backend: str, spacing: float, pattern: str) -> Iterator[str]:
-    unit, _ = suggested_unit(file)
-    planned = plan(job_of(surface=file, unit=unit, spacing=spacing, backend=backend, pattern=pattern, place="demo"))
-    with tempfile.TemporaryDirectory() as folder:
-        told = save_plan(planned, Path(folder) / "out")
-        program = read_program(Path(folder) / "out" / "rapid")
-        found = deposited(program, told, spacing=spacing)
-        off, turned = off_moves(program, Path(folder) / "out" / "trajectory.csv")
-    motion = told.robot[0].motion
-    said, speed = motion.deposited, told.settings.speed_mm_s
-    assert said is not None
-    yield f"{said.share:.2%} / {found.whole:.2%}"
-    yield f"{said.least_run:.1%} / {found.runs.min():.1%}"
-    yield f"{said.most_run:.1%} / {found.runs.max():.1%}"
-    yield f"{speed:g} ({motion.speed_ceiling_mm_s:g})"
-    yield f"{motion.share_at_speed:.1%}"
-    poses, times = planned.robot[0].joint_path.poses, planned.robot[0].trajectory.pose_times
-    laid = poses.laid
-    yield f"{float(np.diff(times)[laid].sum()) * speed / float(poses.bead_lengths[laid].sum()):.3f}"
-    yield f"{off:.4f} mm, {turned:.3f} deg"
-    yield str(len(told.warnings))
+def programs(bundle: Path) -> list[Path]:
+    """Return the folders of a bundle that hold a program: its own, or those of its attitudes or layers."""
+    return sorted(path.parent for path in bundle.rglob("trajectory.csv"))
+
+
+def measured(folder: Path) -> Measured:
+    """Return what is found of the program in a folder of a bundle."""
+    # Of several attitudes the plan stands in the folder above.
+    attitude = ATTITUDE.fullmatch(folder.name)
+    own = folder.parent if attitude else folder
+    record = PlanRecord.model_validate_json((own / "plan.json").read_text("utf-8"))
+    robot = record.robot[int(attitude[1]) - 1 if attitude else 0]
+    program = read_program(folder / "rapid")
+    trajectory = np.loadtxt(folder / "trajectory.csv", delimiter=",", skiprows=1)
+    beads = wanted(folder / "poses.csv")
+    assert record.deposition is not None
+    found = deposited(
+        program,
+        beads.volumes,
+        rate=record.deposition.valve_mm3_s,
+        output=output_of(own) if program.flows.any() else 1.0,
+        dot=beads.widest**2 / record.settings.layer_height_mm,
+    )
+    motion, speed, bead = robot.motion, record.settings.speed_mm_s, float(beads.lengths.sum())
+    assert motion.deposited is not None
+    return Measured(
+        (motion.deposited.share, found.whole),
+        (motion.deposited.least_run, float(found.runs.min())),
+        (motion.deposited.most_run, float(found.runs.max())),
+        (speed, motion.speed_ceiling_mm_s),
+        motion.share_at_speed,
+        bead,
+        float(trajectory[1, 0] * trajectory[:, 7].sum()) * speed / bead,
+        off_moves(program, trajectory),
+        (robot.program.targets, motion.targets.closer),
+        len(record.warnings),
+    )
+
+
+def _cells(found: Measured) -> Iterator[str]:
+    yield "{:.2%} / {:.2%}".format(*found.whole)
+    yield "{:.1%} / {:.1%}".format(*found.least)
+    yield "{:.1%} / {:.1%}".format(*found.most)
+    yield "{:g} ({:g})".format(*found.speed)
+    yield f"{found.at_speed:.1%}"
+    yield f"{found.bead:.0f}"
+    yield f"{found.time:.3f}"
+    yield "{:.4f} mm, {:.3f} deg".format(*found.off)
+    yield "{} ({})".format(*found.targets)
+    yield str(found.warnings)
+
+
+def _figures(found: Measured) -> Iterator[float]:
+    for figure in found:
+        yield from figure if isinstance(figure, tuple) else (figure,)
 
 
 def read_program(folder: Path) -> Program:
@@ -147,10 +236,14 @@ def read_program(folder: Path) -> Program:
     switches: list[tuple[int, float, bool]] = []
     waiting: dict[str, tuple[float, bool]] = {}
     waits: list[float] = []
+    flows: list[float] = []
+    flow: dict[str, float] = {}
     for line in "\n".join(texts).splitlines():
         if switch := SWITCH.search(line):
             name, distance, start, value = switch.groups()
             waiting[name] = (-float(distance) if start else float(distance), value.lower() == "geoon")
+        elif change := FLOW.search(line):
+            flow = {change[1]: float(change[2])}
         elif (move := MOVE.search(line)) and "geoLift" not in line:
             place, turn, speed, triggers, zone = move.groups()
             for name, (distance, opens) in waiting.items():
@@ -160,18 +253,23 @@ def read_program(folder: Path) -> Program:
             tip, quaternion = ([float(number) for number in part.split(",")] for part in (place, turn))
             moves.append((tip, quaternion, speeds[speed], zones[zone]))
             waits.append(0.0)
+            # A trigger is pulled by the move that follows it, and the output then follows the speed until the next.
+            flows.append(sum(flow.values()))
         elif wait := WAIT.search(line):
             waits[-1] = float(wait[1])
-    frames = [
+    # The tool on the flange, the fixture's frame, and the part's in it.
+    tool, (place, turn), part = (
         (np.array(place.split(","), dtype=np.float64), _rotation([turn.split(",")])[0])
         for text in texts
-        for place, turn in FRAME.findall(text)
-    ]
+        for line in FRAMES.findall(text)
+        for place, turn in POSE.findall(line)
+    )
     radii = np.array([move[3] for move in moves])
     return Program(
         np.array([move[0] for move in moves]), _rotation([move[1] for move in moves]), radii,
-        np.array([move[2] for move in moves]), radii == 0.0, switches, np.array(waits), frames[0],
-        frames[1],
+        np.array([move[2] for move in moves]), radii == 0.0, switches, np.array(waits),
+        np.array(flows), tool,
+        (place + turn.apply(part[0]), turn * part[1]),
     )  # fmt: skip
 
 
@@ -180,28 +278,32 @@ def _rotation(quaternions: Sequence[Sequence[float | str]]) -> Rotation:
     return Rotation.from_quat(np.array(quaternions, dtype=np.float64)[:, [1, 2, 3, 0]])
 
 
-def off_moves(program: Program, trajectory: Path) -> tuple[float, float]:
+def off_moves(program: Program, table: FloatArray) -> tuple[float, float]:
     """Return how far the timed motion is from the moves with their zones [mm], and from their attitude [degrees].
 
     Attitude is compared where no corner is rounded.
+
+    Args:
+        program: as its text says.
+        table: rows of trajectory.csv.
     """
-    table = np.loadtxt(trajectory, delimiter=",", skiprows=1)
-    tips, turns = _tool(program, table[table[:, 8] >= 0, 1:7])
+    tips, turns = _tool(program, table[table[:, 8] >= 0][::EVERY, 1:7])
     lines = [_rounded(program, move) for move in range(1, len(program.tips))]
-    move, off, turned = 0, 0.0, 0.0
-    for tip, turn in zip(tips, turns, strict=True):
-        near = range(move, min(move + 3, len(lines)))
-        away = [_distance(tip, lines[each]) for each in near]
-        move += int(np.argmin(away))
+    moves, off = np.zeros(len(tips), dtype=np.int64), 0.0
+    for sample, tip in enumerate(tips):
+        move = int(moves[sample - 1]) if sample else 0
+        away = [_distance(tip, line) for line in lines[move : move + 3]]
+        moves[sample] = move + int(np.argmin(away))
         off = max(off, min(away))
-        start, end = program.tips[move], program.tips[move + 1]
-        length = float(np.linalg.norm(end - start))
-        along = float((tip - start) @ (end - start)) / max(length, 1e-9)
-        if program.zones[move] < along < length - program.zones[move + 1]:
-            whole = program.turns[move].inv() * program.turns[move + 1]
-            meant = program.turns[move] * Rotation.from_rotvec(along / length * whole.as_rotvec())
-            turned = max(turned, float(np.degrees((meant.inv() * turn).magnitude())))
-    return off, turned
+    starts, steps = program.tips[moves], program.tips[moves + 1] - program.tips[moves]
+    lengths = np.maximum(np.linalg.norm(steps, axis=1), 1e-9)
+    along = np.einsum("ij,ij->i", tips - starts, steps) / lengths
+    straight = (along > program.zones[moves]) & (along < lengths - program.zones[moves + 1])
+    move, share = moves[straight], along[straight] / lengths[straight]
+    begin = program.turns[move]
+    meant = begin * Rotation.from_rotvec(share[:, None] * (begin.inv() * program.turns[move + 1]).as_rotvec())
+    turned = np.degrees((meant.inv() * turns[straight]).magnitude())
+    return off, float(turned.max(initial=0.0))
 
 
 def _tool(program: Program, joints: FloatArray) -> tuple[FloatArray, Rotation]:
@@ -220,17 +322,31 @@ def _tool(program: Program, joints: FloatArray) -> tuple[FloatArray, Rotation]:
 
 def _rounded(program: Program, move: int) -> FloatArray:
     """Return the controller's path from about the target before a move to about its end, both corners whole."""
-    tips, zones = program.tips, program.zones
+    return np.concatenate([_corner(program, move - 1), _corner(program, move)])
 
-    def corner(at: int) -> FloatArray:
-        if zones[at] == 0.0 or not 0 < at < len(tips) - 1:
-            return tips[at : at + 1]
-        before, behind = tips[at - 1] - tips[at], tips[at + 1] - tips[at]
-        entry, leave = (tips[at] + zones[at] * each / np.linalg.norm(each) for each in (before, behind))
-        share = np.linspace(0.0, 1.0, PIECES + 1)[:, None]
-        return (1.0 - share) ** 2 * entry + 2.0 * share * (1.0 - share) * tips[at] + share**2 * leave
 
-    return np.concatenate([corner(move - 1), corner(move)])
+def _corner(program: Program, at: int) -> FloatArray:
+    """Return the controller's path where it rounds a target, of an even number of pieces; the target where it stops."""
+    tips, zone = program.tips, program.zones[at]
+    if zone == 0.0 or not 0 < at < len(tips) - 1:
+        return tips[at : at + 1]
+    before, behind = tips[at - 1] - tips[at], tips[at + 1] - tips[at]
+    entry, leave = (tips[at] + zone * each / np.linalg.norm(each) for each in (before, behind))
+    share = np.linspace(0.0, 1.0, PIECES + 1)[:, None]
+    return (1.0 - share) ** 2 * entry + 2.0 * share * (1.0 - share) * tips[at] + share**2 * leave
+
+
+def path_lengths(program: Program) -> FloatArray:
+    """Return (n - 1,) the length of the controller's path along each move, from the middle of a corner to the next."""
+    corners = [_corner(program, at) for at in range(len(program.tips))]
+    halves = [corner[: len(corner) // 2 + 1] for corner in corners]
+    others = [corner[len(corner) // 2 :] for corner in corners]
+    return np.array(
+        [
+            np.linalg.norm(np.diff(np.concatenate([before, behind]), axis=0), axis=1).sum()
+            for before, behind in zip(others, halves[1:], strict=False)
+        ]
+    )
 
 
 def _distance(tip: FloatArray, line: FloatArray) -> float:
@@ -242,33 +358,67 @@ def _distance(tip: FloatArray, line: FloatArray) -> float:
     return float(np.linalg.norm(tip - feet, axis=1).min())
 
 
-def deposited(program: Program, told: PlanRecord, *, spacing: float) -> Deposited:
+class Wanted(NamedTuple):
+    """What the paths of poses.csv ask for, run by run.
+
+    Attributes:
+        lengths: of bead [mm].
+        volumes: [mm3].
+        widest: the largest flow [mm3/mm].
+    """
+
+    lengths: FloatArray
+    volumes: FloatArray
+    widest: float
+
+
+def wanted(poses: Path) -> Wanted:
+    """Return what the paths ask for: on deposit the places of poses.csv are those of the bead on the surface."""
+    table = np.loadtxt(poses, delimiter=",", skiprows=1)
+    runs, deposit, places, flow = table[:, 0], table[:, 3] > 0.0, table[:, 4:7], table[:, 15]
+    lengths: FloatArray = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    volumes = lengths * (flow[:-1] + flow[1:]) / 2.0
+    steps = np.flatnonzero(deposit[:-1] & deposit[1:] & (np.diff(runs) == 0.0))
+    own = np.cumsum(np.append(False, (np.diff(steps) > 1) | (np.diff(runs[steps]) != 0.0)))
+    lengths, volumes = (np.bincount(own, each[steps]).astype(np.float64) for each in (lengths, volumes))
+    return Wanted(lengths, volumes, float(flow[deposit].max()))
+
+
+def output_of(bundle: Path) -> float:
+    """Return what the output for a flow of 1 mm3/s is, by the cell in a bundle."""
+    # A stack has one cell for all its layers.
+    folders = (each / "cell" for each in (bundle, bundle.parent))
+    cell = next(path for each in folders for path in each.glob("*.toml"))
+    return float(tomllib.loads(cell.read_text("utf-8"))["signals"]["flow_per_mm3_s"])
+
+
+def deposited(
+    program: Program, volumes: FloatArray, *, rate: float, output: float = 1.0, dot: float = 0.0
+) -> Deposited:
     """Return what a program deposits over what is wanted.
 
     Args:
         program: as its text says.
-        told: the flow that the operator sets, layer and stand-off.
-        spacing: [mm].
+        volumes: that are wanted, run by run [mm3].
+        rate: of an open valve, unless an output follows the speed [mm3/s].
+        output: for 1 mm3/s, where one does.
+        dot: volume that a run counts as at least, for what it gets too much spreads over that [mm3].
     """
-    assert told.deposition is not None
-    rate, (layer,) = told.deposition.valve_mm3_s, told.layers
-    lengths = np.append(np.inf, np.linalg.norm(np.diff(program.tips, axis=0), axis=1))
+    lengths = np.append(np.inf, path_lengths(program))
     ends = np.cumsum(np.append(0.0, (lengths / program.speeds)[1:]))
-    below = program.tips + layer.standoff_mm * program.turns.apply([0.0, 0.0, 1.0])
-    passed = np.cumsum(np.append(0.0, np.linalg.norm(np.diff(below, axis=0), axis=1)))
+    followed = np.cumsum(np.append(0.0, lengths[1:] * program.flows[1:]))
     opened, closed = (
         [(move, _moment(program, move, off, lengths, ends)) for move, off, opens in program.switches if opens == on]
         for on in (True, False)
     )
-    stops = np.flatnonzero(program.stops)
-    flowed, spans = np.empty(len(opened)), np.empty((len(opened), 2), dtype=np.int64)
+    flowed = np.empty(len(opened))
     for run, ((first, begun), (last, shut)) in enumerate(zip(opened, closed, strict=True)):
-        flowed[run] = rate * (shut - begun + program.waits[first:last].sum() / 2.0)
-        begin = first if program.waits[first] > 0.0 else stops[np.searchsorted(stops, first) - 1]
-        spans[run] = begin, stops[np.searchsorted(stops, last)]
-    beads = np.diff(passed[spans], axis=1)[:, 0]
-    wanted = spacing * told.settings.layer_height_mm * beads
-    return Deposited(flowed / wanted, float(flowed.sum() / wanted.sum()))
+        if program.flows.any():
+            # It is switched at the ends of the run itself.
+            flowed[run] = (followed[last] - followed[first - 1]) / output
+        else:
+            flowed[run] = rate * (shut - begun + program.waits[first:last].sum() / 2.0)
+    return Deposited(1.0 + (flowed - volumes) / np.maximum(volumes, dot), float(flowed.sum() / volumes.sum()))
 
 
 def _moment(program: Program, move: int, distance: float, lengths: FloatArray, ends: FloatArray) -> float:
@@ -276,10 +426,22 @@ def _moment(program: Program, move: int, distance: float, lengths: FloatArray, e
     length, took, end = float(lengths[move]), float(lengths[move] / program.speeds[move]), float(ends[move])
     left = distance if distance >= 0.0 else max(length + distance, 0.0)
     if program.stops[move - 1]:
-        return end - took + _rise(length - left, length, took, float(program.speeds[move + 1]))
+        return end - took + _rise(length - left, length, took, _reached(program, move, move + 1))
     if program.stops[move]:
-        return end - _rise(left, length, took, float(program.speeds[move - 1]))
+        return end - _rise(left, length, took, _reached(program, move, move - 1))
     return end - left / length * took
+
+
+def _reached(program: Program, move: int, neighbour: int) -> float:
+    """Return the speed between a move that begins or ends at rest and its neighbour [mm/s].
+
+    It is that of the neighbour; where this is a ramp as well, or slower than the ramp in the mean, that of the print.
+    """
+    speed = float(program.speeds[neighbour])
+    if speed > program.speeds[move] and not (program.stops[neighbour - 1] or program.stops[neighbour]):
+        return speed
+    ends = sorted(each for each, _, _ in program.switches)
+    return float(max(program.speeds[first : last + 1].max() for first, last in zip(ends[::2], ends[1::2], strict=True)))
 
 
 def _rise(place: float, length: float, took: float, speed: float) -> float:

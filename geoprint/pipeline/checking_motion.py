@@ -52,8 +52,8 @@ RESTING = 0.02
 EXTENT_TOLERANCE = 0.5
 # The largest zone that is asked for, and how much higher the path is driven dry [mm]; the lowest speed [mm/s].
 LARGEST_ZONE, LIFT, SMALLEST_SPEED = 0.3, 20.0, 0.1
-# Over so much of a bead [mm] its speed is looked at, for from pose to pose it varies with the normals of triangles,
-# and so many times the print's it may be.
+# Over so much of a bead, and of the tip [mm], its speed is looked at, for from pose to pose it varies with the normals
+# of triangles, and so many times the print's it may be.
 BEAD_LENGTH, BEAD_TOLERANCE = 1.0, 1.03
 _MILLISECOND = 1e-3
 # A target stands where its pose is, or its corner passes there, and every deposited pose is passed, to this [mm].
@@ -270,10 +270,10 @@ def check_bead_speed(orders: Orders, poses: PosesTable, *, process: Process) -> 
     Raises:
         VerificationError: something is.
     """
-    steps = np.linalg.norm(np.diff(poses.points, axis=0), axis=1)
-    passed = np.append(0.0, np.cumsum(steps))[orders.poses]
     for first, last in orders.deposits:
-        beads, times = passed[first : last + 1], orders.times[first : last + 1]
+        rows, times = orders.poses[first : last + 1], orders.times[first : last + 1]
+        own = slice(rows[0], rows[-1] + 1)
+        beads = _averaged_bead(poses.points[own], arcs=poses.arcs[own])[rows - rows[0]]
         ends = np.searchsorted(beads, beads + BEAD_LENGTH)
         starts = np.flatnonzero(ends < beads.size)
         ends = ends[starts]
@@ -285,6 +285,22 @@ def check_bead_speed(orders: Orders, poses: PosesTable, *, process: Process) -> 
                 f"{process.speed:g}",
                 line=row + 2,
             )
+
+
+def _averaged_bead(points: FloatArray, *, arcs: FloatArray) -> FloatArray:
+    """Return (k,) the length of bead [mm], each step as long as a millimetre of the tip about it makes it.
+
+    So a speed is meant: in a crease the tip hardly moves while its bead goes around, and must not jump there.
+
+    Args:
+        points: (k, 3) of the bead [mm].
+        arcs: (k,) of the tip, rising [mm].
+    """
+    beads = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+    middles = (arcs[1:] + arcs[:-1]) / 2.0
+    low, high = ((middles + side * BEAD_LENGTH / 2.0).clip(arcs[0], arcs[-1]) for side in (-1.0, 1.0))
+    rates = (np.interp(high, arcs, beads) - np.interp(low, arcs, beads)) / np.maximum(high - low, LINE_TOLERANCE)
+    return np.append(0.0, np.cumsum(rates * np.diff(arcs)))
 
 
 def check_zones(orders: Orders, tips: TipsAt) -> None:

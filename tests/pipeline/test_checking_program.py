@@ -34,10 +34,17 @@ from geoprint.export import (
 from geoprint.export.rapid import values
 from geoprint.model import BoolArray, PoseStream
 from geoprint.motion.arm import Arm
+from geoprint.motion.reach import bead_steps
 from geoprint.motion.timing.moments import tips_at
 from geoprint.pipeline import check_bundle
 from geoprint.pipeline.bundles.paths import stream_of
-from geoprint.pipeline.checking_motion import check_deposited_path, check_joints, check_moves, check_poses
+from geoprint.pipeline.checking_motion import (
+    check_bead_speed,
+    check_deposited_path,
+    check_joints,
+    check_moves,
+    check_poses,
+)
 from tests.pipeline.test_checking import cell_text, write
 from tests.shared_plans import SharedPlans
 
@@ -179,6 +186,36 @@ def test_the_moves_pass_each_pose_that_is_no_target(tables: tuple[Orders, PoseSt
     ):
         with pytest.raises(VerificationError, match=words):
             check_moves(orders, changed)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_bead_around_a_crease_is_timed_over_a_millimetre_of_the_tip_and_a_faster_one_is_found(
+    bundle: Path, tables: tuple[Orders, PoseStream, TrajectoryTable, Setup], side: float
+) -> None:
+    """The first run of the plate over a crease of 57 degrees, where the bead goes 0.3 mm farther than the tip, or less.
+
+    The tip is timed as the planner does it.
+    """
+    orders, poses, _, setup = tables
+    first, last = orders.deposits[0]
+    own = slice(orders.poses[first], orders.poses[last] + 1)
+    arcs = np.linspace(0.0, 12.0, own.stop - own.start)
+    lean = side * 0.5 * ((arcs - 6.0) / 0.2).clip(-1.0, 1.0)
+    tips, normals = poses.tips.copy(), poses.normals.copy()
+    tips[own] = np.column_stack([arcs, np.zeros(arcs.size), np.zeros(arcs.size)])
+    normals[own] = np.column_stack([-np.sin(lean), np.zeros(arcs.size), np.cos(lean)])
+    creased = replace(poses, tips=tips, normals=normals)
+    read, along = read_poses_table(bundle / "poses.csv"), poses.arcs.copy()
+    along[own] = arcs
+    table = replace(read, points=creased.surface_points, arcs=along)
+    process, times = setup.cell.process, orders.times.copy()
+    passed = np.append(0.0, np.cumsum(bead_steps(creased)))[orders.poses[first : last + 1]]
+    times[first : last + 1] = times[first] + (passed - passed[0]) / process.speed
+    times[last + 1 :] += times[last] - orders.times[last]
+    check_bead_speed(replace(orders, times=times), table, process=process)
+    times[first : last + 1] -= 0.05 * (times[first : last + 1] - times[first])
+    with pytest.raises(VerificationError, match=r"run 1 deposits at 2\d\.\d* mm/s behind target \d+, allowed are 20"):
+        check_bead_speed(replace(orders, times=times), table, process=process)
 
 
 def test_the_trajectory_passes_each_deposited_pose_within_the_limits_of_the_joints(
