@@ -65,7 +65,9 @@ Width = Annotated[
 Threshold = Annotated[
     float | None,
     typer.Option(
-        help="Contrast from which on it is a bead, over the spread of the grey values around it.", show_default="Otsu's"
+        "--threshold",
+        help="Contrast from which on it is a bead, over the spread of the grey values around it.",
+        show_default="Otsu's",
     ),
 ]
 PartFile = Annotated[
@@ -119,7 +121,7 @@ def appraise(
     reach: Reach = None,
     shade: Annotated[BeadShade, typer.Option(help="What beads are, beside what they lie on.")] = BeadShade.LIGHTER,
     width: Width = None,
-    threshold: Threshold = None,
+    contrast: Threshold = None,
     pose: PoseTable = None,
     features: Features = False,
     scan_unit: ScanUnit = None,
@@ -137,7 +139,7 @@ def appraise(
     from geoprint.pipeline.appraised.photographs import PlanAsked
 
     seen = {"--fiducials": fiducials, "--lens": lens, "--corners": corners, "--reach": reach}
-    pictured = {**seen, "--width": width, "--threshold": threshold}
+    pictured = {**seen, "--width": width, "--threshold": contrast}
     scanned = {"--pose": pose, "--features": features, "--scan-unit": scan_unit}
     lying = {"--before": before, "--part": part, "--unit": unit, "--most": most}
     kind = _kind(files, before=before)
@@ -148,7 +150,7 @@ def appraise(
         _refuse({**scanned, **lying}, "is for a scan, and these are photographs")
         _refuse(seen if plan is None else {}, "needs `--plan`: without a plan nothing is placed on a part")
         asked = None if plan is None else PlanAsked(plan, tuple(fiducials or ()), tuple(lens or ()), corners, reach)
-        told, text = _of_photographs(files, asked, (shade.value, width, threshold), out=out, overwrite=overwrite)
+        told, text = _of_photographs(files, asked, (shade.value, width, contrast), out=out, overwrite=overwrite)
     else:
         _refuse({**pictured, **(lying if kind == "print" else {"--plan": plan})}, f"is not for a scan of a {kind}")
         how = (scan_unit or "mm", pose, features)
@@ -200,10 +202,10 @@ def _of_photographs(
     from geoprint.account.texts.appraising import appraisal_text
     from geoprint.pipeline.appraised.photographs import appraise_photographs, save_appraisal
 
-    shade, width, threshold = beads
+    shade, width, contrast = beads
     with watch() as observe:
         found = appraise_photographs(
-            files, against=asked, shade=shade, width=width, threshold=threshold, observe=observe
+            files, against=asked, shade=shade, width=width, threshold=contrast, observe=observe
         )
         observe("writing")
         told = record_appraisal(found) if out is None else save_appraisal(found, out, overwrite=overwrite)

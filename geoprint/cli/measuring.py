@@ -55,7 +55,7 @@ OutOrNone = Annotated[
 ]
 
 
-@takes("unit", "label", "spacing", "patches", "cell")
+@takes("unit", "label", "threshold", "spacing", "patches", "cell")
 def measure(
     paths: Paths,
     *,

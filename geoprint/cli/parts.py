@@ -14,11 +14,6 @@ from geoprint.cli.options import AsJson, MaxMemory, Overwrite, Part, PartOrJob
 from geoprint.cli.terminal import columns, say, tell_json
 from geoprint.errors import UsageError, VerificationError
 
-Threshold = Annotated[
-    float | None,
-    typer.Option(help="Of resampled labels or probabilities: share from which on a voxel belongs to a label; 0.5."),
-]
-
 
 @takes()
 def inspect(
@@ -26,7 +21,7 @@ def inspect(
     *,
     unit: str | None = None,
     label: int | None = None,
-    threshold: Threshold = None,
+    threshold: float | None = None,
     fill_holes: float | None = None,
     picture: Annotated[Path | None, typer.Option(help="Draw the findings into this PNG file.")] = None,
     max_memory: MaxMemory = None,
@@ -54,7 +49,7 @@ def inspect(
     say(inspection_text(seen))
 
 
-@takes("unit", "label", "patches")
+@takes("unit", "label", "threshold", "patches")
 def patch(
     body: PartOrJob,
     *,
@@ -75,7 +70,7 @@ def patch(
     paths = [out.with_stem(f"{out.stem}-{number}") if several else out for number in range(1, len(job.patches) + 1)]
     for path in paths:
         _check_ply(path, overwrite=overwrite)
-    cut = patches_of(job, load_file(job.surface, unit=job.unit, label=job.label))
+    cut = patches_of(job, load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold))
     for number, (one, path) in enumerate(zip(cut, paths, strict=True), start=1):
         save_ply(one.surface, path)
         say(f"{f'{number}: ' if several else ''}{patch_text(one)}\nwritten: {path} (in mm)")
@@ -94,7 +89,7 @@ def remesh(
         bool,
         typer.Option("--thin", help="Take a label that is as thin as its voxels with their terraces, for `--smooth`."),
     ] = False,
-    threshold: Threshold = None,
+    threshold: float | None = None,
     edge_length: Annotated[
         float | None, typer.Option(help="Give it even triangles with edges of about so many mm, finer or coarser.")
     ] = None,

@@ -163,6 +163,15 @@ class Job(Table):
         PositiveInt | None,
         Key("Which label of a label volume (.nii, .nii.gz, .nrrd, .dcm).", "1 # of a label volume", group="part"),
     ] = None
+    threshold: Annotated[
+        Annotated[float, Field(gt=0.0, lt=1.0)] | None,
+        Key(
+            "Of resampled labels or probabilities: share from which on a voxel belongs to a label; by default 0.5.",
+            "0.5 # share from which on a voxel of resampled labels or probabilities belongs to a label",
+            group="part",
+            always=False,
+        ),
+    ] = None
     patches: Annotated[list[PatchRegion], Field(max_length=MOST_PATCHES), Key("", "[[patches]]", group="patches")] = (
         Field(default=[])
     )

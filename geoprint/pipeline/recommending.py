@@ -87,7 +87,9 @@ def _advice(job: Job, cell: Cell, *, part: bool, pressure_kpa: float) -> Advice:
     material, process = _material(cell, pressure_kpa), cell.process
     depth = mass = None
     if part:
-        surface = prepared_part(job, load_file(job.surface, unit=job.unit, label=job.label)).surface
+        surface = prepared_part(
+            job, load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold)
+        ).surface
         depth = largest_distance(job, surface)
         mass = float(face_areas(surface).sum()) * process.layer_height * material.density / MILLIGRAMS_PER_GRAM
     asked = _asked_spacing(job, cell, depth=depth)

@@ -184,7 +184,9 @@ def _surface_findings(surface: Surface, job: Job, told: PlanRecord, each: Sequen
     refinement: dict[str, Json] = {"faces_before": said.prepared.faces, "faces_after": said.refined.faces}
     yield from figures(PLAN, "field.refinement", as_json(told.field.refinement), refinement)
     if not _prepared(told, "filled_holes"):
-        yield from _off_part(surface, load_file(job.surface, unit=job.unit, label=job.label).surface, told)
+        yield from _off_part(
+            surface, load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold).surface, told
+        )
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     extents = [one.setup.extent for one in each if one.setup is not None]
     for number, extent in enumerate(extents, start=1):

@@ -65,7 +65,7 @@ def measure_files(
         raise UsageError(f"`--offset-up-to {offset_up_to:g}`: it must be a positive number of mm.")
     cell = job_cell(job)
     observe("part")
-    part = load_file(job.surface, unit=job.unit, label=job.label)
+    part = load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold)
     surface = _surface(job, part)
     found: list[MeasuredFile] = []
     for path, name in zip(paths, _names(paths), strict=True):

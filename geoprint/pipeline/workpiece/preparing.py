@@ -77,7 +77,7 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         job = with_rounds(job, cell)
         if job.unit is not None and (job.spacing is not None or job.rounds is not None):
             _require_placement(job, cell)
-        loaded = load_file(job.surface, unit=job.unit, label=job.label)
+        loaded = load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold)
         if job.rounds is None:
             _wanted_spacing(job, loaded.surface if job.spacing is not None else prepared_part(job, loaded).surface)
         _require_placement(job, cell)
@@ -157,7 +157,7 @@ def read_part(job: Job) -> SidedPart:
         InputError: a file cannot be planned on.
     """
     cell = job_cell(job)
-    return sided_part(job, load_file(job.surface, unit=job.unit, label=job.label), cell)
+    return sided_part(job, load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold), cell)
 
 
 def sided_part(job: Job, loaded: MeshFile, cell: Cell) -> SidedPart:
@@ -182,7 +182,7 @@ def read_stack(job: Job) -> Stack:
     cell = job_cell(job)
     if job.thickness is not None and job.feather is None:
         return even_stack(job.thickness, cell)
-    skin = _skin(job, load_file(job.surface, unit=job.unit, label=job.label))
+    skin = _skin(job, load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold))
     stack = stack_of(job, cell, skin.part, skin.target)
     if stack is None:
         raise UsageError("this job is of a single skin: give `--thickness` in mm, or a `--target`.")

@@ -30,6 +30,9 @@ THRESHOLD = 0.5
 # Numbers of a label map are whole for at least this share of its voxels that are not outside; those between are where
 # borders run. Of probabilities less may be.
 LEAST_WHOLE = 0.3
+# Of probabilities from one half on so many are 0.9 or more: a structure is mostly certain. Numbers that are spread
+# evenly have a fifth, and intensities scaled to 1 reach it in their brightest voxels only.
+CERTAIN, LEAST_CERTAIN = 0.9, 0.22
 # Voxels around one between labels in which these are looked for, each way: resampling to half the spacing blurs so far.
 REACH = 2
 LEAST_SHARP = 0.9
@@ -360,8 +363,16 @@ def _resolved(
             said = f"resampled labels: a voxel between two has the one of which it holds {limit:g} or more"
             return labels, between, (said,)
     if least >= -SAME_LABEL and most <= 1.0 + SAME_LABEL:
+        numbers = values.astype(np.float64, copy=False)
+        certain, likely = np.count_nonzero(numbers >= CERTAIN), np.count_nonzero(numbers >= THRESHOLD)
+        if threshold is None and certain <= LEAST_CERTAIN * likely:
+            raise InputError(
+                f"`{name}` has numbers from {least:g} to {most:g} that may be probabilities of a label or an image of "
+                "intensities; where they are probabilities, say from which on a voxel belongs to the label with "
+                f"`--threshold {THRESHOLD:g}`, else segment it and export the segmentation."
+            )
         said = f"probabilities of one label, 1, from {limit:g} on"
-        return (values.astype(np.float64, copy=False) >= limit).astype(np.int32), None, (said,)
+        return (numbers >= limit).astype(np.int32), None, (said,)
     raise _image(values, count=_different(values), name=name)
 
 

@@ -13,9 +13,11 @@ from scipy import ndimage
 
 from geoprint import cli
 from geoprint.account import inspection_summary, inspection_text
+from geoprint.config import job_of
 from geoprint.errors import GeoprintError, InputError, UsageError
 from geoprint.model import FloatArray
 from geoprint.pipeline import inspect_file
+from geoprint.pipeline.workpiece.preparing import read_part
 from geoprint.results import FileInspection
 from geoprint.surfaces import signed_volume
 from geoprint.surfaces.files import load_file, read_volume
@@ -75,6 +77,19 @@ def test_probabilities_are_taken_from_the_threshold_on(tmp_path: Path) -> None:
         assert volume_of(tmp_path / "p.nii", threshold=threshold) == pytest.approx(4 / 3 * np.pi * radius**3, rel=0.02)
     told = load_file(tmp_path / "p.nii", unit=None, threshold=0.8).reading.assumed
     assert told == ("probabilities of one label, 1, from 0.8 on",)
+
+
+@pytest.mark.parametrize("kind", ["small", "scaled", "even"])
+def test_intensities_from_0_to_1_are_probabilities_only_where_somebody_says_so(tmp_path: Path, kind: str) -> None:
+    bump = np.exp(-((away((20.0, 20.0, 20.0)) / 12.0) ** 2))
+    even = np.random.default_rng(1).uniform(size=bump.shape)
+    values = {"small": 0.03 * bump, "scaled": bump, "even": even}[kind]
+    save_nifti(tmp_path / "p.nii", values.astype(np.float32), np.eye(4))
+    with pytest.raises(InputError, match=r"may be probabilities of a label or an image .* with `--threshold 0\.5`"):
+        load_file(tmp_path / "p.nii", unit=None)
+    if kind == "scaled":
+        # exp(-(r / 12)^2) is a half at 12 sqrt(ln 2) = 9.991.
+        assert volume_of(tmp_path / "p.nii", threshold=0.5) == pytest.approx(4 / 3 * np.pi * 9.991**3, rel=0.02)
 
 
 @pytest.mark.parametrize("kind", ["noise", "ramp", "shorts", "floats"])
@@ -289,3 +304,12 @@ def test_a_cavity_is_said_to_lie_inside_its_wall_and_who_touches_whom_over_how_m
     assert facing["facing label 3"].normal == pytest.approx((1.0, 0.0, 0.0), abs=0.05)
     at, normal = (np.array(each) for each in (facing["facing label 5"].place, facing["facing label 5"].normal))
     assert labels[tuple(np.rint((at + normal) / [1.0, 1.0, 2.0]).astype(int))] == 5
+
+
+def test_a_job_says_the_threshold_for_whoever_plans_and_measures(tmp_path: Path) -> None:
+    shares = 1.0 / (1.0 + np.exp((away((20.0, 20.0, 20.0)) - 12.0) / 2.0))
+    save_nifti(tmp_path / "p.nii", shares.astype(np.float32), np.eye(4))
+    job = job_of(surface=tmp_path / "p.nii", threshold=0.8)
+    spans = np.ptp(read_part(job).part.vertices, axis=0)
+    # 0.8 lies where (r - 12) / 2 is -ln 4, and 0.5 at 12: within a voxel.
+    assert spans == pytest.approx(np.full(3, 2.0 * (12.0 - 2.0 * np.log(4.0))), abs=1.0)
