@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from geoprint import transforms
-from geoprint.model import TiltingTable
+from geoprint.config import cell_of, packaged_cell_text
+from geoprint.model import Cylinder, Placement, TablePose, TiltingTable
 from geoprint.motion.machine import (
     HexapodMachine,
     TiltTurnMachine,
     driven_seconds,
     move_seconds,
+    obstacles_at,
     straight_course,
     table_machine,
     work_poses,
@@ -48,6 +52,18 @@ def test_a_point_of_the_part_stays_where_it_is_on_the_plate(table: TiltingTable)
     np.testing.assert_allclose(
         seen, np.tile(transforms.inverse(table.T_base_table) @ T_BASE_WORK, (20, 1, 1)), atol=1e-9
     )
+
+
+def test_the_table_is_an_obstacle_where_it_holds_the_part_and_not_where_it_rests() -> None:
+    noun, T_table_plate = tilt_turn_noun(), tilt_turn().plates(random_directions(1, seed=5))[0]
+    cell = replace(cell_of(packaged_cell_text("irb120-tilting45"), name="cell.toml"), table=noun, obstacles=())
+    still = Placement(np.eye(4), np.eye(4), calibrated=False, part_stated=False, misses=np.zeros(0))
+    held = replace(still, table=TablePose(1, T_table_plate=T_table_plate, axes=np.zeros(2)))
+    for placement, pose in ((still, np.eye(4)), (held, T_table_plate)):
+        (plate,) = [one for one in obstacles_at(cell, placement) if one.name == "table's plate"]
+        assert isinstance(plate, Cylinder)
+        top = transforms.apply(tilt_turn().T_base_table @ pose, np.zeros((1, 3)))[0]
+        assert min(np.linalg.norm(plate.start - top), np.linalg.norm(plate.end - top)) < 1e-9
 
 
 def test_a_direction_of_the_part_points_up_in_the_base_once_the_plate_has_brought_it_up() -> None:
