@@ -12,7 +12,9 @@ from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
 from geoprint import transforms
-from geoprint.appraisal.scanned import PlannedDeposit, Registration, measured_print, registered
+from geoprint.account.appraised.scans import record_scan
+from geoprint.account.records.scan import EstimateRecord
+from geoprint.appraisal.scanned import AppraisedScan, PlannedDeposit, Registration, Scan, measured_print, registered
 from geoprint.config import job_of
 from geoprint.model import FloatArray, PoseStream, Surface
 from geoprint.pipeline import plan
@@ -20,7 +22,9 @@ from geoprint.silico import Faults, LaidBeads, Sensor, heights, laid_beads, look
 from geoprint.surfaces import mean_normal
 
 DATA = Path(__file__).parents[2] / "data"
-FLAT, APEX = "heart_flat_patch", "heart_apex_patch"
+FLAT, APEX, PLATE = "heart_flat_patch", "heart_apex_patch", "plate"
+# Widths of narrow and of wide beads over what their flow asks for.
+NARROW, WIDE = (0.45, 0.7), (0.9, 1.2)
 SPACING, HEIGHT = 2.5, 0.5
 # How far from where it is thought to be a scan is taken [mm, degrees].
 OFF_MM, OFF_DEG = 10.0, 5.0
@@ -84,7 +88,7 @@ def registered_scan(faults: Faults, *, seed: int, part: str = FLAT, finer: int =
     scan = scanned(surface, beads, Sensor(view, NOISE, MISSING), T_work_scan=T_work_scan, random=random)
     deposit = PlannedDeposit(poses, spacing=SPACING, height=HEIGHT)
     found = registered(scan.points, surface, deposit, start=np.eye(4))
-    held = measured_print(scan.points, found, surface, deposit)
+    held = measured_print(scan.points, found, surface, deposit, random=random)
     cells = held.cells
     off = (cells.thickness - true_thickness(cells.places, surface, beads))[cells.seen]
     shift, turn, within = _error(found, T_work_scan)
@@ -95,11 +99,69 @@ def registered_scan(faults: Faults, *, seed: int, part: str = FLAT, finer: int =
     return Registered(shift, turn, stated, len(scan.points), within, float(np.abs(off).mean()), ratio, sure)
 
 
-def _away(middle: FloatArray, random: np.random.Generator) -> FloatArray:
-    """Return a pose that is off by a turn and a shift in some direction."""
+class CrestScan(NamedTuple):
+    """What is stated of a thinned scan of a print, each figure with its truth, in the order of the runs.
+
+    Attributes:
+        volume: ratio of the volume seen to the planned one, its standard deviation, and the truth.
+        crests: (r, 3) crest of each run, its standard deviation, and the truth [mm].
+        ratios: (r, 3) likewise of the volume of each run over the planned one.
+        lengths: (r,) of the runs [mm].
+        points: of the scan.
+    """
+
+    volume: tuple[float, float, float]
+    crests: FloatArray
+    ratios: FloatArray
+    lengths: FloatArray
+    points: int
+
+
+def thinned_scan(*, wide: bool, seed: int) -> CrestScan:
+    """Print on the patch or the plate with narrow or wide beads, scan and thin at random, and return what is stated."""
+    random = np.random.default_rng([seed, int(wide)])
+    surface, poses = planned_patch((FLAT, PLATE)[seed % 2])
+    faults = Faults(
+        width_scale=random.uniform(*(WIDE if wide else NARROW)), flow=random.uniform(0.85, 1.2),
+        offset=random.uniform(-0.15, 0.15), width_noise=random.uniform(0.0, 0.05),
+    )  # fmt: skip
+    beads = laid_beads(poses, surface, height=HEIGHT, faults=faults, random=random)
+    up, middle = mean_normal(surface), surface.vertices.mean(axis=0)
+    view = looking_at(middle, place=middle + AWAY * up / np.linalg.norm(up), focal=FOCAL, size=(RAYS, RAYS))
+    sensor = Sensor(view, random.uniform(0.03, 0.06), random.uniform(0.0, MISSING))
+    scan = scanned(surface, beads, sensor, T_work_scan=_away(middle, random, share=0.2), random=random)
+    points = scan.points[random.random(len(scan.points)) < random.uniform(0.15, 1.0)]
+    deposit = PlannedDeposit(poses, spacing=SPACING, height=HEIGHT)
+    held = measured_print(
+        points, registered(points, surface, deposit, start=np.eye(4)), surface, deposit, random=random
+    )  # fmt: skip
+    read = Scan("scan.xyz", "", points, len(points), of_mesh=False)
+    told = record_scan(
+        AppraisedScan(
+            scan=read, unit="mm", plan="plan", part="part", digest=64 * "0", given=False, surface=surface,
+            upright=np.eye(3), spacing=SPACING, held=held, factors=np.ones(held.parts.runs.size), opened=0.0, shut=0.0,
+        )
+    )  # fmt: skip
+    high, planned = heights(beads, beads.places), deposit.runs.flows * deposit.runs.lengths
+    shown = [run for run in told.runs if run.crest_mm is not None and run.ratio is not None]
+    crests = [(*_of(run.crest_mm), float(high[beads.runs == run.run].mean())) for run in shown]
+    laid = [float(beads.volumes[beads.runs == run.run].sum()) / float(planned[deposit.runs.runs == run.run].sum())
+            for run in shown]  # fmt: skip
+    ratios = [(*_of(run.ratio), truth) for run, truth in zip(shown, laid, strict=True)]
+    whole = (*_of(told.volume_ratio), float(beads.volumes.sum()) / deposit.volume)
+    return CrestScan(whole, np.array(crests), np.array(ratios), np.array([run.length_mm for run in shown]), len(points))
+
+
+def _of(found: EstimateRecord | None) -> tuple[float, float]:
+    assert found is not None  # Runs that are shown have it.
+    return found.value, found.deviation
+
+
+def _away(middle: FloatArray, random: np.random.Generator, *, share: float = 1.0) -> FloatArray:
+    """Return a pose that is off by a share of a turn and a shift in some direction."""
     axis, direction = (each / np.linalg.norm(each) for each in random.standard_normal((2, 3)))
-    turn: FloatArray = Rotation.from_rotvec(np.radians(OFF_DEG) * axis).as_matrix()
-    return transforms.rigid(turn, middle + OFF_MM * direction - turn @ middle)
+    turn: FloatArray = Rotation.from_rotvec(share * np.radians(OFF_DEG) * axis).as_matrix()
+    return transforms.rigid(turn, middle + share * OFF_MM * direction - turn @ middle)
 
 
 def true_thickness(places: FloatArray, surface: Surface, beads: LaidBeads, *, side: int | None = None) -> FloatArray:

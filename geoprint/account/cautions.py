@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from geoprint.account.metrics import cover_text
 from geoprint.account.prints.feedback import feedback_notes
 from geoprint.account.prints.laid import made_up_notes
-from geoprint.account.records.plan import PatchRecord, PlanRecord, SideRecord
+from geoprint.account.records.plan import FibresRecord, PatchRecord, PlanRecord, SideRecord
 from geoprint.account.records.robot import MotionRecord, RobotRecord
 from geoprint.account.records.rounding import how_many
 from geoprint.account.verdict import coverage_advice, covering, middle_sentences
@@ -204,6 +204,21 @@ def coverage_warnings(told: PlanRecord) -> list[str]:
         return []
     advice = " ".join(coverage_advice(measured, told.settings.spacing_mm))
     return [f"{cover_text(measured)}. {advice}"]
+
+
+def fibres_text(told: FibresRecord) -> str:
+    """Return what is said of the angles of fibres."""
+    off = (
+        f"{told.off_mean_deg:.1f} degrees off the field's lines in the mean, 95 % of their length within "
+        f"{told.off_p95_deg:.1f}"
+    )
+    if told.helix_mean_deg is None or told.helix_deg is None:
+        return off
+    low, high = told.helix_deg
+    return (
+        f"{off}; helix angle {told.helix_mean_deg:+.1f} degrees to the direction around the axis, 90 % between "
+        f"{low:+.1f} and {high:+.1f}"
+    )
 
 
 def patch_evenness(patch: PatchRecord) -> str:

@@ -20,6 +20,7 @@ from geoprint.account.records.plan import (
     ChartLevelRecord,
     ChartRecord,
     DepositionRecord,
+    FibresRecord,
     FieldRecord,
     FileRecord,
     InputRecord,
@@ -46,7 +47,7 @@ from geoprint.deposition import bore_of, pressure_for
 from geoprint.export import Json
 from geoprint.model import PASCAL_PER_KPA, PrintErrors, Surface
 from geoprint.paths import largest_lean, mean_lean
-from geoprint.quality import standoff_within, thickness_within
+from geoprint.quality import fibre_angles, standoff_within, thickness_within
 from geoprint.results import Laid, Layer, Plan, TriedMiddle, TriedSource
 from geoprint.surfaces import component_labels, describe, edge_lengths, face_areas, middle_of, pieces
 from geoprint.surfaces.repair import PreparationReport
@@ -184,9 +185,24 @@ def _paths(plan: Plan) -> PathsRecord:
         widths_mm=None
         if plan.workpiece.widths is None
         else (float(toolpath.spacings.min()), float(toolpath.spacings.max())),
+        fibres=_fibres(plan),
         largest_distance_mm=plan.contours.distance.maximum,
         largest_lean_deg=float(np.degrees(largest_lean(poses))),
         mean_lean_deg=float(np.degrees(mean_lean(poses))),
+    )
+
+
+def _fibres(plan: Plan) -> FibresRecord | None:
+    """Return the angles of the paths to the lines that they follow; None where they follow none."""
+    if plan.followed is None:
+        return None
+    found = fibre_angles(plan.workpiece.surface, plan.toolpath.curves, plan.followed)
+    low, high = np.degrees(found.spread or (0.0, 0.0)).tolist()
+    return FibresRecord(
+        off_mean_deg=float(np.degrees(found.off)),
+        off_p95_deg=float(np.degrees(found.most_off)),
+        helix_mean_deg=None if found.helix is None else float(np.degrees(found.helix)),
+        helix_deg=None if found.spread is None else (low, high),
     )
 
 

@@ -10,6 +10,8 @@ reading spreads its index over vertices beside it: there indices are gathered ag
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import dijkstra
@@ -58,12 +60,18 @@ def carried_field(
         raise InputError(
             f"face {face} of {level.name} looks at {field.surface.name} below it: turn the level over.", face=face
         )
-    along = _directions(field, feet)
-    # The smallest rotation that takes one normal to the other.
-    share = np.einsum("mx,mx->m", along, above) / (1.0 + cosines)
-    carried = along - share[:, None] * (upright + above)
-    angles = angles_in_faces(level, np.arange(count), carried) + turned
-    return _gathered(field, nearest_field(level, angles, symmetry=field.symmetry))
+
+    def raised(along: FloatArray) -> FloatArray:
+        """Return (m, 3) vectors after the smallest rotation that takes one normal to the other."""
+        share = np.einsum("mx,mx->m", along, above) / (1.0 + cosines)
+        return along - share[:, None] * (upright + above)
+
+    angles = angles_in_faces(level, np.arange(count), raised(_directions(field, feet))) + turned
+    found = _gathered(field, nearest_field(level, angles, symmetry=field.symmetry))
+    if field.axes is None:
+        return found
+    axes = field.axes[feet.faces]
+    return replace(found, axes=np.stack([raised(axes[:, 0]), raised(axes[:, 1])], axis=1))
 
 
 def _directions(field: DirectionField, points: SurfacePoints) -> FloatArray:

@@ -58,16 +58,20 @@ class DirectionField:
             [rad].
         turning: (m, 3) by how much the field turns against a direction that passes straight over the side from corner i
             to corner i + 1 into the next face [rad]; the opposite from the other side, and 0 on the rim.
+        axes: (m, 2, 3) unit vectors around and up an axis, between which helix angles count, positive where a line
+            rises along the first; zero where nothing tells them. None where the field has no axis.
     """
 
     surface: Surface
     symmetry: int
     angles: FloatArray
     turning: FloatArray
+    axes: FloatArray | None = None
 
     def __post_init__(self) -> None:
         check_symmetry(self.symmetry)
-        faces = freeze_arrays(self, angles="float: m", turning="float: m 3")["m"]
+        axes = {} if self.axes is None else {"axes": "float: m 2 3"}
+        faces = freeze_arrays(self, angles="float: m", turning="float: m 3", **axes)["m"]
         if faces != len(self.surface.faces):
             raise InputError(f"{self.surface.name} has {len(self.surface.faces)} faces, but the field has {faces}.")
         over, turning = connection(self.surface), self.turning.ravel()

@@ -8,6 +8,7 @@ angle, which goes through the wall from that of the epicardium to that of the en
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import radians
 from typing import final
 
@@ -91,12 +92,30 @@ class HelixRule:
                 f"not {heights.shape} and {depths.shape}."
             )
         upwards = gradient(surface, heights)
-        around = np.cross(upwards, face_normals(surface))
         rise = np.linalg.norm(upwards, axis=1) * np.sqrt(face_areas(surface))
-        level = rise <= LEVEL * np.abs(heights[surface.faces]).max()
-        angles = angles_in_faces(surface, np.arange(len(surface.faces)), around)
-        angles += self.angles(depths)[surface.faces].mean(axis=1)
-        return nearest_field(surface, _filled(surface, angles, level), symmetry=2)
+        upwards = np.where((rise <= LEVEL * np.abs(heights[surface.faces]).max())[:, None], 0.0, upwards)
+        return helix_lines(surface, upwards=upwards, angles=self.angles(depths)[surface.faces].mean(axis=1))
+
+
+def helix_lines(surface: Surface, *, upwards: FloatArray, angles: FloatArray) -> DirectionField:
+    """Return lines at helix angles to the direction around an axis, and that axis in each face.
+
+    A face in which nothing points up has the mean of its neighbours, and no axis.
+
+    Args:
+        surface: m faces, seen from outside.
+        upwards: (m, 3) vectors in the faces that point from apex to base.
+        angles: (m,) from around to the right towards that [rad].
+
+    Raises:
+        FieldError: nothing on a piece of the surface points from apex to base.
+        MeshError: as `connection`.
+    """
+    around: FloatArray = np.cross(upwards, face_normals(surface))
+    steep: FloatArray = np.linalg.norm(upwards, axis=1)
+    turned = angles_in_faces(surface, np.arange(len(surface.faces)), around) + angles
+    axes = np.stack([around, upwards], axis=1) / np.where(steep == 0.0, np.inf, steep)[:, None, None]
+    return replace(nearest_field(surface, _filled(surface, turned, steep == 0.0), symmetry=2), axes=axes)
 
 
 def apex_to_base(surface: Surface, *, apex: IntArray, base: IntArray) -> FloatArray:

@@ -207,14 +207,18 @@ class FollowedLines:
         directions: (m, 3) unit vector along the line of each face; its opposite says the same.
         places: (s, 3) about which lines turn [mm].
         indices: (s,) how often, counter-clockwise: 1 where they circle, -1/2 where three folds meet.
+        axes: (m, 2, 3) unit vectors around and up an axis, between which helix angles count; zero where nothing tells
+            them. None where the lines have no axis.
     """
 
     directions: FloatArray
     places: FloatArray
     indices: FloatArray
+    axes: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, directions="float: m 3", places="float: s 3", indices="float: s")
+        axes = {} if self.axes is None else {"axes": "float: m 2 3"}
+        freeze_arrays(self, directions="float: m 3", places="float: s 3", indices="float: s", **axes)
 
 
 @final

@@ -14,7 +14,7 @@ from geoprint.model import Surface
 from geoprint.patterns import Pattern, PatternFactory, pattern, pattern_names, runs_beside_line
 from geoprint.pipeline.designing import lines_of
 from geoprint.registry import Entry, OptionValue, Titled
-from geoprint.results import StackPlace
+from geoprint.results import StackPlace, Workpiece
 
 # The option that `--resolution` stands for, of whichever backend has it.
 RESOLUTION = "resolution"
@@ -112,6 +112,16 @@ def pattern_of(job: Job, place: StackPlace | None = None) -> Pattern:
 def follows_field(job: Job) -> bool:
     """Return whether the paths of a job follow the lines of a field."""
     return FIELD in pattern(job.drawing.name).options
+
+
+def check_lines(job: Job, workpiece: Workpiece) -> None:
+    """Check that there are lines on a workpiece where the paths of a job follow some.
+
+    Raises:
+        GeoprintError: as what `lines_of` returns.
+    """
+    for lines in _lines(job, pattern(job.drawing.name), workpiece.place).values():
+        lines(workpiece.surface)
 
 
 def seeks_middle(job: Job) -> bool:

@@ -43,7 +43,7 @@ def lines_of(file: FieldFile, *, place: StackPlace | None = None) -> Callable[[S
     Args:
         file: what was read.
         place: of the layer whose middle the surface is: its lines are those of the part, carried up and turned, but
-            for a wall's, which has its own everywhere; None of a single skin.
+            for a wall's, which has its own as far as it goes; None of a single skin.
 
     What is returned raises:
         FieldError: indices do not add up to what the surface demands, a place lies off it, or it has nothing of what
@@ -53,7 +53,7 @@ def lines_of(file: FieldFile, *, place: StackPlace | None = None) -> Callable[[S
 
     def lines(surface: Surface) -> DirectionField:
         if file.wall is not None:
-            return _in_wall(file.wall, surface)
+            return _in_wall(file.wall, surface, part=None if place is None else place.base)
         if place is None:
             return _designed(file, surface)
         # As fine as the layer, so that lines are as smooth there as on a single skin.
@@ -84,13 +84,14 @@ def _designed(file: FieldFile, surface: Surface) -> DirectionField:
     )
 
 
-def _in_wall(table: WallTable, surface: Surface) -> DirectionField:
-    """Return the fibres of a wall on a surface within it."""
+def _in_wall(table: WallTable, surface: Surface, *, part: Surface | None) -> DirectionField:
+    """Return the fibres of a wall on a surface within it, or on a layer over a part that is."""
     path = Path(table.volume)
     volume = read_volume(path.read_bytes(), name=path.name)
     wall, cavity, base = (np.isin(volume.labels, labels) for labels in (table.labels, table.cavity, table.base))
     rule = HelixRule(radians(table.epicardial_deg), radians(table.endocardial_deg))
-    return WallCoordinates(WallVoxels(wall, cavity, base, volume.affine, path.name)).field(surface, rule)
+    coordinates = WallCoordinates(WallVoxels(wall, cavity, base, volume.affine, path.name))
+    return coordinates.field(surface, rule, part=part)
 
 
 def _turned(table: ThroughTable | None, place: StackPlace, heights: FloatArray) -> FloatArray:

@@ -15,6 +15,7 @@ from geoprint.quality.evenness import (
     measure_paths as measure_paths,
     uniformity as uniformity,
 )
+from geoprint.quality.fibres import FibreAngles as FibreAngles, fibre_angles as fibre_angles
 from geoprint.quality.levels import LevelSpacings as LevelSpacings
 from geoprint.quality.overhang import Overhang as Overhang, overhang as overhang
 from geoprint.quality.printed import (

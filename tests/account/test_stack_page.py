@@ -153,3 +153,27 @@ def test_the_page_is_the_same_again_and_another_of_another_stack(job: Job, writt
     assert written == stack_page(stack, told(stack), job)
     halved = replace(stack, layers=(stack.layers[0], replace(stack.layers[1], places=0.5 * stack.layers[1].places)))
     assert written != stack_page(halved, told(halved), job)
+
+
+def test_the_page_names_the_cause_of_the_thickest_place(job: Job) -> None:
+    plain = made()
+    middle = int(np.argmin(np.linalg.norm(plain.feet.places - [10.0, 5.0, 0.0], axis=1)))
+    for first, said in ((2.0, "in 2 runs lie closer together than 0.8 spacings"), (1.0, "say nothing of why")):
+        layers: list[StackedLayer] = []
+        for layer in plain.layers:
+            laid = np.full_like(layer.laid, layer.height)
+            laid[:, middle] *= 1.5
+            # Two rows a spacing apart beside the place, and with the first at 2 mm only half of one.
+            rows = [np.linspace((0.0, y, layer.bottom + 0.2), (20.0, y, layer.bottom + 0.2), 101) for y in
+                    (first + 2.0, 5.0, 9.0)]  # fmt: skip
+            layers.append(replace(layer, laid=laid, places=np.concatenate(rows), offsets=101 * np.arange(4)))
+        flow = finished(
+            np.stack([each.laid[0] for each in layers]), plain.wanted,
+            met=np.stack([np.zeros(COUNT, dtype=np.bool_)] * len(layers)),
+            within=np.stack([np.ones(COUNT, dtype=np.bool_)] * len(layers)),
+            bottoms=np.array([each.bottom for each in layers]), height=HEIGHT,
+        )  # fmt: skip
+        stack = replace(plain, layers=tuple(layers), flows=(flow, flow))
+        text = " ".join(Reader(stack_page(stack, told(stack), job)).text.split())
+        assert "with 150.0% of what is wanted: 2 of 2 layers lay more than 105% of their height there" in text
+        assert said in text, first

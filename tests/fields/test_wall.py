@@ -53,6 +53,28 @@ def test_depths_are_those_of_the_formula_and_fibres_have_the_angle_of_theirs(
         assert float(np.degrees(off(ball.field(seen, RULE), wanted)).mean()) < 1.5
 
 
+@pytest.mark.parametrize(
+    ("part", "layer", "angle"), [(25.0, 25.5, -60.0), (25.0, 32.0, -60.0), (20.0, 28.0, -60.0), (15.0, 11.0, 60.0)]
+)
+def test_layers_beyond_the_wall_have_the_fibres_of_the_side_on_which_they_leave_it(
+    ball: WallCoordinates, part: float, layer: float, angle: float
+) -> None:
+    below = skin(part) if layer > part else turned_over(skin(part))
+    over = replace(below, vertices=below.vertices * layer / part)
+    found = ball.field(over, RULE, part=below)
+    assert float(np.degrees(off(found, _fibres(over, np.radians(angle)))).mean()) < 1.5
+    # The axes between which the angle counts are those of the wall, from whichever side the layer is seen.
+    assert found.axes is not None
+    along = found.directions()[:, 0]
+    right, up = (np.einsum("mx,mx->m", along, found.axes[:, axis]) for axis in (0, 1))
+    assert float(np.degrees(np.arctan(up / right)).mean()) == pytest.approx(angle, abs=0.5)
+
+
+def test_a_layer_over_a_part_off_the_wall_is_refused(ball: WallCoordinates) -> None:
+    with pytest.raises(FieldError, match=r"lies off the wall of ball"):
+        ball.field(skin(24.0), RULE, part=skin(30.0))
+
+
 def test_depths_end_at_0_and_1_on_both_sides_and_heights_rise_from_the_apex_to_the_base(ball: WallCoordinates) -> None:
     # Of the boundary at the centres of voxels beside it a few tenths of a mm are left: of depth a few hundredths.
     for radius, depth in ((INNER, 1.0), (OUTER, 0.0)):

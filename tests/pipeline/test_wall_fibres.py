@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 
 import geoprint
+from geoprint.account.summary import record_plan
 from geoprint.config import job_of, packaged_cell_text, read_field
 from geoprint.errors import FieldError, UsageError, VerificationError
 from geoprint.fields import DirectionField, WallVoxels
 from geoprint.model import FloatArray, Surface
 from geoprint.pipeline import plan, save_plan
 from geoprint.pipeline.designing import lines_of
+from geoprint.pipeline.stacks.stacking import plan_stack
 from geoprint.pipeline.stages import Stages
 from geoprint.pipeline.workpiece import prepare_workpiece
 from geoprint.surfaces import face_areas, face_normals
@@ -77,6 +79,33 @@ def test_a_part_off_the_wall_and_what_is_no_volume_are_refused(tmp_path: Path) -
     other = lines_of(read_field(_field(tmp_path, "ball.ply", wall=[1], cavity=[2], base=[3])))
     with pytest.raises(UsageError, match=r"`ball.ply` is no label volume: its name must end in .nii"):
         other(skin(18.0))
+
+
+def test_a_layer_outside_of_the_wall_is_planned_and_says_its_helix_angle(tmp_path: Path) -> None:
+    _written(ball_voxels(), tmp_path / "ball.nii.gz")
+    save_ply(skin(25.0), tmp_path / "skin.ply")
+    job = job_of(
+        surface=tmp_path / "skin.ply", unit="mm", spacing=3.0, pattern="fibres", robot=False, thickness=5.0, layer=10,
+        field=_field(tmp_path, "ball.nii.gz", wall=[1], cavity=[2], base=[3]),
+    )  # fmt: skip
+    told = record_plan(plan(job)).paths.fibres
+    assert told is not None
+    assert told.helix_mean_deg == pytest.approx(EPICARDIAL, abs=2.0)
+    assert told.off_mean_deg < 3.0
+
+
+def test_a_stack_off_the_wall_is_refused_before_a_layer_is_planned(tmp_path: Path) -> None:
+    _written(ball_voxels(), tmp_path / "ball.nii.gz")
+    save_ply(skin(28.0, top=-12.0), tmp_path / "skin.ply")
+    job = job_of(
+        surface=tmp_path / "skin.ply", unit="mm", spacing=3.0, pattern="fibres", robot=False, thickness=1.0,
+        field=_field(tmp_path, "ball.nii.gz", wall=[1], cavity=[2], base=[3]),
+    )  # fmt: skip
+    seen = list[str]()
+    with pytest.raises(FieldError, match=r"^layer 2: .* lies off the wall of ball.nii.gz"):
+        plan_stack(job, tmp_path / "out", observe=seen.append)
+    assert seen == ["layers"]
+    assert not (tmp_path / "out").exists()
 
 
 def _cut_short(path: Path) -> None:

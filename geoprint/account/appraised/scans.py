@@ -21,6 +21,7 @@ from geoprint.account.records.scan import (
     ScannedRunRecord,
 )
 from geoprint.appraisal.scanned import (
+    BARE_RATIO,
     COVERED_SHARE,
     AppraisedScan,
     LyingScan,
@@ -33,8 +34,6 @@ from geoprint.surfaces import lumped_mass
 
 # Versions of the layouts; a change that breaks a reader raises them.
 SCAN_SCHEMA, LYING_SCHEMA = 1, 1
-# A part of a run is bare where less than this of its volume is there.
-MISSING = 0.25
 COLUMNS = (
     "run", "start_mm", "end_mm", "x", "y", "z", "seen", "ratio", "ratio_deviation", "offset_mm", "offset_deviation_mm",
     "crest_mm", "crest_deviation_mm",
@@ -109,14 +108,12 @@ def parts_table(parts: MeasuredParts) -> bytes:
     writer.writerow(COLUMNS)
     for k in range(np.size(parts.runs)):
         seen = bool(parts.seen[k])
-        values = (
-            parts.ratios, parts.ratio_deviations, parts.offsets, parts.offset_deviations, parts.crests,
-            parts.crest_deviations,
-        )  # fmt: skip
+        values = (parts.ratios, parts.ratio_deviations, parts.offsets, parts.offset_deviations)
+        crest = (parts.crests, parts.crest_deviations)
         where = (f"{value:.3f}" for value in (parts.starts[k], parts.ends[k], *parts.places[k]))
-        writer.writerow(
-            (int(parts.runs[k]), *where, int(seen), *(f"{value[k]:.5f}" if seen else "" for value in values))
-        )
+        found = (f"{value[k]:.5f}" if seen else "" for value in values)
+        high = (f"{value[k]:.5f}" if parts.crested[k] else "" for value in crest)
+        writer.writerow((int(parts.runs[k]), *where, int(seen), *found, *high))
     return text.getvalue().encode("utf-8")
 
 
@@ -186,7 +183,7 @@ def _run(parts: MeasuredParts, number: int, found: AppraisedScan) -> ScannedRunR
     own = parts.runs == number
     lengths = parts.ends - parts.starts
     seen = own & parts.seen
-    bare = seen & (parts.ratios < MISSING)
+    bare = seen & (parts.ratios < BARE_RATIO)
     pose = found.held.registration.covariance
 
     def mean(values: FloatArray, deviations: FloatArray, which: BoolArray, floor: float) -> EstimateRecord | None:
@@ -198,20 +195,23 @@ def _run(parts: MeasuredParts, number: int, found: AppraisedScan) -> ScannedRunR
         return EstimateRecord(value=float((weights * values[which]).sum()), deviation=float(np.sqrt(noise + floor**2)))
 
     shift = float(np.sqrt(np.linalg.eigvalsh(pose[3:, 3:])[-1]))
+    crests = found.held.crests
+    row = int(np.searchsorted(crests.runs, number))
+    crest = EstimateRecord(value=float(crests.heights[row]), deviation=float(crests.deviations[row]))
     return ScannedRunRecord(
         run=number,
         length_mm=float(lengths[own].sum()),
         seen_mm=float(lengths[seen].sum()),
         missing_mm=float(lengths[bare].sum()),
         ratio=mean(parts.ratios, parts.ratio_deviations, seen, shift / found.held.height),
-        crest_mm=mean(parts.crests, parts.crest_deviations, seen & ~bare, shift),
+        crest_mm=crest if crests.seen[row] else None,
         offset_mm=mean(parts.offsets, parts.offset_deviations, seen & ~bare, shift),
     )
 
 
 def _part(parts: MeasuredParts, k: int, *, factor: float) -> PartOfRunRecord:
     seen = bool(parts.seen[k])
-    bead = seen and bool(parts.ratios[k] >= MISSING)
+    bead = seen and bool(parts.ratios[k] >= BARE_RATIO)
     return PartOfRunRecord(
         run=int(parts.runs[k]),
         start_mm=float(parts.starts[k]),

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from geoprint.account.cautions import patch_evenness
+from geoprint.account.cautions import fibres_text, patch_evenness
 from geoprint.account.evidence import NOT_SIMULATED, WORDS, evidence_rows, of_all
 from geoprint.account.metrics import CATALOGUE
 from geoprint.account.prints.expected import expected_rows
@@ -91,7 +91,15 @@ def _path(rows: Sequence[PlannedRecord]) -> list[Row]:
             group, "stops while laying", "at sharp corners, with the valve open", rows,
             lambda r: str(r.paths.stops_while_laying), badness=lambda r: r.paths.stops_while_laying,
         ),
+        *_fibres(rows),
     ]  # fmt: skip
+
+
+def _fibres(rows: Sequence[PlannedRecord]) -> list[Row]:
+    """Return a row that says how fibres run; none where paths follow no lines."""
+    if any(row.paths.fibres is None for row in rows):
+        return []
+    return [_row("Path", "fibres", "", rows, lambda r: "-" if r.paths.fibres is None else fibres_text(r.paths.fibres))]
 
 
 def _chart(told: Sequence[PlanRecord], plans: Sequence[Plan]) -> list[Row]:

@@ -114,6 +114,21 @@ class SurfaceRecord(Record):
     side: SideRecord = Field(description="that is printed on")
 
 
+class FibresRecord(Record):
+    """The angles of fibres, by their length."""
+
+    off_mean_deg: Rounded = Field(description="mean angle to the lines that they follow [degrees]")
+    off_p95_deg: Rounded = Field(description="95th percentile of that [degrees]")
+    helix_mean_deg: Rounded | None = Field(
+        default=None,
+        description="mean angle to the direction around the axis, positive where they rise to the right, seen from "
+        "outside with the axis up [degrees]; left out where the lines have no axis",
+    )
+    helix_deg: tuple[Rounded, Rounded] | None = Field(
+        default=None, description="5th and 95th percentile of that [degrees]; left out with it"
+    )
+
+
 class PathsRecord(Record):
     """The paths as they are printed."""
 
@@ -136,6 +151,7 @@ class PathsRecord(Record):
     widths_mm: tuple[Rounded, Rounded] | None = Field(
         default=None, description="least and most that is wanted; left out where paths are one spacing wide [mm]"
     )
+    fibres: FibresRecord | None = Field(default=None, description="left out where they follow no lines")
     largest_distance_mm: Rounded = Field(description="from the seed [mm]")
     largest_lean_deg: Rounded = Field(description="of the nozzle from the normal [degrees]")
     mean_lean_deg: Rounded = Field(description="of the nozzle from the normal [degrees]")

@@ -69,7 +69,9 @@ class ScannedRunRecord(Record):
     seen_mm: Rounded = Field(description="of it in the scan [mm]")
     missing_mm: Rounded = Field(description="of that without material [mm]")
     ratio: EstimateRecord | None = Field(description="volume over the planned one; null where nothing is seen")
-    crest_mm: EstimateRecord | None = Field(description="height of the bead over the part [mm]")
+    crest_mm: EstimateRecord | None = Field(
+        description="height over the part along the middle of its bead; null where no points show that [mm]"
+    )
     offset_mm: EstimateRecord | None = Field(description="of its middle to the left, as seen from outside [mm]")
 
 

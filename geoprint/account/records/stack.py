@@ -43,6 +43,10 @@ class StackedLayerRecord(Record):
     thickness_cv: float | None = Field(
         description="variation of its own thickness, with the flow to print; null where it was not measured"
     )
+    helix_deg: Rounded | None = Field(
+        default=None,
+        description="mean angle of its fibres to the direction around the axis [degrees]; left out where there is none",
+    )
     speed_mm_s: float = Field(
         description="at which its valve lets through what that of all layers does, before its missing volume is made"
         " up [mm/s]"

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import KDTree
 
+from geoprint.account.records.rounding import listed
 from geoprint.account.records.stack import FinishedRecord, StackedLayerRecord, StackRecord
 from geoprint.account.texts.stack import finished_sentences, stack_sentence, stack_warnings
 from geoprint.account.texts.stack_sheet import attitudes_of
@@ -30,8 +31,8 @@ from geoprint.report import (
     thickness_figure,
     view_surface,
 )
-from geoprint.results import FinishedStack
-from geoprint.surfaces import face_areas
+from geoprint.results import FinishedStack, StackedLayer
+from geoprint.surfaces import closest, face_areas, in_words, normals
 from geoprint.surfaces.remesh import refine
 
 # Faces in all views: finer than can be seen, and every one costs time when the page opens.
@@ -39,9 +40,19 @@ VIEWED_FACES = 60_000
 # Packages whose version changes figures.
 PACKAGES = ("geoprint", "numpy", "scipy", "numba")
 PLANES = ("across", "along")
+# A layer lays more than it should at a place from this share of its height on.
+MORE = 1.05
+# Paths lie closer than they should below this share of the spacing, and turn sharply by more than this [rad].
+CLOSE, TURN = 0.8, np.pi / 3.0
+# What makes a place thick, in words.
+ENDS, CLOSER, TURNS = (
+    "a run starts or ends within a spacing of it", f"runs lie closer together than {CLOSE:g} spacings",
+    f"a run turns by more than {np.degrees(TURN):.0f} degrees",
+)  # fmt: skip
+CAUSES = (ENDS, CLOSER, TURNS)
 COLUMNS = (
     "layer", "from [mm]", "height [mm]", "area [mm2]", "runs", "path [mm]", "missed", "covered twice",
-    "thickness CV", "laid / held", "seams apart [mm]", "time [s]", "attitudes", "clearance [mm]",
+    "thickness CV", "fibres [degrees]", "laid / held", "seams apart [mm]", "time [s]", "attitudes", "clearance [mm]",
 )  # fmt: skip
 _NONE = "-"
 
@@ -67,7 +78,7 @@ def stack_page(stack: FinishedStack, told: StackRecord, job: Job) -> bytes:
     view = base_view(stack, faces=VIEWED_FACES // len(flows))
     table = _table(stack, told)
     how = [each.strip() for each in finished_sentences(told)]
-    said = [*(each[0].upper() + each[1:] for each in how), stack_sentence(told)]
+    said = [*(each[0].upper() + each[1:] for each in how), *_thickest(stack), stack_sentence(told)]
     page = StackReport(
         name=told.part,
         verdict=tuple(f"{each}." for each in said),
@@ -130,6 +141,60 @@ def _flows(stack: FinishedStack, told: StackRecord) -> list[_Flow]:
     )
     order = sorted(range(len(stack.flows)), key=lambda flow: flow != stack.printed)
     return [_Flow(*words[flow], stack.flows[flow]) for flow in order]
+
+
+def _thickest(stack: FinishedStack) -> list[str]:
+    """Return a sentence on the thickest place of a stack and what makes it so; none where nothing can be judged."""
+    printed = stack.flows[stack.printed]
+    if printed is None or not np.isfinite(printed.ratios).any():
+        return []
+    column = int(np.nanargmax(printed.ratios))
+    ratio, place = float(printed.ratios[column]), stack.feet.places[column]
+    upright = normals(stack.base, closest(stack.base, place[None])[0])[0]
+    shares = [float(layer.laid[stack.printed, column]) / layer.height for layer in stack.layers]
+    thick = [number for number, share in enumerate(shares) if share > MORE]
+    said = f"Thickest is {in_words(place)} with {ratio:.1%} of what is wanted"
+    if not thick:
+        return [f"{said}: no layer lays more than {MORE:.0%} of its height there"]
+    causes = [
+        _causes(stack.layers[number], place + (stack.layers[number].bottom + stack.layers[number].height / 2) * upright)
+        for number in thick
+    ]
+    counted = {cause: sum(cause in each for each in causes) for cause in CAUSES}
+    named = [f"in {counted[cause]} {cause}" for cause in sorted(CAUSES, key=lambda c: -counted[c]) if counted[cause]]
+    most = max(thick, key=lambda number: shares[number])
+    sentence = (
+        f"{said}: {len(thick)} of {len(shares)} layers lay more than {MORE:.0%} of their height there, layer "
+        f"{most + 1} the most ({shares[most]:.0%}); {listed(named) if named else 'their paths say nothing of why'}"
+    )
+    even = stack.flows[0]
+    if stack.printed and even is not None and ratio - even.ratios[column] > (ratio - 1.0) / 2.0:
+        return [f"{sentence}; with a constant flow it would be {even.ratios[column]:.1%}, so most of it is the flow"]
+    return [sentence]
+
+
+def _causes(layer: StackedLayer, place: FloatArray) -> set[str]:
+    """Return which of CAUSES the paths of a layer have about a place [mm]."""
+    spacing = layer.spacing
+    away: FloatArray = np.linalg.norm(layer.places - place, axis=1)
+    nearest = int(away.argmin())
+    runs = np.searchsorted(layer.offsets, np.arange(len(away)), side="right") - 1
+    steps = np.append(0.0, np.linalg.norm(np.diff(layer.places, axis=0), axis=1))
+    arcs = np.cumsum(steps)
+    ends = np.concatenate([layer.offsets[:-1], layer.offsets[1:] - 1])
+    found = set[str]()
+    if away[ends].min() < spacing:
+        found.add(ENDS)
+    own = (runs == runs[nearest]) & (np.abs(arcs - arcs[nearest]) < 2.0 * spacing)
+    if (~own).any() and np.linalg.norm(layer.places[~own] - layer.places[nearest], axis=1).min() < CLOSE * spacing:
+        found.add(CLOSER)
+    rows = np.flatnonzero((runs == runs[nearest]) & (np.abs(arcs - arcs[nearest]) < spacing))
+    ways = np.diff(layer.places[rows], axis=0)
+    ways = ways[np.linalg.norm(ways, axis=1) > 0.0]
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    if len(ways) and (ways @ ways.T).min() < np.cos(TURN):
+        found.add(TURNS)
+    return found
 
 
 def stack_paths(stack: FinishedStack) -> StackPaths:
@@ -204,6 +269,7 @@ def _row(number: int, layer: StackedLayerRecord, moved: str, attitudes: str) -> 
         _percent(layer.gap),
         _percent(layer.overlap),
         _percent(layer.thickness_cv),
+        _NONE if layer.helix_deg is None else f"{layer.helix_deg:+.1f}",
         f"{layer.laid_mm3 / layer.wanted_mm3:.2%}",
         moved,
         _NONE if layer.print_s is None else f"{layer.print_s:.0f}",

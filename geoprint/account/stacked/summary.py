@@ -41,6 +41,7 @@ def layer_record(
         gap=None if even is None else even.gap,
         overlap=None if even is None else even.overlap,
         thickness_cv=None if layer is None else layer.cv,
+        helix_deg=None if told.paths.fibres is None else told.paths.fibres.helix_mean_deg,
         speed_mm_s=speed,
         laid_mm3=float(kept.volumes[kept.printed]),
         wanted_mm3=area * kept.height,

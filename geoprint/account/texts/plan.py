@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from importlib.metadata import version
 
-from geoprint.account.cautions import patch_evenness
+from geoprint.account.cautions import fibres_text, patch_evenness
 from geoprint.account.metrics import COVERED_ONCE, FOLLOWING, GAP, OFF, OFF_MOST, OVERLAP, THICKNESS
 from geoprint.account.prints.expected import WORDS, expected_text
 from geoprint.account.prints.overhang import overhang_lines
@@ -72,6 +72,8 @@ def _path_lines(told: PlanRecord) -> list[str]:
     if paths.widths_mm is not None:
         least, most = paths.widths_mm
         lines.append(f"width: {least:.3g} to {most:.3g} mm wanted; evenness, gaps and flow are over that")
+    if paths.fibres is not None:
+        lines.append(f"fibres: {fibres_text(paths.fibres)}")
     return lines
 
 

@@ -81,9 +81,10 @@ def _layer_line(number: int, layer: StackedLayerRecord) -> str:
     """Return the line of one layer."""
     even = "" if layer.thickness_cv is None else f", thickness CV {layer.thickness_cv:.2%}"
     gap = "" if layer.gap is None else f", missed {layer.gap:.2%}"
+    helix = "" if layer.helix_deg is None else f", fibres at {layer.helix_deg:+.1f} degrees"
     time = "" if layer.print_s is None else f", {layer.print_s:.0f} s"
     clear = "" if layer.clearance_mm is None else f", {layer.clearance_mm:.2f} mm clear"
     return (
         f"  {number:2} from {layer.bottom_mm:.3g} mm: {layer.pattern}, {layer.runs} runs, {layer.deposit_mm:.0f} mm of "
-        f"path, {layer.laid_mm3 / 1000.0:.3g} cm3{even}{gap}{dose_text(layer)}{time}{clear}"
+        f"path, {layer.laid_mm3 / 1000.0:.3g} cm3{even}{gap}{helix}{dose_text(layer)}{time}{clear}"
     )

@@ -16,8 +16,10 @@ from geoprint.appraisal.scanned.lying import (
     lying_part as lying_part,
 )
 from geoprint.appraisal.scanned.measuring import (
+    BARE_RATIO as BARE_RATIO,
     COVERED_SHARE as COVERED_SHARE,
     MeasuredCells as MeasuredCells,
+    MeasuredCrests as MeasuredCrests,
     MeasuredParts as MeasuredParts,
     MeasuredPrint as MeasuredPrint,
     measured_print as measured_print,

@@ -3,6 +3,9 @@
 The height of a point is its distance from the part. A scan has holes, and its points are denser here than there, on
 crests more than between them perhaps. So nowhere is a mean of heights taken: what is averaged is by how much points lie
 above what the plan, with the width of bead that was found, has at the same places.
+
+The crest of a run is where a parabola across its bead, of whatever width, is highest over that. How sure it is follows
+from parts of the run drawn anew, since neighbouring points err alike [Kunsch1989].
 """
 
 from __future__ import annotations
@@ -26,10 +29,16 @@ ASIDE_SHARE, ASIDE_NOISE = 0.5, 3.0
 HIGHEST = 3.0
 # Material belongs to a run within this of it, over the spacing.
 STRIP_SHARE = 0.5
-# The crest of a bead is within this of its middle, over its width.
-CREST_SHARE = 0.12
-# Fewer points tell nothing of a part of a run, or of a cell of the surface.
-LEAST_POINTS, LEAST_CELL_POINTS = 8, 3
+# A bead is a parabola within this of its middle, over half its width: well inside of its foot, where noise rounds it.
+CREST_SHARE = 0.6
+# Fewer points tell nothing of a part of a run, of a cell of the surface, or of a crest.
+LEAST_POINTS, LEAST_CELL_POINTS, LEAST_CREST_POINTS = 8, 3, 3
+# Parts of runs are drawn anew so many times; a run of fewer parts than this errs as those of all runs do.
+DRAWN, FEW_PARTS = 500, 5
+# Within this many standard deviations to either side are 95 of 100 normal numbers.
+TWO_SIDED = 1.96
+# A part of a run with less than this of its volume is a gap, and has no crest.
+BARE_RATIO = 0.25
 # Residuals of neighbouring points are alike: so many count as one.
 ALIKE_POINTS = 2.0
 # Cells of the surface are so large, over the spacing; and no more than these.
@@ -37,6 +46,8 @@ CELL_SHARE, MOST_CELLS = 0.8, 4_000
 # Pieces by which the area of cells, and what is planned on them, is found: for each cell, and in all. A mean over 600
 # of them is right to 0.003 mm.
 PLACES_A_CELL, MOST_PLACES = 600, 300_000
+# Points that all lie as far from the middle, but for this share of it (squared), tell no bend.
+LEVEL_SHARE = 1e-6
 # A cell is to be covered where the plan has, and is covered where the scan shows, so much of the layer's height.
 COVERED_SHARE = 0.25
 # The part is bare where the plan has less than this of the layer's height.
@@ -54,6 +65,7 @@ class MeasuredParts:
         ends: (k,) arc length at which it ends [mm].
         places: (k, 3) its middle, on the part [mm].
         seen: (k,) whether the scan shows enough of it; where not, the others are 0.
+        crested: (k,) whether it shows the crest of a bead there; where not, crests and their deviations are 0.
         ratios: (k,) volume over the planned one.
         ratio_deviations: (k,) standard deviation of that.
         offsets: (k,) of the bead's middle to the left of the run, as seen from outside [mm].
@@ -67,6 +79,7 @@ class MeasuredParts:
     ends: FloatArray
     places: FloatArray
     seen: BoolArray
+    crested: BoolArray
     ratios: FloatArray
     ratio_deviations: FloatArray
     offsets: FloatArray
@@ -77,9 +90,30 @@ class MeasuredParts:
     def __post_init__(self) -> None:
         freeze_arrays(
             self, runs="int: k", starts="float: k", ends="float: k", places="float: k 3", seen="bool: k",
-            ratios="float: k", ratio_deviations="float: k", offsets="float: k", offset_deviations="float: k",
-            crests="float: k", crest_deviations="float: k",
+            crested="bool: k", ratios="float: k", ratio_deviations="float: k", offsets="float: k",
+            offset_deviations="float: k", crests="float: k", crest_deviations="float: k",
         )  # fmt: skip
+
+
+@final
+@frozen
+class MeasuredCrests:
+    """How high the beads of r runs are over the part, in the mean along each.
+
+    Attributes:
+        runs: (r,) as poses.csv counts them, ascending.
+        seen: (r,) whether the scan shows enough of its crest; where not, the others are 0.
+        heights: (r,) [mm].
+        deviations: (r,) standard deviation of that [mm].
+    """
+
+    runs: IntArray
+    seen: BoolArray
+    heights: FloatArray
+    deviations: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, runs="int: r", seen="bool: r", heights="float: r", deviations="float: r")
 
 
 @final
@@ -122,6 +156,7 @@ class MeasuredPrint:
         points: that lie on the part.
         bare: share of these over what the plan leaves bare.
         parts: of the runs.
+        crests: of the runs.
         cells: of the surface.
         height: of the layer [mm].
         volume: that is planned [mm3].
@@ -131,6 +166,7 @@ class MeasuredPrint:
     points: int
     bare: float
     parts: MeasuredParts
+    crests: MeasuredCrests
     cells: MeasuredCells
     height: float
     volume: float
@@ -153,8 +189,37 @@ class _Points:
         )
 
 
+@final
+@frozen
+class _Crest:
+    """Points about the crests of runs, summed over each of k parts.
+
+    Attributes:
+        runs: (k,) which of the runs each part is of, from 0.
+        counts: (k,) of its points.
+        middles: (k,) height that is planned over the middle of the bead [mm].
+        sums: (k, 5) of 1, x, x^2, y and x y over its points, with x the square of the distance from the middle and y
+            the height over the run's share of the planned one.
+        squares: (k,) sum of y^2.
+        poses: (k, 6) sums of what the heights change by as the pose does.
+    """
+
+    runs: IntArray
+    counts: IntArray
+    middles: FloatArray
+    sums: FloatArray
+    squares: FloatArray
+    poses: FloatArray
+
+
 def measured_print(
-    points: FloatArray, registration: Registration, surface: Surface, deposit: PlannedDeposit, *, name: str = "scan"
+    points: FloatArray,
+    registration: Registration,
+    surface: Surface,
+    deposit: PlannedDeposit,
+    *,
+    random: np.random.Generator,
+    name: str = "scan",
 ) -> MeasuredPrint:
     """Measure a print by a scan that is laid onto its part.
 
@@ -163,13 +228,14 @@ def measured_print(
         registration: where it was taken.
         surface: of the part.
         deposit: that is planned.
+        random: draws parts of runs anew, for how sure their crests are.
         name: of the scan, for messages.
 
     Raises:
         InputError: the scan shows no run of the plan.
     """
     over = _over(points, registration, surface, deposit)
-    parts = _parts(over, registration, deposit)
+    parts, crests = _parts(over, registration, deposit, random=random)
     if not parts.seen.any():
         raise InputError(
             f"`{name}` shows no run of the plan: of {len(points)} points {len(over.heights)} lie over the part, and "
@@ -177,7 +243,7 @@ def measured_print(
         )
     cells = _cells(over, registration, surface, deposit)
     bare = float((over.planned < BARE_SHARE * deposit.height).mean())
-    return MeasuredPrint(registration, len(over.heights), bare, parts, cells, deposit.height, deposit.volume)
+    return MeasuredPrint(registration, len(over.heights), bare, parts, crests, cells, deposit.height, deposit.volume)
 
 
 def _over(points: FloatArray, found: Registration, surface: Surface, deposit: PlannedDeposit) -> _Points:
@@ -196,13 +262,15 @@ def _over(points: FloatArray, found: Registration, surface: Surface, deposit: Pl
     )
 
 
-def _parts(over: _Points, found: Registration, deposit: PlannedDeposit) -> MeasuredParts:
-    """Return what the points show of the parts of runs."""
+def _parts(
+    over: _Points, found: Registration, deposit: PlannedDeposit, *, random: np.random.Generator
+) -> tuple[MeasuredParts, MeasuredCrests]:
+    """Return what the points show of the parts of runs, and of the crests of these."""
     runs, numbers = deposit.runs, deposit.parts
     count = int(numbers.max()) + 1
     away, stretch = deposit.nearest(over.feet)
     near = away <= STRIP_SHARE * deposit.spacing
-    own, stretch, away = numbers[stretch[near]], stretch[near], away[near]
+    own, stretch = numbers[stretch[near]], stretch[near]
     over = _Points(over.feet[near], over.up[near], over.heights[near], over.planned[near], over.slopes[near])
 
     def summed(values: FloatArray) -> FloatArray:
@@ -219,23 +287,139 @@ def _parts(over: _Points, found: Registration, deposit: PlannedDeposit) -> Measu
     steep = np.maximum(summed(rising**2) * np.maximum(ratios, COVERED_SHARE), 1e-12)
     spread = ALIKE_POINTS * summed(rest**2) / np.maximum(points, 1.0)
     ups, lefts = (_pose_variance(over.feet, each, own, count, found) for each in (over.up, left))
-    crest = np.abs(away - abs(found.offset)) <= CREST_SHARE * deposit.width
-    crests = np.bincount(own[crest], minlength=count)
-    high = np.bincount(own[crest], over.heights[crest], minlength=count) / np.maximum(crests, 1)
+    offsets = np.where(seen, found.offset - summed(rest * rising) / steep, 0.0)
+    of_parts = runs.runs[np.unique(numbers, return_index=True)[1]]
+    crest = _crest(over, found, deposit, stretch, of_parts, ratios=ratios, beads=seen & (ratios >= BARE_RATIO))
+    crests, heights, deviations = _crests(crest, found, np.unique(of_parts), random=random)
+    crested = seen & (crest.counts >= LEAST_CREST_POINTS) & crests.seen[crest.runs]
     starts, ends, places = _stretched(deposit, count)
     return MeasuredParts(
-        runs=runs.runs[np.unique(numbers, return_index=True)[1]],
+        runs=of_parts,
         starts=starts,
         ends=ends,
         places=places,
         seen=seen,
+        crested=crested,
         ratios=ratios,
         ratio_deviations=np.where(seen, np.sqrt(spread * points + ups * points**2) / whole, 0.0),
-        offsets=np.where(seen, found.offset - summed(rest * rising) / steep, 0.0),
+        offsets=offsets,
         offset_deviations=np.where(seen, np.sqrt(spread * summed(rising**2) / steep**2 + lefts), 0.0),
-        crests=np.where(seen, high, 0.0),
-        crest_deviations=np.where(seen, np.sqrt(spread / np.maximum(crests, 1) + ups), 0.0),
+        crests=np.where(crested, heights, 0.0),
+        crest_deviations=np.where(crested, deviations, 0.0),
+    ), crests
+
+
+def _crest(
+    over: _Points,
+    found: Registration,
+    deposit: PlannedDeposit,
+    stretch: IntArray,
+    of_parts: IntArray,
+    *,
+    ratios: FloatArray,
+    beads: BoolArray,
+) -> _Crest:
+    """Return the sums over points about the crest of each part that has a bead.
+
+    Args:
+        over: points along runs.
+        found: where the scan was taken.
+        deposit: that is planned.
+        stretch: (j,) of which each point is.
+        of_parts: (k,) run of each part.
+        ratios: (k,) volume of parts over the planned one.
+        beads: (k,) which of them have a bead.
+    """
+    runs, count = deposit.runs, of_parts.size
+    _, row = np.unique(of_parts, return_inverse=True)
+    weights = np.where(beads, np.bincount(deposit.parts, runs.lengths, minlength=count), 0.0)
+    lengths = np.maximum(np.bincount(row, weights), 1e-12)
+    share = np.bincount(row, weights * ratios) / lengths
+    half = 0.5 * found.spread * deposit.width
+    aside = ((over.feet - runs.places[stretch]) * deposit.lefts[stretch]).sum(axis=1) - found.offset
+    along = ((over.feet - runs.places[stretch]) * runs.ahead[stretch]).sum(axis=1)
+    own = deposit.parts[stretch]
+    # A bead of less volume is narrower.
+    reach = CREST_SHARE * half * np.minimum(np.sqrt(share), 1.0)
+    # What lies before a run's beginning or behind its end is no crest.
+    within = (np.abs(aside) <= reach[row[own]]) & (np.abs(along) <= runs.lengths[stretch]) & beads[own]
+    own, x = own[within], aside[within] ** 2
+    y = over.heights[within] - share[row[own]] * over.planned[within]
+
+    def summed(values: FloatArray) -> FloatArray:
+        return np.bincount(own, values, minlength=count).astype(np.float64)
+
+    middles = deposit.at(
+        runs.places + found.offset * deposit.lefts, runs.normals, spread=found.spread, offset=found.offset
+    ).heights[:, 0]
+    mean = np.bincount(deposit.parts, runs.lengths * middles) / np.bincount(deposit.parts, runs.lengths)
+    moved = found.along(over.feet[within], over.up[within])
+    return _Crest(
+        runs=row,
+        counts=np.bincount(own, minlength=count),
+        middles=share[row] * mean,
+        sums=np.column_stack([summed(each) for each in (np.ones(own.size), x, x**2, y, x * y)]),
+        squares=summed(y**2),
+        poses=np.column_stack([summed(column) for column in moved.T]),
     )
+
+
+def _crests(
+    crest: _Crest, found: Registration, numbers: IntArray, *, random: np.random.Generator
+) -> tuple[MeasuredCrests, FloatArray, FloatArray]:
+    """Return the crests of runs, and (k,) heights and standard deviations of those of their parts [mm]."""
+    from scipy.stats import t
+
+    count = numbers.size
+    per_run = [np.bincount(crest.runs, column, minlength=count) for column in crest.sums.T]
+    sums: FloatArray = np.column_stack(per_run).astype(np.float64)
+    solved = _parabolas(sums)
+    # What the parabola of its run leaves of each part.
+    n, x, xx = crest.sums[:, :3].T
+    high, bent = solved[crest.runs].T
+    left = np.column_stack([crest.sums[:, :3], crest.sums[:, 3] - high * n - bent * x,
+                            crest.sums[:, 4] - high * x - bent * xx])  # fmt: skip
+    showing = np.flatnonzero(crest.counts)
+    seen = (sums[:, 0] >= LEAST_CREST_POINTS) & (np.bincount(crest.runs[showing], minlength=count) > 0)
+    heights, deviations, sure = np.zeros(count), np.zeros(count), np.zeros(count)
+    for run in np.flatnonzero(seen).tolist():
+        own = showing[crest.runs[showing] == run]
+        pool = own if own.size >= FEW_PARTS else showing
+        drawn = random.integers(pool.size, size=(DRAWN, own.size))
+        off = _parabolas(left[pool][drawn].sum(axis=1)).std(axis=0)
+        # Of few parts the mean takes up a share of what they are off, and how much that is, is not well known.
+        few = max(pool.size - 1, 1)
+        wider = np.sqrt(pool.size / few) * float(t.ppf(0.975, few)) / TWO_SIDED
+        pose = crest.poses[own].sum(axis=0) / sums[run, 0]
+        lengths = crest.middles[crest.runs == run]
+        heights[run] = lengths.mean() + solved[run, 0]
+        deviations[run] = np.sqrt((wider * off[0]) ** 2 + pose @ found.covariance @ pose)
+        sure[run] = off[1]
+    per = np.maximum(n, 1.0)
+    scatter = crest.squares - 2.0 * (high * crest.sums[:, 3] + bent * crest.sums[:, 4])
+    scatter += high**2 * n + 2.0 * high * bent * x + bent**2 * xx
+    noise = np.bincount(crest.runs, np.maximum(scatter, 0.0), minlength=count) / np.maximum(sums[:, 0] - 2.0, 1.0)
+    poses = np.einsum("ki,ij,kj->k", crest.poses / per[:, None], found.covariance, crest.poses / per[:, None])
+    spread = np.sqrt(ALIKE_POINTS * noise[crest.runs] / per + (sure[crest.runs] * x / per) ** 2 + poses)
+    return (
+        MeasuredCrests(numbers, seen, heights, deviations),
+        crest.middles + (crest.sums[:, 3] - bent * x) / per,
+        spread,
+    )
+
+
+def _parabolas(sums: FloatArray) -> FloatArray:
+    """Return (j, 2) height and bend of the parabolas of least squares; a level line where nothing tells a bend.
+
+    Args:
+        sums: (j, 5) of 1, x, x^2, y and x y.
+    """
+    n, x, xx, y, xy = sums.T
+    mean, level = x / np.maximum(n, 1.0), y / np.maximum(n, 1.0)
+    spread = xx - x * mean
+    told = spread > LEVEL_SHARE * xx
+    bend = np.where(told, (xy - x * level) / np.where(told, spread, 1.0), 0.0)
+    return np.column_stack([level - bend * mean, bend])
 
 
 def _stretched(deposit: PlannedDeposit, count: int) -> tuple[FloatArray, FloatArray, FloatArray]:

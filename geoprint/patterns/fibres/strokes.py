@@ -140,7 +140,8 @@ def _at_vertices(spacing: float | ScalarField, surface: Surface) -> FloatArray:
 
 def _followed(field: DirectionField) -> FollowedLines:
     singular = field.singularities()
-    return FollowedLines(field.directions()[:, 0], field.surface.vertices[singular.vertices], singular.indices)
+    turned_about = field.surface.vertices[singular.vertices]
+    return FollowedLines(field.directions()[:, 0], turned_about, singular.indices, field.axes)
 
 
 def _on_piece(field: DirectionField, piece: Piece) -> DirectionField:

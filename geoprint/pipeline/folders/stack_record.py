@@ -105,6 +105,7 @@ def _layer(plan: PlanRecord, one: Checked, job: Job) -> dict[str, Json]:
         "gap": None if even is None else even.gap,
         "overlap": None if even is None else even.overlap,
         "thickness_cv": None if thickness is None else thickness.cv,
+        "helix_deg": None if plan.paths.fibres is None else plan.paths.fibres.helix_mean_deg,
         "wanted_mm3": plan.surface.area_mm2 * layer.height_mm,
         "print_s": seconds if robots else None,
         "attitudes": len(robots) if any(robot.table is not None for robot in robots) else None,

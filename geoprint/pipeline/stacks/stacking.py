@@ -26,17 +26,18 @@ from geoprint.config import Job, job_cell
 from geoprint.errors import FieldError, ResourceError, UsageError, naming
 from geoprint.export import json_bytes, seal, staging
 from geoprint.pipeline.bundles.contents import REPORT, STACK
-from geoprint.pipeline.choice import check_options
+from geoprint.pipeline.choice import check_lines, check_options
 from geoprint.pipeline.feeding import check_single
 from geoprint.pipeline.folders.layer_moves import layer_moves
 from geoprint.pipeline.folders.stack_program import own_programs, stack_program
-from geoprint.pipeline.planning import plan
+from geoprint.pipeline.planning import compared_workpiece, plan
 from geoprint.pipeline.processes.ending import stopped_later
 from geoprint.pipeline.processes.layer_by_layer import layer_processes
 from geoprint.pipeline.saving import save_plan
 from geoprint.pipeline.stacked.simulating import finished_stack, stacked_layer
-from geoprint.pipeline.workpiece import EMPTY, Stack, read_stack
-from geoprint.results import FinishedStack, StackedLayer
+from geoprint.pipeline.stages import Stages
+from geoprint.pipeline.workpiece import EMPTY, Stack, prepare_workpiece, read_stack
+from geoprint.results import FinishedStack, StackedLayer, Workpiece
 from geoprint.surfaces import face_areas
 
 # What is said and kept of a layer, or why there is nothing to print in it.
@@ -174,7 +175,7 @@ def _planned(job: Job, folder: Path, observe: Callable[[str], None]) -> list[_Fo
         try:
             # This process waits while others plan: what it read itself it would hold beside them.
             with stopped_later():
-                counted = pool.submit(_count, job)
+                counted = pool.submit(_checked_count, job)
             count = counted.result()
             observe(f"{count} layers")
             found = _all_of(range(1, count + 1), job, folder, observe, pool)
@@ -218,9 +219,35 @@ def _prints_at(speed: float, found: _Found) -> bool:
     return isinstance(found, LeftOutRecord) or found[0].speed_mm_s <= speed
 
 
-def _count(job: Job) -> int:
-    """Return in how many layers a job falls."""
-    return read_stack(job).count
+def _checked_count(job: Job) -> int:
+    """Return in how many layers a job falls, once the outermost one that holds something can be prepared.
+
+    What refuses a layer before its paths are planned, a level that meets itself, lines or widths that it does not have,
+    or where it stands, refuses the outermost one. So nobody waits for those below it first.
+
+    Raises:
+        GeoprintError: as `prepare_workpiece` and `check_lines`; the sentence names the layer.
+    """
+    count = read_stack(job).count
+    for number in range(count, 0, -1):
+        asked = job.model_copy(update={"layer": number})
+        try:
+            with naming(f"layer {number}"):
+                check_lines(asked, _workpiece(asked))
+        except FieldError as error:
+            if not error.details.get(EMPTY):
+                raise
+        else:
+            break
+    return count
+
+
+def _workpiece(job: Job) -> Workpiece:
+    """Return what a layer is planned on."""
+    stage = Stages(lambda _: None)
+    if job.compared:
+        return compared_workpiece(job, stage, backends=list(dict.fromkeys([*job.compared, job.backend])))[0]
+    return prepare_workpiece(job, stage, backends=[job.backend])
 
 
 def _layer(job: Job, number: int, folder: Path) -> _Found:
