@@ -106,6 +106,7 @@ def closed_loop(plant: Plant, *, seed: int, rays: int = RAYS, side: int | None =
         found = registered(scan.points, surface, deposit, start=np.eye(4))
         parts = measured_print(scan.points, found, surface, deposit).parts
         middles = 0.5 * (parts.starts + parts.ends)
+        commanded = np.ones(len(middles)) if factors is None else factors.at(parts.runs, middles)
         measured = MeasuredRuns(
             parts.runs,
             parts.starts,
@@ -113,7 +114,9 @@ def closed_loop(plant: Plant, *, seed: int, rays: int = RAYS, side: int | None =
             parts.seen,
             parts.ratios,
             parts.ratio_deviations,
-            np.ones(len(middles)) if factors is None else factors.at(parts.runs, middles),
+            commanded,
+            # A program without lags or ramps deposits what is commanded.
+            commanded,
             common=found.shift_deviation / HEIGHT,
             opened=valve.opening,
             shut=valve.shutting,
@@ -154,5 +157,6 @@ def measured_as_known(off: float, deviation: float, *, common: float, seed: int)
         ratios=1.0 + off * deviation + noise,
         deviations=np.full(first.size, deviation),
         factors=np.ones(first.size),
+        deposited=np.ones(first.size),
         common=common,
     )

@@ -8,8 +8,10 @@ from geoprint.appraisal.against_plan import (
     BLOB as BLOB,
     THIN as THIN,
     Held as Held,
+    PhotographedParts as PhotographedParts,
     PlannedRuns as PlannedRuns,
     held_against as held_against,
+    photographed_parts as photographed_parts,
     planned_runs as planned_runs,
 )
 from geoprint.appraisal.appraised import (

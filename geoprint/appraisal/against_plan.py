@@ -36,6 +36,11 @@ LEAST_SHARE = 0.2
 # A run that bends within this many widths of its bead closes in on itself, and is no line in a photograph; a corner,
 # which turns by less than a half circle as wide as the spacing, is one.
 TIGHTEST = 2.0
+# Parts of a run that are judged, over the spacing, and how many at most.
+PART_SHARE, MOST_PARTS = 2.0, 2000
+# A part is seen where so much of it, and so many of its stretches, show material; so many of these are alike, and no
+# mean is known better than this [mm].
+SEEN_SHARE, LEAST_STRETCHES, ALIKE_STRETCHES, LEAST_DEVIATION = 0.5, 3, 4.0, 0.01
 # What bends within more than this is straight [mm].
 STRAIGHT_RADIUS = 1000.0
 
@@ -148,6 +153,63 @@ class Held:
         return found
 
 
+@final
+@frozen
+class PhotographedParts:
+    """What a photograph shows of k parts of runs, each about two spacings long.
+
+    Attributes:
+        runs: (k,) as poses.csv counts them.
+        starts: (k,) arc length at which each begins [mm].
+        ends: (k,) arc length at which it ends [mm].
+        seen: (k,) whether enough of it is seen; where not, what is measured is 0.
+        widths: (k,) of the bead, in the mean [mm].
+        width_deviations: (k,) standard deviation of that [mm].
+        flows: (k,) volume that is laid per length by the plan, in the mean [mm2].
+        offsets: (k,) of the bead's middle to the left of the run, as seen from outside [mm].
+        offset_deviations: (k,) standard deviation of that [mm].
+    """
+
+    runs: IntArray
+    starts: FloatArray
+    ends: FloatArray
+    seen: BoolArray
+    widths: FloatArray
+    width_deviations: FloatArray
+    flows: FloatArray
+    offsets: FloatArray
+    offset_deviations: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(
+            self, runs="int: k", starts="float: k", ends="float: k", seen="bool: k", widths="float: k",
+            width_deviations="float: k", flows="float: k", offsets="float: k", offset_deviations="float: k",
+        )  # fmt: skip
+
+
+def photographed_parts(held: Held) -> PhotographedParts:
+    """Return the mean width and offset along parts of runs, each of the stretches that show material."""
+    plan = held.plan
+    parts = parts_of(plan, long=PART_SHARE * plan.spacing)
+    firsts = np.flatnonzero(np.diff(parts, prepend=-1))
+    lasts, count = np.append(firsts[1:], parts.size) - 1, firsts.size
+    there, half = np.bincount(parts[held.seen], minlength=count), 0.5 * plan.lengths
+    seen = there >= np.maximum(SEEN_SHARE * np.bincount(parts), LEAST_STRETCHES)
+
+    def mean(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        middle = np.bincount(parts[held.seen], values[held.seen], minlength=count) / np.maximum(there, 1)
+        off = np.bincount(parts[held.seen], ((values - middle[parts]) ** 2)[held.seen], minlength=count)
+        spread = np.sqrt(off / np.maximum(there - 1, 1))
+        # Neighbouring stretches are alike.
+        deviation = np.maximum(spread / np.sqrt(np.maximum(there / ALIKE_STRETCHES, 1.0)), LEAST_DEVIATION)
+        return np.where(seen, middle, 0.0), np.where(seen, deviation, 0.0)
+
+    return PhotographedParts(
+        plan.runs[firsts], plan.arcs[firsts] - half[firsts], plan.arcs[lasts] + half[lasts], seen,
+        *mean(held.widths), np.bincount(parts, plan.flows) / np.bincount(parts), *mean(held.offsets),
+    )  # fmt: skip
+
+
 def planned_runs(poses: PoseStream, *, spacing: float) -> PlannedRuns:
     """Return what a pose stream deposits, cut into stretches.
 
@@ -200,6 +262,21 @@ def _radii(ahead: FloatArray, length: float) -> FloatArray:
         np.arccos(cosines), min(round(np.pi / STRETCH_SHARE), len(cosines)), mode="nearest"
     )
     return np.minimum(length / np.maximum(np.append(turns, turns[-1]), 1e-12), STRAIGHT_RADIUS)
+
+
+def parts_of(runs: PlannedRuns, *, long: float) -> IntArray:
+    """Return the (k,) number of the part of its run that each stretch lies in; parts of one run are equally long.
+
+    Args:
+        runs: in stretches.
+        long: that parts are about, or longer where there were too many [mm].
+    """
+    longer = max(long, float(runs.lengths.sum()) / MOST_PARTS)
+    _, run = np.unique(runs.runs, return_inverse=True)
+    whole = np.bincount(run, runs.lengths)
+    counts = np.maximum(np.floor(whole / longer), 1.0).astype(np.int64)
+    within = np.minimum((runs.arcs / whole[run] * counts[run]).astype(np.int64), counts[run] - 1)
+    return (np.cumsum(counts) - counts)[run] + within
 
 
 def held_against(plan: PlannedRuns, placed: PlacedBeads, *, visible: BoolArray, reach: float | None = None) -> Held:

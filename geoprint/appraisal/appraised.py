@@ -11,6 +11,7 @@ from geoprint.appraisal.distances import SetDistances
 from geoprint.appraisal.on_part import PlacedBeads
 from geoprint.appraisal.paired_edges import Shade
 from geoprint.appraisal.photograph import Photograph
+from geoprint.deposition.feedback import PrintedProgram
 from geoprint.model import frozen
 
 
@@ -64,6 +65,8 @@ class Appraisal:
             [pixels].
         plan: name of the bundle, or None.
         part: name of the part's file, or None.
+        height: of its layer, or None [mm].
+        printed: the program of the print, where one photograph was held against its plan; else None.
     """
 
     shade: Shade
@@ -73,3 +76,5 @@ class Appraisal:
     pairs: tuple[tuple[int, int, SetDistances], ...]
     plan: str | None = None
     part: str | None = None
+    height: float | None = None
+    printed: PrintedProgram | None = None

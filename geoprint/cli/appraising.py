@@ -135,6 +135,7 @@ def appraise(
     as_json: AsJson = False,
 ) -> None:
     """Appraise prints by photographs or a scan of them: what came out, beside the plan; or a part before its print."""
+    from geoprint.account.prints.feedback import next_print
     from geoprint.export import check_writable
     from geoprint.pipeline.appraised.photographs import PlanAsked
 
@@ -159,6 +160,9 @@ def appraise(
         else:
             told, text = _of_part(files[0], (part, unit, most), how, out=out, overwrite=overwrite)
     _tell(told, text, out=out, as_json=as_json)
+    # Of several photographs no one is the print.
+    if plan is not None and len(files) == 1:
+        say(next_print(str(plan), folder=None if out is None else str(out)))
 
 
 def _tell(told: Record, text: str, *, out: Path | None, as_json: bool) -> None:

@@ -49,6 +49,7 @@ def plan(
     # Before the imports, which take longer than all else until a part is read: what is mistyped is told at once.
     asked = None if surface is None else job_asked(surface, keys)
     from geoprint.account import again_text, as_json as json_of, outcome_text, record_timings
+    from geoprint.account.prints.feedback import next_appraisal
     from geoprint.export import check_writable
     from geoprint.pipeline import best_placed, compiled_ahead, job_file_of, plan as run, save_plan, written_bundle
 
@@ -70,6 +71,8 @@ def plan(
     if bundle is not None:
         differing = bundle.differing(out)
         say(again_text(str(bundle.folder), written_by=bundle.version, differing=differing, changed=[*changed]))
+    if told.feedback is not None:
+        say(next_appraisal(str(out)))
 
 
 def _plan_stack(job: Job, out: Path, *, overwrite: bool, verbose: bool, as_json: bool) -> None:

@@ -45,29 +45,33 @@ class Table(BaseModel):
     __repr__ = __str__ = described
 
 
-def text_of(path: Path) -> str:
-    """Return the text of a file that a person writes.
+def text_of(path: Path, *, most: int = MOST_BYTES) -> str:
+    """Return the text of a file that a person writes, or a program with more room for it.
+
+    Args:
+        path: of the file.
+        most: largest size [bytes].
 
     Raises:
         OSError: it cannot be read.
-        ValueError: it is no plain file, larger than a megabyte, or no UTF-8.
+        ValueError: it is no plain file, larger than that, or no UTF-8.
     """
-    check_plain(path)
+    check_plain(path, most=most)
     return path.read_text(encoding="utf-8")
 
 
-def check_plain(path: Path) -> None:
+def check_plain(path: Path, *, most: int = MOST_BYTES) -> None:
     """Refuse what no person writes.
 
     Raises:
         OSError: it cannot be read.
-        ValueError: it is no plain file, or larger than a megabyte.
+        ValueError: it is no plain file, or larger than so many bytes.
     """
     # Reading a pipe or a device might never end.
     if path.exists() and not path.is_file():
         raise ValueError("it is no plain file")
-    if path.stat().st_size > MOST_BYTES:
-        raise ValueError("it is larger than a megabyte")
+    if path.stat().st_size > most:
+        raise ValueError(f"it is larger than {most / 1e6:g} MB")
 
 
 def parsed_toml(text: str, *, name: str) -> dict[str, object]:

@@ -56,23 +56,25 @@ class Laid:
 @final
 @frozen
 class Fed:
-    """What the last print taught.
+    """What the last print changes.
 
     Attributes:
         digest: SHA-256 of the file of its appraisal.
         plan: name of the bundle that was printed.
-        scan: name of the file of the scan.
+        seen_in: name of the file of the scan or photograph.
         correction: of flow and valve.
         wanted: (q,) flow at the poses that deposit, without it [mm3/mm].
         held: share of these poses at which the cell's bounds hold the flow.
+        speed: at which a valve lays the flow that is commanded [mm/s]; None where it prints as the cell says.
     """
 
     digest: str
     plan: str
-    scan: str
+    seen_in: str
     correction: Correction
     wanted: FloatArray
     held: float
+    speed: float | None
 
     def __post_init__(self) -> None:
         freeze_arrays(self, wanted="float: q")

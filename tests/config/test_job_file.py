@@ -180,7 +180,7 @@ def test_a_job_or_a_cell_that_might_never_end_is_refused_before_it_is_read(tmp_p
         mkfifo(path)
     else:
         path.write_text("#" * 2_000_000)
-    wanted = "no plain file" if kind == "pipe" else "larger than a megabyte"
+    wanted = "no plain file" if kind == "pipe" else "larger than 1 MB"
     with pytest.raises(UsageError, match=rf"job file .*{wanted}"):
         job_of(surface=path)
     with pytest.raises(UsageError, match=rf"cell file .*{wanted}"):

@@ -31,8 +31,14 @@ def measured(
         ratios=np.maximum(np.broadcast_to(shares, count) + noise, 0.0),
         deviations=np.full(count, deviation),
         factors=np.ones(count),
+        deposited=np.ones(count),
         common=common,
     )
+
+
+def commanded(print_: MeasuredRuns, factor: float) -> MeasuredRuns:
+    """Return a print of a program that was told to deposit so much more everywhere, and does."""
+    return replace(print_, factors=np.full(RUNS * PARTS, factor), deposited=np.full(RUNS * PARTS, factor))
 
 
 def names(found: Correction) -> set[str]:
@@ -94,13 +100,52 @@ def test_lags_of_the_valve_are_told_from_the_flow() -> None:
 
 
 def test_a_second_correction_stands_on_the_first() -> None:
-    first = replace(measured(0.96, deviation=0.01), factors=np.full(RUNS * PARTS, 1.25))
+    first = commanded(measured(0.96, deviation=0.01), 1.25)
     again = corrected(replace(first, opened=0.3), bounds=BOUNDS)
     assert again.factors == pytest.approx(1.25 / 0.96, rel=0.01)
     assert again.opening == 0.3
-    kept = corrected(replace(measured(1.0), factors=np.full(RUNS * PARTS, 1.25)), bounds=BOUNDS)
+    kept = corrected(commanded(measured(1.0), 1.25), bounds=BOUNDS)
     assert kept.changes == ()
     assert (kept.factors == 1.25).all()
+
+
+def test_what_the_program_itself_deposits_is_no_error_of_the_material() -> None:
+    # A valve let 1.6 times the volume of run 3 through, because the arm was slow there: its program says so.
+    program = np.where(np.repeat(np.arange(RUNS), PARTS) == 3, 1.6, 1.0)
+    as_programmed = replace(measured(program), deposited=program)
+    found = corrected(as_programmed, bounds=BOUNDS)
+    assert found.changes == ()
+    assert (found.factors == 1.0).all()
+    assert found.found == pytest.approx(DEVIATION, rel=0.15)
+    thin = corrected(replace(measured(0.8 * program), deposited=program), bounds=BOUNDS)
+    assert names(thin) == {"constant"}
+    assert thin.factors == pytest.approx(1.25, rel=0.02)
+
+
+def test_a_valve_gets_one_flow_by_which_the_whole_volume_is_right() -> None:
+    shares = np.linspace(1.0, 0.7, RUNS * PARTS)
+    found = corrected(measured(shares, deviation=0.01), bounds=replace(BOUNDS, even=True))
+    assert np.ptp(found.factors) == 0.0
+    assert float((found.factors * shares).mean()) == pytest.approx(1.0, abs=0.01)
+
+
+def test_scatter_of_a_print_is_left_alone_because_the_next_one_has_its_own() -> None:
+    for seed in range(20):
+        scatter = 1.0 + 0.1 * np.random.default_rng([seed, 1]).standard_normal(RUNS * PARTS)
+        assert corrected(measured(scatter, seed=seed), bounds=BOUNDS).changes == ()
+
+
+def test_of_what_is_known_beside_the_rest_alone_the_whole_is_left_as_it_was() -> None:
+    drift = np.linspace(1.2, 0.8, RUNS * PARTS)
+    sure, unsure = (
+        corrected(replace(measured(0.7 * drift), common=0.5, scale=scale), bounds=BOUNDS) for scale in (0.0, 0.2)
+    )
+    assert names(sure) == names(unsure) == {"drift"}
+    left = sure.factors * drift
+    assert float(left.std() / left.mean()) < 0.03
+    # How much there is in all nobody knows.
+    assert float(sure.factors.mean()) == pytest.approx(1.0, abs=0.1)
+    assert unsure.expected > sure.expected + 0.002
 
 
 def test_bounds_hold_the_flow_and_are_told() -> None:

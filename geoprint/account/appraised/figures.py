@@ -6,6 +6,7 @@ from importlib.metadata import version
 
 import numpy as np
 
+from geoprint.account.prints.feedback import record_printed
 from geoprint.account.records.appraisal import (
     ApartRecord,
     AppraisalRecord,
@@ -15,37 +16,52 @@ from geoprint.account.records.appraisal import (
     OnPlanRecord,
     OutlineRecord,
     PairRecord,
+    PhotographedPartRecord,
     PhotographRecord,
     RunRecord,
 )
+from geoprint.account.records.feedback import sealed
 from geoprint.account.records.rounding import place_of
-from geoprint.appraisal import Appraisal, AppraisedPhotograph, BeadLine, Camera, Directed, Held, OnPlan, SetDistances
+from geoprint.appraisal import (
+    Appraisal,
+    AppraisedPhotograph,
+    BeadLine,
+    Camera,
+    Directed,
+    Held,
+    OnPlan,
+    PhotographedParts,
+    SetDistances,
+    photographed_parts,
+)
 from geoprint.model import FloatArray
 
 # Version of the layout of appraisal.json; a change that breaks a reader raises it.
-APPRAISAL_SCHEMA = 1
+APPRAISAL_SCHEMA = 2
 
 
 def record_appraisal(found: Appraisal) -> AppraisalRecord:
     """Return what appraisal.json says: the source of text and tables."""
     names = [each.photograph.name for each in found.photographs]
-    return AppraisalRecord(
+    told = AppraisalRecord(
         schema=APPRAISAL_SCHEMA,
         version=version("geoprint"),
         plan=found.plan,
         part=found.part,
+        printed=None if found.printed is None else record_printed(found.printed),
         shade=found.shade,
         width_chosen=found.width_chosen,
         threshold_chosen=found.threshold_chosen,
-        photographs=tuple(_photograph(each) for each in found.photographs),
+        photographs=tuple(_photograph(each, height=found.height) for each in found.photographs),
         pairs=tuple(
             PairRecord(first=names[one], second=names[other], apart_px=_apart(distances))
             for one, other, distances in found.pairs
         ),
     )
+    return sealed(told)
 
 
-def _photograph(each: AppraisedPhotograph) -> PhotographRecord:
+def _photograph(each: AppraisedPhotograph, *, height: float | None) -> PhotographRecord:
     photograph = each.photograph
     widths = np.concatenate([bead.widths[bead.seen] for bead in each.beads])
     return PhotographRecord(
@@ -59,7 +75,7 @@ def _photograph(each: AppraisedPhotograph) -> PhotographRecord:
         width_mean_px=float(widths.mean()),
         width_cv=_cv(widths),
         lines=tuple(_line(bead) for bead in each.beads),
-        on_plan=None if each.on_plan is None else _on_plan(each.on_plan),
+        on_plan=None if each.on_plan is None or height is None else _on_plan(each.on_plan, height=height),
     )
 
 
@@ -75,7 +91,7 @@ def _line(bead: BeadLine) -> LineRecord:
     )
 
 
-def _on_plan(found: OnPlan) -> OnPlanRecord:
+def _on_plan(found: OnPlan, *, height: float) -> OnPlanRecord:
     held, camera = found.held, found.camera
     plan = held.plan
     widths, offsets = held.widths[held.seen], held.offsets[held.seen]
@@ -100,6 +116,26 @@ def _on_plan(found: OnPlan) -> OnPlanRecord:
         strays=strays / len(found.placed.middles),
         apart_mm=_apart(held.apart),
         runs=tuple(_run(held, number) for number in np.unique(plan.runs).tolist()),
+        parts=_parts(photographed_parts(held), height=height),
+    )
+
+
+def _parts(parts: PhotographedParts, *, height: float) -> tuple[PhotographedPartRecord, ...]:
+    def measured(values: FloatArray, k: int) -> float | None:
+        return float(values[k]) if parts.seen[k] else None
+
+    return tuple(
+        PhotographedPartRecord(
+            run=int(parts.runs[k]),
+            start_mm=float(parts.starts[k]),
+            end_mm=float(parts.ends[k]),
+            width_mm=measured(parts.widths, k),
+            width_deviation_mm=measured(parts.width_deviations, k),
+            width_planned_mm=float(parts.flows[k]) / height,
+            offset_mm=measured(parts.offsets, k),
+            offset_deviation_mm=measured(parts.offset_deviations, k),
+        )
+        for k in range(parts.runs.size)
     )
 
 

@@ -8,6 +8,7 @@ from importlib.metadata import version
 import numpy as np
 from scipy.spatial import KDTree
 
+from geoprint.account.prints.feedback import next_print
 from geoprint.account.records.scan import ScanAppraisalRecord
 from geoprint.account.texts.appraising import sentence
 from geoprint.account.texts.scanning import COLUMNS, run_rows, scan_sentences
@@ -44,9 +45,9 @@ def scan_page(found: AppraisedScan, told: ScanAppraisalRecord) -> bytes:
     cautions = [each for each in sentences if each.startswith(("Note", "Warning"))]
     places, offsets = _path(found)
     report = ScanReport(
-        name=told.part,
+        name=told.printed.part,
         verdict=tuple(each for each in sentences if each not in cautions),
-        cautions=tuple(cautions),
+        cautions=(*cautions, f"{next_print(told.printed.plan, folder='.').capitalize()}."),
         surface=drawn,
         R_view_work=found.upright,
         spacing=found.spacing,
@@ -67,14 +68,14 @@ def scan_page(found: AppraisedScan, told: ScanAppraisalRecord) -> bytes:
         inputs=((told.scan.file, told.scan.sha256),),
         versions=(("Python", platform.python_version()), *((name, version(name)) for name in PACKAGES)),
     )
-    return scan_report(report, title=f"geoprint appraise: {told.scan.file} on {told.part}")
+    return scan_report(report, title=f"geoprint appraise: {told.scan.file} on {told.printed.part}")
 
 
 def _still(drawn: Surface, thickness: FloatArray, found: AppraisedScan, told: ScanAppraisalRecord) -> Picture:
     """Return the map of the thickness as a picture."""
     caption = (
-        f"{told.part}: measured thickness over the planned one, cell by cell. Blue: too thin, red: too thick, grey: "
-        "not seen by the scan, or nothing is planned there."
+        f"{told.printed.part}: measured thickness over the planned one, cell by cell. Blue: too thin, red: too thick, "
+        "grey: not seen by the scan, or nothing is planned there."
     )
     content = thickness_figure(drawn, thickness, R_view_work=found.upright, title="", ends=MEASURED_RANGE, label=LABEL)
     return Picture(caption, "png", content)
@@ -89,7 +90,7 @@ def _path(found: AppraisedScan) -> tuple[FloatArray, IntArray]:
 
 def _settings(found: AppraisedScan, told: ScanAppraisalRecord) -> tuple[tuple[str, str], ...]:
     return (
-        ("plan", told.plan),
+        ("plan", told.printed.plan),
         ("spacing [mm]", f"{found.spacing:g}"),
         ("layer height [mm]", f"{told.layer_height_mm:g}"),
         ("unit of the scan", told.scan.unit),

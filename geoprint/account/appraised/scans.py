@@ -8,6 +8,8 @@ from importlib.metadata import version
 
 import numpy as np
 
+from geoprint.account.prints.feedback import record_printed
+from geoprint.account.records.feedback import sealed
 from geoprint.account.records.rounding import place_of
 from geoprint.account.records.scan import (
     EstimateRecord,
@@ -33,7 +35,13 @@ from geoprint.model import BoolArray, FloatArray
 from geoprint.surfaces import lumped_mass
 
 # Versions of the layouts; a change that breaks a reader raises them.
+<<<<<<< HEAD
 SCAN_SCHEMA, LYING_SCHEMA = 1, 1
+=======
+SCAN_SCHEMA, LYING_SCHEMA = 2, 1
+# A part of a run is bare where less than this of its volume is there.
+MISSING = 0.25
+>>>>>>> 9248f959 (Hold a print against what its own program deposits before the next one is corrected)
 COLUMNS = (
     "run", "start_mm", "end_mm", "x", "y", "z", "seen", "ratio", "ratio_deviation", "offset_mm", "offset_deviation_mm",
     "crest_mm", "crest_deviation_mm",
@@ -48,15 +56,11 @@ def record_scan(found: AppraisedScan) -> ScanAppraisalRecord:
     seen = wanted & cells.seen
     area = float(cells.areas[seen].sum())
     volume, planned = _volume(held, seen), float((cells.areas * cells.planned)[seen].sum())
-    return ScanAppraisalRecord(
+    told = ScanAppraisalRecord(
         schema=SCAN_SCHEMA,
         version=version("geoprint"),
         kind="scan",
-        plan=found.plan,
-        part=found.part,
-        part_sha256=found.digest,
-        opened_mm=found.opened,
-        shut_mm=found.shut,
+        printed=record_printed(found.printed),
         scan=ScanFileRecord(
             file=found.scan.name, sha256=found.scan.digest, unit=found.unit, points=found.scan.held, used=held.points
         ),
@@ -71,8 +75,9 @@ def record_scan(found: AppraisedScan) -> ScanAppraisalRecord:
         thickness_mm=EstimateRecord(value=volume.value / area, deviation=volume.deviation / area),
         from_plan=_from_plan(held, seen, mean_deviation=volume.deviation / area),
         runs=tuple(_run(held.parts, number, found) for number in np.unique(held.parts.runs).tolist()),
-        parts=tuple(_part(held.parts, k, factor=float(found.factors[k])) for k in range(np.size(held.parts.runs))),
+        parts=tuple(_part(held.parts, k) for k in range(np.size(held.parts.runs))),
     )
+    return sealed(told)
 
 
 def record_lying(found: LyingScan) -> LyingRecord:
@@ -209,7 +214,7 @@ def _run(parts: MeasuredParts, number: int, found: AppraisedScan) -> ScannedRunR
     )
 
 
-def _part(parts: MeasuredParts, k: int, *, factor: float) -> PartOfRunRecord:
+def _part(parts: MeasuredParts, k: int) -> PartOfRunRecord:
     seen = bool(parts.seen[k])
     bead = seen and bool(parts.ratios[k] >= BARE_RATIO)
     return PartOfRunRecord(
@@ -220,5 +225,4 @@ def _part(parts: MeasuredParts, k: int, *, factor: float) -> PartOfRunRecord:
         deviation=float(parts.ratio_deviations[k]) if seen else None,
         offset_mm=float(parts.offsets[k]) if bead else None,
         offset_deviation_mm=float(parts.offset_deviations[k]) if bead else None,
-        factor=factor,
     )

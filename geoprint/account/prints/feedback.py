@@ -1,12 +1,58 @@
-"""What is said of feedback: what the last print taught, what is changed, and what is expected of it."""
+"""What is said of feedback: which program was printed, what the next one changes, and what is expected of it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
-from geoprint.account.records.feedback import ChangeRecord, FeedbackRecord
-from geoprint.deposition.feedback import VALVE_CAUSES
+from geoprint.account.records.feedback import (
+    ChangeRecord,
+    FeedbackRecord,
+    PrintedPartRecord,
+    PrintedRecord,
+    PrintedRunRecord,
+)
+from geoprint.account.records.rounding import place_of
+from geoprint.deposition.feedback import VALVE_CAUSES, PrintedProgram
 from geoprint.results import Fed, Plan
+
+# The name of what appraisals write.
+RECORD = "appraisal.json"
+
+
+def record_printed(printed: PrintedProgram) -> PrintedRecord:
+    """Return what an appraisal says of the program that was printed."""
+    rows = zip(printed.runs.tolist(), printed.lengths.tolist(), printed.middles, strict=True)
+    parts = zip(printed.owners.tolist(), printed.factors.tolist(), printed.deposited.tolist(), strict=True)
+    return PrintedRecord(
+        plan=printed.plan,
+        part=printed.part,
+        part_sha256=printed.digest,
+        executed=printed.executed,
+        dispenser=dict(printed.dispenser),
+        speed_mm_s=printed.speed,
+        opened_mm=printed.opened,
+        shut_mm=printed.shut,
+        runs=tuple(PrintedRunRecord(run=run, length_mm=length, middle_mm=place_of(at)) for run, length, at in rows),
+        parts=tuple(PrintedPartRecord(run=run, factor=factor, deposited=share) for run, factor, share in parts),
+    )
+
+
+def next_print(plan: str, *, folder: str | None) -> str:
+    """Return the line on the command that makes the next print better by an appraisal.
+
+    Args:
+        plan: folder of the bundle that was printed.
+        folder: that holds appraisal.json; None where nothing was written.
+    """
+    if folder is None:
+        return f"next: the same with `--out appraised`, then geoprint plan --from {plan} --feedback appraised/{RECORD}"
+    return f"next: geoprint plan --from {plan} --feedback {Path(folder, RECORD).as_posix()} --out next"
+
+
+def next_appraisal(plan: str) -> str:
+    """Return the line on what to do with a plan that feedback has corrected, which stands in a folder."""
+    return f"next: print {plan}, then geoprint appraise SCAN-OR-PHOTO --plan {plan} --out appraised"
 
 
 def record_feedback(plan: Plan) -> FeedbackRecord | None:
@@ -20,10 +66,11 @@ def record_feedback(plan: Plan) -> FeedbackRecord | None:
     return FeedbackRecord(
         sha256=fed.digest,
         plan=fed.plan,
-        scan=fed.scan,
+        seen_in=fed.seen_in,
         changes=_changes(fed),
         least_factor=float(factors.min()),
         most_factor=float(factors.max()),
+        speed_mm_s=fed.speed,
         valve_opens_earlier_mm=found.opening,
         valve_shuts_earlier_mm=found.shutting,
         gaps=found.gaps,
@@ -37,7 +84,10 @@ def feedback_notes(told: FeedbackRecord | None) -> Iterator[str]:
     """Say what feedback changed and expects, or that nothing was significant."""
     if told is None:
         return
-    found = f"feedback: volume was {told.error_found:.1%} off (RMS) by {told.scan}"
+    found = (
+        f"feedback: {told.seen_in} shows {told.plan} with a volume {told.error_found:.1%} off (RMS) what its program "
+        "does"
+    )
     if not told.changes:
         yield f"{found}, of which nothing is significant: flow and valve stay as they were."
     else:
@@ -47,9 +97,10 @@ def feedback_notes(told: FeedbackRecord | None) -> Iterator[str]:
             for earlier, by in ((True, told.valve_opens_earlier_mm), (False, told.valve_shuts_earlier_mm))
             if by != 0.0
         )
+        slower = "" if told.speed_mm_s is None else f", by printing at {told.speed_mm_s:.3g} mm/s"
         yield (
             f"{found}: {causes}; the flow is commanded at {told.least_factor:.2f} to {told.most_factor:.2f} of the "
-            f"wanted one{f', the valve {valve}' if valve else ''}; {told.error_expected:.1%} are expected to "
+            f"wanted one{slower}{f', the valve {valve}' if valve else ''}; {told.error_expected:.1%} are expected to "
             "be left by these causes (feedback.csv lists the flow)."
         )
     if told.held > 0.0:
@@ -59,6 +110,7 @@ def feedback_notes(told: FeedbackRecord | None) -> Iterator[str]:
             f"feedback: {told.gaps} parts of runs had hardly any material, which no flow mends: look for what stopped "
             "it."
         )
+    yield "feedback: print this plan and appraise that print, too: geoprint appraise SCAN-OR-PHOTO --plan FOLDER."
 
 
 def _changes(fed: Fed) -> tuple[ChangeRecord, ...]:

@@ -10,6 +10,7 @@ from typing import Literal
 
 from pydantic import Field
 
+from geoprint.account.records.feedback import PrintedRecord
 from geoprint.account.records.rounding import Count, Place, Record, Rounded, Thousandths
 
 # Start and end, as arc length or in pixels.
@@ -88,6 +89,19 @@ class RunRecord(Record):
     thin_mm: tuple[Stretch, ...] = Field(description="stretches narrower than 0.7 medians of the run [mm]")
 
 
+class PhotographedPartRecord(Record):
+    """A part of a run, about two spacings long."""
+
+    run: Count = Field(description="as poses.csv counts it")
+    start_mm: Thousandths = Field(description="arc length from the start of the run at which it begins [mm]")
+    end_mm: Thousandths = Field(description="arc length at which it ends [mm]")
+    width_mm: Rounded | None = Field(description="of its bead [mm]; null where too little of it is seen")
+    width_deviation_mm: Rounded | None = Field(description="standard deviation of that [mm]")
+    width_planned_mm: Rounded = Field(description="flow over the layer's height, in the mean [mm]")
+    offset_mm: Rounded | None = Field(description="of the bead's middle to the left, as seen from outside [mm]")
+    offset_deviation_mm: Rounded | None = Field(description="standard deviation of that [mm]")
+
+
 class OnPlanRecord(Record):
     """A photograph held against the plan."""
 
@@ -102,6 +116,7 @@ class OnPlanRecord(Record):
     strays: Rounded = Field(description="share of the places of beads farther than the reach from every run")
     apart_mm: ApartRecord = Field(description="plan and print [mm]")
     runs: tuple[RunRecord, ...] = Field(description="in their order")
+    parts: tuple[PhotographedPartRecord, ...] = Field(description="of the runs, in their order")
 
 
 class PhotographRecord(Record):
@@ -131,10 +146,15 @@ class PairRecord(Record):
 class AppraisalRecord(Record):
     """The content of appraisal.json."""
 
-    layout: Literal[1] = Field(alias="schema", description="version of this layout")
+    layout: Literal[2] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     plan: str | None = Field(default=None, description="name of the bundle; left out without one")
     part: str | None = Field(default=None, description="name of the part's file; left out without a plan")
+    printed: PrintedRecord | None = Field(
+        default=None,
+        description="the program that was printed, and what it deposits; left out without a plan, and of several "
+        "photographs",
+    )
     shade: Literal["lighter", "darker"] = Field(description="what beads are, beside what they lie on")
     width_chosen: bool = Field(description="whether the width that lines were looked for with was chosen, not given")
     threshold_chosen: bool = Field(description="whether the threshold was chosen (Otsu), not given")

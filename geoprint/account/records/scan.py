@@ -10,6 +10,7 @@ from typing import Literal
 
 from pydantic import Field
 
+from geoprint.account.records.feedback import PrintedRecord
 from geoprint.account.records.rounding import Count, Place, Record, Rounded, Thousandths
 
 # A row of a rotation.
@@ -85,20 +86,15 @@ class PartOfRunRecord(Record):
     deviation: Rounded | None = Field(description="standard deviation of that")
     offset_mm: Rounded | None = Field(description="of the bead's middle to the left, as seen from outside [mm]")
     offset_deviation_mm: Rounded | None = Field(description="standard deviation of that [mm]")
-    factor: Rounded = Field(default=1.0, description="flow that was commanded over the planned one, by feedback")
 
 
 class ScanAppraisalRecord(Record):
     """The content of appraisal.json of a scan."""
 
-    layout: Literal[1] = Field(alias="schema", description="version of this layout")
+    layout: Literal[2] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     kind: Literal["scan"] = Field(description="what was appraised")
-    plan: str = Field(description="name of the bundle")
-    part: str = Field(description="name of the part's file")
-    part_sha256: str = Field(description="of that file", pattern="^[0-9a-f]{64}$")
-    opened_mm: Rounded = Field(default=0.0, description="by which the valve was opened earlier, by feedback [mm]")
-    shut_mm: Rounded = Field(default=0.0, description="by which the valve was shut earlier, by feedback [mm]")
+    printed: PrintedRecord = Field(description="the program that was printed, and what it deposits")
     scan: ScanFileRecord = Field(description="the file")
     registration: RegistrationRecord = Field(description="where it was taken")
     layer_height_mm: Rounded = Field(description="of the plan [mm]")

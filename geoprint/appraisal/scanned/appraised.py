@@ -7,6 +7,7 @@ from typing import final
 from geoprint.appraisal.scanned.lying import LyingPart
 from geoprint.appraisal.scanned.measuring import MeasuredPrint
 from geoprint.appraisal.scanned.reading import Scan
+from geoprint.deposition.feedback import PrintedProgram
 from geoprint.model import FloatArray, Surface, freeze_arrays, frozen
 
 
@@ -18,35 +19,25 @@ class AppraisedScan:
     Attributes:
         scan: as read.
         unit: of its coordinates.
-        plan: name of the bundle.
-        part: name of the part's file.
-        digest: SHA-256 of that file.
+        printed: the program of the print.
         given: whether the pose it began from was given.
         surface: of the part.
         upright: (3, 3) rotation to the view.
         spacing: between neighbouring runs [mm].
         held: what it shows.
-        factors: (k,) flow that was commanded for each part of a run, over the planned one.
-        opened: by how much the valve was opened earlier than the cell says [mm].
-        shut: by how much it was shut earlier [mm].
     """
 
     scan: Scan
     unit: str
-    plan: str
-    part: str
-    digest: str
+    printed: PrintedProgram
     given: bool
     surface: Surface
     upright: FloatArray
     spacing: float
     held: MeasuredPrint
-    factors: FloatArray
-    opened: float
-    shut: float
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, upright="float: 3 3", factors="float: k")
+        freeze_arrays(self, upright="float: 3 3")
 
 
 @final

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from geoprint.appraisal.against_plan import PlannedRuns, planned_runs
+from geoprint.appraisal.against_plan import PART_SHARE, PlannedRuns, parts_of, planned_runs
 from geoprint.model import FloatArray, IntArray, PoseStream, freeze_arrays, frozen
 
 # What wider beads make of the height is told by beads as much wider and narrower as this (logarithm of the width). The
@@ -24,8 +24,6 @@ from geoprint.model import FloatArray, IntArray, PoseStream, freeze_arrays, froz
 SPREAD_STEP = 0.06
 # Widths that are known: narrower beads would fall apart, wider ones are level (over the flow over the layer's height).
 NARROWEST, WIDEST = 0.4, 2.5
-# Parts of a run that are judged, over the spacing, and how many at most.
-PART_SHARE, MOST_PARTS = 2.0, 2000
 # Places that are asked for at once; each meets a hundred stretches, so this takes 0.2 GB.
 BATCH = 20_000
 
@@ -74,7 +72,7 @@ class PlannedDeposit:
         wide = float(np.median(flow)) / height if flow.size else spacing
         self.spacing, self.height, self.width = spacing, height, min(wide, spacing)
         self.runs: PlannedRuns = planned_runs(poses, spacing=self.width)
-        self.parts: IntArray = _parts(self.runs, long=PART_SHARE * spacing)
+        self.parts: IntArray = parts_of(self.runs, long=PART_SHARE * spacing)
         self.lefts: FloatArray = np.cross(self.runs.normals, self.runs.ahead)
         self._tree = KDTree(self.runs.places)
 
@@ -126,16 +124,6 @@ class PlannedDeposit:
         slopes = np.stack([exact[:, 1:], more[:, 1:], np.zeros((count, 3))], axis=1)
         across = np.einsum("ksx,kx->ks", slopes, normals)
         return heights, slopes - across[:, :, None] * normals[:, None, :]
-
-
-def _parts(runs: PlannedRuns, *, long: float) -> IntArray:
-    """Return the (k,) number of the part of its run that each stretch lies in; parts of one run are equally long."""
-    longer = max(long, float(runs.lengths.sum()) / MOST_PARTS)
-    _, run = np.unique(runs.runs, return_inverse=True)
-    whole = np.bincount(run, runs.lengths)
-    counts = np.maximum(np.floor(whole / longer), 1.0).astype(np.int64)
-    within = np.minimum((runs.arcs / whole[run] * counts[run]).astype(np.int64), counts[run] - 1)
-    return (np.cumsum(counts) - counts)[run] + within
 
 
 def _laid(

@@ -16,4 +16,6 @@ from geoprint.deposition.feedback.evidence import (
 from geoprint.deposition.feedback.measured import (
     FlowBounds as FlowBounds,
     MeasuredRuns as MeasuredRuns,
+    PrintedProgram as PrintedProgram,
+    dispenser_of as dispenser_of,
 )

@@ -95,7 +95,10 @@ def corrected(measured: MeasuredRuns, *, bounds: FlowBounds) -> Correction:
     """
     evidence = evidence_of(measured)
     wanted = measured.factors * np.exp(-evidence.mean(*FLOW_CAUSES))
-    factors = np.clip(wanted, bounds.least, bounds.most) if evidence.causes else measured.factors
+    # One flow for all: the volume of the whole print is right.
+    within = np.full_like(wanted, 1.0 / np.average(1.0 / wanted, weights=measured.lengths)) if bounds.even else wanted
+    held = np.clip(within, bounds.least, bounds.most)
+    factors = held if evidence.causes else measured.factors
     late, long = _lag(evidence, measured, OPENING), _lag(evidence, measured, SHUTTING)
     opening, shutting = (
         float(np.clip(before + lag, -bounds.latest, bounds.earliest))
@@ -109,7 +112,7 @@ def corrected(measured: MeasuredRuns, *, bounds: FlowBounds) -> Correction:
         shutting=shutting,
         changes=tuple(_change(evidence, measured, each.name, each.gain) for each in evidence.causes),
         gaps=int((measured.seen & ~measured.usable).sum()),
-        bounded=int((factors != wanted).sum()) if evidence.causes else 0,
+        bounded=int((held != within).sum()) if evidence.causes else 0,
         found=measured.error,
         expected=_expected(evidence, measured, np.log(factors / wanted)),
     )
@@ -138,5 +141,6 @@ def _expected(evidence: Evidence, measured: MeasuredRuns, held: FloatArray) -> f
     there = measured.usable
     if not there.any():
         return 0.0
-    unknown = evidence.left**2 + held**2
+    scaled = measured.scale * evidence.mean(*FLOW_CAUSES)
+    unknown = evidence.left**2 + held**2 + evidence.scatter**2 + scaled**2
     return float(np.sqrt(np.average(unknown[there], weights=measured.lengths[there])))

@@ -1,8 +1,9 @@
 """Which causes measured volumes have, by how much likelier they are with each than without.
 
-The logarithm of volume over the wanted one is taken as a sum of causes, each a Gaussian process of mean zero: a prior
-that shrinks towards no change, by how unsure the measurement is [Rasmussen2006, ch. 2]. A cause comes in where the best
-of its sizes makes what was measured likelier by `SIGNIFICANT`, the strongest one first; so noise alone brings in none.
+The logarithm of volume over the wanted one, but for what the program itself does, is taken as a sum of causes, each a
+Gaussian process of mean zero: a prior that shrinks towards no change, by how unsure the measurement is [Rasmussen2006,
+ch. 2]. A cause comes in where the best of its sizes makes what was measured likelier by `SIGNIFICANT`, the strongest
+one first; so noise alone brings in none.
 """
 
 from __future__ import annotations
@@ -25,6 +26,8 @@ ALIKE_PARTS, ALIKE_SHARE = 3.0, 0.25
 # Sizes that are tried (standard deviation): of a flow (logarithm), and of a lag [mm].
 FLOWS, LAGS = (0.03, 0.1, 0.3), (0.1, 0.3, 1.0)
 CONSTANT, DRIFT, ALONG, OPENING, SHUTTING = "constant", "drift", "along runs", "opening", "shutting"
+# What differs from part to part by chance: the next print has its own, and to take that of the last out doubles it.
+SCATTER = "scatter"
 # What a flow mends, and what the times of a valve do.
 FLOW_CAUSES, VALVE_CAUSES = (CONSTANT, DRIFT, ALONG), (OPENING, SHUTTING)
 
@@ -61,14 +64,16 @@ class Evidence:
     """What measured volumes say of their causes.
 
     Attributes:
-        causes: that are significant, the strongest first.
+        causes: that are significant and come again in the next print, the strongest first.
         weights: (k,) by which the covariance of a cause is multiplied to give its mean; 0 where nothing was measured.
         left: (k,) standard deviation of the sum of the causes that stays unknown.
+        scatter: standard deviation of what differs from part to part by chance, where that is significant, else 0.
     """
 
     causes: tuple[Cause, ...]
     weights: FloatArray
     left: FloatArray
+    scatter: float
 
     def __post_init__(self) -> None:
         freeze_arrays(self, weights="float: k", left="float: k")
@@ -98,9 +103,10 @@ def first_and_last(measured: MeasuredRuns) -> tuple[FloatArray, FloatArray]:
 
 def _significant(measured: MeasuredRuns) -> Evidence:
     used = np.flatnonzero(measured.usable)
-    seen = np.log(measured.ratios[used])
+    seen = np.log(measured.errors[used])
     own = measured.deviations[used] / measured.ratios[used]
-    noise = np.diag(own**2 + KNOWN**2) + measured.common**2
+    same = measured.runs[used, None] == measured.runs[used]
+    noise = np.diag(own**2 + KNOWN**2) + measured.by_run**2 * same + measured.common**2
     patterns = _patterns(measured)
     causes: list[Cause] = []
     covariance, reached = noise, _likelihood(seen, noise)
@@ -133,6 +139,7 @@ def _patterns(measured: MeasuredRuns) -> dict[str, tuple[FloatArray, tuple[float
         SHUTTING: (np.outer(last, last), LAGS),
         DRIFT: (np.exp(-apart / (ALIKE_SHARE * float(measured.lengths.sum()))), FLOWS),
         ALONG: (np.where(same, np.exp(-apart / alike), 0.0), FLOWS),
+        SCATTER: (np.eye(apart.shape[0]), FLOWS),
     }
 
 
@@ -149,11 +156,13 @@ def _known(
 ) -> Evidence:
     """Return what is known of the sum of causes once they are chosen."""
     weights, left = np.zeros(count), np.zeros(count)
+    scatter = sum(cause.size for cause in causes if cause.name == SCATTER)
+    causes = tuple(cause for cause in causes if cause.name != SCATTER)
     if not causes:
-        return Evidence(causes, weights, left)
+        return Evidence(causes, weights, left, scatter)
     factor = cho_factor(covariance, lower=True)
     weights[used] = cho_solve(factor, seen)
     together: FloatArray = np.sum([cause.covariance for cause in causes], axis=0)
     solved: FloatArray = cho_solve(factor, together[used])
     told = (together[:, used] * solved.T).sum(axis=1)
-    return Evidence(causes, weights, np.sqrt(np.maximum(np.diag(together) - told, 0.0)))
+    return Evidence(causes, weights, np.sqrt(np.maximum(np.diag(together) - told, 0.0)), scatter)

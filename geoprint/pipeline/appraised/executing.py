@@ -1,4 +1,4 @@
-"""What a bundle lays as it stands in its folder: by its paths, by its program, or by those of all attitudes of a table.
+"""What a bundle deposits as it stands in its folder: by its paths, its program, or those of all attitudes of a table.
 
 Over a table each attitude has a program of its own, whose runs are pieces of the plan's. They are laid one after the
 other on the part as it was planned, wherever it stood; the program of all of them must be as it was written, so that
@@ -15,19 +15,25 @@ from typing import final
 import numpy as np
 from scipy.spatial import KDTree
 
-from geoprint.account import PlanRecord
+from geoprint.account import PlanRecord, read_record
+from geoprint.config import job_cell
+from geoprint.deposition.feedback import PrintedProgram, dispenser_of
 from geoprint.errors import UsageError, VerificationError
-from geoprint.export import read_orders, read_poses_table, read_setup, read_trajectory_table
+from geoprint.export import PLAN, read_orders, read_poses_table, read_setup, read_trajectory_table
 from geoprint.export.rapid import read_back
 from geoprint.export.rapid.simulated import dispensing_of
 from geoprint.model import BoolArray, Dispensing, FloatArray, IntArray, PoseStream, freeze_arrays, frozen
 from geoprint.motion.arm import Arm
 from geoprint.motion.timing import tips_at
 from geoprint.pipeline.appraised.given import PlannedPrint
+from geoprint.pipeline.bundles.again import job_from
 from geoprint.pipeline.bundles.contents import RAPID_FOLDER, changes, listed_bundle
 from geoprint.pipeline.bundles.paths import stream_of
 from geoprint.pipeline.tilting import PART
 from geoprint.silico import Dispenser, Faults, LaidBeads, dispensed_beads, laid_beads
+
+# What lies this far before a run or behind it, over the spacing, still belongs to it.
+MARGIN_SHARE = 0.5
 
 
 @final
@@ -80,9 +86,68 @@ def laid_pieces(
         program, dispenser = _program(folder)
         beads = dispensed_beads(program, plan.surface, dispenser, height=plan.height, faults=faults, random=random)
     else:
-        beads = laid_beads(plan.poses, plan.surface, height=plan.height, faults=faults, random=random)
+        poses = replace(plan.poses, flow=plan.poses.flow * plan.factors)
+        beads = laid_beads(poses, plan.surface, height=plan.height, faults=faults, random=random)
     lengths = _lengths(plan.poses)
     return LaidPieces(beads, np.arange(lengths.size), np.zeros(lengths.size), lengths)
+
+
+def printed_program(
+    folder: Path, plan: PlannedPrint, *, runs: IntArray, starts: FloatArray, ends: FloatArray
+) -> PrintedProgram:
+    """Return what a bundle deposits along parts of its runs without any fault, and on which dispenser.
+
+    Args:
+        folder: of the bundle.
+        plan: what was read of it.
+        runs: (k,) run of each part.
+        starts: (k,) arc length at which each begins [mm].
+        ends: (k,) arc length at which it ends [mm].
+
+    Raises:
+        InputError: as `laid_pieces`, or an older geoprint wrote the bundle.
+        UsageError: its cell is not what a cell is any more.
+        VerificationError: as `laid_pieces`, or what it was planned from was changed.
+    """
+    told, poses = read_record(folder / PLAN, PlanRecord), plan.poses
+    laid = laid_pieces(folder, plan, told, faults=Faults(), random=np.random.default_rng(0))
+    numbers = np.unique(poses.runs[poses.deposit])
+    lengths, middles = np.zeros(numbers.size), np.zeros((numbers.size, 3))
+    deposited = np.zeros(runs.size)
+    for row, number in enumerate(numbers.tolist()):
+        lengths[row], middles[row], arcs, wanted = _run_of(poses, number)
+        own = runs == number
+        edges = np.append(starts[own], lengths[row])
+        found = _volumes_between(laid, number, edges, margin=MARGIN_SHARE * plan.spacing)
+        deposited[own] = found / np.maximum(np.diff(np.interp(edges, arcs, wanted)), 1e-12)
+    return PrintedProgram(
+        plan=plan.name, part=plan.part, digest=plan.digest, executed=bool(told.robot),
+        dispenser=dispenser_of(job_cell(job_from(folder))), speed=told.settings.speed_mm_s, opened=plan.opened,
+        shut=plan.shut, runs=numbers, lengths=lengths, middles=middles,
+        owners=runs, factors=plan.factors_at(runs, 0.5 * (starts + ends)), deposited=deposited,
+    )  # fmt: skip
+
+
+def _run_of(poses: PoseStream, number: int) -> tuple[float, FloatArray, FloatArray, FloatArray]:
+    """Return length and middle of a run on the surface, arc lengths of its poses, and the volume wanted up to there."""
+    rows = np.flatnonzero(poses.deposit & (poses.runs == number))
+    places, flow = poses.surface_points[rows], poses.flow[rows]
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    arcs: FloatArray = np.concatenate([[0.0], np.cumsum(steps)])
+    length = float(arcs[-1])
+    half = [float(np.interp(0.5 * length, arcs, places[:, axis])) for axis in range(3)]
+    volumes = np.append(0.0, np.cumsum(0.5 * steps * (flow[1:] + flow[:-1])))
+    return length, np.array(half), arcs, volumes
+
+
+def _volumes_between(laid: LaidPieces, number: int, edges: FloatArray, *, margin: float) -> FloatArray:
+    """Return the (e - 1,) volume that lies between (e,) arc lengths of a run; what is hardly beyond its ends, too."""
+    beads, piece = laid.beads, np.where(laid.within, laid.beads.runs, 0)
+    there = laid.within & (laid.runs[piece] == number)
+    near = there & (beads.arcs >= -margin) & (beads.arcs <= laid.lengths[piece] + margin)
+    arcs = (beads.arcs + laid.starts[piece])[near]
+    which = np.clip(np.searchsorted(edges, arcs, side="right") - 1, 0, edges.size - 2)
+    return np.bincount(which, beads.volumes[near], minlength=edges.size - 1).astype(np.float64)
 
 
 def _of_attitudes(

@@ -13,6 +13,7 @@ from geoprint.account.appraised.figures import record_appraisal
 from geoprint.account.appraised.photograph_page import photographs_page
 from geoprint.account.appraised.picture import appraisal_pictures
 from geoprint.account.appraised.tables import appraisal_tables
+from geoprint.account.prints.feedback import RECORD, next_print
 from geoprint.account.records.appraisal import AppraisalRecord
 from geoprint.account.records.rounding import verify_record
 from geoprint.account.texts.appraising import appraisal_text
@@ -32,17 +33,19 @@ from geoprint.appraisal import (
     in_sight,
     middles_of,
     paired_edges,
+    photographed_parts,
     place_beads,
     planned_runs,
     read_photograph,
 )
 from geoprint.appraisal.outlined import PrintedLines, camera_by_outline, picture_outline
+from geoprint.deposition.feedback import PrintedProgram
 from geoprint.errors import InputError, UsageError, naming
 from geoprint.export import json_bytes, write_bundle
 from geoprint.model import Surface
+from geoprint.pipeline.appraised.executing import printed_program
 from geoprint.pipeline.appraised.given import PlannedPrint, lens_text, read_beside, read_fiducials, read_lens, read_plan
 
-RECORD = "appraisal.json"
 # More are no comparison any more.
 MOST_PHOTOGRAPHS = 20
 
@@ -123,10 +126,13 @@ def appraise_photographs(
         (one, other, apart(middles_of(found[one].beads), middles_of(found[other].beads)))
         for one, other in combinations(range(len(found)), 2)
     )
-    plan = None if held is None else held.plan
+    if against is None or held is None:
+        return Appraisal(shade, width is None, threshold is None, tuple(found), pairs)
+    observe("program")
+    on_plan = found[0].on_plan if len(found) == 1 else None
     return Appraisal(
-        shade, width is None, threshold is None, tuple(found), pairs,
-        plan=None if plan is None else plan.name, part=None if plan is None else plan.part,
+        shade, width is None, threshold is None, tuple(found), pairs, plan=held.plan.name, part=held.plan.part,
+        height=held.plan.height, printed=None if on_plan is None else _printed(against.bundle, held.plan, on_plan),
     )  # fmt: skip
 
 
@@ -152,9 +158,10 @@ def save_appraisal(found: Appraisal, directory: Path | str, *, overwrite: bool =
     calibrated = None if on_plan is None or on_plan.camera.lens.residual == 0.0 else on_plan.camera.lens
     lens = {} if calibrated is None else {"lens.toml": lens_text(calibrated).encode("utf-8")}
     pictures = appraisal_pictures(found)
+    following = "" if told.printed is None else f"\n{next_print(told.printed.plan, folder='.')}\n"
     files = {
         RECORD: json_bytes(as_json(told)),
-        "appraisal.txt": f"{appraisal_text(told)}\n".encode(),
+        "appraisal.txt": f"{appraisal_text(told)}\n{following}".encode(),
         **appraisal_tables(found),
         **pictures,
         "report.html": photographs_page(found, told, pictures),
@@ -166,6 +173,11 @@ def save_appraisal(found: Appraisal, directory: Path | str, *, overwrite: bool =
 
     write_bundle(directory, files, overwrite=overwrite, verify=verify)
     return told
+
+
+def _printed(bundle: Path, plan: PlannedPrint, on_plan: OnPlan) -> PrintedProgram:
+    parts = photographed_parts(on_plan.held)
+    return printed_program(bundle, plan, runs=parts.runs, starts=parts.starts, ends=parts.ends)
 
 
 def _on_plan(one: AppraisedPhotograph, against: _Against, number: int) -> OnPlan:

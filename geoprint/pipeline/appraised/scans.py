@@ -12,6 +12,7 @@ import numpy as np
 from geoprint.account import as_json
 from geoprint.account.appraised.scan_page import scan_page
 from geoprint.account.appraised.scans import parts_table, record_lying, record_scan
+from geoprint.account.prints.feedback import RECORD, next_print
 from geoprint.account.records.rounding import verify_record
 from geoprint.account.records.scan import LyingRecord, ScanAppraisalRecord
 from geoprint.account.texts.scanning import lying_text, scan_text
@@ -29,13 +30,14 @@ from geoprint.appraisal.scanned import (
 from geoprint.errors import InputError, UsageError
 from geoprint.export import json_bytes, write_bundle
 from geoprint.model import FloatArray, Surface
+from geoprint.pipeline.appraised.executing import printed_program
 from geoprint.pipeline.appraised.given import read_plan
 from geoprint.pipeline.number_tables import read_pose
 from geoprint.surfaces import upright_of
 from geoprint.surfaces.files import load_file, ply_bytes
 from geoprint.surfaces.repair import prepare
 
-RECORD, LYING_RECORD, LYING_MESH = "appraisal.json", "lying.json", "lying.ply"
+LYING_RECORD, LYING_MESH = "lying.json", "lying.ply"
 # Points of a scan; touched points are fewer.
 LEAST_POINTS, LEAST_TOUCHED = 200, 12
 # A scan tells the same each time.
@@ -91,14 +93,18 @@ def appraise_scan(
             loose=len(found.loose),
         )
     observe("thickness")
+<<<<<<< HEAD
     random = np.random.default_rng(SEED)
     held = measured_print(scan.points, found, plan.surface, deposit, random=random, name=scan.name)
+=======
+    held = measured_print(scan.points, found, plan.surface, deposit, name=scan.name)
+    observe("program")
+>>>>>>> 9248f959 (Hold a print against what its own program deposits before the next one is corrected)
     parts = held.parts
+    printed = printed_program(bundle, plan, runs=parts.runs, starts=parts.starts, ends=parts.ends)
     return AppraisedScan(
-        scan, asked.unit, plan.name, plan.part, plan.digest, asked.pose is not None, plan.surface,
-        upright_of(plan.surface), plan.spacing, held, plan.factors_at(parts.runs, 0.5 * (parts.starts + parts.ends)),
-        plan.opened, plan.shut,
-    )  # fmt: skip
+        scan, asked.unit, printed, asked.pose is not None, plan.surface, upright_of(plan.surface), plan.spacing, held
+    )
 
 
 def scan_before(
@@ -156,7 +162,7 @@ def save_scan(found: AppraisedScan, directory: Path | str, *, overwrite: bool = 
     told = record_scan(found)
     files = {
         RECORD: json_bytes(as_json(told)),
-        "appraisal.txt": f"{scan_text(told)}\n".encode(),
+        "appraisal.txt": f"{scan_text(told)}\n\n{next_print(told.printed.plan, folder='.')}\n".encode(),
         "parts.csv": parts_table(found.held.parts),
         "report.html": scan_page(found, told),
     }

@@ -101,7 +101,9 @@ def planned_cell(job: Job, told: PlanRecord) -> Cell:
     Raises:
         GeoprintError: as `job_cell`.
     """
-    cell = job_cell(job)
+    cell, fed = job_cell(job), told.feedback
+    if fed is not None and fed.speed_mm_s is not None:
+        cell = cell.at_speed(min(fed.speed_mm_s, cell.process.speed))
     if not job.layered:
         return cell
     height = told.layers[0].height_mm if job.thickness is None else even_stack(job.thickness, cell).height

@@ -1,24 +1,56 @@
-"""What was appraised of the last print: read, held against the part and the paths, and as parts of runs."""
+"""The last print by its appraisal: read, held against the part and the paths, and as what was measured along its runs.
+
+A scan gives the volume of parts of runs. A photograph gives their width, and so the volume only beside that of the rest
+of the print: how far material spreads is not seen in it. Nothing of a file is used that somebody has edited.
+"""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import cast, final
 
 import numpy as np
 from pydantic import ValidationError
 
-from geoprint.account.records.scan import PartOfRunRecord, ScanAppraisalRecord
+from geoprint.account.records.appraisal import AppraisalRecord
+from geoprint.account.records.feedback import PRINTED, SEAL, PrintedRecord, seal_of
+from geoprint.account.records.scan import ScanAppraisalRecord
 from geoprint.config import Job
-from geoprint.config.strict import describe, text_of
+from geoprint.config.strict import text_of
 from geoprint.deposition.feedback import MeasuredRuns
 from geoprint.errors import InputError, UsageError, naming
-from geoprint.model import PoseStream
+from geoprint.export import Json
+from geoprint.model import FloatArray, PoseStream, frozen
 from geoprint.results import Plan
 
-# Runs are as long as those that were printed within this [mm] and this share: tables have six decimals.
-SAME_LENGTH, SAME_SHARE = 0.01, 1e-3
-WRITTEN = "give the appraisal.json that `geoprint appraise SCAN --plan DIR` wrote; photographs tell no thickness"
+# Runs are as long as those that were printed within this [mm] and this share, and lie within the third where these do
+# [mm]: tables have six decimals.
+SAME_LENGTH, SAME_SHARE, SAME_PLACE = 0.01, 1e-3, 0.05
+# An appraisal of 2000 parts has half a megabyte.
+MOST_BYTES = 32_000_000
+# Volume goes with the width of a bead to a power between 1 and 2, by its standard deviation; how wide a bead is for its
+# volume nobody knows better than by this (standard deviation of the logarithm: 0.4 to 2.5 times).
+VOLUME_POWER, POWER_DEVIATION, SPREADING = 1.5, 0.29, 0.53
+# The width of a whole run is off by this, or this share of a pixel: what lies beside it shifts its edges [mm].
+LEAST_EDGES, EDGES_SHARE = 0.03, 0.5
+WRITTEN = "give the appraisal.json that `geoprint appraise FILE --plan DIR --out FOLDER` wrote of its print"
+
+
+@final
+@frozen
+class LastPrint:
+    """A print that was appraised.
+
+    Attributes:
+        printed: the program.
+        seen_in: name of the file of the scan or photograph.
+        measured: along its runs.
+    """
+
+    printed: PrintedRecord
+    seen_in: str
+    measured: MeasuredRuns
 
 
 def check_single(job: Job) -> None:
@@ -39,88 +71,177 @@ def feedback_text(path: Path | str) -> str:
 
     Raises:
         UsageError: it cannot be read.
-        InputError: it is no appraisal of a scan.
+        InputError: it is no appraisal of a print.
     """
     path = Path(path)
     try:
-        text = text_of(path)
+        text = text_of(path, most=MOST_BYTES)
     except (OSError, ValueError) as error:
         raise UsageError(f"`--feedback {path}` cannot be read ({error}); {WRITTEN}.") from error
     with naming(f"`--feedback {path.name}`"):
-        told_print(text)
+        last_print(text)
     return text
 
 
-def told_print(text: str) -> ScanAppraisalRecord:
-    """Return what an appraisal says of a scan of a print.
+def last_print(text: str) -> LastPrint:
+    """Return the print that an appraisal is of.
 
     Raises:
-        InputError: it is none.
+        InputError: it is no appraisal of a print, an edited one, or one of another version.
     """
     try:
-        # Parsed first: the sentence on what is no JSON at all names its line.
-        json.loads(text)
-        return ScanAppraisalRecord.model_validate_json(text)
-    except ValidationError as error:
-        raise InputError(f"it is no appraisal of a scan: {describe(error)}; {WRITTEN}.") from error
+        found: object = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise InputError(f"it is no appraisal of a scan ({error}); {WRITTEN}.") from error
+        raise InputError(f"it is no appraisal of a print ({error}); {WRITTEN}.") from error
+    content = cast("dict[str, Json]", found) if isinstance(found, dict) else {}
+    printed = content.get(PRINTED)
+    if not isinstance(printed, dict):
+        raise InputError(_without_program(content))
+    again = f"appraise the print again: `geoprint appraise FILE --plan {printed.get('plan')} --out appraised`"
+    if printed.get(SEAL) != seal_of(content):
+        raise InputError(f"somebody has edited its figures since `geoprint appraise` wrote them: {again}.")
+    try:
+        if "photographs" in content:
+            return _of_photograph(AppraisalRecord.model_validate_json(text))
+        return _of_scan(ScanAppraisalRecord.model_validate_json(text))
+    except ValidationError as error:
+        raise InputError(f"geoprint {content.get('version')} wrote it in another layout: {again}.") from error
 
 
-def check_same(told: ScanAppraisalRecord, paths: Plan) -> None:
-    """Refuse what was appraised of another part, or of other paths on it.
-
-    Raises:
-        InputError: it is.
-    """
-    part = paths.workpiece.files[0]
-    if told.part_sha256 != part.digest:
-        raise InputError(
-            f"it is of a print of {told.part}, plan {told.plan}, whose file is not that of {part.name}: plan the part "
-            "that was printed, or appraise a print of this one."
+def _without_program(content: dict[str, Json]) -> str:
+    """Return why a file does not say which program was printed, and what to do."""
+    photographs = content.get("photographs")
+    if isinstance(photographs, list) and photographs:
+        if len(photographs) > 1 and "plan" in content:
+            return (
+                f"it is of {len(photographs)} photographs, and only one print makes the next one better: appraise its "
+                f"photograph alone, `geoprint appraise PHOTO --plan {content['plan']} --lens LENS --out appraised`."
+            )
+        if "plan" not in content:
+            return (
+                "its photograph was not held against a plan: `geoprint appraise PHOTO --plan DIR --lens LENS --out "
+                "appraised` does."
+            )
+    if "version" in content and "plan" in content:
+        return (
+            f"geoprint {content['version']} wrote it without what the printed program deposits: appraise the print "
+            f"again, `geoprint appraise FILE --plan {content['plan']} --out appraised`."
         )
-    poses = paths.poses
-    printed = {each.run: each.length_mm for each in told.runs}
-    numbers = np.unique(poses.runs[poses.deposit]).tolist()
-    planned = {number: _length(poses, number) for number in numbers}
-    again = f"plan with the settings of {told.plan}, as `geoprint plan --from {told.plan} --feedback` does"
-    if sorted(printed) != numbers:
-        raise InputError(f"it is of {len(printed)} runs, but {len(numbers)} are planned: {again}.")
-    off = {run: abs(planned[run] - printed[run]) for run in numbers}
-    worst = max(off, key=lambda run: off[run])
-    if off[worst] > SAME_LENGTH + SAME_SHARE * planned[worst]:
-        raise InputError(
-            f"run {worst} was {printed[worst]:.2f} mm long in print, but {planned[worst]:.2f} mm are planned: {again}.",
-            run=worst,
-        )
+    return f"it is no appraisal of a print; {WRITTEN}."
 
 
-def measured_runs(told: ScanAppraisalRecord) -> MeasuredRuns:
-    """Return what was measured; all parts share the height of the scan, along the direction it is known worst.
-
-    Raises:
-        InputError: what it says cannot have been measured.
-    """
+def _of_scan(told: ScanAppraisalRecord) -> LastPrint:
+    """Return a print by a scan; all parts share the height of the scan, along the direction it is known worst."""
     parts = told.parts
+    measured = _measured(
+        told.printed,
+        runs=[part.run for part in parts],
+        columns=[(part.start_mm, part.end_mm, part.ratio or 0.0, part.deviation or 0.0) for part in parts],
+        seen=[part.ratio is not None for part in parts],
+        common=told.registration.shift_deviation_mm / told.layer_height_mm,
+    )
+    return LastPrint(told.printed, told.scan.file, measured)
 
-    def of(part: PartOfRunRecord) -> tuple[float, ...]:
-        return part.start_mm, part.end_mm, part.ratio or 0.0, part.deviation or 0.0, part.factor
 
-    starts, ends, ratios, deviations, factors = np.array([of(part) for part in parts]).reshape(-1, 5).T
+def _of_photograph(told: AppraisalRecord) -> LastPrint:
+    """Return a print by a photograph, its volumes beside that of the rest of the print.
+
+    Where a bead keeps its shape its volume goes with the square of its width, where it keeps its height with the width.
+    So the volume is the width to the power of `VOLUME_POWER`, give or take; and how wide a bead is for its volume
+    differs from material to material by more than any print does.
+    """
+    (photograph,) = told.photographs
+    assert photograph.on_plan is not None and told.printed is not None  # noqa: S101, PT018  (`appraise` writes both)
+    parts = photograph.on_plan.parts
+    widths = [(part.width_mm or 0.0) / part.width_planned_mm for part in parts]
+    usual = float(np.median([width for width in widths if width > 0.0] or [1.0]))
+    ratios = [(width / usual) ** VOLUME_POWER for width in widths]
+    deviations = [
+        VOLUME_POWER * ratio * (part.width_deviation_mm or 0.0) / (part.width_mm or 1.0)
+        for ratio, part in zip(ratios, parts, strict=True)
+    ]
+    edges = max(LEAST_EDGES, EDGES_SHARE * photograph.on_plan.camera.mm_per_px)
+    measured = _measured(
+        told.printed,
+        runs=[part.run for part in parts],
+        columns=[
+            (part.start_mm, part.end_mm, ratio, deviation)
+            for part, ratio, deviation in zip(parts, ratios, deviations, strict=True)
+        ],
+        seen=[part.width_mm is not None for part in parts],
+        common=VOLUME_POWER * SPREADING,
+        by_run=VOLUME_POWER * edges / photograph.on_plan.width_mean_mm,
+        scale=POWER_DEVIATION / VOLUME_POWER,
+    )
+    return LastPrint(told.printed, photograph.file, measured)
+
+
+def _measured(
+    printed: PrintedRecord,
+    *,
+    runs: list[int],
+    columns: list[tuple[float, float, float, float]],
+    seen: list[bool],
+    common: float,
+    by_run: float = 0.0,
+    scale: float = 0.0,
+) -> MeasuredRuns:
+    starts, ends, ratios, deviations = np.array(columns, dtype=np.float64).reshape(-1, 4).T
     return MeasuredRuns(
-        runs=np.array([part.run for part in parts], dtype=np.int64),
+        runs=np.array(runs, dtype=np.int64),
         starts=starts,
         ends=ends,
-        seen=np.array([part.ratio is not None for part in parts], dtype=np.bool_),
+        seen=np.array(seen, dtype=np.bool_),
         ratios=ratios,
         deviations=deviations,
-        factors=factors,
-        common=told.registration.shift_deviation_mm / told.layer_height_mm,
-        opened=told.opened_mm,
-        shut=told.shut_mm,
+        factors=np.array([part.factor for part in printed.parts], dtype=np.float64),
+        deposited=np.array([part.deposited for part in printed.parts], dtype=np.float64),
+        common=common,
+        by_run=by_run,
+        scale=scale,
+        opened=printed.opened_mm,
+        shut=printed.shut_mm,
     )
 
 
-def _length(poses: PoseStream, number: int) -> float:
-    rows = poses.surface_points[poses.deposit & (poses.runs == number)]
-    return float(np.linalg.norm(np.diff(rows, axis=0), axis=1).sum())
+def check_same(printed: PrintedRecord, paths: Plan) -> None:
+    """Refuse what was printed of another part, or by other paths on it.
+
+    Raises:
+        InputError: it was.
+    """
+    part = paths.workpiece.files[0]
+    if printed.part_sha256 != part.digest:
+        raise InputError(
+            f"it is of a print of {printed.part}, plan {printed.plan}, whose file is not that of {part.name}: plan the "
+            "part that was printed, or appraise a print of this one."
+        )
+    poses = paths.poses
+    numbers = np.unique(poses.runs[poses.deposit]).tolist()
+    again = f"plan what was printed: `geoprint plan --from {printed.plan} --feedback FILE --out next`"
+    if [each.run for each in printed.runs] != numbers:
+        raise InputError(f"it is of {len(printed.runs)} runs, but {len(numbers)} are planned: {again}.")
+    for each in printed.runs:
+        length, middle = _length_and_middle(poses, each.run)
+        if abs(length - each.length_mm) > SAME_LENGTH + SAME_SHARE * length:
+            raise InputError(
+                f"run {each.run + 1} was {each.length_mm:.2f} mm long in print, but {length:.2f} mm are planned: "
+                f"{again}.",
+                run=each.run,
+            )
+        apart = float(np.linalg.norm(middle - each.middle_mm))
+        if apart > SAME_PLACE:
+            raise InputError(
+                f"the middle of run {each.run + 1} lay {apart:.2f} mm from where it is planned, so that another layer "
+                f"or other paths were printed: {again}.",
+                run=each.run,
+            )
+
+
+def _length_and_middle(poses: PoseStream, number: int) -> tuple[float, FloatArray]:
+    """Return the length of a run on the surface, and the place halfway along it [mm]."""
+    places = poses.surface_points[poses.deposit & (poses.runs == number)]
+    arcs: FloatArray = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))])
+    length = float(arcs[-1])
+    halfway = [float(np.interp(0.5 * length, arcs, places[:, axis])) for axis in range(3)]
+    return length, np.array(halfway)

@@ -13,6 +13,8 @@ import pytest
 
 from geoprint import cli
 from geoprint.account import as_json, read_record
+from geoprint.account.prints.feedback import record_printed
+from geoprint.account.records.feedback import sealed
 from geoprint.account.records.plan import PlanRecord
 from geoprint.account.records.scan import (
     EstimateRecord,
@@ -29,6 +31,7 @@ from geoprint.errors import GeoprintError, InputError, UsageError, VerificationE
 from geoprint.export import json_bytes
 from geoprint.model import FloatArray
 from geoprint.pipeline import compare, job_from, plan, save_plan
+from geoprint.pipeline.appraised.executing import printed_program
 from geoprint.pipeline.appraised.given import read_plan
 from geoprint.pipeline.feeding import with_feedback
 from geoprint.results import Plan
@@ -70,17 +73,13 @@ def appraisal(bundle: Path, share: Callable[[FloatArray, FloatArray], FloatArray
     lasts = np.append(firsts[1:], parts.size) - 1
     starts, ends = runs.arcs[firsts] - 0.5 * runs.lengths[firsts], runs.arcs[lasts] + 0.5 * runs.lengths[lasts]
     numbers, shares = runs.runs[firsts], share(starts, ends)
-    factors = printed.factors_at(numbers, 0.5 * (starts + ends))
+    program = printed_program(bundle, printed, runs=numbers, starts=starts, ends=ends)
     row = (1.0, 0.0, 0.0, 0.0)
-    return ScanAppraisalRecord(
-        schema=1,
+    told = ScanAppraisalRecord(
+        schema=2,
         version="1",
         kind="scan",
-        plan=printed.name,
-        part=printed.part,
-        part_sha256=printed.digest,
-        opened_mm=printed.opened,
-        shut_mm=printed.shut,
+        printed=record_printed(program),
         scan=ScanFileRecord(file="print.ply", sha256="0" * 64, unit="mm", points=1000, used=900),
         registration=RegistrationRecord(
             pose=(row, row, row, row), middle_mm=(0.0, 0.0, 0.0), covariance=(), shift_deviation_mm=0.003,
@@ -105,11 +104,12 @@ def appraisal(bundle: Path, share: Callable[[FloatArray, FloatArray], FloatArray
         parts=tuple(
             PartOfRunRecord(
                 run=int(numbers[k]), start_mm=float(starts[k]), end_mm=float(ends[k]), ratio=float(shares[k]),
-                deviation=0.01, offset_mm=None, offset_deviation_mm=None, factor=float(factors[k]),
+                deviation=0.01, offset_mm=None, offset_deviation_mm=None,
             )
             for k in range(numbers.size)
         ),
     )  # fmt: skip
+    return sealed(told)
 
 
 def written(folder: Path, told: ScanAppraisalRecord) -> Path:
@@ -147,8 +147,8 @@ def test_what_a_print_lacks_is_commanded_on_top_and_told(bundle: Path, lacking: 
     assert commanded == pytest.approx(
         np.minimum(1.25 * before.poses.flow[before.poses.deposit], 1.5 * nominal), rel=0.01
     )
-    (note,) = (note for note in told.notes if note.startswith("feedback: volume was"))
-    assert "20.0% off (RMS) by print.ply: 0.80 of it everywhere" in note
+    (note,) = (note for note in told.notes if note.startswith("feedback: print.ply shows"))
+    assert "print.ply shows plan with a volume 20.0% off (RMS) what its program does: 0.80 of it everywhere" in note
 
 
 def test_a_print_as_planned_changes_no_byte_of_the_path(bundle: Path, tmp_path: Path) -> None:
@@ -161,7 +161,7 @@ def test_a_second_print_is_held_against_what_was_wanted_and_corrected_further(
     bundle: Path, lacking: Path, tmp_path: Path
 ) -> None:
     again = appraisal(lacking, lambda starts, _: np.full(starts.size, 0.96))
-    assert min(part.factor for part in again.parts) == pytest.approx(1.0 / 0.8, rel=0.01)
+    assert min(part.factor for part in again.printed.parts) == pytest.approx(1.0 / 0.8, rel=0.01)
     told = fed(bundle, again, tmp_path).feedback
     assert told is not None
     assert told.least_factor == pytest.approx(1.0 / 0.8 / 0.96, rel=0.01)
@@ -207,36 +207,88 @@ def test_a_table_of_flow_that_was_changed_is_refused(lacking: Path, tmp_path: Pa
         read_plan(tmp_path / "fed")
 
 
+def changed(told: ScanAppraisalRecord, **changes: object) -> ScanAppraisalRecord:
+    """Return an appraisal of another program, with the seal that `appraise` would have given it."""
+    return sealed(told.model_copy(update={"printed": told.printed.model_copy(update=changes)}))
+
+
 def test_feedback_on_other_paths_or_another_part_is_refused(planned: Plan, bundle: Path, tmp_path: Path) -> None:
     told = appraisal(bundle, lambda starts, _: np.full(starts.size, 0.8))
-    with pytest.raises(InputError, match=r"the feedback: it is of 2 runs, but \d+ are planned: plan with the settings"):
+    with pytest.raises(InputError, match=r"the feedback: it is of 2 runs, but \d+ are planned: plan what was printed"):
         plan(job_from(bundle, feedback=written(tmp_path, told), spacing=2.5))
-    longer = told.runs[0].model_copy(update={"length_mm": told.runs[0].length_mm + 0.5})
-    with pytest.raises(InputError, match=r"run 0 was .* mm long in print, but .* mm are planned"):
-        feeding(planned, told.model_copy(update={"runs": (longer, *told.runs[1:])}))
+    first, *others = told.printed.runs
+    longer = first.model_copy(update={"length_mm": first.length_mm + 0.5})
+    with pytest.raises(InputError, match=r"run 1 was .* mm long in print, but .* mm are planned"):
+        feeding(planned, changed(told, runs=(longer, *others)))
+    x, y, z = first.middle_mm
+    higher = first.model_copy(update={"middle_mm": (x, y, z + 0.5)})
+    with pytest.raises(
+        InputError, match=r"run 1 lay 0\.50 mm from where it is planned, so that another layer or other"
+    ):
+        feeding(planned, changed(told, runs=(higher, *others)))
     with pytest.raises(InputError, match=r"whose file is not that of plate\.ply: plan the part that was printed"):
-        feeding(planned, told.model_copy(update={"part_sha256": "f" * 64}))
+        feeding(planned, changed(told, part_sha256="f" * 64))
 
 
-def test_a_cell_that_only_opens_its_valve_is_told_the_speed_that_lays_the_mean(bundle: Path, tmp_path: Path) -> None:
-    path = written(tmp_path, appraisal(bundle, lambda starts, _: np.full(starts.size, 0.8)))
+def on_valve(tmp_path: Path) -> Path:
+    """Return a cell like that of the bundle, but for its valve, which only opens and shuts."""
     cell = tmp_path / "io.toml"
     cell.write_text(packaged_cell_text("irb120-bent45"), encoding="utf-8")
-    with pytest.raises(UsageError, match=r"can only open and shut its valve .* at a speed_mm_s of 16 instead of 20"):
-        plan(job_from(bundle, feedback=path, cell=cell))
+    return cell
+
+
+def test_what_is_of_the_dispenser_or_the_material_is_not_carried_to_another_dispenser(
+    bundle: Path, tmp_path: Path
+) -> None:
+    path = written(tmp_path, appraisal(bundle, lambda starts, _: np.full(starts.size, 0.8)))
+    said = r'signals\.mode was "analog", in io\.toml it is "io".*`geoprint plan --from plan --cell io\.toml --out next`'
+    with pytest.raises(UsageError, match=said):
+        plan(job_from(bundle, feedback=path, cell=on_valve(tmp_path)))
+
+
+def test_a_print_as_its_program_deposits_it_changes_nothing_on_any_dispenser(bundle: Path, tmp_path: Path) -> None:
+    told = appraisal(bundle, lambda starts, _: np.ones(starts.size))
+    # The program itself deposits 1.6 times the volume of one run, and so does its print.
+    parts = tuple(part.model_copy(update={"deposited": 1.6}) if part.run else part for part in told.printed.parts)
+    rows = tuple(part.model_copy(update={"ratio": 1.6}) if part.run else part for part in told.parts)
+    program = told.printed.model_copy(update={"parts": parts})
+    again = sealed(told.model_copy(update={"parts": rows, "printed": program}))
+    made = plan(job_from(bundle, feedback=written(tmp_path, again), cell=on_valve(tmp_path)))
+    assert made.fed is not None
+    assert made.fed.correction.changes == ()
+
+
+def test_a_valve_that_lets_too_little_through_is_passed_by_slower(bundle: Path, tmp_path: Path) -> None:
+    cell = on_valve(tmp_path)
+    save_plan(plan(job_from(bundle, cell=cell)), tmp_path / "valve")
+    told = appraisal(tmp_path / "valve", lambda starts, _: np.full(starts.size, 0.8))
+    record = save_plan(plan(job_from(tmp_path / "valve", feedback=written(tmp_path, told))), tmp_path / "slower")
+    assert record.feedback is not None
+    assert record.feedback.speed_mm_s == pytest.approx(16.0, rel=0.01)
+    assert record.settings.speed_mm_s == record.feedback.speed_mm_s
+    printed = read_plan(tmp_path / "slower")
+    # Beside a pressure that stays: 1.25 times the flow at 0.8 times the speed.
+    assert printed.factors[printed.poses.deposit] * record.settings.speed_mm_s == pytest.approx(20.0)
+    much = written(tmp_path, appraisal(tmp_path / "valve", lambda starts, _: np.full(starts.size, 1.25)))
+    with pytest.raises(UsageError, match=r"takes 25 mm/s, but .*speed_mm_s .* is 20: lower the air"):
+        plan(job_from(tmp_path / "valve", feedback=much))
 
 
 @pytest.mark.parametrize(
     ("text", "error", "said"),
     [
-        ("", InputError, "it is no appraisal of a scan"),
-        ("[1, 2", InputError, "it is no appraisal of a scan"),
-        ('{"photographs": []}', InputError, "photographs tell no thickness"),
-        ("[" * 100_000, InputError, "it is no appraisal of a scan"),
+        ("", InputError, "it is no appraisal of a print"),
+        ("[1, 2", InputError, "it is no appraisal of a print"),
+        ('{"printed": 3}', InputError, r"it is no appraisal of a print; give the appraisal\.json that"),
+        ('{"photographs": [{}]}', InputError, "its photograph was not held against a plan: `geoprint appraise PHOTO"),
+        ('{"plan": "p", "photographs": [{}, {}]}', InputError, "it is of 2 photographs, and only one"),
+        ('{"plan": "p", "version": "0.1.0"}', InputError, "appraise the print again, `geoprint appraise FILE --plan p"),
+        ('{"printed": {"plan": "p"}, "version": "9"}', InputError, "somebody has edited its figures"),
+        ("[" * 100_000, InputError, "it is no appraisal of a print"),
         (None, UsageError, "cannot be read"),
     ],
 )
-def test_what_is_no_appraisal_of_a_scan_is_refused(
+def test_what_is_no_appraisal_of_a_print_is_refused_with_the_next_step(
     bundle: Path, tmp_path: Path, text: str | None, error: type[GeoprintError], said: str
 ) -> None:
     path = tmp_path / "appraisal.json"
@@ -246,13 +298,21 @@ def test_what_is_no_appraisal_of_a_scan_is_refused(
         plan(job_from(bundle, feedback=path))
 
 
-@pytest.mark.parametrize("wrong", [{"factor": 0.0}, {"deviation": -1.0}, {"end_mm": 0.0}])
+def test_figures_that_somebody_has_edited_are_refused(bundle: Path, tmp_path: Path) -> None:
+    path = written(tmp_path, appraisal(bundle, lambda starts, _: np.full(starts.size, 0.8)))
+    path.write_text(path.read_text(encoding="utf-8").replace('"ratio": 0.8', '"ratio": 0.9', 1), encoding="utf-8")
+    said = r"somebody has edited its figures .* again: `geoprint appraise FILE --plan plan --out appraised`"
+    with pytest.raises(InputError, match=said):
+        plan(job_from(bundle, feedback=path))
+
+
+@pytest.mark.parametrize("wrong", [{"deviation": -1.0}, {"end_mm": 0.0}])
 def test_figures_that_cannot_be_are_refused(planned: Plan, bundle: Path, wrong: dict[str, float]) -> None:
     told = appraisal(bundle, lambda starts, _: np.ones(starts.size))
     feeding(planned, told)
     parts = (told.parts[0].model_copy(update=wrong), *told.parts[1:])
     with pytest.raises(InputError, match=r"^the feedback: "):
-        feeding(planned, told.model_copy(update={"parts": parts}))
+        feeding(planned, sealed(told.model_copy(update={"parts": parts})))
 
 
 def test_feedback_is_of_one_plan_and_no_comparison(bundle: Path, tmp_path: Path) -> None:
