@@ -11,7 +11,13 @@ error is the root mean square of the true thickness over its cells, a spacing wi
 height; the scan has no part in it. The last column is what of it is left after two corrected prints: a third or less is
 wanted of every seed.
 
-The second table: prints of which nothing but noise was measured that change something, and of prints that are off
+The second table: programs of a plate for a slow arm, whose valve lets more through at corners, and for a flow that
+follows the speed (`benchmarks.parts.program_loop`): largest and root mean square deviation of the volume of a run from
+the wanted one, print after print; by photographs from its share of the whole print, for these say no more. What a valve
+printed is not fed back to the other dispenser: the first print there has no correction, as `geoprint plan` asks for.
+Then how many prints of 100 that are as their programs deposit them change something, by noise of the measurement.
+
+The third table: prints of which nothing but noise was measured that change something, and of prints that are off
 everywhere by twice the deviation that each part of a run is known with.
 """
 
@@ -25,8 +31,10 @@ import numpy as np
 
 from benchmarks.parts.closed_loop import BOUNDS, closed_loop, measured_as_known, plant_of
 from benchmarks.parts.print_scans import RAYS, SIDE
+from benchmarks.parts.program_loop import Measure, Mode, changed, deviations
 from benchmarks.parts.tables import row, rule
 from geoprint.deposition.feedback import corrected
+from geoprint.model import FloatArray
 
 SEEDS, PRINTS, NOISES = 10, 3, 100
 # In the smoke run: lines of sight to either side of a scan, and places of a triangle by which the truth is found.
@@ -45,6 +53,9 @@ def main() -> None:
     seeds, prints = (1, 1) if smoke else (arguments.seeds, PRINTS)
     rays, side = (SMOKE_RAYS, SMOKE_SIDE) if smoke else (RAYS, SIDE)
     for line in loops(seeds, prints=prints, rays=rays, side=side):
+        print(line, flush=True)
+    print()
+    for line in programs(seeds, prints=prints, quiet=1 if smoke else NOISES):
         print(line, flush=True)
     print()
     for line in silence(1 if smoke else NOISES):
@@ -77,6 +88,43 @@ def loops(seeds: int, *, prints: int, rays: int, side: int) -> Iterator[str]:
             f"{shares[-1]:.2f}",
         )
     yield row("worst", *[""] * prints, "", "", f"{max(shares):.2f}")
+
+
+def programs(seeds: int, *, prints: int, quiet: int) -> Iterator[str]:
+    """Yield a Markdown table: how far the volume of runs is off from print to print, the worst of all dispensers.
+
+    Args:
+        seeds: dispensers.
+        prints: of each, on the dispenser that is corrected.
+        quiet: prints without an error that are tried.
+    """
+    yield row(
+        "measured by", "cells", "seeds", "print: largest / rms", "left, worst seed", "worse", "quiet prints changed"
+    )
+    yield rule(7)
+    valve: tuple[Mode, ...] = ("io",)
+    analog: tuple[Mode, ...] = ("analog",)
+    chains: dict[str, tuple[Mode, ...]] = {
+        "valve to valve": valve * prints,
+        "analog to analog": analog * prints,
+        "valve to analog": valve + analog * prints,
+    }
+    measures: tuple[Measure, ...] = ("scan", "photograph")
+    for by in measures:
+        for name, modes in chains.items():
+            made = [[_off(each, by=by) for each in deviations(modes, seed=seed, by=by)] for seed in range(seeds)]
+            worst: FloatArray = np.max(made, axis=0)
+            left = max(chain[-1][1] / chain[0][1] for chain in made)
+            worse = sum(bool((np.array(chain[-1]) > np.array(chain[0])).any()) for chain in made)
+            changes = sum(changed(seed, mode=modes[0], by=by) for seed in range(quiet))
+            each = ", ".join(f"{most:.1%} / {rms:.1%}" for most, rms in worst.tolist())
+            yield row(by, name, str(seeds), each, f"{left:.2f}", str(worse), f"{changes} of {quiet}")
+
+
+def _off(shares: FloatArray, *, by: Measure) -> tuple[float, float]:
+    """Return the largest and the root mean square deviation of runs; by photographs of their share of the print."""
+    off = shares if by == "scan" else (1.0 + shares) / float(np.mean(1.0 + shares)) - 1.0
+    return float(np.abs(off).max()), float(np.sqrt(np.mean(off**2)))
 
 
 def silence(count: int) -> Iterator[str]:
