@@ -35,13 +35,7 @@ from geoprint.model import BoolArray, FloatArray
 from geoprint.surfaces import lumped_mass
 
 # Versions of the layouts; a change that breaks a reader raises them.
-<<<<<<< HEAD
-SCAN_SCHEMA, LYING_SCHEMA = 1, 1
-=======
 SCAN_SCHEMA, LYING_SCHEMA = 2, 1
-# A part of a run is bare where less than this of its volume is there.
-MISSING = 0.25
->>>>>>> 9248f959 (Hold a print against what its own program deposits before the next one is corrected)
 COLUMNS = (
     "run", "start_mm", "end_mm", "x", "y", "z", "seen", "ratio", "ratio_deviation", "offset_mm", "offset_deviation_mm",
     "crest_mm", "crest_deviation_mm",

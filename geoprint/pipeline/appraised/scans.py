@@ -93,13 +93,9 @@ def appraise_scan(
             loose=len(found.loose),
         )
     observe("thickness")
-<<<<<<< HEAD
     random = np.random.default_rng(SEED)
     held = measured_print(scan.points, found, plan.surface, deposit, random=random, name=scan.name)
-=======
-    held = measured_print(scan.points, found, plan.surface, deposit, name=scan.name)
     observe("program")
->>>>>>> 9248f959 (Hold a print against what its own program deposits before the next one is corrected)
     parts = held.parts
     printed = printed_program(bundle, plan, runs=parts.runs, starts=parts.starts, ends=parts.ends)
     return AppraisedScan(
