@@ -11,13 +11,17 @@ import numpy as np
 
 from geoprint.model import BoolArray, FloatArray, IntArray
 from geoprint.motion.controller.choice import TIME_ROUNDING, Weighed, cheapest_chain, chord_shares, weighed
-from geoprint.motion.controller.fitting import fitted_places, rounded_deviations, zones_of
+from geoprint.motion.controller.fitting import COINCIDENT, fitted_places, rounded_deviations, zones_of
 
 # Where straight moves come too soon, a move may leave the path by so many tolerances, as far as the rounded corners at
 # its ends make up for it; so many moves about the one that comes too soon. What they do not make up for is halved.
 WIDEST = 8.0
 ABOUT = 3
 ROUNDS = 8
+
+# How far a pose may be turned from the move past it where that has a target beside the path [rad]: more than where
+# targets stand on it, and less than what the timed path may be off in all.
+MOST_TURNED = float(np.radians(0.15))
 
 # Where that is not enough, targets are tried at even times: so many periods apart, begun at so many shares of that.
 EVEN_PERIODS = (1.25, 1.0, 1.1, 1.45, 0.9, 1.7, 0.8, 0.95, 1.15, 0.85, 0.75, 0.7, 0.65, 0.61)
@@ -120,11 +124,33 @@ def _relaxed(course: Course, rows: IntArray, moves: Weighed) -> tuple[IntArray, 
 
 
 def _missing(course: Course, rows: IntArray, moved: BoolArray, *, wide: BoolArray) -> IntArray:
-    """Return the moves that leave the tolerance, of those that are wide or have a moved target."""
+    """Return the moves that leave the tolerance or turn otherwise, of those that are wide or have a moved target."""
     places = fitted_places(course.tips[rows], moved[rows], course.resting(rows))
-    off = rounded_deviations(course.tips, rows, places, zones_of(places, course.resting(rows)))
+    zones = zones_of(places, course.resting(rows))
+    off = rounded_deviations(course.tips, rows, places, zones)
     touched = wide | moved[rows[1:]] | moved[rows[:-1]]
-    return np.flatnonzero(touched & (off > course.tolerance))
+    return np.flatnonzero(touched & ((off > course.tolerance) | (_turned(course, rows, places, zones) > MOST_TURNED)))
+
+
+def _turned(course: Course, rows: IntArray, places: FloatArray, zones: FloatArray) -> FloatArray:
+    """Return (t - 1,) how far poses are turned at most from each move, where no corner is rounded [rad].
+
+    The attitude of a move counts from its targets, which stand farther out than the poses that they are passed at.
+    """
+    move = np.repeat(np.arange(rows.size - 1), np.diff(rows))
+    own: IntArray = np.arange(rows[0], rows[-1], dtype=np.int64)
+    steps = np.diff(places, axis=0)
+    lengths = np.maximum(np.linalg.norm(steps, axis=1), COINCIDENT)
+    along = np.einsum("ij,ij->i", course.tips[own] - places[move], steps[move]) / lengths[move]
+    straight = (along > zones[move]) & (along < lengths[move] - zones[move + 1])
+    move, own, along = move[straight], own[straight], along[straight]
+    share = (along / lengths[move])[:, None]
+    # Moves turn by a few degrees: between them the straight line is the arc.
+    meant = (1.0 - share) * course.quaternions[rows[move]] + share * course.quaternions[rows[move + 1]]
+    meant /= np.linalg.norm(meant, axis=1, keepdims=True)
+    found = np.zeros(rows.size - 1)
+    np.maximum.at(found, move, 2.0 * np.linalg.norm(course.quaternions[own] - meant, axis=1))
+    return found
 
 
 def _evened(course: Course, rows: IntArray, moved: BoolArray) -> tuple[IntArray, BoolArray]:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from geoprint.model import FloatArray, IntArray
 from geoprint.motion.controller.rounded_chain import (
@@ -16,6 +17,7 @@ from geoprint.motion.controller.rounded_chain import (
     _patterns,  # pyright: ignore[reportPrivateUsage]
     _run_of,  # pyright: ignore[reportPrivateUsage]
 )
+from geoprint.transforms import same_sign
 from tests.motion.joint_paths import DOWN
 
 NONE = np.empty(0, dtype=np.int64)
@@ -44,6 +46,27 @@ def test_a_stretch_leaves_where_a_straight_move_is_wider_than_the_tolerance(
     flags[5] = moved
     parts = NONE, np.array([0, 5, 10, 20, 30]), NONE
     assert _leaves(course(tips, 0.1 * x), parts, flags) == off
+
+
+@pytest.mark.parametrize(("turned_deg", "off"), [(0.1, False), (0.2, True)])
+@pytest.mark.parametrize("moved", [False, True])
+def test_a_stretch_leaves_where_a_pose_beside_a_target_off_the_path_is_turned_otherwise_than_its_move(
+    turned_deg: float, *, off: bool, moved: bool
+) -> None:
+    """A tool that looks down a straight path turns by four degrees over 15 mm, and by so much more at one pose of it.
+
+    Where no target is beside the path, chains are weighed by the turn before.
+    """
+    x = np.arange(31.0)
+    angles = np.radians(np.minimum(x, 15.0) * 4.0 / 15.0)
+    angles[8] += np.radians(turned_deg)
+    turns = Rotation.from_rotvec(angles[:, None] * np.array([1.0, 0.0, 0.0]))
+    down = Rotation.from_quat(np.asarray(DOWN)[[1, 2, 3, 0]])
+    quaternions = same_sign((turns * down).as_quat()[:, [3, 0, 1, 2]])
+    made = replace(course(np.column_stack([x, np.zeros((31, 2))]), 0.1 * x), quaternions=quaternions)
+    flags = np.zeros(31, dtype=np.bool_)
+    flags[15] = moved
+    assert _leaves(made, (NONE, np.array([0, 5, 15, 30]), NONE), flags) == (off and moved)
 
 
 def test_a_stretch_is_not_judged_by_what_is_far_beside_it() -> None:
