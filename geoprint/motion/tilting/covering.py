@@ -14,7 +14,6 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from geoprint import transforms
 from geoprint.model import BoolArray, FloatArray, IntArray
 from geoprint.motion.tilting.ranges import UpRange
 
@@ -26,8 +25,6 @@ SAMPLED_UPS = 2000
 JOINING = 100
 # Directions are admitted up to this: they are worked out in floating point [cosine].
 ADMITTED = 1e-9
-# Of the largest length admitted: what differs by less is equal, because such sums are rounded to seven digits.
-EQUAL_SHARE = 1e-4
 
 
 def covering(
@@ -105,22 +102,17 @@ def _greedily(
             else:
                 starts[row] = aims[row]
         admits = _steps(choices, aims[rows], starts[rows], within=within)
-        taken = choices[_greedy(choices, admits.astype(np.float32), lengths[rows].astype(np.float32))]
+        taken = choices[_greedy(admits.astype(np.float32), lengths[rows].astype(np.float32))]
         missed = np.flatnonzero(~_steps(taken, aims, starts, within=within).any(axis=0))
         if not missed.size:
             return taken, starts
         rows = np.union1d(rows, missed[:: max(1, len(missed) // JOINING)])
 
 
-def _greedy(choices: FloatArray, admits: Shares, weights: Shares) -> IntArray:
-    """Return rows of (d, n) that together admit every column, the one with the most weight left first.
-
-    On a symmetric part directions come in pairs that admit equally much: of those (d, 3) the same one is taken.
-    """
+def _greedy(admits: Shares, weights: Shares) -> IntArray:
+    """Return rows of (d, n) that together admit every column, the one with the most weight left first."""
     left, taken = np.maximum(weights, np.finfo(np.float32).tiny), list[int]()
     while left.any():
-        weight = admits @ left
-        equal = np.flatnonzero(weight >= (1.0 - EQUAL_SHARE) * weight.max())
-        taken.append(int(equal[(choices[equal] @ transforms.THIS_WAY).argmax()]))
+        taken.append(int((admits @ left).argmax()))
         left = np.where(admits[taken[-1]] > 0.0, np.float32(0.0), left)
     return np.array(taken, dtype=np.int64)
