@@ -104,7 +104,7 @@ def closed_loop(plant: Plant, *, seed: int, rays: int = RAYS, side: int | None =
         """Return what a scan tells of beads that were laid with these factors and times."""
         scan = scanned(surface, beads, Sensor(view, NOISE, MISSING), T_work_scan=np.eye(4), random=random)
         found = registered(scan.points, surface, deposit, start=np.eye(4))
-        parts = measured_print(scan.points, found, surface, deposit).parts
+        parts = measured_print(scan.points, found, surface, deposit, random=random).parts
         middles = 0.5 * (parts.starts + parts.ends)
         commanded = np.ones(len(middles)) if factors is None else factors.at(parts.runs, middles)
         measured = MeasuredRuns(

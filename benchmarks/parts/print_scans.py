@@ -16,7 +16,8 @@ from geoprint.account.appraised.scans import record_scan
 from geoprint.account.records.scan import EstimateRecord
 from geoprint.appraisal.scanned import AppraisedScan, PlannedDeposit, Registration, Scan, measured_print, registered
 from geoprint.config import job_of
-from geoprint.model import FloatArray, PoseStream, Surface
+from geoprint.deposition.feedback import PrintedProgram
+from geoprint.model import FloatArray, IntArray, PoseStream, Surface
 from geoprint.pipeline import plan
 from geoprint.silico import Faults, LaidBeads, Sensor, heights, laid_beads, looking_at, scanned
 from geoprint.surfaces import mean_normal
@@ -138,8 +139,8 @@ def thinned_scan(*, wide: bool, seed: int) -> CrestScan:
     read = Scan("scan.xyz", "", points, len(points), of_mesh=False)
     told = record_scan(
         AppraisedScan(
-            scan=read, unit="mm", plan="plan", part="part", digest=64 * "0", given=False, surface=surface,
-            upright=np.eye(3), spacing=SPACING, held=held, factors=np.ones(held.parts.runs.size), opened=0.0, shut=0.0,
+            scan=read, unit="mm", printed=_as_wanted(held.parts.runs), given=False, surface=surface,
+            upright=np.eye(3), spacing=SPACING, held=held,
         )
     )  # fmt: skip
     high, planned = heights(beads, beads.places), deposit.runs.flows * deposit.runs.lengths
@@ -150,6 +151,16 @@ def thinned_scan(*, wide: bool, seed: int) -> CrestScan:
     ratios = [(*_of(run.ratio), truth) for run, truth in zip(shown, laid, strict=True)]
     whole = (*_of(told.volume_ratio), float(beads.volumes.sum()) / deposit.volume)
     return CrestScan(whole, np.array(crests), np.array(ratios), np.array([run.length_mm for run in shown]), len(points))
+
+
+def _as_wanted(owners: IntArray) -> PrintedProgram:
+    """Return a print of paths alone, which deposit what they ask for; owners: (k,) run of each part."""
+    runs, wanted = np.unique(owners), np.ones(owners.size)
+    return PrintedProgram(
+        plan="plan", part="part", digest=64 * "0", executed=False, dispenser={}, speed=1.0, opened=0.0, shut=0.0,
+        runs=runs, lengths=np.zeros(runs.size), middles=np.zeros((runs.size, 3)), owners=owners, factors=wanted,
+        deposited=wanted,
+    )  # fmt: skip
 
 
 def _of(found: EstimateRecord | None) -> tuple[float, float]:

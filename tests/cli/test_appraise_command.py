@@ -328,7 +328,12 @@ def test_a_scan_is_held_against_its_plan_and_written(run: Run, printed: Path) ->
     ]  # fmt: skip
     told = read_record(written / "appraisal.json", ScanAppraisalRecord)
     assert json.loads(stdout) == json.loads((written / "appraisal.json").read_text(encoding="utf-8"))
-    assert (told.kind, told.plan, told.part, told.registration.loose) == ("scan", "plan", "plate.ply", 0)
+    assert (told.kind, told.printed.plan, told.printed.part, told.registration.loose) == (
+        "scan",
+        "plan",
+        "plate.ply",
+        0,
+    )
     assert told.registration.shift_deviation_mm < 0.05
     assert told.registration.bead_width == pytest.approx(0.5 * 1.1**0.5, abs=0.05)
     whole = [part.ratio for part in told.parts if part.run > 0 and part.ratio is not None]

@@ -315,7 +315,7 @@ def test_without_a_robot_a_stack_has_no_program(tmp_path: Path) -> None:
 def test_nothing_is_written_where_a_layer_is_refused(tmp_path: Path) -> None:
     ball = _saved(tmp_path, sphere(radius=3.0, subdivisions=2))
     job = job_of(surface=ball, unit="mm", spacing=1.5, thickness=1.0, robot=False)
-    with planning_here(), pytest.raises(GeoprintError, match=r"layer 1: .* is closed, so there is no rim"):
+    with planning_here(), pytest.raises(GeoprintError, match=r"layer 2: .* is closed, so there is no rim"):
         plan_stack(job, tmp_path / "device")
     assert not (tmp_path / "device").exists()
 

@@ -278,7 +278,7 @@ def test_the_spacing_is_asked_for_before_the_placement_and_the_placement_before_
     part: Path, tmp_path: Path
 ) -> None:
     with pytest.raises(FieldError, match="the whole part is only 50 mm across"):
-        prepared(part, spacing=60.0, robot=True)
+        prepared(part, spacing=60.0, robot=True, place="demo")
     with pytest.raises(UsageError, match="give `--spacing` or `--rounds`"):
         prepared(part, spacing=None, robot=True)
     with pytest.raises(UsageError, match="is not calibrated"):
