@@ -86,7 +86,11 @@ def _foot() -> Markup:
     day = time.strftime("%Y-%m-%d", time.gmtime(float(os.environ.get("SOURCE_DATE_EPOCH", time.time()))))
     program = Path(sys.argv[0])
     typed = program.stem == "geoprint" or program.parent.name == "geoprint"
-    command = [": ", element("code", shlex.join(["geoprint", *sys.argv[1:]]))] if typed else []
+    # Where the result goes and what is printed beside it change nothing in it.
+    kept = [word for word in sys.argv[1:] if word not in ("--overwrite", "--json", "--verbose")]
+    if "--out" in kept:
+        del kept[(at := kept.index("--out")) : at + 2]
+    command = [": ", element("code", shlex.join(["geoprint", *kept]))] if typed else []
     return element("footer", f"geoprint {version('geoprint')}, {day}", *command)
 
 

@@ -65,7 +65,7 @@ def test_plan_writes_a_bundle_and_prints_json_when_asked(run: Run, small: Path, 
     assert found["paths"]["levels"] == 5
     assert "written and verified" in stderr
     assert {path.name for path in out.iterdir()} == {
-        "job.toml", "manifest.json", "part.ply", "plan.json", "poses.csv", "surface.ply", "timings.json",
+        "job.toml", "manifest.json", "part.ply", "plan.json", "poses.csv", "report.html", "surface.ply", "timings.json",
     }  # fmt: skip
 
 
