@@ -31,7 +31,7 @@ from geoprint.export.rapid.text import Declaration, Place, RapidText, Value as L
 LINE_LENGTH = 250
 MODULE_LINES = 15000
 # A number that has lost its point.
-_LEADING_ZERO = re.compile(r"[\[,(=-]0\d")
+_LEADING_ZERO = re.compile(r"(?:[\[,(=]|(?<!E)-)0\d")
 # Where a routine begins, where it defines a trigger, and which triggers a move pulls.
 _ROUTINE = re.compile(r"\s*PROC ", re.IGNORECASE)
 _DEFINED = re.compile(r"\s*Trigg(?:IO|Speed) (\w+),", re.IGNORECASE)
