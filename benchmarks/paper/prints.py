@@ -24,6 +24,7 @@ from geoprint.model import Cell, FloatArray, Fluid, PoseStream, PrintErrors, Sur
 from geoprint.pipeline import plan
 from geoprint.silico import (
     Break,
+    Development,
     Faults,
     LaidBeads,
     Lighting,
@@ -170,7 +171,9 @@ def prints_of(studio: Studio, printing: Printing, *, seed: int) -> tuple[Print, 
     for number, (case, area) in enumerate(zip(studio.cases, sections, strict=True)):
         random = np.random.default_rng([seed, number])
         beads = _laid(case, studio.patch, printing, area=area, random=random)
-        found.append(Print(case, beads, area, pictured(studio.body, beads, view, light, random=random)))
+        development = Development(grain=printing.grain, blur=printing.blur)
+        grey = pictured(studio.body, beads, view, light, development, random=random)
+        found.append(Print(case, beads, area, grey))
     return tuple(found)
 
 
@@ -270,4 +273,4 @@ def _lighting(view: Viewpoint, printing: Printing) -> Lighting:
     right, down, ahead = view.axes
     aside = np.cos(turn) * right + np.sin(turn) * down
     toward = np.sin(slant) * aside - np.cos(slant) * ahead
-    return Lighting(toward, part=printing.part, bead=printing.bead, grain=printing.grain, blur=printing.blur)
+    return Lighting(toward, part=printing.part, bead=printing.bead)

@@ -20,8 +20,8 @@ from geoprint.appraisal import (
     camera_by,
     held_against,
     in_sight,
+    measured_stretches,
     paired_edges,
-    place_beads,
     planned_runs,
 )
 from geoprint.appraisal.outlined import PrintedLines, camera_by_outline, picture_outline
@@ -189,13 +189,13 @@ def placement_of(printed: OutlinedPrint, view: Viewpoint, grey: FloatArray, *, s
     found = camera_by_outline(picture_outline(grey), printed.surface, truth.lens, lines=lines, beside=printed.beside)
 
     def held(camera: Camera) -> Held:
-        placed = place_beads(beads, camera, printed.surface)
         visible = in_sight(camera, printed.surface, printed.plan.places, size=view.size, margin=width)
-        return held_against(printed.plan, placed, visible=visible)
+        measured = measured_stretches(grey, printed.plan, camera, printed.surface, visible=visible)
+        return held_against(printed.plan, measured, visible=visible, height=HEIGHT)
 
     def measured(camera: Camera) -> tuple[float, float]:
         result = held(camera)
-        return float(result.widths[result.seen].mean()), float(result.offsets[result.seen].mean())
+        return float(result.widths[result.sized].mean()), float(result.offsets[result.sized].mean())
 
     placing = found.outline
     assert placing is not None

@@ -12,12 +12,9 @@ from benchmarks.parts.print_outlines import true_camera
 from benchmarks.parts.streams import rows_on_plate
 from geoprint.appraisal import (
     Held,
-    bead_width,
-    beads_of,
     held_against,
     in_sight,
-    paired_edges,
-    place_beads,
+    measured_stretches,
     planned_runs,
 )
 from geoprint.model import BoolArray, FloatArray, Surface
@@ -32,6 +29,8 @@ RIGHT, FOUND_SHARE = 3.0, 0.8
 # Rows on a plate: between them, of a bead [mm], and how many.
 SPACING, HEIGHT, WIDTH, ROWS = 4.0, 0.25, 1.6, 6
 POSES_A_ROW = 31
+# What is seen lies so far within the picture [pixels].
+MARGIN = 10.0
 # From above, aslant, through a lens that bends.
 VIEW = looking_at(
     np.array([20.0, 15.0, 0.0]), place=np.array([30.0, 0.0, 110.0]), focal=1150.0, size=(480, 400), turn=0.1,
@@ -118,11 +117,10 @@ def plate_print(faults: Faults, *, seed: int = 1) -> Held:
     beads = laid_beads(poses, surface, height=HEIGHT, faults=faults, random=random)
     grey = pictured(surface, beads, VIEW, Lighting(np.array([0.1, 0.0, 1.0])), random=random)
     camera = true_camera(VIEW)
-    width = bead_width(grey)
-    placed = place_beads(beads_of(grey, paired_edges(grey, width=width)), camera, surface)
     plan = planned_runs(poses, spacing=SPACING)
-    visible = in_sight(camera, surface, plan.places, size=VIEW.size, margin=width)
-    return held_against(plan, placed, visible=visible)
+    visible = in_sight(camera, surface, plan.places, size=VIEW.size, margin=MARGIN)
+    measured = measured_stretches(grey, plan, camera, surface, visible=visible)
+    return held_against(plan, measured, visible=visible, height=HEIGHT)
 
 
 def _plate() -> Surface:

@@ -1,17 +1,11 @@
 """Photographs of a print: lines of material, how wide and how far apart they are, and how they lie beside a plan.
 
-Stages on frozen values: `read_photograph`, `bead_width`, `paired_edges`, `beads_of`; with a plan also `camera_by`,
-`place_beads`, `held_against`; `apart` measures two sets of anything. Pixels are (u, v), places mm.
+Stages on frozen values: `read_photograph`, `bead_width`, `paired_edges`, `beads_of`; with a plan `camera_by`,
+`measured_stretches`, `held_against`; `apart` measures two sets of anything. Pixels are (u, v), places mm.
 """
 
 from geoprint.appraisal.against_plan import (
-    BLOB as BLOB,
-    THIN as THIN,
-    Held as Held,
-    PhotographedParts as PhotographedParts,
     PlannedRuns as PlannedRuns,
-    held_against as held_against,
-    photographed_parts as photographed_parts,
     planned_runs as planned_runs,
 )
 from geoprint.appraisal.appraised import (
@@ -36,11 +30,24 @@ from geoprint.appraisal.gradient import (
     evened as evened,
     steepness as steepness,
 )
-from geoprint.appraisal.on_part import (
-    PlacedBeads as PlacedBeads,
-    in_sight as in_sight,
-    place_beads as place_beads,
+from geoprint.appraisal.held import (
+    BLOB as BLOB,
+    THIN as THIN,
+    WHOLE_RUN as WHOLE_RUN,
+    Held as Held,
+    PhotographedParts as PhotographedParts,
+    RunEstimate as RunEstimate,
+    bead_lines as bead_lines,
+    doubts as doubts,
+    held_against as held_against,
+    photographed_parts as photographed_parts,
 )
+from geoprint.appraisal.measured import (
+    PRESENT as PRESENT,
+    MeasuredStretches as MeasuredStretches,
+    measured_stretches as measured_stretches,
+)
+from geoprint.appraisal.on_part import in_sight as in_sight
 from geoprint.appraisal.paired_edges import (
     PairedEdges as PairedEdges,
     Shade as Shade,

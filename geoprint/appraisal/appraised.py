@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import final
 
-from geoprint.appraisal.against_plan import Held
 from geoprint.appraisal.beads import BeadLine
 from geoprint.appraisal.camera import Camera
 from geoprint.appraisal.distances import SetDistances
-from geoprint.appraisal.on_part import PlacedBeads
+from geoprint.appraisal.held import Held
 from geoprint.appraisal.paired_edges import Shade
 from geoprint.appraisal.photograph import Photograph
 from geoprint.deposition.feedback import PrintedProgram
@@ -22,12 +21,10 @@ class OnPlan:
 
     Attributes:
         camera: that took it.
-        placed: its beads on the part.
         held: how they lie beside the plan.
     """
 
     camera: Camera
-    placed: PlacedBeads
     held: Held
 
 
@@ -65,7 +62,6 @@ class Appraisal:
             [pixels].
         plan: name of the bundle, or None.
         part: name of the part's file, or None.
-        height: of its layer, or None [mm].
         printed: the program of the print, where one photograph was held against its plan; else None.
     """
 
@@ -76,5 +72,4 @@ class Appraisal:
     pairs: tuple[tuple[int, int, SetDistances], ...]
     plan: str | None = None
     part: str | None = None
-    height: float | None = None
     printed: PrintedProgram | None = None

@@ -16,6 +16,8 @@ MOST_STEPS = 40
 UNBENT = 1e-9
 # A lens bends the corners of its picture by no more than this share.
 MOST_BENT = 0.5
+# What is within so many standard deviations is so with 95 % confidence; a pose has so many unknowns.
+WITHIN_95, POSE = 1.96, 6.0
 
 
 @final
@@ -116,6 +118,17 @@ class Camera:
 
     def __post_init__(self) -> None:
         freeze_arrays(self, T_camera_work="float: 4 4")
+
+    @property
+    def deviation(self) -> float:
+        """Of where places of the part are seen together, as far as what placed the camera tells [pixels]."""
+        if self.outline is not None:
+            return self.outline.within / WITHIN_95
+        # Two coordinates a fiducial, of which a pose takes six.
+        free = 2.0 * self.fiducials - POSE
+        if free <= 0.0:
+            return 0.0
+        return self.residual * float(np.sqrt(self.fiducials / free * 2.0 / self.fiducials))
 
     @property
     def place(self) -> FloatArray:

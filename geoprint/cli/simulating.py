@@ -10,15 +10,23 @@ import typer
 from geoprint.cli.bounds import limit_memory, watch
 from geoprint.cli.options import AsJson, MaxMemory, Overwrite
 from geoprint.cli.terminal import say, tell_json
+from geoprint.errors import UsageError
 
 Bundle = Annotated[Path, typer.Argument(help="Folder that `geoprint plan` or `compare` wrote.", show_default=False)]
-Viscosity = Annotated[float, typer.Option(help="Of the material, over what the flow was set for.")]
 Spread = Annotated[
     float, typer.Option(help="Width of beads over what their flow asks for, as much lower: below 1 they stand apart.")
 ]
-Flow = Annotated[float, typer.Option(help="Volume that is set, over that of the plan.")]
+Flow = Annotated[
+    float, typer.Option(help="Volume that flows, over that of the plan; 1 over the viscosity if that differs.")
+]
 WidthNoise = Annotated[float, typer.Option(help="Standard deviation of the width along a bead, over its mean.")]
 Offset = Annotated[float, typer.Option(metavar="MM", help="By which all beads lie to the left of their paths.")]
+Tone = Annotated[
+    str, typer.Option(metavar="GAMMA", help="Tone curve of the photograph: its gamma, 1 for none, or srgb.")
+]
+Exposure = Annotated[float, typer.Option(help="Of the photograph: what comes to more than white is cut off.")]
+Blur = Annotated[float, typer.Option(metavar="PX", help="Of the photograph (standard deviation).")]
+Defocus = Annotated[float, typer.Option(metavar="PX", help="Of the photograph: the circle that a point is seen as.")]
 RandomSeed = Annotated[int, typer.Option(min=0, help="Of all noise.")]
 OutOrNone = Annotated[
     Path | None,
@@ -33,11 +41,14 @@ OutOrNone = Annotated[
 def simulate(
     bundle: Bundle,
     *,
-    viscosity: Viscosity = 1.0,
     flow: Flow = 1.0,
     spread: Spread = 1.0,
     noise: WidthNoise = 0.0,
     offset: Offset = 0.0,
+    tone: Tone = "1",
+    exposure: Exposure = 1.0,
+    blur: Blur = 0.7,
+    defocus: Defocus = 0.0,
     seed: RandomSeed = 0,
     out: OutOrNone = None,
     max_memory: MaxMemory = None,
@@ -49,19 +60,33 @@ def simulate(
     from geoprint.account.texts.simulating import simulated_text
     from geoprint.export import check_writable
     from geoprint.pipeline.appraised.simulated import record_simulated, save_simulated, simulated_print
-    from geoprint.silico import Faults
+    from geoprint.silico import Development, Faults
 
     limit_memory(max_memory)
     if out is not None:
         check_writable(out, overwrite=overwrite)
-    faults = Faults(offset=offset, width_scale=spread, width_noise=noise, flow=flow, viscosity=viscosity)
+    faults = Faults(offset=offset, width_scale=spread, width_noise=noise, flow=flow)
+    development = Development(exposure=exposure, tone=_gamma(tone), blur=blur, defocus=defocus)
     with watch() as observe:
         observe("program")
         found = simulated_print(bundle, faults=faults, seed=seed)
         observe("writing")
-        told = record_simulated(found) if out is None else save_simulated(found, out, overwrite=overwrite)
+        told = record_simulated(found) if out is None else save_simulated(found, out, development, overwrite=overwrite)
     if as_json:
         tell_json(json_of(told))
     say(simulated_text(told))
     if out is not None:
         say(f"written and verified: {out}")
+
+
+def _gamma(tone: str) -> float:
+    """Return the gamma of a tone curve, 0 for sRGB's."""
+    if tone.strip().lower() == "srgb":
+        return 0.0
+    try:
+        gamma = float(tone)
+    except ValueError:
+        gamma = 0.0
+    if not 0.2 <= gamma <= 5.0:
+        raise UsageError(f"`--tone {tone}`: it must be a gamma from 0.2 to 5, or srgb.")
+    return gamma

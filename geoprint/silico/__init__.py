@@ -16,7 +16,9 @@ from geoprint.silico.laid import (
     laid_beads as laid_beads,
 )
 from geoprint.silico.pictured import (
+    Development as Development,
     Lighting as Lighting,
+    developed as developed,
     pictured as pictured,
     png as png,
 )

@@ -1,4 +1,4 @@
-"""A photograph of beads on a part, as a known camera sees them in known light.
+"""A photograph of beads on a part, as a known camera sees and develops them in known light.
 
 Every pixel sends a ray to the surface. Where it lands within half a width of the middle of a bead, it goes on to the
 bead's skin: a parabola, highest in the middle. Light falls on that skin as Lambert says, on part and bead alike, which
@@ -15,7 +15,7 @@ from scipy import ndimage
 from scipy.spatial import KDTree
 
 from geoprint.errors import InputError
-from geoprint.model import BoolArray, FloatArray, Surface, freeze_arrays, frozen
+from geoprint.model import BoolArray, FloatArray, Surface, comparable, freeze_arrays, frozen
 from geoprint.silico.laid import LaidBeads
 from geoprint.silico.viewpoint import Viewpoint
 from geoprint.surfaces import normals
@@ -23,6 +23,8 @@ from geoprint.surfaces.rays import first_hits
 
 # Times that a ray is led on to the skin of a bead: heights change little over what is left.
 SKIN_STEPS = 3
+# A pixel is so many places a side where a circle covers a part of it; odd.
+FINER = 9
 
 
 @final
@@ -35,9 +37,7 @@ class Lighting:
         ambient: share of the light that comes from everywhere.
         part: share of light that the part gives back.
         bead: share of light that a bead gives back.
-        behind: grey value where there is no part.
-        grain: standard deviation of the noise of each pixel.
-        blur: standard deviation of the unsharpness [pixels].
+        behind: share of light that comes from where there is no part.
     """
 
     direction: FloatArray
@@ -45,8 +45,6 @@ class Lighting:
     part: float = 0.35
     bead: float = 0.9
     behind: float = 0.05
-    grain: float = 0.01
-    blur: float = 0.7
 
     def __post_init__(self) -> None:
         freeze_arrays(self, direction="float: 3")
@@ -54,16 +52,51 @@ class Lighting:
             raise InputError("light comes from somewhere: its direction is zero.")
 
 
+@final
+@comparable
+class Development:
+    """What a camera makes of the light that reaches it.
+
+    Attributes:
+        exposure: by which light is multiplied; what comes to more than 1 is white.
+        tone: gamma of the tone curve, grey = light^(1 / gamma); 0 for that of sRGB.
+        blur: standard deviation of the unsharpness [pixels].
+        defocus: diameter of the circle that a point is seen as [pixels].
+        grain: standard deviation of the noise of each pixel, in shares of white light.
+    """
+
+    exposure: float = 1.0
+    tone: float = 1.0
+    blur: float = 0.7
+    defocus: float = 0.0
+    grain: float = 0.01
+
+    def __post_init__(self) -> None:
+        values = (self.exposure, self.tone, self.blur, self.defocus, self.grain)
+        if not (np.isfinite(values).all() and self.exposure > 0.0 and min(values) >= 0.0):
+            raise InputError(
+                f"a photograph has a positive exposure and no negative tone, blur, defocus and grain, found "
+                f"{', '.join(f'{value:g}' for value in values)}."
+            )
+
+
 def pictured(
-    surface: Surface, beads: LaidBeads, view: Viewpoint, lighting: Lighting, *, random: np.random.Generator
+    surface: Surface,
+    beads: LaidBeads,
+    view: Viewpoint,
+    lighting: Lighting,
+    development: Development | None = None,
+    *,
+    random: np.random.Generator,
 ) -> FloatArray:
     """Return the (h, w) grey values, 0 to 1, of a photograph of beads on a part.
 
     Args:
         surface: the part.
         beads: on it.
-        view: the camera.
+        view: where the camera stands.
         lighting: the light.
+        development: what the camera makes of it; as by default if None.
         random: of the noise.
 
     Raises:
@@ -82,9 +115,34 @@ def pictured(
     lit = lighting.ambient + (1.0 - lighting.ambient) * np.clip(skin @ lamp, 0.0, None)
     shown = np.full(len(rays), lighting.behind)
     shown[hits.met] = lit * np.where(on_bead, lighting.bead, lighting.part)
-    sharp = shown.reshape(view.size[1], view.size[0])
-    seen = ndimage.gaussian_filter(sharp, lighting.blur) + lighting.grain * random.standard_normal(sharp.shape)
-    return np.clip(seen, 0.0, 1.0)
+    return developed(shown.reshape(view.size[1], view.size[0]), development or Development(), random=random)
+
+
+def developed(light: FloatArray, development: Development, *, random: np.random.Generator) -> FloatArray:
+    """Return the (h, w) grey values, 0 to 1, that a camera makes of the light in each pixel: blurred, exposed, toned.
+
+    Args:
+        light: (h, w) in shares of white.
+        development: what the camera does.
+        random: of the noise.
+    """
+    seen = ndimage.gaussian_filter(light, development.blur)
+    if development.defocus > 0.0:
+        seen = ndimage.convolve(seen, _disc(development.defocus), mode="nearest")
+    noise = development.grain * random.standard_normal(light.shape)
+    exposed: FloatArray = np.clip(development.exposure * seen + noise, 0.0, 1.0)
+    if development.tone == 0.0:
+        return np.where(exposed <= 0.0031308, 12.92 * exposed, 1.055 * exposed ** (1.0 / 2.4) - 0.055)
+    return exposed ** (1.0 / development.tone)
+
+
+def _disc(diameter: float) -> FloatArray:
+    """Return the (j, j) shares of a point that each pixel gets of a circle of some diameter [pixels]."""
+    reach = int(np.ceil(0.5 * diameter))
+    fine = (np.arange(-FINER * reach - FINER // 2, FINER * reach + FINER // 2 + 1)) / FINER
+    inside = np.hypot(fine[:, None], fine) <= 0.5 * diameter
+    shares = inside.reshape(2 * reach + 1, FINER, 2 * reach + 1, FINER).sum(axis=(1, 3)).astype(np.float64)
+    return shares / shares.sum()
 
 
 def png(grey: FloatArray) -> bytes:

@@ -12,17 +12,15 @@ from geoprint.appraisal import (
     Camera,
     Held,
     Lens,
-    bead_width,
-    beads_of,
+    doubts,
     held_against,
     in_sight,
-    paired_edges,
-    place_beads,
+    measured_stretches,
     planned_runs,
 )
 from geoprint.errors import InputError
-from geoprint.model import PoseStream, Surface
-from geoprint.silico import Break, Faults, Lighting, Viewpoint, laid_beads, looking_at, pictured
+from geoprint.model import FloatArray, PoseStream, Surface
+from geoprint.silico import Break, Development, Faults, Lighting, Viewpoint, laid_beads, looking_at, pictured
 from tests.appraisal.drawn import rows_on_plate, stream
 from tests.meshes import cylinder_patch, plate
 
@@ -54,14 +52,16 @@ def appraised(faults: Faults, *, view: Viewpoint = VIEW, surface: Surface = PLAT
     beads = laid_beads(poses, surface, height=HEIGHT, faults=faults, random=random)
     above = Lighting(np.array([0.1, 0.0, 1.0]))
     grey = pictured(surface, beads, view, above, random=random)
-    found = beads_of(grey, paired_edges(grey, width=faults.width_scale * WIDTH / PIXEL))
+    return held(grey, view, surface, poses)
+
+
+def held(grey: FloatArray, view: Viewpoint, surface: Surface, poses: PoseStream) -> Held:
     seen = camera(view)
-    placed = place_beads(found, seen, surface)
-    assert placed.scale == pytest.approx(PIXEL, rel=0.1)
     plan = planned_runs(poses, spacing=SPACING)
-    return held_against(
-        plan, placed, visible=in_sight(seen, surface, plan.places, size=view.size, margin=WIDTH / PIXEL)
-    )
+    visible = in_sight(seen, surface, plan.places, size=view.size, margin=WIDTH / PIXEL)
+    measured = measured_stretches(grey, plan, seen, surface, visible=visible)
+    assert measured.scale == pytest.approx(PIXEL, rel=0.1)
+    return held_against(plan, measured, visible=visible, height=HEIGHT)
 
 
 def test_a_print_without_faults_is_told_as_one() -> None:
@@ -71,30 +71,30 @@ def test_a_print_without_faults_is_told_as_one() -> None:
     assert [held.gaps(run) for run in range(6)] == [[]] * 6
     assert [held.blobs(run) + held.thin(run) for run in range(6)] == [[]] * 6
     assert np.abs(held.offsets).max() < PIXEL
-    assert np.abs(held.widths[held.seen] - WIDTH).mean() < PIXEL
+    assert np.abs(held.widths[held.sized] - WIDTH).mean() < PIXEL
     # Ends of beads are round, half a width beyond those of runs.
     assert held.apart.hausdorff < WIDTH / 2.0 + PIXEL
     assert held.apart.mean < PIXEL
-    assert len(held.strays) == 0
+    assert held.strays == 0.0
 
 
 @pytest.mark.parametrize("offset", [-0.5, 0.9])
 def test_an_offset_is_found_on_its_side_within_a_pixel(offset: float) -> None:
     held = appraised(Faults(offset=offset))
-    assert held.offsets[held.seen].mean() == pytest.approx(offset, abs=0.5 * PIXEL)
-    assert np.abs(held.offsets[held.seen] - offset).max() < PIXEL
+    assert held.offsets[held.sized].mean() == pytest.approx(offset, abs=0.5 * PIXEL)
+    assert np.abs(held.offsets[held.sized] - offset).max() < PIXEL
     assert held.apart.there.mean == pytest.approx(abs(offset), abs=PIXEL)
 
 
 @pytest.mark.parametrize("scale", [0.7, 1.3])
 def test_a_width_is_found_within_a_pixel(scale: float) -> None:
     held = appraised(Faults(width_scale=scale))
-    assert held.widths[held.seen].mean() == pytest.approx(scale * WIDTH, abs=PIXEL)
+    assert held.widths[held.sized].mean() == pytest.approx(scale * WIDTH, abs=PIXEL)
 
 
 def test_a_width_that_varies_has_the_variation_that_was_put_in() -> None:
     even, uneven = faultless(), appraised(Faults(width_noise=0.15))
-    cv = [held.widths[held.seen].std() / held.widths[held.seen].mean() for held in (even, uneven)]
+    cv = [held.widths[held.sized].std() / held.widths[held.sized].mean() for held in (even, uneven)]
     assert cv[0] < 0.03
     # Widths are calmed along the line over a fifth of a width, which takes a little of it.
     assert cv[1] == pytest.approx(0.15, abs=0.04)
@@ -105,13 +105,13 @@ def test_beads_that_are_planned_wider_in_places_are_no_blobs() -> None:
     share = 0.6 + POSES.surface_points[:, 0] / POSES.surface_points[:, 0].max()
     held = appraised(Faults(), poses=replace(POSES, flow=POSES.flow * share))
     assert [held.blobs(run) + held.thin(run) for run in range(6)] == [[]] * 6
-    there = held.widths[held.seen]
+    there = held.widths[held.sized]
     assert there.max() > 1.8 * there.min()
-    even = held.even[held.seen]
+    even = held.even[held.sized]
     assert even.std() / even.mean() < 0.05
     assert there.std() / there.mean() > 0.2
     plain = faultless()
-    np.testing.assert_array_equal(plain.even, plain.widths)
+    np.testing.assert_allclose(plain.even, plain.widths / WIDTH)
 
 
 def test_breaks_are_found_in_their_runs_where_they_begin_and_end() -> None:
@@ -143,8 +143,8 @@ def test_on_a_curved_part_offsets_are_found_too() -> None:
     view = looking_at(np.array([0.0, 17.0, 40.0]), place=np.array([0.0, 17.0, 150.0]), focal=1100.0, size=(480, 400))
     held = appraised(Faults(offset=0.4), view=view, surface=tube, poses=poses)
     assert held.seen.mean() > 0.98
-    assert held.offsets[held.seen].mean() == pytest.approx(0.4, abs=PIXEL)
-    assert held.widths[held.seen].mean() == pytest.approx(WIDTH, abs=PIXEL)
+    assert held.offsets[held.sized].mean() == pytest.approx(0.4, abs=PIXEL)
+    assert held.widths[held.sized].mean() == pytest.approx(WIDTH, abs=PIXEL)
 
 
 def test_what_the_camera_does_not_see_is_not_judged() -> None:
@@ -161,13 +161,76 @@ def test_a_print_of_another_plan_is_refused() -> None:
     random = np.random.default_rng(1)
     beads = laid_beads(POSES, PLATE, height=HEIGHT, faults=Faults(), random=random)
     grey = pictured(PLATE, beads, VIEW, Lighting(np.array([0.0, 0.0, 1.0])), random=random)
-    found = beads_of(grey, paired_edges(grey, width=bead_width(grey)))
-    placed = place_beads(found, camera(VIEW), PLATE)
-    plan = planned_runs(shifted, spacing=SPACING)
-    with pytest.raises(InputError, match="no material lies within 1 mm of a run of the plan"):
-        held_against(plan, placed, visible=np.ones(len(plan.places), dtype=np.bool_), reach=1.0)
+    seen, plan = camera(VIEW), planned_runs(shifted, spacing=SPACING)
+    all_seen = np.ones(len(plan.places), dtype=np.bool_)
+    measured = measured_stretches(grey, plan, seen, PLATE, visible=all_seen)
+    # Where runs are thought to lie halfway between beads, what is between these looks like darker ones.
+    assert measured.darker
     away = looking_at(np.array([500.0, 0.0, 0.0]), place=np.array([500.0, 0.0, 100.0]), focal=600.0, size=(200, 200))
-    with pytest.raises(InputError, match="lies on plate where the camera looks"):
-        place_beads(found, camera(away), PLATE)
     with pytest.raises(InputError, match="sees no run of the plan"):
-        held_against(plan, placed, visible=np.zeros(len(plan.places), dtype=np.bool_))
+        held(grey, away, PLATE, POSES)
+
+
+@pytest.mark.parametrize(
+    "development",
+    [
+        Development(tone=0.0),
+        Development(exposure=0.3, tone=2.2),
+        Development(blur=1.5, tone=1.8),
+    ],
+    ids=["sRGB", "dark with a steep tone", "blurred with a tone"],
+)
+def test_neither_tone_nor_exposure_nor_blur_moves_an_edge(development: Development) -> None:
+    random = np.random.default_rng(1)
+    beads = laid_beads(POSES, PLATE, height=HEIGHT, faults=Faults(offset=0.2), random=random)
+    grey = pictured(PLATE, beads, VIEW, Lighting(np.array([0.1, 0.0, 1.0])), development, random=random)
+    found = held(grey, VIEW, PLATE, POSES)
+    assert found.sized.mean() > 0.7
+    for run in range(6):
+        width, offset = found.width(run), found.offset(run)
+        assert width is not None
+        assert offset is not None
+        assert width.value == pytest.approx(WIDTH, abs=0.03)
+        assert offset.value == pytest.approx(0.2, abs=0.02)
+        assert not found.gaps(run) + found.blobs(run) + found.thin(run)
+        assert found.whole(run) is None
+
+
+def test_a_negative_is_measured_and_said_to_be_darker() -> None:
+    random = np.random.default_rng(1)
+    beads = laid_beads(POSES, PLATE, height=HEIGHT, faults=Faults(), random=random)
+    grey = pictured(PLATE, beads, VIEW, Lighting(np.array([0.1, 0.0, 1.0])), random=random)
+    found = held(1.0 - grey, VIEW, PLATE, POSES)
+    assert found.measured.darker
+    assert "beads are darker than what they lie on" in doubts(found)
+    assert found.widths[found.sized].mean() == pytest.approx(WIDTH, abs=PIXEL)
+
+
+def test_a_picture_that_was_turned_after_the_fiducials_were_taken_says_so() -> None:
+    # Two runs that lie nowhere else however the picture is turned.
+    poses = stream(rows_on_plate()[:2], flow=WIDTH * HEIGHT)
+    random = np.random.default_rng(1)
+    beads = laid_beads(poses, PLATE, height=HEIGHT, faults=Faults(), random=random)
+    grey = pictured(PLATE, beads, VIEW, Lighting(np.array([0.1, 0.0, 1.0])), random=random)
+    with pytest.raises(InputError, match="if it were turned by 180 degrees"):
+        held(np.rot90(grey, 2), VIEW, PLATE, poses)
+
+
+@pytest.mark.parametrize(("volume", "said"), [(0.6, "too narrow"), (1.5, "too wide")])
+def test_a_run_with_another_volume_is_at_fault_over_its_whole_length(volume: float, said: str) -> None:
+    random = np.random.default_rng(1)
+    beads = laid_beads(POSES, PLATE, height=HEIGHT, faults=Faults(width_noise=0.05), random=random)
+    beads = replace(beads, widths=np.where(beads.runs == 3, np.sqrt(volume), 1.0) * beads.widths)
+    grey = pictured(PLATE, beads, VIEW, Lighting(np.array([0.1, 0.0, 1.0])), random=random)
+    found = held(grey, VIEW, PLATE, POSES)
+    assert [found.whole(run) for run in range(6)] == [None, None, None, said, None, None]
+
+
+def test_beads_that_are_white_are_said_to_be() -> None:
+    random = np.random.default_rng(1)
+    beads = laid_beads(POSES, PLATE, height=HEIGHT, faults=Faults(), random=random)
+    grey = pictured(PLATE, beads, VIEW, Lighting(np.array([0.1, 0.0, 1.0])), Development(exposure=2.0), random=random)
+    found = held(grey, VIEW, PLATE, POSES)
+    assert found.measured.white > 0.9
+    assert any("expose less" in doubt for doubt in doubts(found))
+    assert found.seen.all()

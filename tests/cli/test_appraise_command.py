@@ -154,7 +154,12 @@ def test_a_print_is_held_against_its_plan_and_written(run: Run, printed: Path) -
     found = photograph.on_plan
     assert found is not None
     assert (told.plan, told.part, told.shade, told.width_chosen) == ("plan", "plate.ply", "lighter", True)
-    assert found.offset_mean_mm == pytest.approx(0.3, abs=0.1)
+    assert found.offset_mean_mm == pytest.approx(0.3, abs=0.02)
+    assert found.width_mean_mm == pytest.approx(1.75, abs=0.03)
+    assert found.usual == pytest.approx(0.5, abs=0.02)
+    assert found.runs[0].width_planned_mm == pytest.approx(3.5, abs=0.1)
+    assert told.printed is not None
+    assert {part.run for part in found.parts} == {run.run for run in found.runs}
     assert found.camera.residual_px < 0.01
     assert np.abs(np.array(found.camera.place_mm) - VIEW.place).max() < 0.1
     first = found.runs[0]
@@ -168,7 +173,7 @@ def test_a_print_is_held_against_its_plan_and_written(run: Run, printed: Path) -
     with Image.open(written / "overlay-1.png") as overlay:
         assert overlay.size[0] == 480
     header, *rows = (written / "stretches-1.csv").read_text(encoding="utf-8").splitlines()
-    assert header == "run,s_mm,length_mm,judged,seen,width_mm,offset_mm"
+    assert header == "run,s_mm,length_mm,judged,seen,sized,width_mm,width_planned_mm,offset_mm"
     assert sum(float(row.split(",")[2]) for row in rows) == pytest.approx(
         sum(run.length_mm for run in found.runs), abs=0.5
     )

@@ -120,7 +120,8 @@ def test_scan_and_photograph_are_written_to_be_appraised(
     monkeypatch.setattr(simulated, "PHOTOGRAPH_PIXELS", 400)
     monkeypatch.setattr(simulated, "SCAN_PIXELS", 100)
     out = tmp_path / "out"
-    status, stdout, stderr = run(bundle, "--spread", 0.5, "--viscosity", 1.1, "--seed", 3, "--out", out, "--json")
+    pictured = ("--tone", "srgb", "--exposure", 0.8, "--blur", 1, "--defocus", 2)
+    status, stdout, stderr = run(bundle, "--spread", 0.5, "--flow", 0.9, *pictured, "--seed", 3, "--out", out, "--json")
     assert status == 0, stderr
     assert f"written and verified: {out}" in stderr
     assert sorted(path.name for path in out.iterdir()) == [
@@ -128,7 +129,7 @@ def test_scan_and_photograph_are_written_to_be_appraised(
     ]  # fmt: skip
     told = read_record(out / "simulated.json", SimulatedRecord)
     assert json.loads(stdout) == json.loads((out / "simulated.json").read_text(encoding="utf-8"))
-    assert (told.spread, told.viscosity, told.seed) == (0.5, 1.1, 3)
+    assert (told.spread, told.flow, told.seed) == (0.5, 0.9, 3)
     marks = ["--fiducials", out / "marks.csv", "--lens", out / "lens.toml"]
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(
@@ -151,4 +152,6 @@ def test_a_plan_without_a_robot_is_laid_by_its_paths(run: Run, tmp_path: Path) -
     assert status == 0
     assert "by its paths, because it has no program" in stderr
     assert run(tmp_path)[0] == 3
-    assert run(tmp_path / "planned", "--viscosity", 0)[0] == 3
+    assert run(tmp_path / "planned", "--flow", 0)[0] == 3
+    assert run(tmp_path / "planned", "--tone", "film")[0] == 2
+    assert run(tmp_path / "planned", "--exposure", 0)[0] == 3

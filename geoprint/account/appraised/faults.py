@@ -25,7 +25,12 @@ def _of_runs(found: OnPlan) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for run in np.unique(plan.runs).tolist():
         own = np.flatnonzero(plan.runs == run)
-        kinds = (("gap", held.gaps(run)), ("blob", held.blobs(run)), ("thin", held.thin(run)))
+        whole = held.whole(run)
+        ends = (0.0, float(plan.lengths[own].sum()))
+        kinds = (
+            ("gap", held.gaps(run)), ("blob", held.blobs(run)), ("thin", held.thin(run)),
+            *(() if whole is None else ((whole, [ends]),)),
+        )  # fmt: skip
         faults = sorted((start, end, kind) for kind, stretches in kinds for start, end in stretches)
         for start, end, kind in faults:
             middle = own[np.argmin(np.abs(plan.arcs[own] - 0.5 * (start + end)))]

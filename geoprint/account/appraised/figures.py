@@ -22,6 +22,7 @@ from geoprint.account.records.appraisal import (
 )
 from geoprint.account.records.feedback import sealed
 from geoprint.account.records.rounding import place_of
+from geoprint.account.records.scan import EstimateRecord
 from geoprint.appraisal import (
     Appraisal,
     AppraisedPhotograph,
@@ -31,7 +32,9 @@ from geoprint.appraisal import (
     Held,
     OnPlan,
     PhotographedParts,
+    RunEstimate,
     SetDistances,
+    doubts,
     photographed_parts,
 )
 from geoprint.model import FloatArray
@@ -46,13 +49,14 @@ def record_appraisal(found: Appraisal) -> AppraisalRecord:
     told = AppraisalRecord(
         schema=APPRAISAL_SCHEMA,
         version=version("geoprint"),
+        kind="photographs",
         plan=found.plan,
         part=found.part,
         printed=None if found.printed is None else record_printed(found.printed),
         shade=found.shade,
         width_chosen=found.width_chosen,
         threshold_chosen=found.threshold_chosen,
-        photographs=tuple(_photograph(each, height=found.height) for each in found.photographs),
+        photographs=tuple(_photograph(each) for each in found.photographs),
         pairs=tuple(
             PairRecord(first=names[one], second=names[other], apart_px=_apart(distances))
             for one, other, distances in found.pairs
@@ -61,7 +65,7 @@ def record_appraisal(found: Appraisal) -> AppraisalRecord:
     return sealed(told)
 
 
-def _photograph(each: AppraisedPhotograph, *, height: float | None) -> PhotographRecord:
+def _photograph(each: AppraisedPhotograph) -> PhotographRecord:
     photograph = each.photograph
     widths = np.concatenate([bead.widths[bead.seen] for bead in each.beads])
     return PhotographRecord(
@@ -75,7 +79,7 @@ def _photograph(each: AppraisedPhotograph, *, height: float | None) -> Photograp
         width_mean_px=float(widths.mean()),
         width_cv=_cv(widths),
         lines=tuple(_line(bead) for bead in each.beads),
-        on_plan=None if each.on_plan is None or height is None else _on_plan(each.on_plan, height=height),
+        on_plan=None if each.on_plan is None else _on_plan(each.on_plan),
     )
 
 
@@ -91,52 +95,60 @@ def _line(bead: BeadLine) -> LineRecord:
     )
 
 
-def _on_plan(found: OnPlan, *, height: float) -> OnPlanRecord:
+def _on_plan(found: OnPlan) -> OnPlanRecord:
     held, camera = found.held, found.camera
-    plan = held.plan
-    widths, offsets = held.widths[held.seen], held.offsets[held.seen]
-    judged = float(plan.lengths[held.judged].sum())
-    strays = len(held.strays)
+    plan, measured = held.plan, held.measured
+    widths, offsets = held.widths[held.sized], held.offsets[held.sized]
+    judged, known = float(plan.lengths[held.judged].sum()), bool(held.sized.any())
     return OnPlanRecord(
         camera=CameraRecord(
             place_mm=place_of(camera.place),
             fiducials=camera.fiducials,
-            outline=_outline(camera, scale=found.placed.scale),
+            outline=_outline(camera, scale=measured.scale),
             residual_px=camera.residual,
             lens_residual_px=camera.lens.residual,
-            mm_per_px=found.placed.scale,
+            mm_per_px=measured.scale,
         ),
         reach_mm=held.reach,
         judged=judged / float(plan.lengths.sum()),
         missing=float(plan.lengths[held.judged & ~held.seen].sum()) / judged,
-        width_mean_mm=float(widths.mean()),
-        width_cv=_cv(held.even[held.seen]),
-        offset_mean_mm=float(offsets.mean()),
-        offset_rms_mm=_rms(offsets),
-        strays=strays / len(found.placed.middles),
+        usual=held.usual if known else None,
+        width_mean_mm=float(widths.mean()) if known else None,
+        width_planned_mm=float(np.average(held.planned, weights=plan.lengths)),
+        width_cv=_cv(held.even[held.sized]) if known else None,
+        offset_mean_mm=float(offsets.mean()) if known else None,
+        offset_rms_mm=_rms(offsets) if known else None,
+        offset_deviation_common_mm=held.pose_deviation,
+        blur_px=measured.optics.blur,
+        gamma=measured.optics.gamma,
+        white=measured.white,
+        darker=measured.darker,
+        doubts=tuple(doubts(held)),
+        strays=held.strays,
         apart_mm=_apart(held.apart),
         runs=tuple(_run(held, number) for number in np.unique(plan.runs).tolist()),
-        parts=_parts(photographed_parts(held), height=height),
+        parts=_parts(photographed_parts(held)),
     )
 
 
-def _parts(parts: PhotographedParts, *, height: float) -> tuple[PhotographedPartRecord, ...]:
-    def measured(values: FloatArray, k: int) -> float | None:
-        return float(values[k]) if parts.seen[k] else None
-
+def _parts(parts: PhotographedParts) -> tuple[PhotographedPartRecord, ...]:
     return tuple(
         PhotographedPartRecord(
             run=int(parts.runs[k]),
             start_mm=float(parts.starts[k]),
             end_mm=float(parts.ends[k]),
-            width_mm=measured(parts.widths, k),
-            width_deviation_mm=measured(parts.width_deviations, k),
-            width_planned_mm=float(parts.flows[k]) / height,
-            offset_mm=measured(parts.offsets, k),
-            offset_deviation_mm=measured(parts.offset_deviations, k),
+            width_mm=None if width is None else width.value,
+            width_deviation_mm=None if width is None else width.deviation,
+            width_planned_mm=float(parts.planned[k]),
+            offset_mm=None if offset is None else offset.value,
+            offset_deviation_mm=None if offset is None else offset.deviation,
         )
-        for k in range(parts.runs.size)
+        for k, (width, offset) in enumerate(zip(parts.widths, parts.offsets, strict=True))
     )
+
+
+def _estimate(found: RunEstimate | None) -> EstimateRecord | None:
+    return None if found is None else EstimateRecord(value=found.value, deviation=found.deviation)
 
 
 def _outline(camera: Camera, *, scale: float) -> OutlineRecord | None:
@@ -154,18 +166,20 @@ def _outline(camera: Camera, *, scale: float) -> OutlineRecord | None:
 def _run(held: Held, number: int) -> RunRecord:
     plan = held.plan
     own = plan.runs == number
-    there = own & held.seen
-    widths, offsets = held.widths[there], held.offsets[there]
-    some = bool(there.any())
+    there = own & held.sized
+    width = held.width(number)
     return RunRecord(
         run=number,
         length_mm=float(plan.lengths[own].sum()),
         judged_mm=float(plan.lengths[own & held.judged].sum()),
+        seen_mm=float(plan.lengths[there].sum()),
         missing_mm=float(plan.lengths[own & held.judged & ~held.seen].sum()),
-        width_mean_mm=float(widths.mean()) if some else None,
-        width_cv=_cv(held.even[there]) if some else None,
-        offset_mean_mm=float(offsets.mean()) if some else None,
-        offset_rms_mm=_rms(offsets) if some else None,
+        width_mm=_estimate(width),
+        width_planned_mm=float(np.average(held.planned[own], weights=plan.lengths[own])),
+        whole=held.whole(number),
+        width_cv=None if width is None else _cv(held.even[there]),
+        offset_mm=_estimate(held.offset(number)),
+        offset_rms_mm=None if width is None else _rms(held.offsets[there]),
         gaps_mm=tuple(held.gaps(number)),
         blobs_mm=tuple(held.blobs(number)),
         thin_mm=tuple(held.thin(number)),

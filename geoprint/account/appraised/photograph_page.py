@@ -96,9 +96,10 @@ def _pictures(record: PhotographRecord, pictures: Mapping[str, bytes], number: i
 
 
 def _widths(each: AppraisedPhotograph) -> FloatArray:
-    """Return the widths of beads over their mean: on the part where that is known, else in the picture."""
+    """Return the widths of beads over their mean: over the planned ones where these are known, else in the picture."""
     if each.on_plan is not None:
-        widths = each.on_plan.held.widths[each.on_plan.held.seen]
+        held = each.on_plan.held
+        widths = held.even[held.sized] if held.sized.any() else np.ones(1)
     else:
         widths = np.concatenate([bead.widths[bead.seen] for bead in each.beads])
     return widths / widths.mean()

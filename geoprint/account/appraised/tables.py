@@ -13,7 +13,9 @@ from geoprint.appraisal import Appraisal, AppraisedPhotograph, OnPlan
 # A row for each place of a line.
 BEADS_COLUMNS = ("line", "u", "v", "seen", "width_px")
 # A row for each stretch of a run.
-STRETCHES_COLUMNS = ("run", "s_mm", "length_mm", "judged", "seen", "width_mm", "offset_mm")
+STRETCHES_COLUMNS = (
+    "run", "s_mm", "length_mm", "judged", "seen", "sized", "width_mm", "width_planned_mm", "offset_mm"
+)  # fmt: skip
 
 
 def appraisal_tables(found: Appraisal) -> dict[str, bytes]:
@@ -41,7 +43,7 @@ def _stretches(found: OnPlan) -> bytes:
     rows = [
         (
             int(plan.runs[k]), f"{plan.arcs[k]:.3f}", f"{plan.lengths[k]:.3f}", int(held.judged[k]), int(held.seen[k]),
-            f"{held.widths[k]:.4f}", f"{held.offsets[k]:.4f}",
+            int(held.sized[k]), f"{held.widths[k]:.4f}", f"{held.planned[k]:.4f}", f"{held.offsets[k]:.4f}",
         )
         for k in range(np.size(plan.runs))
     ]  # fmt: skip

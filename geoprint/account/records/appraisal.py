@@ -12,6 +12,7 @@ from pydantic import Field
 
 from geoprint.account.records.feedback import PrintedRecord
 from geoprint.account.records.rounding import Count, Place, Record, Rounded, Thousandths
+from geoprint.account.records.scan import EstimateRecord
 
 # Start and end, as arc length or in pixels.
 Stretch = tuple[Thousandths, Thousandths]
@@ -76,13 +77,18 @@ class RunRecord(Record):
 
     run: Count = Field(description="as poses.csv counts it")
     length_mm: Rounded = Field(description="of the plan [mm]")
-    judged_mm: Rounded = Field(description="of it in sight, and not bent too tightly to be told apart [mm]")
-    missing_mm: Rounded = Field(description="of that without material [mm]")
-    width_mean_mm: Rounded | None = Field(description="of its bead [mm]; null where there is none")
+    judged_mm: Rounded = Field(description="of it in sight [mm]")
+    seen_mm: Rounded = Field(description="of that, neither corner nor joint, of which width and offset are known [mm]")
+    missing_mm: Rounded = Field(description="of what is judged without material [mm]")
+    width_mm: EstimateRecord | None = Field(description="mean of its bead [mm]; null where it is not known")
+    width_planned_mm: Rounded = Field(description="flow over the height of the layer, in the mean [mm]")
+    whole: Literal["too wide", "too narrow"] | None = Field(
+        description="where its width over the planned one is a quarter of volume off what is usual in the print"
+    )
     width_cv: Rounded | None = Field(
         description="standard deviation of the width over its mean; where the plan's flow differs, over that"
     )
-    offset_mean_mm: Rounded | None = Field(description="to the left of the run, as seen from outside [mm]")
+    offset_mm: EstimateRecord | None = Field(description="to the left of where it is planned, seen from outside [mm]")
     offset_rms_mm: Rounded | None = Field(description="root mean square of it [mm]")
     gaps_mm: tuple[Stretch, ...] = Field(description="stretches without material, by arc length [mm]")
     blobs_mm: tuple[Stretch, ...] = Field(description="stretches wider than 1.3 medians of the run [mm]")
@@ -95,10 +101,10 @@ class PhotographedPartRecord(Record):
     run: Count = Field(description="as poses.csv counts it")
     start_mm: Thousandths = Field(description="arc length from the start of the run at which it begins [mm]")
     end_mm: Thousandths = Field(description="arc length at which it ends [mm]")
-    width_mm: Rounded | None = Field(description="of its bead [mm]; null where too little of it is seen")
+    width_mm: Rounded | None = Field(description="of the bead [mm]; null where it is not known")
     width_deviation_mm: Rounded | None = Field(description="standard deviation of that [mm]")
-    width_planned_mm: Rounded = Field(description="flow over the layer's height, in the mean [mm]")
-    offset_mm: Rounded | None = Field(description="of the bead's middle to the left, as seen from outside [mm]")
+    width_planned_mm: Rounded = Field(description="flow over the height of the layer [mm]")
+    offset_mm: Rounded | None = Field(description="of its middle to the left, as seen from outside [mm]")
     offset_deviation_mm: Rounded | None = Field(description="standard deviation of that [mm]")
 
 
@@ -107,12 +113,22 @@ class OnPlanRecord(Record):
 
     camera: CameraRecord = Field(description="that took it")
     reach_mm: Rounded = Field(description="how far from a run its material may lie [mm]")
-    judged: Rounded = Field(description="share of the plan's length in sight, not bent too tightly")
+    judged: Rounded = Field(description="share of the plan's length in sight")
     missing: Rounded = Field(description="share of what is judged without material")
-    width_mean_mm: Rounded = Field(description="of all beads [mm]")
-    width_cv: Rounded = Field(description="as of a run, of all runs together")
-    offset_mean_mm: Rounded = Field(description="of all beads to the left of their runs [mm]")
-    offset_rms_mm: Rounded = Field(description="root mean square of it [mm]")
+    usual: Rounded | None = Field(
+        description="width over the planned one that is usual: a photograph cannot tell spread from volume"
+    )
+    width_mean_mm: Rounded | None = Field(description="of all beads [mm]; null where it is not known")
+    width_planned_mm: Rounded = Field(description="mean of the planned widths [mm]")
+    width_cv: Rounded | None = Field(description="as of a run, of all runs together")
+    offset_mean_mm: Rounded | None = Field(description="of all beads to the left of their runs [mm]")
+    offset_rms_mm: Rounded | None = Field(description="root mean square of it [mm]")
+    offset_deviation_common_mm: Rounded = Field(description="standard deviation that all offsets share: the camera's")
+    blur_px: Rounded = Field(description="standard deviation of the unsharpness, as edges have it [pixels]")
+    gamma: Rounded = Field(description="of the tone curve, as edges have it")
+    white: Rounded = Field(description="share of the beads that is white, and left out")
+    darker: bool = Field(description="whether beads are darker than what they lie on")
+    doubts: tuple[str, ...] = Field(description="what to know before the figures are trusted")
     strays: Rounded = Field(description="share of the places of beads farther than the reach from every run")
     apart_mm: ApartRecord = Field(description="plan and print [mm]")
     runs: tuple[RunRecord, ...] = Field(description="in their order")
@@ -148,6 +164,7 @@ class AppraisalRecord(Record):
 
     layout: Literal[2] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
+    kind: Literal["photographs"] = Field(description="what was appraised")
     plan: str | None = Field(default=None, description="name of the bundle; left out without one")
     part: str | None = Field(default=None, description="name of the part's file; left out without a plan")
     printed: PrintedRecord | None = Field(

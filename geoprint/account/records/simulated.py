@@ -36,8 +36,7 @@ class SimulatedRecord(Record):
     laid_by: Literal["program", "paths"] = Field(
         description="whether its program was executed; paths where the bundle has none"
     )
-    viscosity: Rounded = Field(description="of the material, over what the flow was set for")
-    flow: Rounded = Field(description="volume that is set, over that of the plan")
+    flow: Rounded = Field(description="volume that flows, over that of the plan")
     spread: Rounded = Field(description="width of beads over what their flow asks for")
     width_noise: Rounded = Field(description="standard deviation of the width along a bead, over its mean")
     offset_mm: Rounded = Field(description="by which all beads lie to the left of their paths")

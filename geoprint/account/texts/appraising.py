@@ -15,6 +15,7 @@ from geoprint.account.records.appraisal import (
     Stretch,
 )
 from geoprint.account.records.rounding import listed
+from geoprint.account.records.scan import EstimateRecord
 
 _GAP = "  "
 _NONE = "-"
@@ -23,7 +24,9 @@ MOST_NAMED = 3
 # Offsets in the mean beyond this share of a bead's width are worth a word.
 NOTABLE_OFFSET = 0.25
 COLUMNS = ("photograph", "lines", "length px", "width px", "CV", "breaks")
-RUN_COLUMNS = ("run", "length mm", "judged", "missing mm", "width mm", "CV", "offset mm", "rms", "gaps at mm")
+RUN_COLUMNS = (
+    "run", "length mm", "judged", "missing mm", "width mm", "planned", "CV", "offset mm", "rms", "faults at mm"
+)  # fmt: skip
 
 
 def appraisal_text(told: AppraisalRecord) -> str:
@@ -59,10 +62,14 @@ def looked_for(told: AppraisalRecord, each: PhotographRecord) -> list[str]:
     choices = (("width", told.width_chosen), ("threshold", told.threshold_chosen))
     chosen = " and ".join(name for name, is_chosen in choices if is_chosen)
     how = f", {chosen} chosen from the picture" if chosen else ""
-    looked = (
-        f"{each.file}: {each.size_px[0]} x {each.size_px[1]} pixels, beads {told.shade} than what they lie on, "
-        f"{each.bead_width_px:.3g} pixels wide, contrast from {each.threshold:.3g} on{how}"
-    )
+    if each.on_plan is not None and each.on_plan.camera.outline is None:
+        size = f"{each.size_px[0]} x {each.size_px[1]} pixels"
+        looked = f"{each.file}: {size}, beads {each.bead_width_px:.3g} pixels wide"
+    else:
+        looked = (
+            f"{each.file}: {each.size_px[0]} x {each.size_px[1]} pixels, beads {told.shade} than what they lie on, "
+            f"{each.bead_width_px:.3g} pixels wide, contrast from {each.threshold:.3g} on{how}"
+        )
     said = [looked]
     if each.turned:
         said.append(f"note: {each.file} was turned upright, as the camera noted; pixels are counted after that")
@@ -71,14 +78,35 @@ def looked_for(told: AppraisalRecord, each: PhotographRecord) -> list[str]:
 
 def plan_sentences(each: PhotographRecord, found: OnPlanRecord) -> list[str]:
     """Return how a photograph shows its plan in sentences, then notes and warnings."""
-    covered = (
-        f"{each.file}: of the plan {found.judged:.1%} is in sight and judged, of that {found.missing:.2%} has no "
-        f"material; beads are {found.width_mean_mm:.3f} mm wide (CV {found.width_cv:.1%}) and lie "
-        f"{found.offset_mean_mm:+.3f} mm to the left of their runs ({found.offset_rms_mm:.3f} root mean square)"
+    said = (
+        f"{each.file}: of the plan {found.judged:.1%} is in sight and judged, of that {found.missing:.2%} has "
+        "no material"
     )
+    if found.width_mean_mm is None or found.width_cv is None or found.offset_mean_mm is None or found.usual is None:
+        covered = f"{said}; no width and no offset is known well enough to be given"
+    else:
+        covered = (
+            f"{said}; beads are {found.width_mean_mm:.3f} mm wide (CV {found.width_cv:.1%}), planned are "
+            f"{found.width_planned_mm:.3f} mm, usual in this print is {found.usual:.2f} of that; they lie "
+            f"{found.offset_mean_mm:+.3f} mm to the left of their runs ({found.offset_rms_mm or 0.0:.3f} root "
+            "mean square)"
+        )
     apart = f"{each.file}: plan to print and back: {_said(found.apart_mm)} mm"
-    lines = [covered, apart, *_placed(each, found.camera)]
-    if abs(found.offset_mean_mm) > NOTABLE_OFFSET * found.width_mean_mm:
+    tone = f"the tone curve of gamma {found.gamma:.2g}"
+    light = f"{each.file}: edges are blurred by {found.blur_px:.2g} pixels and have {tone}"
+    lines = [covered, apart, *_placed(each, found.camera), light]
+    lines += [
+        f"warning: {each.file}: run {run.run + 1} is {run.whole} over its whole length: {run.width_mm.value:.3f} mm, "
+        f"{run.width_mm.value / run.width_planned_mm / found.usual:.2f} of what is usual in this print"
+        for run in found.runs
+        if run.whole is not None and run.width_mm is not None and found.usual is not None
+    ]
+    lines += [f"note: {each.file}: {doubt}" for doubt in found.doubts]
+    if (
+        found.offset_mean_mm is not None
+        and found.width_mean_mm is not None
+        and abs(found.offset_mean_mm) > NOTABLE_OFFSET * found.width_mean_mm
+    ):
         lines.append(
             f"warning: {each.file}: all beads lie to one side in the mean; check fixture and tool with "
             "`geoprint calibrate` before the path is blamed"
@@ -168,9 +196,20 @@ def _breaks(each: PhotographRecord) -> int:
 def _run(run: RunRecord) -> tuple[str, ...]:
     return (
         str(run.run + 1), f"{run.length_mm:.1f}", f"{run.judged_mm / run.length_mm:.0%}", f"{run.missing_mm:.1f}",
-        _number(run.width_mean_mm, "{:.3f}"), _number(run.width_cv, "{:.1%}"), _number(run.offset_mean_mm, "{:+.3f}"),
-        _number(run.offset_rms_mm, "{:.3f}"), _stretches(run.gaps_mm),
+        _estimate(run.width_mm, "{:.3f}"), f"{run.width_planned_mm:.3f}", _number(run.width_cv, "{:.1%}"),
+        _estimate(run.offset_mm, "{:+.3f}"), _number(run.offset_rms_mm, "{:.3f}"), _faults(run),
     )  # fmt: skip
+
+
+def _estimate(found: EstimateRecord | None, form: str) -> str:
+    return _NONE if found is None else f"{form.format(found.value)} +/- {found.deviation:.3f}"
+
+
+def _faults(run: RunRecord) -> str:
+    """Return what is wrong with a run: all of it, then where."""
+    kinds = (("gap", run.gaps_mm), ("blob", run.blobs_mm), ("thin", run.thin_mm))
+    named = [f"{kind} {_stretches(stretches)}" for kind, stretches in kinds if stretches]
+    return "; ".join([*([] if run.whole is None else [f"{run.whole} all along"]), *named]) or _NONE
 
 
 def _number(value: float | None, form: str) -> str:

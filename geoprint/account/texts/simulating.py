@@ -25,7 +25,7 @@ def simulated_text(told: SimulatedRecord) -> str:
         else "by its paths, because it has no program"
     )
     put_in = (
-        f"put in: viscosity x {told.viscosity:g}, flow x {told.flow:g}, width of beads x {told.spread:g} +/- "
+        f"put in: flow x {told.flow:g}, width of beads x {told.spread:g} +/- "
         f"{told.width_noise:.1%}, {told.offset_mm:+g} mm to the left; seed {told.seed}"
     )
     return "\n".join(

@@ -8,6 +8,8 @@ from itertools import combinations
 from pathlib import Path
 from typing import final
 
+import numpy as np
+
 from geoprint.account import as_json
 from geoprint.account.appraised.figures import record_appraisal
 from geoprint.account.appraised.photograph_page import photographs_page
@@ -18,23 +20,27 @@ from geoprint.account.records.appraisal import AppraisalRecord
 from geoprint.account.records.rounding import verify_record
 from geoprint.account.texts.appraising import appraisal_text
 from geoprint.appraisal import (
+    PRESENT,
     Appraisal,
     AppraisedPhotograph,
+    BeadLine,
+    Camera,
     Fiducials,
     Lens,
     OnPlan,
     Photograph,
     Shade,
     apart,
+    bead_lines,
     bead_width,
     beads_of,
     camera_by,
     held_against,
     in_sight,
+    measured_stretches,
     middles_of,
     paired_edges,
     photographed_parts,
-    place_beads,
     planned_runs,
     read_photograph,
 )
@@ -48,6 +54,8 @@ from geoprint.pipeline.appraised.given import PlannedPrint, lens_text, read_besi
 
 # More are no comparison any more.
 MOST_PHOTOGRAPHS = 20
+# What of a plan is seen lies so far within the picture [pixels].
+MARGIN = 10.0
 
 
 @final
@@ -112,16 +120,26 @@ def appraise_photographs(
     photographs = [read_photograph(path) for path in paths]
     _check_sizes(photographs)
     held = None if against is None else _read(against, photographs)
+    if held is not None and held.fiducials and (width, threshold) != (None, None):
+        raise UsageError(
+            "`--width` and `--threshold` look for lines where no plan says where they are; leave them out where "
+            "`--fiducials` and `--plan` do."
+        )
     found: list[AppraisedPhotograph] = []
     for number, photograph in enumerate(photographs):
         observe(photograph.name)
         with naming(photograph.name):
+            if held is not None and held.fiducials:
+                camera = camera_by(held.fiducials[number % len(held.fiducials)], held.lens)
+                found.append(_on_plan(photograph, camera, held, shade=shade))
+                continue
             wide = bead_width(photograph.grey, shade=shade) if width is None else width
             paired = paired_edges(photograph.grey, width=wide, shade=shade, threshold=threshold)
             beads = beads_of(photograph.grey, paired, shade=shade)
-            one = AppraisedPhotograph(photograph, wide, paired.threshold, beads, None)
-            on_plan = None if held is None else _on_plan(one, held, number)
-        found.append(AppraisedPhotograph(photograph, wide, paired.threshold, beads, on_plan))
+            if held is None:
+                found.append(AppraisedPhotograph(photograph, wide, paired.threshold, beads, None))
+            else:
+                found.append(_on_plan(photograph, _by_outline(photograph, beads, held), held, shade=shade))
     pairs = tuple(
         (one, other, apart(middles_of(found[one].beads), middles_of(found[other].beads)))
         for one, other in combinations(range(len(found)), 2)
@@ -132,7 +150,7 @@ def appraise_photographs(
     on_plan = found[0].on_plan if len(found) == 1 else None
     return Appraisal(
         shade, width is None, threshold is None, tuple(found), pairs, plan=held.plan.name, part=held.plan.part,
-        height=held.plan.height, printed=None if on_plan is None else _printed(against.bundle, held.plan, on_plan),
+        printed=None if on_plan is None else _printed(against.bundle, held.plan, on_plan),
     )  # fmt: skip
 
 
@@ -180,23 +198,37 @@ def _printed(bundle: Path, plan: PlannedPrint, on_plan: OnPlan) -> PrintedProgra
     return printed_program(bundle, plan, runs=parts.runs, starts=parts.starts, ends=parts.ends)
 
 
-def _on_plan(one: AppraisedPhotograph, against: _Against, number: int) -> OnPlan:
-    """Hold a photograph, of this number, against the plan."""
-    plan, fiducials = against.plan, against.fiducials
+def _by_outline(photograph: Photograph, beads: tuple[BeadLine, ...], against: _Against) -> Camera:
+    """Return the camera that the outline of the part places."""
+    plan = against.plan
+    return camera_by_outline(
+        picture_outline(photograph.grey),
+        replace(plan.surface, name=plan.part),
+        against.lens,
+        lines=PrintedLines(beads, plan.surface, planned_runs(plan.poses, spacing=plan.spacing)),
+        beside=against.beside,
+    )
+
+
+def _on_plan(photograph: Photograph, camera: Camera, against: _Against, *, shade: Shade) -> AppraisedPhotograph:
+    """Hold a photograph against the plan."""
+    plan = against.plan
     runs = planned_runs(plan.poses, spacing=plan.spacing)
-    if fiducials:
-        camera = camera_by(fiducials[number % len(fiducials)], against.lens)
-    else:
-        camera = camera_by_outline(
-            picture_outline(one.photograph.grey),
-            replace(plan.surface, name=plan.part),
-            against.lens,
-            lines=PrintedLines(one.beads, plan.surface, runs),
-            beside=against.beside,
+    visible = in_sight(camera, plan.surface, runs.places, size=photograph.size, margin=MARGIN)
+    measured = measured_stretches(photograph.grey, runs, camera, plan.surface, visible=visible)
+    if measured.darker != (shade == "darker"):
+        found, other = ("darker", "lighter") if measured.darker else ("lighter", "darker")
+        raise InputError(
+            f"along the runs of the plan the picture is {found} than beside them, not {other}: give `--shade {found}` "
+            "if beads are, as in a negative; else the print lies between its runs, or the fiducials are wrong."
         )
-    placed = place_beads(one.beads, camera, plan.surface)
-    visible = in_sight(camera, plan.surface, runs.places, size=one.photograph.size, margin=one.width)
-    return OnPlan(camera, placed, held_against(runs, placed, visible=visible, reach=against.reach))
+    held = held_against(
+        runs, measured, visible=visible, height=plan.height, pose_deviation=camera.deviation * measured.scale,
+        reach=against.reach,
+    )  # fmt: skip
+    beads = bead_lines(held, camera)
+    width = float(np.median((measured.lefts - measured.rights)[measured.edged])) / measured.scale
+    return AppraisedPhotograph(photograph, width, PRESENT, beads, OnPlan(camera, held))
 
 
 def _read(asked: PlanAsked, photographs: Sequence[Photograph]) -> _Against:

@@ -22,6 +22,7 @@ from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
 from geoprint.pipeline.appraised.executing import LaidPieces, deposited_steps, laid_pieces
 from geoprint.pipeline.appraised.given import PlannedPrint, lens_text, read_plan
 from geoprint.silico import (
+    Development,
     Faults,
     LaidBeads,
     Lighting,
@@ -127,7 +128,6 @@ def record_simulated(found: SimulatedPrint) -> SimulatedRecord:
         version=version("geoprint"),
         plan=found.plan.name,
         laid_by="program" if found.executed else "paths",
-        viscosity=faults.viscosity,
         flow=faults.flow,
         spread=faults.width_scale,
         width_noise=faults.width_noise,
@@ -145,7 +145,13 @@ def record_simulated(found: SimulatedPrint) -> SimulatedRecord:
     )  # fmt: skip
 
 
-def save_simulated(found: SimulatedPrint, directory: Path | str, *, overwrite: bool = False) -> SimulatedRecord:
+def save_simulated(
+    found: SimulatedPrint,
+    directory: Path | str,
+    development: Development | None = None,
+    *,
+    overwrite: bool = False,
+) -> SimulatedRecord:
     """Write simulated.json, and a scan and a photograph to be appraised, with fiducials and lens: all or nothing.
 
     The scan has 0.05 mm noise and 30 % missing, in the part's coordinates; both are taken from above the part.
@@ -153,6 +159,7 @@ def save_simulated(found: SimulatedPrint, directory: Path | str, *, overwrite: b
     Args:
         found: what was printed in silico.
         directory: where the result shall stand.
+        development: what the camera makes of the light; as by default if None.
         overwrite: whether an existing result may be replaced.
 
     Returns:
@@ -172,7 +179,7 @@ def save_simulated(found: SimulatedPrint, directory: Path | str, *, overwrite: b
         random=random,
     )  # fmt: skip
     view = _above(surface, up, PHOTOGRAPH_PIXELS)
-    grey = pictured(surface, found.beads, view, Lighting(up), random=random)
+    grey = pictured(surface, found.beads, view, Lighting(up), development, random=random)
     files = {
         "simulated.json": json_bytes(as_json(told)),
         "simulated.txt": f"{simulated_text(told)}\n".encode(),

@@ -152,7 +152,12 @@ def _of_photograph(told: AppraisalRecord) -> LastPrint:
     """
     (photograph,) = told.photographs
     assert photograph.on_plan is not None and told.printed is not None  # noqa: S101, PT018  (`appraise` writes both)
-    parts = photograph.on_plan.parts
+    parts, width_mean = photograph.on_plan.parts, photograph.on_plan.width_mean_mm
+    if width_mean is None:
+        raise InputError(
+            f"{photograph.file} shows the width of no run, so that nothing can be fed back; take a photograph that is "
+            "sharp and not overexposed, and appraise that."
+        )
     widths = [(part.width_mm or 0.0) / part.width_planned_mm for part in parts]
     usual = float(np.median([width for width in widths if width > 0.0] or [1.0]))
     ratios = [(width / usual) ** VOLUME_POWER for width in widths]
@@ -170,7 +175,7 @@ def _of_photograph(told: AppraisalRecord) -> LastPrint:
         ],
         seen=[part.width_mm is not None for part in parts],
         common=VOLUME_POWER * SPREADING,
-        by_run=VOLUME_POWER * edges / photograph.on_plan.width_mean_mm,
+        by_run=VOLUME_POWER * edges / width_mean,
         scale=POWER_DEVIATION / VOLUME_POWER,
     )
     return LastPrint(told.printed, photograph.file, measured)

@@ -1,0 +1,317 @@
+"""A photographed print held against its plan: how wide each run is, how far beside it, and what is wrong where.
+
+A photograph shows no height, so it cannot tell beads that are flatter all over from ones with more material: what is
+usual in the print is stated beside the plan, and a run or a stretch is at fault by how it differs from that. Corners
+and places where lines join are no faults: edges there are not those of one straight bead.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, final
+
+import numpy as np
+from scipy import ndimage
+
+from geoprint.appraisal.against_plan import PART_SHARE, WITHIN_STRETCH, PlannedRuns, parts_of
+from geoprint.appraisal.beads import BeadLine
+from geoprint.appraisal.camera import Camera
+from geoprint.appraisal.distances import SetDistances, apart
+from geoprint.appraisal.measured import MeasuredStretches
+from geoprint.appraisal.profiles import aside_of
+from geoprint.errors import InputError
+from geoprint.model import BoolArray, FloatArray, IntArray, freeze_arrays, frozen
+
+# Gaps shorter than this, over the spacing, are where a stretch ends beside one.
+SHORTEST_GAP_SHARE = 0.3
+# A stretch wider than this, over the median of its run, is a blob; narrower than the other, thin; each over so much of
+# the spacing at least.
+BLOB, THIN, SHORTEST_SHARE = 1.3, 0.7, 0.3
+# A run wider or narrower than is usual in the print by this share, a quarter of its volume, is so over its whole
+# length, where that is more than so many standard deviations.
+WHOLE_RUN, SIGNIFICANT = 0.12, 3.0
+# A run or a part of one is measured where so many of its stretches are.
+FEWEST_MEASURED = 3
+# Edges that are known worse than this, over the width, are not told (standard deviation).
+WORST_EDGES = 0.02
+# A run that bends within so many widths of its bead closes in on itself.
+TIGHTEST = 1.0
+# A print whose beads are white by this share is overexposed; beads whose blur is this share of their width blurred.
+OVEREXPOSED, BLURRED = 0.3, 0.12
+
+WholeRun: TypeAlias = Literal["too wide", "too narrow"]
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class RunEstimate:
+    """A mean over a run, with its standard deviation [mm]."""
+
+    value: float
+    deviation: float
+
+
+@final
+@frozen
+class Held:
+    """A print, held against its plan.
+
+    Attributes:
+        plan: in stretches.
+        measured: what the photograph shows of these.
+        judged: (k,) which of these the camera sees.
+        seen: (k,) on which of these material lies.
+        sized: (k,) of which width and offset are known; neither corners nor joints nor what is too uncertain.
+        widths: (k,) 0 where they are not [mm].
+        offsets: (k,) of the middle, to the left of the run as seen from outside; likewise [mm].
+        planned: (k,) width that the flow asks for at the height of the layer [mm].
+        pose_deviation: of all offsets together, by how well the camera is placed [mm].
+        strays: share of the beads farther than the reach from their runs.
+        reach: how far from a run its material may lie [mm].
+        apart: of the plan, there, and of the print, back, as far as the camera sees [mm].
+    """
+
+    plan: PlannedRuns
+    measured: MeasuredStretches
+    judged: BoolArray
+    seen: BoolArray
+    sized: BoolArray
+    widths: FloatArray
+    offsets: FloatArray
+    planned: FloatArray
+    pose_deviation: float
+    strays: float
+    reach: float
+    apart: SetDistances
+
+    def __post_init__(self) -> None:
+        freeze_arrays(
+            self, judged="bool: k", seen="bool: k", sized="bool: k", widths="float: k", offsets="float: k",
+            planned="float: k",
+        )  # fmt: skip
+
+    @property
+    def even(self) -> FloatArray:
+        """(k,) widths over the planned ones, 0 where they are not known."""
+        return self.widths / self.planned
+
+    @property
+    def usual(self) -> float:
+        """Width over the planned one that is usual in the print: the median by length; NaN where nothing is known."""
+        return float(np.median(self.even[self.sized])) if self.sized.any() else float("nan")
+
+    def width(self, run: int) -> RunEstimate | None:
+        """Return the mean width of a run, None where too little of it is known."""
+        return self._mean(run, self.widths, 0)
+
+    def offset(self, run: int) -> RunEstimate | None:
+        """Return the mean offset of a run, None where too little of it is known."""
+        return self._mean(run, self.offsets, 1)
+
+    def whole(self, run: int) -> WholeRun | None:
+        """Return what is wrong with a run over its whole length."""
+        width = self.width(run)
+        if width is None or np.unique(self.plan.runs[self.sized]).size < 3:
+            return None
+        rows = self._sized(run)
+        share = float(np.median(self.even[rows])) / self.usual - 1.0
+        if abs(share) < max(WHOLE_RUN, SIGNIFICANT * width.deviation / width.value):
+            return None
+        return "too wide" if share > 0.0 else "too narrow"
+
+    def gaps(self, run: int) -> list[tuple[float, float]]:
+        """Return start and end [mm of arc] of the stretches of a run that are judged and bare."""
+        rows = np.flatnonzero(self.plan.runs == run)
+        shortest = SHORTEST_GAP_SHARE * self.plan.spacing
+        return self._stretches(rows, self.judged[rows] & ~self.seen[rows], shortest=shortest)
+
+    def blobs(self, run: int) -> list[tuple[float, float]]:
+        """Return start and end [mm of arc] where a run is much wider than planned, beside the rest."""
+        rows = np.flatnonzero(self.plan.runs == run)
+        wide = self.sized[rows] & (self.even[rows] > BLOB * self._usual(run))
+        return self._stretches(rows, wide, shortest=SHORTEST_SHARE * self.plan.spacing)
+
+    def thin(self, run: int) -> list[tuple[float, float]]:
+        """Return start and end [mm of arc] where a run is much narrower than planned, beside the rest."""
+        rows = np.flatnonzero(self.plan.runs == run)
+        narrow = self.sized[rows] & (self.even[rows] < THIN * self._usual(run))
+        bare = self.judged[rows] & ~self.seen[rows]
+        # The end of a bead beside a gap is a part of it.
+        narrow &= ~ndimage.binary_dilation(bare, iterations=2)
+        return self._stretches(rows, narrow, shortest=SHORTEST_SHARE * self.plan.spacing)
+
+    def estimate(self, rows: IntArray, values: FloatArray, which: int) -> RunEstimate:
+        """Return the mean over stretches: of the width (0) or the offset (1), with what stays of its uncertainty.
+
+        What the light on beads leaves open is alike along a run, so that no mean takes it away.
+        """
+        lengths = self.plan.lengths[rows]
+        mean = float((lengths * values[rows]).sum() / lengths.sum())
+        own = float(np.median(self.measured.deviations[rows, which]))
+        common = float(self.measured.common[which])
+        pose = self.pose_deviation if which else 0.0
+        return RunEstimate(mean, float(np.sqrt(own**2 + common**2 + pose**2)))
+
+    def _mean(self, run: int, values: FloatArray, which: int) -> RunEstimate | None:
+        rows = self._sized(run)
+        return self.estimate(rows, values, which) if rows.size >= FEWEST_MEASURED else None
+
+    def _sized(self, run: int) -> IntArray:
+        return np.flatnonzero((self.plan.runs == run) & self.sized)
+
+    def _usual(self, run: int) -> float:
+        rows = self._sized(run)
+        return float(np.median(self.even[rows])) if rows.size >= FEWEST_MEASURED else np.inf
+
+    def _stretches(self, rows: IntArray, marked: BoolArray, *, shortest: float = 0.0) -> list[tuple[float, float]]:
+        labels, count = ndimage.label(marked)
+        half = 0.5 * self.plan.lengths[rows]
+        arcs = self.plan.arcs[rows]
+        found: list[tuple[float, float]] = []
+        for number in range(1, count + 1):
+            members = np.flatnonzero(labels == number)
+            first, last = int(members[0]), int(members[-1])
+            start, end = float(arcs[first] - half[first]), float(arcs[last] + half[last])
+            if end - start >= shortest:
+                found.append((start, end))
+        return found
+
+
+@final
+@frozen
+class PhotographedParts:
+    """What a photograph shows of k parts of runs, each about two spacings long.
+
+    Attributes:
+        runs: (k,) as poses.csv counts them.
+        starts: (k,) arc length at which each begins [mm].
+        ends: (k,) arc length at which it ends [mm].
+        planned: (k,) width that the flow asks for at the height of the layer, in the mean [mm].
+        widths: k of the bead, None where too little of it is known.
+        offsets: k of its middle to the left of the run, as seen from outside, likewise.
+    """
+
+    runs: IntArray
+    starts: FloatArray
+    ends: FloatArray
+    planned: FloatArray
+    widths: tuple[RunEstimate | None, ...]
+    offsets: tuple[RunEstimate | None, ...]
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, runs="int: k", starts="float: k", ends="float: k", planned="float: k")
+
+
+def photographed_parts(held: Held) -> PhotographedParts:
+    """Return the mean width and offset along parts of runs, the same parts as scans are measured by."""
+    plan = held.plan
+    parts, half = parts_of(plan, long=PART_SHARE * plan.spacing), 0.5 * plan.lengths
+    firsts = np.flatnonzero(np.diff(parts, prepend=-1))
+    lasts = np.append(firsts[1:], parts.size) - 1
+    sized = [first + np.flatnonzero(held.sized[first : last + 1]) for first, last in zip(firsts, lasts, strict=True)]
+    widths, offsets = (
+        tuple(held.estimate(rows, values, which) if rows.size >= FEWEST_MEASURED else None for rows in sized)
+        for which, values in enumerate((held.widths, held.offsets))
+    )
+    return PhotographedParts(
+        plan.runs[firsts], plan.arcs[firsts] - half[firsts], plan.arcs[lasts] + half[lasts],
+        np.bincount(parts, held.planned) / np.bincount(parts), widths, offsets,
+    )  # fmt: skip
+
+
+def held_against(
+    plan: PlannedRuns,
+    measured: MeasuredStretches,
+    *,
+    visible: BoolArray,
+    height: float,
+    pose_deviation: float = 0.0,
+    reach: float | None = None,
+) -> Held:
+    """Hold a print against its plan.
+
+    Args:
+        plan: in stretches.
+        measured: what a photograph shows of these.
+        visible: (k,) which stretches the camera sees.
+        height: of the layer [mm].
+        pose_deviation: of places on the part, by how well the camera is placed [mm].
+        reach: how far from a run its material may lie [mm]; half the spacing if not given.
+
+    Raises:
+        InputError: none of the material lies within reach of the plan.
+    """
+    within = 0.5 * plan.spacing if reach is None else reach
+    widths, offsets = measured.lefts - measured.rights, 0.5 * (measured.lefts + measured.rights)
+    there = measured.edged & visible
+    near = there & (np.abs(offsets) <= within)
+    if there.any() and not near.any():
+        raise InputError(
+            f"no material lies within {within:.3g} mm of a run of the plan, the nearest is "
+            f"{float(np.abs(offsets[there]).min()):.3g} mm away; check the fiducials, or allow more with `--reach`.",
+            nearest_mm=float(np.abs(offsets[there]).min()),
+        )
+    seen = measured.present & visible & (near | ~there)
+    usual = float(np.median(widths[near])) if near.any() else 0.0
+    sized = near & measured.lone & (measured.deviations[:, 0] <= WORST_EDGES * usual)
+    sized &= (plan.radii >= TIGHTEST * usual) & (measured.optics.blur * measured.scale <= BLURRED * usual)
+    shifts = np.where(near, offsets, 0.0)[:, None] * aside_of(plan)
+    # As finely as the plan: the same shares of each stretch one after the other.
+    middles = plan.finely(seen) + np.tile(shifts[seen], (len(WITHIN_STRETCH), 1))
+    return Held(
+        plan, measured, visible, seen, sized, np.where(sized, widths, 0.0), np.where(sized, offsets, 0.0),
+        plan.flows / height, pose_deviation, float((there & ~near).sum() / max(int(there.sum()), 1)), within,
+        apart(plan.finely(visible), middles),
+    )  # fmt: skip
+
+
+def doubts(held: Held) -> list[str]:
+    """Return what a person should know before the figures are trusted, as sentences without a full stop."""
+    found = held.measured
+    width = float(np.median((found.lefts - found.rights)[found.edged])) if found.edged.any() else 0.0
+    measurable = found.lone & found.edged & held.judged
+    said: list[str] = []
+    if found.darker:
+        said.append("beads are darker than what they lie on")
+    if found.white > OVEREXPOSED:
+        said.append(f"{found.white:.0%} of the beads is white: their light there is left out; expose less")
+    unknown = 1.0 - float(held.sized.sum() / max(int(measurable.sum()), 1))
+    if unknown > 0.1:
+        blur = found.optics.blur * found.scale
+        why = (
+            f"the picture is blurred by {found.optics.blur:.2g} pixels; focus"
+            if blur > BLURRED * width
+            else "beads are overexposed; expose less"
+            if found.white > OVEREXPOSED
+            else "one flank of the beads is as dark as what they lie on, or they touch; light the print from where "
+            "the camera stands"
+        )
+        said.append(
+            f"width and offset of {unknown:.0%} of what is straight and alone are not given, since its edges are known "
+            f"worse than {WORST_EDGES:.0%} of a width: {why}"
+        )
+    if found.alike:
+        said.append(f"the plan looks alike if the picture is {found.alike}, so nobody could tell")
+    return said
+
+
+def bead_lines(held: Held, camera: Camera) -> tuple[BeadLine, ...]:
+    """Return the beads along the runs, as the photograph shows them, the longest first.
+
+    Args:
+        held: a print.
+        camera: that took the photograph.
+    """
+    plan, found = held.plan, held.measured
+    there = held.seen & found.edged
+    aside = aside_of(plan)
+    lines: list[BeadLine] = []
+    for run in np.unique(plan.runs).tolist():
+        own = np.flatnonzero((plan.runs == run) & held.judged)
+        if own.size < 2 or not there[own].any():
+            continue
+        lefts, rights = (np.where(there, values, 0.0)[own, None] * aside[own] for values in (found.lefts, found.rights))
+        places = plan.places[own]
+        middles, left, right = (camera.seen(places + off) for off in (0.5 * (lefts + rights), lefts, rights))
+        lines.append(BeadLine(middles, left, right, there[own], closed=False))
+    return tuple(sorted(lines, key=lambda line: -line.length))
