@@ -26,7 +26,7 @@ within what is told with 95 % confidence, what that is in the mean, the largest 
 from where it is seen, and by how much width and offset of the beads differ at most from those measured with the true
 camera; beside it the same with eight fiducials that somebody clicked to half a pixel (standard deviation).
 
-The fifth: photographs in silico of four parts, with tone curves of gamma 1 to 2.4 or sRGB's, exposures of 0.3 to 2,
+The sixth: photographs in silico of four parts, with tone curves of gamma 1 to 2.4 or sRGB's, exposures of 0.3 to 2,
 blurs of 0 to 4 pixels, noise, gradients of light and slants drawn at random, some turned, mirrored or negative. How
 many were right (every width that is given within 0.03 mm, every offset within 0.02 mm, and no false fault), how many
 were refused with a reason or gave no figure, and in how many a fault that was planted was found.
@@ -224,7 +224,7 @@ def _outline_row(part: str, found: list[OutlinedPhotograph], *, views: int) -> s
         f"{told.mean():.2f}",
         f"{offs.max():.2f}",
         f"{max(each.off_mm for each in found):.3f}",
-        *(f"{most:.3f}" for most in np.abs(measured).max(axis=0).tolist()),
+        *(f"{most:.3f}" if most >= 0.0 else "-" for most in np.nanmax(np.abs(measured), axis=0, initial=-1.0).tolist()),
     )
 
 

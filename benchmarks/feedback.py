@@ -55,7 +55,8 @@ def main() -> None:
     for line in loops(seeds, prints=prints, rays=rays, side=side):
         print(line, flush=True)
     print()
-    for line in programs(seeds, prints=prints, quiet=1 if smoke else NOISES):
+    # Plans of the plate take the time: one more print of them shows what is left.
+    for line in programs(seeds, prints=max(prints, 2), quiet=1 if smoke else NOISES):
         print(line, flush=True)
     print()
     for line in silence(1 if smoke else NOISES):

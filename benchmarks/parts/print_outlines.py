@@ -79,7 +79,7 @@ class OutlinedPhotograph:
         off_mm: that on the part, across the line of sight [mm].
         within: what is told of it with 95 % confidence [pixels].
         clearer: how many times nearer the lines lie than from another place of the camera; None for one.
-        width: mean of the beads, over that with the true camera [mm].
+        width: mean of the beads, over that with the true camera; NaN where the photograph is too coarse for it [mm].
         offset: likewise, of their middles from the runs [mm].
         clicked_width: as the width, with fiducials that were clicked [mm].
         clicked_offset: as the offset, likewise [mm].
@@ -195,6 +195,8 @@ def placement_of(printed: OutlinedPrint, view: Viewpoint, grey: FloatArray, *, s
 
     def measured(camera: Camera) -> tuple[float, float]:
         result = held(camera)
+        if not result.sized.any():
+            return np.nan, np.nan
         return float(result.widths[result.sized].mean()), float(result.offsets[result.sized].mean())
 
     placing = found.outline

@@ -2,6 +2,8 @@
 
 Across a line the grey values are read along its normal. From the middle outwards the edge is where they have fallen
 halfway to the lowest beside it. A place at which that contrast is too weak, or one side has no edge, is no bead: a gap.
+Where the light of beads fills the middle and a side, another line joins or the line turns a corner: no gap, and both
+edges go on from before it to behind it.
 """
 
 from __future__ import annotations
@@ -34,6 +36,8 @@ LENGTHENED_SHARE = 1.5
 FAINT_SHARE = 0.4
 # What an edge does over less than half of this share of the width is a grain beside it.
 SPIKE_SHARE = 0.6
+# The light of beads and of what is beside them is the median over so many widths to both sides.
+NEARBY_SHARE = 4.0
 # Its edges lie no nearer together than this share of the width.
 THINNEST_SHARE = 0.25
 # Breaks shorter than this share of the width are noise, and so are beads.
@@ -120,13 +124,14 @@ def _bead(height: FloatArray, line: FloatArray, found: PairedEdges) -> BeadLine 
     aside = np.column_stack([ahead[:, 1], -ahead[:, 0]])
     offsets = np.arange(-REACH_SHARE * width, REACH_SHARE * width + ACROSS_STEP, ACROSS_STEP)
     profiles = _profiles(height, path, aside, offsets, width=width, closed=closed)
-    left, right, seen = _edges(profiles, offsets, _spreads(found, path), width=width)
-    seen = _without_short(seen, shortest=SHORTEST_BREAK_SHARE * width / STEP, closed=closed)
-    kept = np.flatnonzero(seen)
+    left, right, edged, joined = _edges(profiles, offsets, _spreads(found, path), width=width)
+    seen = _without_short(edged | joined, shortest=SHORTEST_BREAK_SHARE * width / STEP, closed=closed)
+    kept = np.flatnonzero(edged & seen)
     if kept.size * STEP < SHORTEST_LINE_SHARE * width:
         return None
     rows = slice(None) if closed else slice(int(kept[0]), int(kept[-1]) + 1)
-    middle = np.interp(np.arange(seen.size), kept, (0.5 * (left + right))[kept])
+    left, right = (np.interp(np.arange(seen.size), kept, edge[kept]) for edge in (left, right))
+    middle = 0.5 * (left + right)
     left, right = np.where(seen, left, middle), np.where(seen, right, middle)
     at = [path + offset[:, None] * aside for offset in (middle, left, right)]
     return BeadLine(at[0][rows], at[1][rows], at[2][rows], seen[rows], closed)
@@ -154,28 +159,39 @@ def _spreads(found: PairedEdges, path: FloatArray) -> FloatArray:
 
 def _edges(
     profiles: FloatArray, offsets: FloatArray, spreads: FloatArray, *, width: float
-) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Return (k,) offsets of the left and of the right edge, and whether both are there.
+) -> tuple[FloatArray, FloatArray, BoolArray, BoolArray]:
+    """Return (k,) offsets of the left and of the right edge, whether both are there, and whether a line joins instead.
 
     How light falls along a line and across it makes one bead faint here and bright there: its contrast counts over the
     spread of what lies around it.
     """
     inside = profiles[:, np.abs(offsets) <= max(INSIDE_SHARE * width, ACROSS_STEP)].mean(axis=1)
     sides: list[FloatArray] = []
-    contrasts: list[FloatArray] = []
+    besides: list[FloatArray] = []
     for sign in (1.0, -1.0):
         order = np.argsort(sign * offsets)
         out = order[sign * offsets[order] >= 0.0]
         away, values = np.abs(offsets[out]), profiles[:, out]
         beside = values[:, away >= BESIDE_SHARE * width].min(axis=1)
         sides.append(sign * _first_below(values, away, 0.5 * (inside + beside)))
-        contrasts.append(inside - beside)
-    contrast = np.minimum(*contrasts) / spreads
+        besides.append(beside)
+    contrast = (inside - np.maximum(*besides)) / spreads
     left, right = sides
     usual = float(np.median(contrast[contrast > 0.0])) if (contrast > 0.0).any() else np.inf
     there = np.isfinite(left) & np.isfinite(right) & (contrast > FAINT_SHARE * usual)
     there &= np.where(there, left - right, 0.0) >= THINNEST_SHARE * width
-    return _without_spikes(left, there, width=width), _without_spikes(right, there, width=width), there
+    joined = np.zeros_like(there)
+    if there.any():
+        light, dark = (_nearby(values, there, width=width) for values in (inside, np.minimum(*besides)))
+        joined = ~there & (np.minimum(inside, np.maximum(*besides)) > 0.5 * (light + dark))
+    return _without_spikes(left, there, width=width), _without_spikes(right, there, width=width), there, joined
+
+
+def _nearby(values: FloatArray, there: BoolArray, *, width: float) -> FloatArray:
+    """Return the (k,) median of values along a line nearby, of where there is a bead."""
+    kept = np.flatnonzero(there)
+    filled = np.interp(np.arange(there.size), kept, values[kept])
+    return ndimage.median_filter(filled, 2 * round(NEARBY_SHARE * width / STEP) + 1, mode="nearest")
 
 
 def _without_spikes(edge: FloatArray, there: BoolArray, *, width: float) -> FloatArray:

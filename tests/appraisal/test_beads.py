@@ -132,6 +132,19 @@ def test_lines_that_meet_a_rail_are_parted_from_it() -> None:
     assert all(np.abs(bead.middles[:, 1] - bead.middles[:, 1].mean()).max() < 1.0 for bead in across)
 
 
+def test_corners_and_joints_are_no_breaks_and_a_break_beside_them_is_one() -> None:
+    corners = np.array([[60.0, 30.0], [60.0, 270.0], [320.0, 270.0], [320.0, 30.0], [60.0, 30.0]])
+    rungs = [(straight(60, v, 320, v), 12.0) for v in (80, 130, 230)]
+    broken = [(straight(60, 180, 160, 180), 12.0), (straight(200, 180, 320, 180), 12.0)]
+    beads = found(drawn(SIZE, [(corners, 12.0), *rungs, *broken], noise=0.02), width=12.0)
+    ((bead, first, last),) = ((bead, *each) for bead in beads for each in bead.breaks)
+    assert np.sort(bead.middles[[first, last], 0]) == pytest.approx((166.0, 194.0), abs=3.0)
+    assert np.abs(bead.middles[:, 1] - 180.0).max() < 1.0
+    # The bead of a rail is as wide beside what joins it as before and behind it.
+    rail = max(beads, key=lambda each: each.length)
+    assert np.abs(rail.widths[20:-20] - 12.0).mean() < 0.5 * PIXEL
+
+
 def test_darker_beads_are_found_in_the_negative() -> None:
     grey = drawn(SIZE, rows(12.0))
     negative = 1.0 - grey

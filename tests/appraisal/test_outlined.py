@@ -19,7 +19,6 @@ from benchmarks.parts.print_outlines import (
     HEIGHT,
     ROW_COUNT,
     ROW_ENDS,
-    ROW_FLOW,
     SPACING,
     OutlinedPrint,
     outlined_print,
@@ -46,6 +45,8 @@ from tests.shared_plans import SharedPlans
 SIZE = (400, 300)
 # Of photographs of a whole print: beads are a dozen pixels wide.
 PRINT_SIZE = (600, 506)
+# Beads of rows are 9 pixels wide in it.
+FLOW = 1.6
 # What a camera may look at, beside a patch that was cut of a heart.
 ROWS, ON_BODY = "rows on a plate", "a patch on its body"
 
@@ -61,7 +62,7 @@ def disc(middle: tuple[float, float], radius: float, *, noise: float = 0.01) -> 
 def rows(first: float) -> OutlinedPrint:
     """Rows on a plate, the first so far from its middle [mm]."""
     poses = rows_on_plate(
-        np.linspace(*ROW_ENDS, 33), first=first, spacing=SPACING, count=ROW_COUNT, height=HEIGHT, flow=ROW_FLOW
+        np.linspace(*ROW_ENDS, 33), first=first, spacing=SPACING, count=ROW_COUNT, height=HEIGHT, flow=FLOW
     )
     return OutlinedPrint(load(DATA / "plate.ply", unit="mm"), poses, planned_runs(poses, spacing=SPACING), ())
 

@@ -28,3 +28,13 @@ def test_at_least_19_of_21_lines_lie_within_3_pixels_of_the_mask_on_90_percent(n
     assert share >= 0.9
     # The measure can fail: all that is found, moved by five pixels, is wrong.
     assert judged(middles_of(beads) + np.array([0.0, 5.0]), lines)[0] < 19
+
+
+@pytest.mark.parametrize(("name", "by_eye"), [*zip(PHOTOGRAPHS, (12, 9), strict=True)])
+def test_breaks_are_those_that_the_eye_sees_and_none_where_lines_join_the_frame(name: str, by_eye: int) -> None:
+    grey = read_photograph(shared(f"images/{name}.jpg")).grey
+    beads = beads_of(grey, paired_edges(grey, width=bead_width(grey)))
+    breaks = np.array([bead.middles[(first + last) // 2] for bead in beads for first, last in bead.breaks])
+    assert len(breaks) == pytest.approx(by_eye, abs=1)
+    # Speed changes there; the frame is 190 pixels and more away.
+    assert np.abs(breaks[:, 0] - 745.0).max() < 20.0
