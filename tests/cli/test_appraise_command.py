@@ -348,12 +348,34 @@ def test_a_scan_is_held_against_its_plan_and_written(run: Run, printed: Path) ->
     assert told.runs[0].missing_mm == pytest.approx(20.0, abs=8.0)
     assert "warning: " in stderr
     assert "more material than planned" in stderr
+    assert told.registration.scale is None
     page = (written / "report.html").read_text(encoding="utf-8")
     assert "measured thickness" in page
     assert "print.xyz: the print has" in page
     before = {path.name: path.read_bytes() for path in written.iterdir()}
     assert run("print.xyz --plan plan --out scanned --overwrite")[0] == 0
     assert {path.name: path.read_bytes() for path in written.iterdir()} == before
+
+
+@pytest.mark.needs("open3d")
+def test_a_scan_that_is_too_large_is_measured_true_to_scale_with_a_warning(run: Run, printed: Path) -> None:
+    np.savetxt(printed / "large.xyz", 1.01 * scan_of_plan(printed, Faults()))
+    status, stdout, stderr = run("large.xyz --plan plan --json")
+    assert status == 0, stderr
+    told = ScanAppraisalRecord.model_validate_json(stdout)
+    assert told.registration.scale is not None
+    assert told.registration.scale.value == pytest.approx(1.0 / 1.01, abs=0.0005)
+    assert told.volume_ratio.value == pytest.approx(1.0, abs=0.03)
+    assert "warning: large.xyz is " in stderr
+    assert "% too large; its coordinates are multiplied by 0.990" in stderr
+
+
+def test_a_scan_in_another_unit_is_refused_by_the_name_of_that_unit(run: Run, printed: Path) -> None:
+    np.savetxt(printed / "metres.xyz", 0.001 * scan_of_plan(printed, Faults()))
+    status, _, stderr = run("metres.xyz --plan plan")
+    assert status == 3
+    assert "is 0.0398 mm large in mm, surface.ply is 40 mm; in m the scan would be" in stderr
+    assert "give `--scan-unit m`" in stderr
 
 
 @pytest.mark.needs("open3d")

@@ -120,6 +120,7 @@ def _registration(found: Registration, *, given: bool) -> RegistrationRecord:
     first, second, third, last = (_row(row) for row in found.T_work_scan)
     return RegistrationRecord(
         pose=(first, second, third, last),
+        scale=EstimateRecord(value=found.scale, deviation=found.scale_deviation) if found.scaled else None,
         middle_mm=place_of(found.middle),
         covariance=tuple(tuple(float(f"{value:.6g}") for value in row) for row in found.covariance.tolist()),
         shift_deviation_mm=found.shift_deviation,

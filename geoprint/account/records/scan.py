@@ -27,11 +27,21 @@ class ScanFileRecord(Record):
     used: Count = Field(description="of these, thinned out, that lie over the part")
 
 
+class EstimateRecord(Record):
+    """A figure with its standard deviation."""
+
+    value: Rounded = Field(description="as measured")
+    deviation: Rounded = Field(description="standard deviation of that")
+
+
 class RegistrationRecord(Record):
     """Where a scan was taken."""
 
     pose: tuple[Row, Row, Row, Row] = Field(
-        description="rows of the transform from the scan's coordinates to those of the part [mm]"
+        description="rows of the transform from the scan's coordinates to those of the part, the scale in it [mm]"
+    )
+    scale: EstimateRecord | None = Field(
+        description="by which the scan's coordinates are multiplied; null where they are true to scale"
     )
     middle_mm: Place = Field(description="of the scan, in the part's coordinates; turns are about it [mm]")
     covariance: tuple[tuple[float, ...], ...] = Field(description="6 by 6, of turn [rad] and shift [mm]")
@@ -43,13 +53,6 @@ class RegistrationRecord(Record):
     on_part: Rounded = Field(description="share of the points that lie on the part")
     bead_width: Rounded = Field(description="width of the beads over that which their flow asks for")
     offset_mm: Rounded = Field(description="of all beads to the left of their paths, as seen from outside [mm]")
-
-
-class EstimateRecord(Record):
-    """A figure with its standard deviation."""
-
-    value: Rounded = Field(description="as measured")
-    deviation: Rounded = Field(description="standard deviation of that")
 
 
 class FromPlanRecord(Record):

@@ -91,6 +91,12 @@ def _placed(scan: ScanFileRecord, found: RegistrationRecord) -> list[str]:
         f"{found.noise_mm:.3f} mm noise, and their pose is known to {shift:.3f} mm and {turn:.3f} degrees"
     )
     lines = [placed]
+    if found.scale is not None:
+        larger = 1.0 / found.scale.value - 1.0
+        lines.append(
+            f"warning: {scan.file} is {abs(larger):.2%} too {'large' if larger > 0.0 else 'small'}; its coordinates "
+            f"are multiplied by {_said(found.scale, '{:.4f}')} here; calibrate the scanner"
+        )
     if found.loose:
         lines.append(
             f"note: {found.loose} of six directions of that pose are fixed by nothing in the scan, and "

@@ -8,12 +8,12 @@ H the height of the planned material, W and O by how much it is more for wider b
 left. How much is laid, how wide and how far beside its path is unknown until it is measured, so it is estimated beside
 the pose [Chen1992]; else a print that is too thick would lift the scan off its part. So is how much more or less lies
 on each part of a run, with a standard deviation that is estimated, too: else a run that is thick on one side would tilt
-it. What is left is weighted as [Beaton1974] says. The covariance of what is found is that of least squares with errors
-that are the more alike the nearer they are [Conley1999]: noise of neighbouring points is not, but what the plan does
-not know of a bead is. What is left is smaller than these errors, because the fit has taken up a part of them, and all
-but all of those that are alike over much of the scan. So each neighbourhood counts with what it would pull if the fit
-had been made without it [Bell2002]; and residuals that count less move the fit more than their weights say, by the
-slope of Tukey's function [Huber1964].
+it; and, where that is asked for, the scale. What is left is weighted as [Beaton1974] says. The covariance of
+what is found is that of least squares with errors that are the more alike the nearer they are [Conley1999]: noise of
+neighbouring points is not, but what the plan does not know of a bead is. What is left is smaller than these errors,
+because the fit has taken up a part of them, and all but all of those that are alike over much of the scan. So each
+neighbourhood counts with what it would pull if the fit had been made without it [Bell2002]; and residuals that count
+less move the fit more than their weights say, by the slope of Tukey's function [Huber1964].
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ TUKEY = 4.685
 MAD_FACTOR = 1.4826
 # A foot is on the part where it lies within so many distances of its places; else the point is beside it.
 BESIDE = 4.0
-# What is known of level, width and offset [mm] without a scan, and how well (standard deviations).
-EXPECTED, PRIOR = np.array([1.0, 0.0, 0.0]), np.array([0.5, 0.3, 0.2])
+# What is known of level, width, offset [mm] and scale without a scan, and how well (standard deviations).
+EXPECTED, PRIOR = np.array([1.0, 0.0, 0.0, 1.0]), np.array([0.5, 0.3, 0.2, 0.05])
 # Poses move no point by more than this between the last two steps [mm].
 SETTLED = 1e-5
 # A direction in which the pose is less sure than this, as the farthest point moves [mm], is not fixed.
@@ -45,8 +45,8 @@ BLOCK_SHARE, BARE_BLOCK_SHARE = 1.0, 0.02
 ALIKE_BLOCKS = 2.5
 # What is laid on a part of a run differs from that of the others at least and at most so much (standard deviation).
 LEAST_DEVIATION, MOST_DEVIATION = 0.01, 0.3
-# Parameters: turn and shift, then level, wider and left.
-POSE, ALL = 6, 9
+# Parameters: turn and shift, then level, wider and left, and scale where it is asked for.
+POSE, FIXED_SCALE, FREE_SCALE = 6, 9, 10
 # What is known of a direction that nothing fixes, over what is known of the surest one.
 NOTHING = 1e-12
 # Nobody measures better than this [mm].
@@ -62,11 +62,11 @@ class Adjusted:
     """A pose with its covariance.
 
     Attributes:
-        T_work_scan: (4, 4) turns coordinates of the scan into those of the part [mm].
+        T_work_scan: (4, 4) turns coordinates of the scan into those of the part, and scales them [mm].
         middle: (3,) about which turns are meant, in the part's coordinates [mm].
-        covariance: (9, 9) of turn about the middle [rad], shift [mm] and shares.
+        covariance: (n, n) of turn about the middle [rad], shift [mm] and shares; n is 9, or 10 with the scale.
         loose: (j, 6) unit directions of turn (times the radius of the scan) and shift that the scan does not fix.
-        shares: (3,) level, wider and left.
+        shares: (4,) level, wider and left; scale by which the scan's coordinates are multiplied.
         noise: standard deviation of a point about the model, across its slope [mm].
         used: share of the points that count.
     """
@@ -81,8 +81,8 @@ class Adjusted:
 
     def __post_init__(self) -> None:
         freeze_arrays(
-            self, T_work_scan="float: 4 4", middle="float: 3", covariance="float: 9 9", loose="float: j 6",
-            shares="float: 3",
+            self, T_work_scan="float: 4 4", middle="float: 3", covariance="float: n n", loose="float: j 6",
+            shares="float: 4",
         )  # fmt: skip
 
 
@@ -92,7 +92,7 @@ class _PointRows:
     """What a scan says at a pose: a row for each point that is on the part.
 
     Attributes:
-        rows: (k, 9) how residuals change with the parameters.
+        rows: (k, n) how residuals change with the parameters.
         residuals: (k,) heights above the model [mm].
         sizes: (k,) how much longer a residual is than the distance from the sloping surface.
         laid: (k,) height of the model [mm].
@@ -118,12 +118,12 @@ class _NormalEquations:
     """Normal equations, in which turns are lengths at the radius of the scan.
 
     Attributes:
-        matrix: (9, 9).
-        gradient: (9,).
-        prior: (9,) what of the diagonal of the matrix is known without a scan.
-        pulls: (k, 9) what each point pulls.
-        inner: (k, 9) weighted rows from which the parts of runs are eliminated.
-        rows: (k, 9) likewise as they are: together with the inner ones they make the matrix.
+        matrix: (n, n).
+        gradient: (n,).
+        prior: (n,) what of the diagonal of the matrix is known without a scan.
+        pulls: (k, n) what each point pulls.
+        inner: (k, n) weighted rows from which the parts of runs are eliminated.
+        rows: (k, n) likewise as they are: together with the inner ones they make the matrix.
         slope: of the residuals' function over their weights, on average.
         noise: standard deviation of a point [mm].
         used: share of the points that count.
@@ -140,33 +140,41 @@ class _NormalEquations:
     used: float
 
 
-def adjusted(points: FloatArray, target: ScanTarget, *, start: FloatArray, steps: int) -> Adjusted:
+def adjusted(
+    points: FloatArray, target: ScanTarget, *, start: FloatArray, steps: int, scaling: bool = False
+) -> Adjusted:
     """Return the pose nearest to a start at which a scan fits its part.
 
     Args:
         points: (k, 3) of the scan, in its own coordinates [mm].
         target: that it is laid onto.
-        start: (4, 4) T_work_scan [mm].
+        start: (4, 4) T_work_scan, a scale in it too [mm].
         steps: at most.
+        scaling: whether the scan's scale is estimated as well.
     """
-    pose, shares = start, EXPECTED
+    pose = start
+    shares = np.append(EXPECTED[:-1], np.cbrt(np.linalg.det(start[:3, :3])))
     radius = float(np.linalg.norm(points - points.mean(axis=0), axis=1).max())
-    scale: FloatArray = np.array([1.0 / radius] * 3 + [1.0] * (ALL - 3))
+    units = np.ones(FREE_SCALE if scaling else FIXED_SCALE)
+    units[[0, 1, 2, *range(FIXED_SCALE, len(units))]] = 1.0 / radius
     for _ in range(steps):
-        found = _rows(points, target, pose, shares)
-        change = scale * _step(_equations(found, shares, scale))[0]
-        turn: FloatArray = Rotation.from_rotvec(change[:3]).as_matrix()
+        found = _rows(points, target, pose, shares, scaling=scaling)
+        change = units * _step(_equations(found, shares, units))[0]
+        larger = 1.0 + float(change[FIXED_SCALE:].sum())
+        turn: FloatArray = larger * Rotation.from_rotvec(change[:3]).as_matrix()
         pose = transforms.rigid(turn, found.middle + change[3:POSE] - turn @ found.middle) @ pose
-        shares = shares + change[POSE:]
-        if np.abs(change[3:POSE]).max() + radius * np.abs(change[:3]).max() < SETTLED:
+        shares = np.append(shares[:-1] + change[POSE:FIXED_SCALE], shares[-1] * larger)
+        if np.abs(change[3:POSE]).max() + radius * (np.abs(change[:3]).max() + abs(larger - 1.0)) < SETTLED:
             break
-    found = _rows(points, target, pose, shares)
-    final_ones = _equations(found, shares, scale)
-    covariance = _covariance(final_ones, found.blocks) * scale[:, None] * scale
+    found = _rows(points, target, pose, shares, scaling=scaling)
+    final_ones = _equations(found, shares, units)
+    covariance = _covariance(final_ones, found.blocks) * units[:, None] * units
     return Adjusted(pose, found.middle, covariance, _step(final_ones)[1], shares, final_ones.noise, final_ones.used)
 
 
-def _rows(points: FloatArray, target: ScanTarget, T_work_scan: FloatArray, shares: FloatArray) -> _PointRows:
+def _rows(
+    points: FloatArray, target: ScanTarget, T_work_scan: FloatArray, shares: FloatArray, *, scaling: bool
+) -> _PointRows:
     """Return what a scan says at a pose."""
     here = transforms.apply(T_work_scan, points)
     middle: FloatArray = here.mean(axis=0)
@@ -178,13 +186,14 @@ def _rows(points: FloatArray, target: ScanTarget, T_work_scan: FloatArray, share
     here, up, high, aside, which = here[on], up[on], high[on], aside[on], which[on]
     slopes = target.material.slopes[which]
     heights = target.material.heights[which] + np.einsum("ksx,kx->ks", slopes, aside)
-    across = up - np.einsum("s,ksx->kx", shares, slopes)
-    laid = heights @ shares
+    across = up - np.einsum("s,ksx->kx", shares[:-1], slopes)
+    laid = heights @ shares[:-1]
     deposit = target.deposit
     block = BARE_BLOCK_SHARE * target.size if deposit is None else BLOCK_SHARE * deposit.spacing
     turned = np.cross(here - middle, across).astype(np.float64)
+    scaled = ((here - middle) * across).sum(axis=1, keepdims=True)
     return _PointRows(
-        rows=np.column_stack([turned, across, -heights]),
+        rows=np.column_stack([turned, across, -heights, *([scaled] if scaling else [])]),
         residuals=high - laid,
         sizes=np.linalg.norm(across, axis=1),
         laid=laid,
@@ -195,30 +204,32 @@ def _rows(points: FloatArray, target: ScanTarget, T_work_scan: FloatArray, share
     )
 
 
-def _equations(found: _PointRows, shares: FloatArray, scale: FloatArray) -> _NormalEquations:
+def _equations(found: _PointRows, shares: FloatArray, units: FloatArray) -> _NormalEquations:
     """Return the normal equations; what lies on each part of a run is eliminated from them."""
-    rows, residuals = found.rows * scale, found.residuals
+    rows, residuals = found.rows * units, found.residuals
     ratios = np.abs(residuals / found.sizes)
     noise = max(MAD_FACTOR * float(np.median(ratios)) if ratios.size else 0.0, LEAST_NOISE)
     u = np.minimum(ratios / (TUKEY * noise), 1.0)
     weights = (1.0 - u**2) ** 2 / (found.sizes * noise) ** 2
-    count = int(found.parts.max(initial=0)) + 1
+    most = int(found.parts.max(initial=0)) + 1
 
     def summed(values: FloatArray) -> FloatArray:
-        return np.bincount(found.parts, values, minlength=count).astype(np.float64)
+        return np.bincount(found.parts, values, minlength=most).astype(np.float64)
 
     stiff = summed(weights * found.laid**2)
     stiff = stiff + _deviation(summed(weights * found.laid * residuals), stiff) ** -2.0
     taken = np.column_stack([summed(weights * found.laid * row) / stiff for row in rows.T])
     eliminated = rows - found.laid[:, None] * taken[found.parts]
     pulls = eliminated * (weights * residuals)[:, None]
-    known = np.zeros(ALL)
-    known[POSE:] = PRIOR**-2.0
+    count = rows.shape[1]
+    away = (shares - EXPECTED)[: count - POSE] / units[POSE:]
+    known = np.zeros(count)
+    known[POSE:] = (PRIOR[: count - POSE] / units[POSE:]) ** -2.0
     gradient: FloatArray = pulls.sum(axis=0)
-    gradient[POSE:] += known[POSE:] * (shares - EXPECTED)
+    gradient[POSE:] += known[POSE:] * away
     inner = eliminated * weights[:, None]
     matrix = inner.T @ rows
-    matrix[np.diag_indices(ALL)] += known
+    matrix[np.diag_indices(count)] += known
     # Of r (1 - u^2)^2 with r: (1 - u^2) (1 - 5 u^2).
     slope = float(((1.0 - u**2) * (1.0 - 5.0 * u**2)).sum()) / max(float(((1.0 - u**2) ** 2).sum()), NOTHING)
     used = float((u < 1.0).sum()) / found.points
@@ -226,7 +237,7 @@ def _equations(found: _PointRows, shares: FloatArray, scale: FloatArray) -> _Nor
 
 
 def _spread_of(equations: _NormalEquations, blocks: IntArray) -> FloatArray:
-    """Return the (9, 9) covariance of the sum of all pulls, which are alike where their (k, 3) blocks are near."""
+    """Return the (n, n) covariance of the sum of all pulls, which are alike where their (k, 3) blocks are near."""
     _, firsts, members = np.unique(blocks, axis=0, return_index=True, return_inverse=True)
     members = members.ravel()
 
@@ -250,7 +261,7 @@ def _spread_of(equations: _NormalEquations, blocks: IntArray) -> FloatArray:
 
 
 def _larger(one: FloatArray, other: FloatArray) -> FloatArray:
-    """Return the (9, 9) covariance that is the larger of two in every direction in which they differ.
+    """Return the (n, n) covariance that is the larger of two in every direction in which they differ.
 
     That of residuals which are alike is too small where they are alike over much of the scan, since what they share is
     fitted away: nothing is known better than it would be if all points erred on their own.
@@ -275,21 +286,22 @@ def _deviation(pulls: FloatArray, stiff: FloatArray) -> float:
 
 
 def _step(equations: _NormalEquations) -> tuple[FloatArray, FloatArray]:
-    """Return the (9,) step to the minimum, and the (j, 6) directions that are not fixed and stay as they are."""
+    """Return the (n,) step to the minimum, and the (j, 6) directions that are not fixed and stay as they are."""
     matrix = equations.matrix
     # The pose alone: what the shares cannot take up.
     rest = np.linalg.solve(matrix[POSE:, POSE:], matrix[POSE:, :POSE])
     sure, axes = np.linalg.eigh(matrix[:POSE, :POSE] - matrix[:POSE, POSE:] @ rest)
     fixed = sure > LOOSE**-2.0
-    free = np.zeros((ALL, int(fixed.sum()) + ALL - POSE))
-    free[:POSE, : POSE - ALL] = axes[:, fixed]
-    free[POSE:, POSE - ALL :] = np.eye(ALL - POSE)
+    count = len(matrix)
+    free = np.zeros((count, int(fixed.sum()) + count - POSE))
+    free[:POSE, : POSE - count] = axes[:, fixed]
+    free[POSE:, POSE - count :] = np.eye(count - POSE)
     step: FloatArray = -free @ np.linalg.solve(free.T @ matrix @ free, free.T @ equations.gradient)
     return step, np.asarray(axes[:, ~fixed].T)
 
 
 def _covariance(equations: _NormalEquations, blocks: IntArray) -> FloatArray:
-    """Return the (9, 9) covariance; in directions that are not fixed that of `LOOSE`."""
+    """Return the (n, n) covariance; in directions that are not fixed that of `LOOSE`."""
     spread = _spread_of(equations, blocks) / equations.slope**2 + np.diag(equations.prior)
     pulled = _larger(equations.matrix, spread)
     sure, axes = np.linalg.eigh(0.5 * (equations.matrix + equations.matrix.T))

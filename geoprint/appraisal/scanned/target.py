@@ -42,6 +42,8 @@ class ScanTarget:
         apart: usual distance of neighbouring places, where they are spread evenly [mm].
         area: of the part [mm2].
         deposit: as given.
+        spread: as given.
+        offset: as given.
     """
 
     def __init__(
@@ -54,6 +56,7 @@ class ScanTarget:
         below: SurfacePoints | None = None,
     ) -> None:
         self.surface, self.deposit = surface, deposit
+        self.spread, self.offset = spread, offset
         areas = face_areas(surface)
         self.area = float(areas.sum())
         side = APART_BARE * float(np.sqrt(self.area)) if deposit is None else APART_SHARE * deposit.width

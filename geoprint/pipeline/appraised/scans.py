@@ -35,6 +35,7 @@ from geoprint.pipeline.appraised.given import read_plan
 from geoprint.pipeline.number_tables import read_pose
 from geoprint.surfaces import upright_of
 from geoprint.surfaces.files import load_file, ply_bytes
+from geoprint.surfaces.files.mesh_file import UNITS
 from geoprint.surfaces.repair import prepare
 
 LYING_RECORD, LYING_MESH = "lying.json", "lying.ply"
@@ -42,6 +43,8 @@ LYING_RECORD, LYING_MESH = "lying.json", "lying.ply"
 LEAST_POINTS, LEAST_TOUCHED = 200, 12
 # A scan tells the same each time.
 SEED = 24
+# A scan is at most so many times larger or smaller than its part, of which it shows much and little else.
+MOST_RATIO = 8.0
 # Farthest that a part may lie off its file where nobody says more [mm]: a needle's stand-off and more.
 MOST_OFFSET = 2.0
 
@@ -204,5 +207,20 @@ def save_lying(found: LyingScan, directory: Path | str, *, overwrite: bool = Fal
 
 
 def _registered(scan: Scan, surface: Surface, deposit: PlannedDeposit | None, asked: ScanAsked) -> Registration:
+    _check_unit(scan, surface, asked.unit)
     start: FloatArray = np.eye(4) if asked.pose is None else read_pose(asked.pose)
     return registered(scan.points, surface, deposit, start=start, features=asked.features, name=scan.name)
+
+
+def _check_unit(scan: Scan, surface: Surface, unit: str) -> None:
+    """Refuse a scan that would be about as large as its part in another unit alone."""
+    size, wanted = (float(np.ptp(places, axis=0).max()) for places in (scan.points, surface.vertices))
+    ratios = {name: size / wanted * length / UNITS[unit] for name, length in UNITS.items()}
+    likely = min(ratios, key=lambda name: abs(np.log(ratios[name])))
+    if 1.0 / MOST_RATIO <= ratios[unit] <= MOST_RATIO or likely == unit:
+        return
+    raise InputError(
+        f"`{scan.name}` is {size:.3g} mm large in {unit}, {surface.name} is {wanted:.3g} mm; in {likely} the scan "
+        f"would be {ratios[likely] * wanted:.3g} mm: give `--scan-unit {likely}`.",
+        size_mm=size,
+    )

@@ -42,8 +42,29 @@ def test_a_scan_10_mm_and_5_degrees_off_is_found_with_volume_width_and_offset_of
     assert found.offset == pytest.approx(0.15, abs=0.03)
     assert found.shift_deviation < 0.05
     assert np.degrees(found.turn_deviation) < 0.1
+    assert not found.scaled
     again = registered(points, PLATE, DEPOSIT, start=np.eye(4))
     assert np.array_equal(again.T_work_scan, found.T_work_scan)
+
+
+@pytest.mark.needs("open3d")
+@pytest.mark.usefixtures("in_one_process")
+@pytest.mark.parametrize("larger", [1.02, 0.996])
+def test_a_scan_that_is_not_true_to_scale_is_laid_with_its_scale(larger: float) -> None:
+    scan = scan_of(Faults(flow=1.2, offset=0.15), T_work_scan=STANDS, noise=0.05, missing=0.3)
+    found = registered(larger * scan.points[::2], PLATE, DEPOSIT, start=np.eye(4))
+    assert found.scale == pytest.approx(1.0 / larger, abs=3.0 * found.scale_deviation)
+    assert 0.0 < found.scale_deviation < 0.001
+    assert np.cbrt(np.linalg.det(found.T_work_scan[:3, :3])) == pytest.approx(found.scale, rel=1e-9)
+    assert found.level == pytest.approx(1.2, abs=0.03)
+
+
+@pytest.mark.needs("open3d")
+@pytest.mark.usefixtures("in_one_process")
+def test_a_scan_is_not_scaled_by_more_than_a_scanner_errs() -> None:
+    scan = scan_of(Faults(), noise=0.03)
+    with pytest.raises(InputError, match=r"fits plate.* only if its coordinates are multiplied by .*at most 3%"):
+        registered(1.05 * scan.points[::2], PLATE, DEPOSIT, start=np.eye(4))
 
 
 @pytest.mark.needs("open3d")
