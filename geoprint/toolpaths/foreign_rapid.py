@@ -10,9 +10,10 @@ from __future__ import annotations
 
 from array import array
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from functools import cache
+from operator import attrgetter
 from typing import TypeAlias, cast, final
 
 import numpy as np
@@ -352,32 +353,33 @@ _SIMPLE = frozenset({"str", "int", "bool", "Storage", "RoutineKind"})
 
 
 @cache
-def _parts_of(kind: type) -> tuple[str, ...] | None:
-    """Return the names of what a kind of syntax has within it, the last one first, or None for what is none."""
-    if not is_dataclass(kind) or kind is Literal:
-        return () if kind is Literal else None
-    return tuple(each.name for each in fields(kind) if each.type not in _SIMPLE)[::-1]
+def _parts_of(kind: type) -> Callable[[object], tuple[object, ...]] | None:
+    """Return what takes the parts of a kind of syntax that hold some, the last one first, or None for what is none."""
+    if not is_dataclass(kind):
+        return None
+    names = [] if kind is Literal else [each.name for each in fields(kind) if each.type not in _SIMPLE][::-1]
+    if len(names) < 2:
+        return lambda one: tuple([getattr(one, name) for name in names])
+    return cast("Callable[[object], tuple[object, ...]]", attrgetter(*names))
 
 
 def each_node(node: object) -> Iterator[object]:
     """Yield the nodes within syntax, however deep, without the numbers of literals and series."""
-    waiting, known = [node], dict[type, "tuple[str, ...] | None"]()
+    waiting, known = [node], dict[type, "Callable[[object], tuple[object, ...]] | None"]()
     while waiting:
         one = waiting.pop()
         kind = type(one)
         if kind is tuple:
             waiting.extend(cast("tuple[object, ...]", one)[::-1])
             continue
-        names = known[kind] if kind in known else known.setdefault(kind, _parts_of(kind))
-        if names is None:
+        parts = known[kind] if kind in known else known.setdefault(kind, _parts_of(kind))
+        if parts is None:
             continue
         yield one
         if kind is Series:
             waiting.extend(cast("Series", one).kinds())
-        elif len(names) == 1:
-            waiting.append(getattr(one, names[0]))
-        elif names:
-            waiting.extend([getattr(one, name) for name in names])
+        elif kind is not Name and kind is not Literal:
+            waiting.extend(parts(one))
 
 
 def _held(datum: Datum) -> Datum:

@@ -132,7 +132,10 @@ def _judge_forwarded(argument: Argument, parameter: Parameter, what: str, here: 
 
 
 def form_of(statement: Call | Assignment) -> object:
-    """Return what statements have in common that differ in numbers only; None for more than names, sums and calls."""
+    """Return what statements have in common that differ in numbers only; None for more than names, sums and calls.
+
+    Long sums are judged as fast as they are compared.
+    """
     if isinstance(statement, Assignment):
         target, value = _form_of(statement.target), _form_of(statement.value)
         return None if target is None or value is None else (":=", target, value)
@@ -151,7 +154,7 @@ def _form_of(value: Expression | None) -> object:
     if isinstance(value, FunctionCall):
         parts = _forms_of(value.arguments)
         return None if parts is None else (value.name, "()", *parts)
-    if isinstance(value, Binary):
+    if isinstance(value, Binary) and not isinstance(value.left, Binary):
         left, right = _form_of(value.left), _form_of(value.right)
         return None if left is None or right is None else (value.operator, left, right)
     if isinstance(value, Literal):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import assert_never
+from collections.abc import Callable, Mapping
+from typing import Any
 
 from geoprint.export.rapid.language.calls import judge_arguments
 from geoprint.export.rapid.language.context import Context
@@ -37,6 +38,7 @@ _POS, _ORIENT = Kind("pos"), Kind("orient")
 _LOGICAL = frozenset({"AND", "OR", "XOR"})
 _EQUALITY = frozenset({"=", "<>"})
 _ORDER = frozenset({"<", ">", "<=", ">="})
+_COMPARED = _EQUALITY | _ORDER
 # What the operators make of two values other than numbers.
 _TABLE = {
     ("+", STRING, STRING): STRING,
@@ -76,25 +78,15 @@ def judge(expression: Expression, here: Context, *, wanted: Kind | None = None, 
 
 
 def _kind(expression: Expression, here: Context) -> Kind | None:
-    kind: Kind | None
-    match expression:
-        case Literal() | Aggregate():
-            kind = judge(expression, here)
-        case Name():
-            kind = _name(expression, here)
-        case Component():
-            kind = _component(expression, here)
-        case Element():
-            kind = _element(expression, here)
-        case FunctionCall():
-            kind = _function(expression, here)
-        case Unary():
-            kind = _unary(expression, here)
-        case Binary():
-            kind = _binary(expression, here)
-        case _:
-            assert_never(expression)
-    return kind
+    return _KINDS[type(expression)](expression, here)
+
+
+def _literal(literal: Literal, _: Context) -> Kind | None:
+    return kind_of_literal(literal)
+
+
+def _aggregate(aggregate: Aggregate, here: Context) -> None:
+    _judge_aggregate(aggregate, here, None)
 
 
 def _name(name: Name, here: Context) -> Kind | None:
@@ -213,16 +205,15 @@ def _binary(binary: Binary, here: Context) -> Kind | None:
         judge(binary.right, here, wanted=BOOL, what=operator)
         return BOOL
     left, right = _sides(binary, here)
+    # Most of what stands in long sums are numbers.
+    if left in _NUMERIC and right in _NUMERIC and (left == right or NUMBER in {left, right}):
+        return BOOL if operator in _COMPARED else right if left == NUMBER else left
     if operator in _EQUALITY:
         if not fits(left, right) and not fits(right, left) and left is not None and right is not None:
             here.say(binary.line, f"a {left.shown()} is compared with a {right.shown()}")
         return BOOL
-    numeric = [kind for kind in (left, right) if kind in _NUMERIC]
     if left is None or right is None:
         return BOOL if operator in _ORDER else None
-    if len(numeric) == 2 and {NUM, DNUM} != {left, right}:
-        result = right if left == NUMBER else left
-        return BOOL if operator in _ORDER else result
     found = _TABLE.get((operator, left, right))
     if found is None:
         here.say(binary.line, f"{operator} has no meaning between a {left.shown()} and a {right.shown()}")
@@ -232,17 +223,26 @@ def _binary(binary: Binary, here: Context) -> Kind | None:
 
 def _sides(binary: Binary, here: Context) -> tuple[Kind | None, Kind | None]:
     """Judge both sides; an aggregate is of the kind of the other side."""
-    left = None if isinstance(binary.left, Aggregate) else _value(_kind(binary.left, here))
-    right = None if isinstance(binary.right, Aggregate) else _value(_kind(binary.right, here))
-    if isinstance(binary.left, Aggregate):
-        left = judge(binary.left, here, wanted=right)
-    if isinstance(binary.right, Aggregate):
-        right = judge(binary.right, here, wanted=left)
+    one, other = binary.left, binary.right
+    left = None if isinstance(one, Aggregate) else _value(_kind(one, here))
+    right = None if isinstance(other, Aggregate) else _value(_kind(other, here))
+    if isinstance(one, Aggregate):
+        left = judge(one, here, wanted=right)
+    if isinstance(other, Aggregate):
+        right = judge(other, here, wanted=left)
     return left, right
 
 
 def _value(kind: Kind | None) -> Kind | None:
     """Return what a signal is as a value: a number."""
-    if kind is not None and kind.name.startswith("signal") and not kind.dimensions:
+    if kind is None or kind in _NUMERIC:
+        return kind
+    if kind.name.startswith("signal") and not kind.dimensions:
         return NUM
-    return None if kind is not None and kind.name == "anytype" else kind
+    return None if kind.name == "anytype" else kind
+
+
+_KINDS: Mapping[type, Callable[[Any, Context], Kind | None]] = {
+    Literal: _literal, Aggregate: _aggregate, Name: _name, Component: _component, Element: _element,
+    FunctionCall: _function, Unary: _unary, Binary: _binary,
+}  # fmt: skip

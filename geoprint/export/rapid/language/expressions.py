@@ -141,7 +141,8 @@ def _sum(cursor: Cursor) -> Expression:
 
 
 def _product(cursor: Cursor) -> Expression:
-    left, count = _signed(cursor), 0
+    # Most operands have no sign.
+    left, count = _primary(cursor) if cursor.kind == "name" else _signed(cursor), 0
     while cursor.kind in _PRODUCTS:
         line, operator, count = cursor.line, cursor.kind, count + 1
         if count > _MOST_OPERANDS:

@@ -14,7 +14,8 @@ import json
 import re
 import sys
 from array import array
-from collections.abc import Generator, Iterator
+from collections.abc import Iterable, Iterator
+from itertools import chain
 from typing import TypeAlias, cast, final
 
 from geoprint.export.rapid.language.places import Place, refusal
@@ -61,7 +62,7 @@ _PART = re.compile(rf"(?:,|\\({_WORD}):=)({_WORD})", re.ASCII)
 def tokens(
     file: str, lines: list[str], comments: list[tuple[int, str]], *, whole_calls: bool = True
 ) -> Iterator[Token]:
-    """Yield the tokens of a module, at last `end`.
+    """Return the tokens of a module, at last `end`; a line is taken to pieces when its first one is asked for.
 
     Args:
         file: its name, for errors.
@@ -72,52 +73,51 @@ def tokens(
     Raises:
         VerificationError: a character begins no token, a text has no end, or a placeholder was left standing.
     """
-    # Only where a statement begins is a line with a whole instruction one.
-    begins = False
+    return chain.from_iterable(_by_line(file, lines, comments, whole_calls=whole_calls))
+
+
+def _by_line(
+    file: str, lines: list[str], comments: list[tuple[int, str]], *, whole_calls: bool
+) -> Iterator[Iterable[Token]]:
+    # Only where a statement begins is a line with a whole instruction one: behind the last token of a line before it.
+    last = [""]
     series = _Series()
     for number, line in enumerate(lines, start=1):
-        if begins and whole_calls and series.takes(line, number):
+        begins = whole_calls and last[0] == ";"
+        if begins and series.takes(line, number):
             continue
-        yield from series.taken()
-        if begins and whole_calls and (call := _whole_call(line, number)) is not None:
-            yield "call", call, number
-            continue
-        last = yield from _of_line(line, Place(file, number), comments)
-        if last:
-            begins = last == ";"
-    yield from series.taken()
-    yield "end", "", len(lines)
+        yield series.taken()
+        if begins and (call := _whole_call(line, number)) is not None:
+            yield [("call", call, number)]
+        else:
+            yield _of_line(line, Place(file, number), comments, last)
+    yield series.taken()
+    yield [("end", "", len(lines))]
 
 
-def _of_line(line: str, place: Place, comments: list[tuple[int, str]]) -> Generator[Token, None, str]:
-    """Yield the tokens of a line, and return the kind of the last one, or an empty text."""
+def _of_line(line: str, place: Place, comments: list[tuple[int, str]], last: list[str]) -> Iterator[Token]:
+    """Yield the tokens of a line; the kind of each replaces that of the last one."""
     number = place.line
-    at, last = 0, ""
-    while at < len(line):
-        match = cast("re.Match[str]", _TOKEN.match(line, at))
-        at = match.end()
-        kind = match.lastgroup
-        if kind is None:
-            break
-        text = match[kind]
+    at = 0
+    while at < len(line) and (match := _TOKEN.match(line, at)) is not None and (kind := match.lastgroup) is not None:
+        at, text = match.end(), match[kind]
         if kind == "sign" and text != "[":
-            last = text
-            yield last, text, number
+            last[0] = text
+            yield text, text, number
         elif kind == "name":
             word = text.upper()
-            last = word if word in RESERVED else "name"
-            yield last, sys.intern(text), number
+            last[0] = word if word in RESERVED else "name"
+            yield last[0], sys.intern(text), number
         elif kind == "comment":
-            if not last and match.start(kind) == len(line) - len(line.lstrip()):
+            if not line[: match.start(kind)].strip():
                 comments.append((number, text.rstrip()))
         elif kind == "sign" and (found := _numbers(line, at - 1)) is not None:
             value, at = found
-            last = "numbers"
-            yield last, value, number
+            last[0] = "numbers"
+            yield "numbers", value, number
         else:
-            last, value = _token(kind, text, place)
-            yield last, value, number
-    return last
+            last[0], value = _token(kind, text, place)
+            yield last[0], value, number
 
 
 @final
@@ -153,11 +153,13 @@ class _Series:
         self._forms.append(form)
         return True
 
-    def taken(self) -> Iterator[Token]:
-        """Yield what was taken since this was asked last, as a token."""
-        if self._lines:
-            yield "call", Series(self._lines, self._forms, self._numbers, self._shapes), self._lines[0]
-            self._lines, self._forms, self._numbers = array("i"), array("i"), array("d")
+    def taken(self) -> list[Token]:
+        """Return what was taken since this was asked last, as one token."""
+        if not self._lines:
+            return []
+        whole = Series(self._lines, self._forms, self._numbers, self._shapes)
+        self._lines, self._forms, self._numbers = array("i"), array("i"), array("d")
+        return [("call", whole, whole.lines[0])]
 
 
 def _token(kind: str, text: str, place: Place) -> tuple[str, str | float]:

@@ -41,15 +41,6 @@ def compiled(expression: Expression, scope: Scope) -> Code:
     Raises:
         VerificationError: it names or does what this machine does not know.
     """
-    if isinstance(expression, Literal):
-        value = expression.value
-        kind = "bool" if isinstance(value, bool) else "string" if isinstance(value, str) else ""
-        return Code("num" if isinstance(value, float) else kind, lambda _: value)
-    if isinstance(expression, Aggregate):
-        parts = [compiled(part, scope).run for part in expression.parts]
-        return Code("", lambda state: tuple([part(state) for part in parts]))
-    if isinstance(expression, Component | Element):
-        return _part(expression, scope)
     return _MAKERS[type(expression)](expression, scope)
 
 
@@ -96,6 +87,17 @@ def _present(value: object, name: str) -> Reference:
     if isinstance(value, Missing):
         fault("ERR_NOTPRES", f"{name} is used, but was left out")
     return cast("Reference", value)
+
+
+def _literal(expression: Literal, _: Scope) -> Code:
+    value = expression.value
+    kind = "bool" if isinstance(value, bool) else "string" if isinstance(value, str) else ""
+    return Code("num" if isinstance(value, float) else kind, lambda _: value)
+
+
+def _aggregate(expression: Aggregate, scope: Scope) -> Code:
+    parts = [compiled(part, scope).run for part in expression.parts]
+    return Code("", lambda state: tuple([part(state) for part in parts]))
 
 
 def _name(expression: Name, scope: Scope) -> Code:
@@ -286,5 +288,6 @@ def _joined(one: Value, other: Value) -> Value:
 
 
 _MAKERS: Mapping[type, Callable[[Any, Scope], Code]] = {
-    Name: _name, FunctionCall: _function, Unary: _unary, Binary: _binary,
+    Literal: _literal, Aggregate: _aggregate, Name: _name, Component: _part, Element: _part, FunctionCall: _function,
+    Unary: _unary, Binary: _binary,
 }  # fmt: skip
