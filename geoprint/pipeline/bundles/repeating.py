@@ -23,11 +23,11 @@ from geoprint.account.records.plan import PlanRecord
 from geoprint.account.records.robot import ClearanceRecord, RobotRecord
 from geoprint.errors import GeoprintError
 from geoprint.export import PLAN, Orders, Setup, TrajectoryTable, read_trajectory_table
-from geoprint.model import Clearance, JointPath, Placement, PoseStream, Targets
+from geoprint.model import Clearance, JointPath, Obstacle, Placement, PoseStream, Targets
 from geoprint.motion.arm import Arm
 from geoprint.motion.collision import ClearanceCheck
 from geoprint.motion.controller import ALOFT_STEP, aloft_path, controller_path
-from geoprint.motion.machine import obstacles_at
+from geoprint.motion.machine import table_machine
 from geoprint.motion.reach import tool_poses
 from geoprint.motion.timing import joints_at
 from geoprint.pipeline.bundles.again import JOB
@@ -114,10 +114,21 @@ def _clearances(folder: Path, part: SidedPart, setup: Setup, orders: Orders) -> 
 
     check = ClearanceCheck(
         arm, tool=cell.tool, process=cell.process, T_base_work=path.T_base_work, part=ground, body=part.body,
-        obstacles=obstacles_at(cell, setup.placement), below=below,
+        obstacles=_solids(setup), below=below,
     )  # fmt: skip
     printing = check(controller_path(path, targets, arm, step=PRINT_STEP), poses=path.poses)
     return printing, check(controller_path(aloft, aloft_targets, arm, step=ALOFT_STEP), poses=aloft.poses)
+
+
+def _solids(setup: Setup) -> tuple[Obstacle, ...]:
+    """Return what of a cell must not be touched, derived apart from `obstacles_at`, which plans ask.
+
+    The plate's pose is that which the part's placement was held against, attitude by attitude.
+    """
+    around, table, pose = setup.cell.obstacles, setup.cell.table, setup.placement.table
+    if table is not None:
+        around = (*around, *table_machine(table).solids(np.eye(4) if pose is None else pose.T_table_plate))
+    return around
 
 
 def _written_motion(

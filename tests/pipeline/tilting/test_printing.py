@@ -30,6 +30,7 @@ from geoprint.results import Plan
 from geoprint.silico import Break, Faults
 from geoprint.surfaces.files import ply_bytes
 from tests.meshes import cylinder_patch
+from tests.pipeline.test_planted_faults import planted
 from tests.shared_plans import SharedPlans
 
 # Of the paths on it [mm].
@@ -118,6 +119,21 @@ def test_the_bundle_reads_back_and_what_is_changed_in_it_is_found(planned: Plan,
     lines = poses.read_text().split("\n")
     poses.write_text("\n".join([*lines[:2], *lines[3:]]))
     assert any(finding.file.startswith("part-1/") for finding in check_bundle(thinner).findings)
+
+
+@pytest.mark.slow
+def test_a_plan_with_its_table_always_at_rest_is_found_by_a_check_that_has_the_same_fault(tmp_path: Path) -> None:
+    with planted(("motion.machine.moving", "obstacles_at", "placement.table.T_table_plate", "np.eye(4)")):
+        job = job_of(
+            surface=part(tmp_path), unit="mm", spacing=SPACING, backend="heat", place="demo", cell=cell(tmp_path)
+        )
+        save_plan(plan(job), tmp_path / "wrong")
+        found = check_bundle(tmp_path / "wrong", full=True).findings
+    assert {finding.file for finding in found} == {"plan.json"}
+    assert all("clearance" in finding.reason for finding in found)
+    # Attitude by attitude, by what the check derives itself, and not only where it plans again.
+    again = [finding.reason for finding in found if "checked again it is" in finding.reason]
+    assert [reason[: len("robot.1")] for reason in again] == ["robot.1", "robot.2"]
 
 
 def test_the_replay_lays_every_bead_under_the_tip_where_the_part_stands_then(planned: Plan) -> None:
