@@ -121,7 +121,7 @@ class CrestScan(NamedTuple):
 def thinned_scan(*, wide: bool, seed: int) -> CrestScan:
     """Print on the patch or the plate with narrow or wide beads, scan and thin at random, and return what is stated."""
     random = np.random.default_rng([seed, int(wide)])
-    surface, poses = planned_patch((FLAT, PLATE)[seed % 2])
+    surface, poses = planned_patch((FLAT, PLATE)[seed // 2 % 2])
     faults = Faults(
         width_scale=random.uniform(*(WIDE if wide else NARROW)), flow=random.uniform(0.85, 1.2),
         offset=random.uniform(-0.15, 0.15), width_noise=random.uniform(0.0, 0.05),

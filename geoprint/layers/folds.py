@@ -24,14 +24,15 @@ LEAST_GAIN = 1e-6
 
 
 def cosines(ground: Ground, vertices: FloatArray, faces: IntArray) -> FloatArray:
-    """Return (m,) the cosine between the normal of each face and what stands upright on the part; 0 without area."""
+    """Return (m,) the cosine between the normal of each face and what stands upright on the part; 0 without area or on it."""
     middles: FloatArray = vertices[faces].mean(axis=1)
     across = doubled_area_vectors(vertices, faces)
     upright = middles - ground.feet(middles).places
     doubled = np.linalg.norm(across, axis=1)
-    lengths = np.where(doubled > 2.0 * LEAST_AREA, doubled, np.inf) * np.linalg.norm(upright, axis=1)
-    found: FloatArray = np.einsum("kx,kx->k", across, upright) / lengths
-    return found
+    lengths = doubled * np.linalg.norm(upright, axis=1)
+    sided = (doubled > 2.0 * LEAST_AREA) & (lengths > 0.0)
+    found: FloatArray = np.einsum("kx,kx->k", across, upright)
+    return np.divide(found, lengths, out=np.zeros_like(found), where=sided)
 
 
 def unfolded(ground: Ground, surface: Surface) -> Surface:

@@ -8,6 +8,7 @@ import pytest
 from geoprint.errors import FieldError, InputError, MeshError
 from geoprint.layers import level_surface
 from geoprint.layers.feet import Ground
+from geoprint.layers.folds import cosines
 from geoprint.layers.nets import net, several_sheets
 from geoprint.model import FloatArray, Surface
 from geoprint.surfaces import (
@@ -185,6 +186,15 @@ def test_over_hearts_a_layer_is_as_high_as_it_shall_be(name: str) -> None:
         level = level_surface(part, height=height, edge_length=0.5, tolerance=0.01 * LAYER)
         assert _judged(part, level, height=height) < 1e-3
         assert len(boundary_loops(level)) == len(boundary_loops(part))
+
+
+@pytest.mark.parametrize("high", [0.0, 0.4])
+def test_a_face_without_area_does_not_follow_the_level_even_upon_the_part(high: float) -> None:
+    part = meshes.plate((10.0, 10.0), (4, 4))
+    vertices = np.array([[2.0, 2.0, high], [4.0, 2.0, high], [3.0, 2.0, high], [3.0, 4.0, 0.4]])
+    found = cosines(Ground(part), vertices, np.array([[0, 1, 2], [0, 1, 3]]))
+    assert found[0] == 0.0
+    assert found[1] > 0.0
 
 
 def test_a_mesh_that_is_none_is_refused() -> None:
