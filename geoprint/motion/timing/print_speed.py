@@ -2,7 +2,8 @@
 
 Such a valve lets the same volume through in every second, so that a run that takes longer than its length over the
 speed gets too much. The ramps at its ends do not count: the valve opens and shuts so much nearer to the middle of the
-run (`ramp_delay`) that what lies on them is right in sum.
+run (`ramp_delay`) that what lies on them is right in sum. But a bead is even only at speed: a print of which less than
+nine tenths are at its speed is slower, where a speed not far below makes them.
 """
 
 from __future__ import annotations
@@ -21,6 +22,11 @@ from geoprint.motion.timing.spacing import timed_targets
 # Volume over the planned one that is allowed: 5 % of each run and 2 % of all of them, with room for the executed ramps.
 RUN_EXCESS = 0.045
 WHOLE_EXCESS = 0.018
+# Share of the deposited length that may be below the speed of the print, and what a print keeps of its speed at least
+# where it is slowed for that: on a part with many corners it would crawl. It loses 1 % at least in one try.
+MOST_UNEVEN = 0.1
+SLOWEST_EVEN = 0.6
+LEAST_LOWERING = 0.99
 # The speed is a whole number of these steps [mm/s], so that the program can name it exactly.
 SPEED_DECIMALS = 1
 # What a speed is estimated to deposit proves a little off once it is timed: it is looked for so often.
@@ -68,7 +74,9 @@ def timed_print(
         VerificationError: the result does not pass the poses.
     """
     search = _Search(joint_path, robot, process, settle, {})
-    return search.highest_with_targets(search.highest_of_joints()) if constant_flow else search.timed(process.speed)
+    if not constant_flow:
+        return search.timed(process.speed)
+    return search.even(search.highest_with_targets(search.highest_of_joints()))
 
 
 @final
@@ -120,6 +128,32 @@ class _Search:
             else:
                 found, too_high = found if fits else tried, speed
         return found
+
+    def even(self, found: TimedPrint) -> TimedPrint:
+        """Return a print, slower where less than nine tenths of its length are at its speed, by four tenths at most.
+
+        A ramp is as long as the square of the speed, and so about is what a bend takes; between a speed that is enough
+        and one that is not the highest is looked for. Where none is enough, as on a part with many corners, the print
+        stays as it is.
+        """
+        high, slowest = found.process.speed, SLOWEST_EVEN * found.process.speed
+        uneven, even = 1.0 - found.trajectory.share_at_speed, None
+        for _ in range(MOST_TRIES if uneven > MOST_UNEVEN else 0):
+            if even is None:
+                wanted = high * min((MOST_UNEVEN / max(uneven, MOST_UNEVEN)) ** 0.5, LEAST_LOWERING)
+            elif high - even.process.speed > CLOSE_SHARE * high:
+                wanted = (high + even.process.speed) / 2.0
+            else:
+                break
+            if (speed := _stepped(wanted)) < slowest:
+                break
+            tried = self.timed(speed)
+            uneven = 1.0 - tried.trajectory.share_at_speed
+            if uneven <= MOST_UNEVEN and self._lower(speed, tried.trajectory) is None:
+                even = tried
+            else:
+                high = speed
+        return found if even is None else even
 
     def _lower(self, speed: float, trajectory: Trajectory) -> float | None:
         """Return a lower speed that probably fits, or None where this one does."""
