@@ -505,7 +505,8 @@ class _Tool:
     def _turn(self, number: int, start: FloatArray, end: FloatArray, circle: _Circle, *, angle: float) -> None:
         climb = float((end - start) @ circle.axis)
         points = round_axis(start, centre=circle.centre, axis=circle.axis, angle=angle, climb=climb)
-        points[-1] = end
+        # A run goes on where the arc before it ends, without rounding.
+        points[0], points[-1] = start, end
         self._chords += len(points)
         if self._chords > MOST_CHORDS:
             self._refuse(number, f"arcs take more than {MOST_CHORDS} chords; give the paths of one part")
@@ -522,7 +523,9 @@ class _Tool:
                 self._recorder.line(number, start, end)
         else:
             matrix = self._copied @ self._cut
-            self._recorder.path(number, points @ matrix[:3, :3].T + matrix[:3, 3])
+            placed = points @ matrix[:3, :3].T + matrix[:3, 3]
+            placed[0], placed[-1] = self._out(points[0]), self._out(points[-1])
+            self._recorder.path(number, placed)
         self._place, self._travels = points[-1], False
 
     def file(self) -> PathFile:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -101,6 +102,16 @@ def test_the_frame_of_points_is_an_assumption(tmp_path: Path) -> None:
     found = read(tmp_path, "UNITS/MM\nMSYS/0,0,5,1,0,0,0,1,0\nRAPID\nGOTO/1,0,0\nGOTO/2,0,0\n")
     assert found.reading.assumed == ("points behind MSYS in the frame that it sets",)
     assert corners(found) == [[[1.0, 0.0, 5.0], [2.0, 0.0, 5.0]]]
+
+
+@pytest.mark.parametrize("frame", ["", "MSYS/393,-297.5,3,0,1,0,1,0,0\n"])
+def test_a_run_goes_on_from_arc_to_arc(tmp_path: Path, frame: str) -> None:
+    # Near the origin a place minus the middle of its arc and plus it again is often another in its last digit.
+    places = np.random.default_rng(1).uniform(-30.0, 30.0, (300, 2)).round(4).tolist()
+    path = f"UNITS/MM\n{frame}RAPID\nGOTO/{places[0][0]},{places[0][1]},466\n"
+    for (x, y), (u, v) in pairwise(places):
+        path += f"CIRCLE/{(x + u) / 2 + y - v:.4f},{(y + v) / 2 + u - x:.4f},466,0,0,1\nGOTO/{u},{v},466\n"
+    assert read(tmp_path, path).curves.count == 1
 
 
 REFUSED = {
