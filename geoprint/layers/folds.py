@@ -24,7 +24,7 @@ LEAST_GAIN = 1e-6
 
 
 def cosines(ground: Ground, vertices: FloatArray, faces: IntArray) -> FloatArray:
-    """Return (m,) the cosine between the normal of each face and what stands upright on the part; 0 where there is none."""
+    """Return (m,) the cosine between the normal of each face and what stands upright on the part, or 0."""
     middles: FloatArray = vertices[faces].mean(axis=1)
     across = doubled_area_vectors(vertices, faces)
     upright = middles - ground.feet(middles).places

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Annotated, TypeAlias, TypeVar, cast
+from typing import Annotated, TypeAlias, TypeVar, cast, get_args
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
@@ -79,7 +79,8 @@ def read_record(path: Path | str, kind: type[_R]) -> _R:
     path = Path(path)
     try:
         # Parsed first: the sentence on what is no JSON at all names its line.
-        json.loads(content := path.read_bytes())
+        told = json.loads(content := path.read_bytes())
+        _check_layout(path.name, told, kind)
         return kind.model_validate_json(content)
     except ValidationError as error:
         raise VerificationError(
@@ -87,6 +88,18 @@ def read_record(path: Path | str, kind: type[_R]) -> _R:
         ) from error
     except (OSError, ValueError, RecursionError) as error:
         raise VerificationError(f"{path.name} cannot be read ({error}); write it again.") from error
+
+
+def _check_layout(name: str, told: object, kind: type[Record]) -> None:
+    """Refuse a record whose layout is a whole number, but another one than is read."""
+    layout = kind.model_fields.get("layout")
+    found = cast("dict[str, object]", told).get("schema") if isinstance(told, dict) else None
+    if layout is None or not isinstance(found, int) or found in get_args(layout.annotation):
+        return
+    raise VerificationError(
+        f"{name} has layout {found} of another version of geoprint, this one reads {get_args(layout.annotation)[0]}; "
+        "read it with that version, or write it again with this one."
+    )
 
 
 def verify_record(path: Path, told: Record) -> None:
