@@ -14,8 +14,8 @@ from geoprint.model import Cell
 
 # A 1 inch needle of 20 gauge, the widest of `geoprint/robots/needles.csv` that passes between paths 1 mm apart.
 _NEEDLE = {"inner": "0.6", "outer": "0.91", "needle": "25.4", "standoff": "0.3"}
-# A part straight ahead of the arm, as in the paper, lies across the border of two quadrants of axis 1, whose numbers a
-# program counts. So the part stands 45 degrees aside wherever no table holds it.
+# Demonstrations stand straight ahead of the arm, as in the paper, although the border of two quadrants of axis 1 lies
+# there: 45 degrees aside parts were refused that print here.
 # What each cell that comes with geoprint says where `geoprint/robots/irb120.toml.in` leaves it open, the default first.
 _PACKAGED = {
     "irb120-bent45": {
