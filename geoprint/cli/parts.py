@@ -27,7 +27,7 @@ def inspect(
     max_memory: MaxMemory = None,
     as_json: AsJson = False,
 ) -> None:
-    """Say what a mesh is, what is wrong with it and where, what preparing changes, and which backends can plan it.
+    """Say what a mesh is, what is wrong with it, what preparing changes, where to plan on it, and with which backends.
 
     Of a label volume it lists the labels.
     """

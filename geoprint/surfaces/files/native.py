@@ -9,12 +9,14 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from geoprint.errors import InputError, ResourceError
+from geoprint.errors import InputError, ResourceError, UsageError
 from geoprint.surfaces.files import native_child
 
 # Limits of the process [s, bytes of addresses].
 LONGEST = 120.0
 MEMORY = 4 << 30
+# How the last line begins of a worker whose libraries do not load, and what the system's loader says of one it misses.
+UNLOADED, SHARED_OBJECT = ("ImportError", "ModuleNotFoundError"), "cannot open shared object file"
 
 
 def run_worker(script: Path, arguments: Sequence[str], *, data: bytes, work: str, name: str) -> bytes:
@@ -29,6 +31,7 @@ def run_worker(script: Path, arguments: Sequence[str], *, data: bytes, work: str
 
     Raises:
         ResourceError: it took too long or too much memory.
+        UsageError: a library that it needs does not load.
         InputError: it ended without a result for another reason.
     """
     limits = [str(os.getpid()), str(MEMORY), str(math.ceil(LONGEST) + 1)]
@@ -42,6 +45,11 @@ def run_worker(script: Path, arguments: Sequence[str], *, data: bytes, work: str
     if b"MemoryError" in ended.stderr or b"bad_alloc" in ended.stderr:
         raise ResourceError(
             f"`{name}` could not be {work} within {MEMORY >> 30} GiB of memory; make it smaller or simpler."
+        )
+    last = ended.stderr.decode(errors="replace").strip().rpartition("\n")[2]
+    if last.startswith(UNLOADED) or SHARED_OBJECT in last:
+        raise UsageError(
+            f"`{name}` cannot be {work}: a library that this needs does not load ({last[:300]}); install what it names."
         )
     if ended.returncode != 0 or not ended.stdout:
         raise InputError(
