@@ -5,18 +5,21 @@ But for the last test they import of the pipeline only what starts and ends them
 
 from __future__ import annotations
 
+import multiprocessing
 import platform
 import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 import pytest
 
 from geoprint.config import job_of
 from geoprint.pipeline import plan_stack
-from geoprint.pipeline.processes.ending import FORSAKEN as ABANDONED
+from geoprint.pipeline.processes.ending import FORSAKEN as ABANDONED, ended_at_once
 from geoprint.surfaces.files import save_ply
 from tests.meshes import plate
 from tests.pipeline.layers_here import planning_here
@@ -179,3 +182,29 @@ def test_layers_have_the_same_bytes_as_if_one_process_planned_them(tmp_path: Pat
         assert plan_stack(job, tmp_path / "here") == found
     one, other = (tmp_path / name / "manifest.json" for name in ("apart", "here"))
     assert one.read_bytes() == other.read_bytes()
+
+
+def imports_for_long(begun: Path, done: Path) -> None:
+    begun.touch()
+    time.sleep(15.0)
+    done.touch()
+
+
+def test_a_process_that_still_imports_is_not_waited_for(tmp_path: Path) -> None:
+    begun, done = tmp_path / "begun", tmp_path / "done"
+
+    def pool(_: Connection) -> ProcessPoolExecutor:
+        spawning = multiprocessing.get_context("spawn")
+        return ProcessPoolExecutor(1, mp_context=spawning, initializer=imports_for_long, initargs=(begun, done))
+
+    def fail() -> None:
+        with ended_at_once(pool) as processes:
+            processes.submit(time.sleep, 0.0)
+            while not begun.exists():
+                time.sleep(0.01)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fail()
+    assert not done.exists()
+    assert multiprocessing.active_children() == []

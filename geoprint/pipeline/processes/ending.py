@@ -43,12 +43,16 @@ def ended_at_once(pool: Callable[[Connection], ProcessPoolExecutor]) -> Generato
     Args:
         pool: makes them; each is given what `end_with_parent` waits for.
     """
+    others = set(multiprocessing.active_children())
     ended, line = multiprocessing.Pipe(duplex=False)
     with ended, line, pool(ended) as processes:
         try:
             yield processes
         except BaseException:
             line.close()
+            # One that still imports hears of neither the line nor the keyboard, for seconds on a busy machine.
+            for process in set(multiprocessing.active_children()) - others:
+                process.kill()
             processes.shutdown(wait=True, cancel_futures=True)
             raise
 
