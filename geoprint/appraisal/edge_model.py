@@ -123,21 +123,19 @@ class FittedEdges:
         rights: (k,) at the smaller [pixels].
         deviations: (k, 2) of width and middle, by noise [pixels].
         common: (k, 2, 2) by how much width and middle move with the optics (standard deviations) [pixels].
-        contrasts: (k,) light that a bead adds to what is beside it, over that.
-        off: (k,) root mean square of what is left of a profile, over its noise.
+        flanks: (k,) light that a bead adds at its darker edge, over that in its middle.
     """
 
     lefts: FloatArray
     rights: FloatArray
     deviations: FloatArray
     common: FloatArray
-    contrasts: FloatArray
-    off: FloatArray
+    flanks: FloatArray
 
     def __post_init__(self) -> None:
         freeze_arrays(
             self, lefts="float: k", rights="float: k", deviations="float: k 2", common="float: k 2 2",
-            contrasts="float: k", off="float: k",
+            flanks="float: k",
         )  # fmt: skip
 
 
@@ -274,6 +272,16 @@ class _Fit:
         return state
 
 
+def _flanks(local: FloatArray) -> FloatArray:
+    """Return the (k,) light that beads add at their darker edges, over that in the middle, which is white at most."""
+    powers, edges = np.arange(DEGREE + 1), local[:, [_LEFT, _RIGHT]]
+    middle = edges.mean(axis=1, keepdims=True)
+    added = (local[:, None, _LIGHT:] * np.hstack([edges, middle])[:, :, None] ** powers).sum(axis=2)
+    middle_added = np.minimum(added[:, 2], 1.0 - local[:, _BESIDE])
+    steady = np.where(np.abs(middle_added) < DARK, DARK, middle_added)
+    return np.asarray((added[:, :2] / steady[:, None]).min(axis=1), dtype=np.float64)
+
+
 def _expected(u: FloatArray, s: FloatArray, moments: list[FloatArray], power: int) -> FloatArray:
     """Return the (k, n) blurred power of the place, from the moments of what the blur takes in."""
     result = np.zeros_like(u)
@@ -347,5 +355,5 @@ def fitted_edges(rows: Rows, optics: Optics) -> FittedEdges:
     edges = state.local[:, :2] * fit.half[:, None] + fit.middle[:, None]
     return FittedEdges(
         edges[:, 0], edges[:, 1], noise * fit.half[:, None], to_both @ moved * fit.half[:, None, None],
-        state.local[:, _LIGHT] / np.maximum(state.local[:, _BESIDE], DARK), off,
+        _flanks(state.local),
     )  # fmt: skip

@@ -32,12 +32,18 @@ BLOB, THIN, SHORTEST_SHARE = 1.3, 0.7, 0.3
 WHOLE_RUN, SIGNIFICANT = 0.12, 3.0
 # A run or a part of one is measured where so many of its stretches are.
 FEWEST_MEASURED = 3
-# Edges that are known worse than this, over the width, are not told (standard deviation).
-WORST_EDGES = 0.02
+# Edges that are known worse than this, over the width, are not given (standard deviation), neither are those of beads
+# whose flanks are darker than this, over their middle: nobody sees where they end.
+WORST_EDGES, LEAST_FLANK = 0.02, 0.25
+# What blur and tone curve leave open all widths share: it spoils no comparison of runs, and counts for so much of that.
+SHARED = 0.5
+# A flank is seen where the sight is less aslant than this share of what it falls off by at its foot: else the far edge
+# of a bead hides behind its crest.
+FLANK_SHARE = 0.7
 # A run that bends within so many widths of its bead closes in on itself.
 TIGHTEST = 1.0
 # A print whose beads are white by this share is overexposed; beads whose blur is this share of their width blurred.
-OVEREXPOSED, BLURRED = 0.3, 0.12
+OVEREXPOSED, BLURRED = 0.3, 0.1
 
 WholeRun: TypeAlias = Literal["too wide", "too narrow"]
 
@@ -243,6 +249,9 @@ def held_against(
     """
     within = 0.5 * plan.spacing if reach is None else reach
     widths, offsets = measured.lefts - measured.rights, 0.5 * (measured.lefts + measured.rights)
+    # Where a crest is seen before the edge of its bead, nobody sees what lies under it.
+    usual = float(np.median(widths[measured.edged])) if measured.edged.any() else np.inf
+    visible = visible & (measured.sights * 2.0 * height <= usual)
     there = measured.edged & visible
     near = there & (np.abs(offsets) <= within)
     if there.any() and not near.any():
@@ -253,7 +262,9 @@ def held_against(
         )
     seen = measured.present & visible & (near | ~there)
     usual = float(np.median(widths[near])) if near.any() else 0.0
-    sized = near & measured.lone & (measured.deviations[:, 0] <= WORST_EDGES * usual)
+    unsure = np.hypot(measured.deviations[:, 0], SHARED * measured.common[0])
+    sized = near & measured.lone & (unsure <= WORST_EDGES * usual) & (measured.flanks >= LEAST_FLANK)
+    sized &= ~_aslant(measured, widths, height=height)
     sized &= (plan.radii >= TIGHTEST * usual) & (measured.optics.blur * measured.scale <= BLURRED * usual)
     shifts = np.where(near, offsets, 0.0)[:, None] * aside_of(plan)
     # As finely as the plan: the same shares of each stretch one after the other.
@@ -268,7 +279,6 @@ def held_against(
 def doubts(held: Held) -> list[str]:
     """Return what a person should know before the figures are trusted, as sentences without a full stop."""
     found = held.measured
-    width = float(np.median((found.lefts - found.rights)[found.edged])) if found.edged.any() else 0.0
     measurable = found.lone & found.edged & held.judged
     said: list[str] = []
     if found.darker:
@@ -277,22 +287,38 @@ def doubts(held: Held) -> list[str]:
         said.append(f"{found.white:.0%} of the beads is white: their light there is left out; expose less")
     unknown = 1.0 - float(held.sized.sum() / max(int(measurable.sum()), 1))
     if unknown > 0.1:
-        blur = found.optics.blur * found.scale
-        why = (
-            f"the picture is blurred by {found.optics.blur:.2g} pixels; focus"
-            if blur > BLURRED * width
-            else "beads are overexposed; expose less"
-            if found.white > OVEREXPOSED
-            else "one flank of the beads is as dark as what they lie on, or they touch; light the print from where "
-            "the camera stands"
-        )
         said.append(
-            f"width and offset of {unknown:.0%} of what is straight and alone are not given, since its edges are known "
-            f"worse than {WORST_EDGES:.0%} of a width: {why}"
+            f"width and offset of {unknown:.0%} of what is straight and alone are not given, since its edges are not "
+            f"known to {WORST_EDGES:.0%} of a width: {_why_unknown(held, measurable & ~held.sized)}"
         )
     if found.alike:
         said.append(f"the plan looks alike if the picture is {found.alike}, so nobody could tell")
     return said
+
+
+def _aslant(measured: MeasuredStretches, widths: FloatArray, *, height: float) -> BoolArray:
+    """Return where the far edge of a bead, a parabola of this height, may hide behind its crest."""
+    return np.asarray(measured.sights * 4.0 * height > FLANK_SHARE * widths)
+
+
+def _why_unknown(held: Held, unknown: BoolArray) -> str:
+    """Return the commonest reason for which edges are not known, and what to do."""
+    found, plan = held.measured, held.plan
+    widths = found.lefts - found.rights
+    if found.optics.blur * found.scale > BLURRED * float(np.median(widths[found.edged])):
+        return f"the picture is blurred by {found.optics.blur:.2g} pixels; focus, or go nearer"
+    if found.white > OVEREXPOSED:
+        return "beads are overexposed; expose less"
+    aslant = _aslant(found, widths, height=float(np.median(plan.flows / held.planned)))
+    shares = {
+        "beads are seen aslant, so that one edge hides behind the crest; look straight down on them": aslant,
+        "one flank of the beads is as dark as what they lie on; light the print from where the camera stands": (
+            found.flanks < LEAST_FLANK
+        ),
+        "blur and tone curve are not known well enough, or beads are few pixels wide; focus, expose more, go nearer, "
+        "and show the rim of the part": ~aslant & (found.flanks >= LEAST_FLANK),
+    }
+    return max(shares, key=lambda why: int((shares[why] & unknown).sum()))
 
 
 def bead_lines(held: Held, camera: Camera) -> tuple[BeadLine, ...]:

@@ -7,6 +7,7 @@ the bead that is measured.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import final
 
 import numpy as np
@@ -15,7 +16,7 @@ from scipy.spatial import KDTree
 
 from geoprint.appraisal.against_plan import PlannedRuns
 from geoprint.appraisal.camera import Camera
-from geoprint.appraisal.edge_model import FittedEdges, Optics, Rows, fitted_edges, found_optics
+from geoprint.appraisal.edge_model import MOST_GAMMA, FittedEdges, Optics, Rows, fitted_edges, found_optics
 from geoprint.appraisal.outlined.part_outline import OutlinedPart, PartOutline
 from geoprint.appraisal.profiles import BIN, MOST_WHITE, LookedAt, Profiles, aside_of, looked_at, profiles_of
 from geoprint.errors import InputError
@@ -31,8 +32,15 @@ PRESENT, NEARBY = 0.5, 40
 LEAST_STEP = 0.02
 # Optics are found by so many profiles, so many of the rim, which reach so far [pixels].
 SOME_RUNS, SOME_RIM, RIM_REACH = 60, 240, 14.0
-# The rim counts where it steps by so much, is straight to this (cosine), and the next bead is so far [pixels].
-RIM_STEP, RIM_STRAIGHT, RIM_GAP = 0.05, 0.97, 5.0
+# The rim counts where it steps by so much and is straight to this (cosine). What is nearer to the next bead than the
+# first number of blurs shows light of that, and the rim needs the second number of them.
+RIM_STEP, RIM_STRAIGHT, BEAD_BLURS, RIM_BLURS = 0.05, 0.97, 3.0, 2.0
+# What a fit may leave of the rim, mean square over the noise; what leaves more is no straight step.
+RIM_LEFT = 3.0
+# Light is averaged as the tone curve has it, which is found so often.
+RIM_ROUNDS = 2
+# How far off blur [pixels] and logarithm of gamma may be where beads alone show these, and the steepest gamma there is.
+STEEPEST_OFF = (0.4, 1.2)
 # Grey values from here on are about white.
 NEARLY_WHITE = 0.97
 # Lines that lie nearer to each other than this, over the spacing, join; and a run turns a corner where it turns by more
@@ -40,7 +48,9 @@ NEARLY_WHITE = 0.97
 JOINED_SHARE, CORNER, OVER = 0.6, 0.9, 2
 # Edges nearer together than this cannot be told apart [pixels].
 NARROWEST = 4.0
-# A picture that shows the plan this much clearer when it is turned or mirrored is; and alike within the other.
+# A run is shown where its bead lies as far beside it as beads do all over, within this share of the spacing.
+SHOWN_SHARE = 0.06
+# A picture that shows this much more of the plan when it is turned or mirrored is; and alike within the other.
 CLEARER, ALIKE = 1.5, 1.1
 TURNS = (
     "turned by 90 degrees",
@@ -66,6 +76,8 @@ class MeasuredStretches:
         deviations: (k, 2) standard deviation of width and middle by noise [mm].
         common: (2,) of mean width and middle by the optics, which all share [mm].
         lone: (k,) whether the run is alone and straight there: no corner, and no other line joins.
+        flanks: (k,) light that a bead adds at its darker edge, over that in its middle; 0 where it is not edged.
+        sights: (k,) tangent of how far aslant across the run it is seen.
         optics: blur and tone curve.
         darker: whether beads are darker than what they lie on.
         white: share of the beads' places that is white.
@@ -80,6 +92,8 @@ class MeasuredStretches:
     deviations: FloatArray
     common: FloatArray
     lone: BoolArray
+    flanks: FloatArray
+    sights: FloatArray
     optics: Optics
     darker: bool
     white: float
@@ -89,7 +103,7 @@ class MeasuredStretches:
     def __post_init__(self) -> None:
         freeze_arrays(
             self, present="bool: k", edged="bool: k", lefts="float: k", rights="float: k", deviations="float: k 2",
-            common="float: 2", lone="bool: k",
+            common="float: 2", lone="bool: k", flanks="float: k", sights="float: k",
         )  # fmt: skip
 
 
@@ -136,30 +150,49 @@ def measured_stretches(
     half = np.where(usable, half, np.median(half[usable]))
     outline = OutlinedPart(surface).under(camera, places=SOME_RIM)
     nearest, joined = _next_edges(plan, half, outline.places)
-    rows = _rows(profiles, levels, nearest * profiles.scales[:, None])
-    rim = _rim_rows(grey, camera, plan, half * profiles.scales, outline)
-    which = np.flatnonzero(usable)
-    rows, optics = _optics(rows.some(which), rim, darker=darker)
-    fitted = fitted_edges(rows, optics)
-    return _on_part(fitted, which, profiles, present, _lone(plan, joined), optics=optics, darker=darker, alike=alike)
-
-
-def _optics(rows: Rows, rim: Rows, *, darker: bool) -> tuple[Rows, Optics]:
-    """Return profiles as they are fitted, and blur and tone curve, by the rim where enough of it is seen.
-
-    A picture with darker beads may be a negative, whose tone curve is that of the picture before it was one.
-    """
-    some = (
-        rim
-        if rim.rims.size >= SOME_RUNS
-        else rows.some(np.arange(0, rows.rims.size, max(1, rows.rims.size // SOME_RUNS)))
-    )
-    optics = found_optics(some)
     if darker:
-        negative = found_optics(some.negative())
-        if negative.cost < optics.cost:
-            return rows.negative(), negative
-    return rows, optics
+        # Beads, or what they lie on, may be cut off at black, as in a negative.
+        black = profiles_of(1.0 - grey, seen, plan, camera).white
+        profiles = replace(profiles, white=np.maximum(profiles.white, black))
+    rows = _rows(profiles, levels, nearest * profiles.scales[:, None], darker=darker)
+    which = np.flatnonzero(usable)
+    rows = rows.some(which)
+    optics = found_optics(_some(rows))
+    if darker and (negative := found_optics(_some(rows.negative()))).cost < optics.cost:
+        # A picture with darker beads may be a negative, whose tone curve is that of the picture before it was one.
+        rows, optics, grey = rows.negative(), negative, 1.0 - grey
+    outer = np.where(usable, np.maximum(levels.lefts, -levels.rights), half * profiles.scales)
+    by_beads = optics
+    for _ in range(RIM_ROUNDS):
+        optics = _by_rim(_rim_rows(grey, camera, plan, outer, outline, optics=optics), by_beads)
+    fitted = fitted_edges(rows, optics)
+    toward = camera.place - plan.places
+    sights = np.abs((toward * aside_of(plan)).sum(axis=1)) / np.maximum((toward * plan.normals).sum(axis=1), 1e-9)
+    return _on_part(
+        fitted, which, profiles, present, _lone(plan, joined), sights=sights, optics=optics, darker=darker, alike=alike
+    )  # fmt: skip
+
+
+def _some(rows: Rows) -> Rows:
+    """Return some of many profiles."""
+    return rows.some(np.arange(0, rows.rims.size, max(1, rows.rims.size // SOME_RUNS)))
+
+
+def _by_rim(rim: Rows, optics: Optics) -> Optics:
+    """Return blur and tone curve by the rim, where enough of it is seen and is a straight step; else those of beads."""
+    if rim.rims.size >= SOME_RUNS:
+        found = found_optics(rim)
+        if found.cost < RIM_LEFT * float((rim.counts > 0.0).sum()):
+            # Beads may have another blur: the truth lies between both.
+            return replace(found, spread=_wider(found.spread, np.array([0.5 * (found.blur - optics.blur), 0.0])))
+    if optics.gamma < 0.99 * MOST_GAMMA:
+        return optics
+    return replace(optics, spread=_wider(optics.spread, np.array(STEEPEST_OFF)))
+
+
+def _wider(spread: FloatArray, off: FloatArray) -> FloatArray:
+    """Return the spread of optics that are off by so much (standard deviations) besides."""
+    return np.asarray(np.linalg.cholesky(spread @ spread.T + np.diag(off**2)), dtype=np.float64)
 
 
 def _held_otherwise(grey: FloatArray, seen: LookedAt, plan: PlannedRuns, camera: Camera, visible: BoolArray) -> str:
@@ -168,22 +201,26 @@ def _held_otherwise(grey: FloatArray, seen: LookedAt, plan: PlannedRuns, camera:
     Raises:
         InputError: it shows the plan much clearer if it is held otherwise.
     """
-    clear: dict[str, float] = {}
+    shown: dict[str, tuple[float, bool]] = {}
     for number, how in enumerate(("", *TURNS)):
         turned = np.rot90(grey, -(number % 4)) if number < 4 else np.rot90(np.fliplr(grey), -(number % 4))
         if turned.shape == grey.shape:
             profiles = profiles_of(turned, seen, plan, camera)
             shift, darker = _shift(profiles, plan, visible)
             levels = _levels(profiles, plan, shift=shift, darker=darker)
-            steps = (levels.inside - levels.beside)[visible]
-            clear[how] = float(np.percentile(-steps if darker else steps, 30.0))
-    best = max(clear, key=lambda how: clear[how])
-    if clear[best] > max(CLEARER * clear[""], LEAST_STEP):
+            there = visible & levels.found & _present(levels, plan, darker=darker)
+            middles = 0.5 * (levels.lefts + levels.rights) / profiles.scales
+            near = np.abs(middles - np.median(middles[there])) < SHOWN_SHARE * plan.spacing if there.any() else there
+            shown[how] = float((there & near).sum() / visible.sum()), darker
+    best = max(shown, key=lambda how: shown[how][0])
+    if shown[best][0] > CLEARER * shown[""][0]:
         raise InputError(
-            f"the picture shows the plan where the camera would see it if it were {best}: it was turned or mirrored "
-            "after the fiducials were taken, or their columns u and v are swapped; give it as the camera wrote it."
+            f"the picture shows {shown[best][0]:.0%} of the plan if it is {best}, else {shown[''][0]:.0%}: it was "
+            "turned or mirrored after the fiducials were taken, or their columns u and v are swapped; give it as the "
+            "camera wrote it."
         )
-    others = [how for how in clear if how and clear[how] * ALIKE > clear[""]]
+    own, darker = shown[""]
+    others = [how for how, (share, other) in shown.items() if how and share * ALIKE > own and other == darker]
     return others[0] if others else ""
 
 
@@ -282,9 +319,11 @@ def _next_edges(plan: PlannedRuns, half: FloatArray, rim: FloatArray) -> tuple[F
     return result, joined
 
 
-def _rows(profiles: Profiles, levels: _Levels, next_edges: FloatArray) -> Rows:
-    """Return profiles as they are fitted, without what is white and what is beyond the next edge."""
+def _rows(profiles: Profiles, levels: _Levels, next_edges: FloatArray, *, darker: bool) -> Rows:
+    """Return profiles as they are fitted, without what is white, or black, and what is beyond the next edge."""
     kept = (profiles.counts >= FEWEST_PIXELS) & (profiles.white <= MOST_WHITE) & (profiles.greys < NEARLY_WHITE)
+    if darker:
+        kept &= profiles.greys > 1.0 - NEARLY_WHITE
     kept &= (profiles.asides < next_edges[:, :1]) & (profiles.asides > -next_edges[:, 1:])
     reach = 40.0
     return Rows(
@@ -294,29 +333,41 @@ def _rows(profiles: Profiles, levels: _Levels, next_edges: FloatArray) -> Rows:
     )  # fmt: skip
 
 
-def _rim_rows(grey: FloatArray, camera: Camera, plan: PlannedRuns, half: FloatArray, outline: PartOutline) -> Rows:
-    """Return profiles across the rim of the part, from it outwards, where it is straight and steps."""
+def _rim_rows(
+    grey: FloatArray, camera: Camera, plan: PlannedRuns, outer: FloatArray, outline: PartOutline, *, optics: Optics
+) -> Rows:
+    """Return profiles across the rim of the part, from it outwards, where it is straight, steps, and has no bead near.
+
+    Args:
+        grey: (h, w) of the photograph.
+        camera: that took it.
+        plan: in stretches.
+        outer: (k,) how far beside its run the edge of each bead is [pixels].
+        outline: the part's.
+        optics: about; noise in the dark moves means of grey values, but not those of light.
+    """
     across = np.arange(-RIM_REACH, RIM_REACH + 0.5 * BIN, BIN)
     pixels, outward = outline.pixels, outline.outward
     along = np.column_stack([-outward[:, 1], outward[:, 0]])
     at = pixels[:, None, None, :] + across[:, None, None] * outward[:, None, None, :]
     at = at + np.arange(-3.0, 4.0)[:, None] * along[:, None, None, :]
-    greys = ndimage.map_coordinates(grey, [at[..., 1], at[..., 0]], order=1, mode="nearest").mean(axis=2)
+    light = ndimage.map_coordinates(grey**optics.gamma, [at[..., 1], at[..., 0]], order=1, mode="nearest")
+    greys = light.mean(axis=2) ** (1.0 / optics.gamma)
     distances, owners = KDTree(camera.seen(plan.places)).query(pixels)
-    gap = np.asarray(distances) - half[np.asarray(owners)]
+    free = np.asarray(distances) - outer[np.asarray(owners)] - BEAD_BLURS * optics.blur
     inside, beside = greys[:, (across > -5.0) & (across < -2.0)].mean(axis=1), greys[:, -6:].mean(axis=1)
     margin = RIM_REACH + 5.0
     good = ((pixels > margin) & (pixels < np.array(grey.shape[::-1]) - 1.0 - margin)).all(axis=1)
-    good &= (np.abs(inside - beside) > RIM_STEP) & (gap > RIM_GAP)
+    good &= (np.abs(inside - beside) > RIM_STEP) & (free > RIM_BLURS * optics.blur)
     if len(pixels):
         for row, near in enumerate(KDTree(pixels).query_ball_point(pixels, RIM_REACH + 6.0)):
             good[row] &= bool((outward[near] @ outward[row] > RIM_STRAIGHT).all())
-    kept = (across > -gap[:, None]) & (greys < NEARLY_WHITE)
+    kept = (across > -free[:, None]) & (greys < NEARLY_WHITE)
     count = int(good.sum())
     return Rows(
         np.tile(across, (count, 1)), greys[good], np.where(kept, 7.0, 0.0)[good], np.zeros(count),
         np.full(count, -1e3), inside[good], beside[good], np.full(count, np.inf),
-        np.where(gap < RIM_REACH, -gap, -np.inf)[good], np.ones(count, dtype=np.int64),
+        np.full(count, -np.inf), np.ones(count, dtype=np.int64),
     )  # fmt: skip
 
 
@@ -343,6 +394,7 @@ def _on_part(
     present: BoolArray,
     lone: BoolArray,
     *,
+    sights: FloatArray,
     optics: Optics,
     darker: bool,
     alike: str,
@@ -350,8 +402,8 @@ def _on_part(
     """Return what was fitted in mm on the part."""
     count, scales = present.size, profiles.scales[which]
     edged, lefts, rights = np.zeros(count, dtype=np.bool_), np.zeros(count), np.zeros(count)
-    deviations = np.zeros((count, 2))
-    edged[which] = True
+    deviations, flanks = np.zeros((count, 2)), np.zeros(count)
+    edged[which], flanks[which] = True, fitted.flanks
     lefts[which], rights[which] = fitted.lefts / scales, fitted.rights / scales
     deviations[which] = fitted.deviations / scales[:, None]
     common = np.linalg.norm((fitted.common / scales[:, None, None]).mean(axis=0), axis=1)
@@ -359,6 +411,6 @@ def _on_part(
     weights = np.where(middle & present[:, None], profiles.counts, 0.0)
     white = float((weights * profiles.white).sum() / max(float(weights.sum()), 1.0))
     return MeasuredStretches(
-        present, edged, lefts, rights, deviations, common, lone, optics, darker, white, alike,
+        present, edged, lefts, rights, deviations, common, lone, flanks, sights, optics, darker, white, alike,
         float((1.0 / profiles.scales).mean()),
     )  # fmt: skip

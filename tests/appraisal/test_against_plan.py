@@ -212,7 +212,7 @@ def test_a_picture_that_was_turned_after_the_fiducials_were_taken_says_so() -> N
     random = np.random.default_rng(1)
     beads = laid_beads(poses, PLATE, height=HEIGHT, faults=Faults(), random=random)
     grey = pictured(PLATE, beads, VIEW, Lighting(np.array([0.1, 0.0, 1.0])), random=random)
-    with pytest.raises(InputError, match="if it were turned by 180 degrees"):
+    with pytest.raises(InputError, match="of the plan if it is turned by 180 degrees"):
         held(np.rot90(grey, 2), VIEW, PLATE, poses)
 
 

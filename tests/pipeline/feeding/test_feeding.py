@@ -82,6 +82,7 @@ def appraisal(bundle: Path, share: Callable[[FloatArray, FloatArray], FloatArray
         printed=record_printed(program),
         scan=ScanFileRecord(file="print.ply", sha256="0" * 64, unit="mm", points=1000, used=900),
         registration=RegistrationRecord(
+            scale=None,
             pose=(row, row, row, row), middle_mm=(0.0, 0.0, 0.0), covariance=(), shift_deviation_mm=0.003,
             turn_deviation_deg=0.01, given=False, loose=0, noise_mm=0.05, on_part=1.0, bead_width=1.0, offset_mm=0.0,
         ),
