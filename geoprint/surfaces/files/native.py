@@ -15,6 +15,8 @@ from geoprint.surfaces.files import native_child
 # Limits of the process [s, bytes of addresses].
 LONGEST = 120.0
 MEMORY = 4 << 30
+# What a worker says that got too little memory: a library may not fit into it, either.
+OUT_OF_MEMORY = (b"MemoryError", b"bad_alloc", b"failed to map segment")
 # How the last line begins of a worker whose libraries do not load, and what the system's loader says of one it misses.
 UNLOADED, SHARED_OBJECT = ("ImportError", "ModuleNotFoundError"), "cannot open shared object file"
 
@@ -42,7 +44,7 @@ def run_worker(script: Path, arguments: Sequence[str], *, data: bytes, work: str
         raise ResourceError(
             f"`{name}` could not be {work} within {LONGEST:.0f} s; make it smaller or simpler.", seconds=LONGEST
         ) from error
-    if b"MemoryError" in ended.stderr or b"bad_alloc" in ended.stderr:
+    if any(sign in ended.stderr for sign in OUT_OF_MEMORY):
         raise ResourceError(
             f"`{name}` could not be {work} within {MEMORY >> 30} GiB of memory; make it smaller or simpler."
         )
