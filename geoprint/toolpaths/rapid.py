@@ -6,7 +6,6 @@ which one deposits. Where no output is switched, MoveL and MoveC deposit, and Mo
 
 from __future__ import annotations
 
-import gc
 import re
 from bisect import bisect_left, bisect_right
 from collections.abc import Mapping, Sequence
@@ -19,6 +18,7 @@ import numpy as np
 
 from geoprint.config import load_cell
 from geoprint.errors import InputError, UsageError, VerificationError
+from geoprint.export.rapid.language.collecting import uncollected
 from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.language.symbols import resolve
 from geoprint.export.rapid.language.syntax import Module
@@ -74,27 +74,20 @@ def read_rapid(path: Path, *, deposit: str | None) -> PathFile:
     """
     files = modules_in(path) if path.is_dir() else [path]
     texts = {file.name: _text(file) for file in files}
-    # All of the many small objects that a program is made of are needed to its end: looking for those that are not
-    # takes a third of the time.
-    collects = gc.isenabled()
-    gc.disable()
-    try:
-        ran, notes = _ran(path.name, texts)
-    except VerificationError as error:
-        reason = str(error.details.get("reason") or error)
-        refuse(str(error.details.get("module") or path.name), int(str(error.details.get("line") or 1)), reason)
-    except InputError:
-        raise
-    except _FOREIGN as error:
-        raise InputError(f"{path.name} cannot be executed ({error}); check its data and targets.") from error
-    finally:
-        if collects:
-            gc.enable()
-    if ran.ended not in {"end", "exit"}:
-        refuse(
-            ran.file or path.name, max(ran.line, 1), f"the program does not run to its end: {ran.reason.rstrip('.')}"
-        )
-    return _runs(path.name, ran, notes, deposit)
+    with uncollected():
+        try:
+            ran, notes = _ran(path.name, texts)
+        except VerificationError as error:
+            reason = str(error.details.get("reason") or error)
+            refuse(str(error.details.get("module") or path.name), int(str(error.details.get("line") or 1)), reason)
+        except InputError:
+            raise
+        except _FOREIGN as error:
+            raise InputError(f"{path.name} cannot be executed ({error}); check its data and targets.") from error
+        if ran.ended not in {"end", "exit"}:
+            reason = f"the program does not run to its end: {ran.reason.rstrip('.')}"
+            refuse(ran.file or path.name, max(ran.line, 1), reason)
+        return _runs(path.name, ran, notes, deposit)
 
 
 def _ran(name: str, texts: Mapping[str, str]) -> tuple[Execution, Notes]:
