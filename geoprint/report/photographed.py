@@ -47,7 +47,7 @@ class PhotographView:
         pictures: the photograph with lines drawn over it, and its edges.
         runs: of the plan; None where there is none.
         faults: what is wrong, and where.
-        widths: (k,) of the beads, over their mean.
+        widths: (k,) of the beads, over their mean; none where no width is known.
     """
 
     name: str
@@ -130,6 +130,15 @@ def _photograph(each: PhotographView) -> Markup:
         element("h3", "What is wrong, and where"),
         _table(faults, label=f"Faults in {each.name}") if faults.rows else element("p", bare),
         element("h3", "How the width is distributed"),
+        *_widths(each),
+    )
+
+
+def _widths(each: PhotographView) -> tuple[Markup, ...]:
+    """Return how widths are distributed, or that none is known."""
+    if not each.widths.size:
+        return (element("p", "No width is known."),)
+    return (
         element("p", "Share of the length by its width; shaded: within 5% of the mean.", class_="note"),
         histograms([(each.name, each.widths)], of="length", axis="width / mean width [1]"),
     )

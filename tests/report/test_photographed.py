@@ -67,6 +67,15 @@ def test_the_matrix_has_the_digits_of_the_papers_table_and_one_photograph_has_no
     assert "How far their lines lie apart" not in alone
 
 
+def test_where_no_width_is_known_none_is_drawn() -> None:
+    known = replace(report("a.jpg"), photographs=(view("a.jpg", v=100.0),))
+    unknown = replace(known, photographs=(replace(view("a.jpg", v=100.0), widths=np.zeros(0)),))
+    assert 'class="histograms"' in photographs_report(known, title="One").decode()
+    page = photographs_report(unknown, title="One").decode()
+    assert "No width is known." in page
+    assert 'class="histograms"' not in page
+
+
 def test_what_is_not_wrong_is_said_in_words() -> None:
     plain = replace(view("a.jpg", v=100.0), faults=RowsReport(("run",), ()))
     said = photographs_report(replace(report("a.jpg"), photographs=(plain,)), title="One").decode()

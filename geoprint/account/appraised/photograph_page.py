@@ -99,10 +99,10 @@ def _widths(each: AppraisedPhotograph) -> FloatArray:
     """Return the widths of beads over their mean: over the planned ones where these are known, else in the picture."""
     if each.on_plan is not None:
         held = each.on_plan.held
-        widths = held.even[held.sized] if held.sized.any() else np.ones(1)
+        widths = held.even[held.sized]
     else:
         widths = np.concatenate([bead.widths[bead.seen] for bead in each.beads])
-    return widths / widths.mean()
+    return widths / widths.mean() if widths.size else widths
 
 
 def _distances(told: AppraisalRecord) -> PathDistances:

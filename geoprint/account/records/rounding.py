@@ -79,8 +79,8 @@ def read_record(path: Path | str, kind: type[_R]) -> _R:
     path = Path(path)
     try:
         # Parsed first: the sentence on what is no JSON at all names its line.
-        told = json.loads(content := path.read_bytes())
-        _check_layout(path.name, told, kind)
+        parsed = json.loads(content := path.read_bytes())
+        _check_layout(path.name, parsed, kind)
         return kind.model_validate_json(content)
     except ValidationError as error:
         raise VerificationError(
@@ -90,10 +90,10 @@ def read_record(path: Path | str, kind: type[_R]) -> _R:
         raise VerificationError(f"{path.name} cannot be read ({error}); write it again.") from error
 
 
-def _check_layout(name: str, told: object, kind: type[Record]) -> None:
+def _check_layout(name: str, parsed: object, kind: type[Record]) -> None:
     """Refuse a record whose layout is a whole number, but another one than is read."""
     layout = kind.model_fields.get("layout")
-    found = cast("dict[str, object]", told).get("schema") if isinstance(told, dict) else None
+    found = cast("dict[str, object]", parsed).get("schema") if isinstance(parsed, dict) else None
     if layout is None or not isinstance(found, int) or found in get_args(layout.annotation):
         return
     raise VerificationError(
