@@ -23,7 +23,7 @@ import geoprint
 PACKAGE = Path(geoprint.__file__).parent
 METHODS = frozenset({"match", "fullmatch", "search", "sub", "subn", "split", "findall", "finditer"})
 # Letters of a text; a pattern that is quadratic takes 0.1 s and more for it, a linear one less than a millisecond.
-LENGTH = 6_000
+LENGTH = 12_000
 MOST_SECONDS = 0.05
 FLAGS = {name: getattr(re, name) for name in ("IGNORECASE", "MULTILINE", "DOTALL", "ASCII", "VERBOSE", "I", "M", "S")}
 
