@@ -18,15 +18,13 @@ from __future__ import annotations
 
 import argparse
 import importlib.util
-import subprocess
-import tarfile
 from collections.abc import Iterator, Sequence
-from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from benchmarks.code_base import extract_commit
 from benchmarks.parts.tables import row, table
 from benchmarks.whole.costs import TREE, Cost, cost_of, costs_of, least
 from benchmarks.whole.figures import Pair, save
@@ -54,7 +52,9 @@ def main() -> None:
     peers = [peer for peer in PEERS if _asked(peer.name, arguments.only)]
     if not arguments.keep:
         with TemporaryDirectory() as folder:
-            before = TREE if arguments.smoke else _laid_out(arguments.before, Path(folder, "before"))
+            before = TREE if arguments.smoke else Path(folder)
+            if before != TREE:
+                extract_commit(arguments.before, before)
             for line in whole(works, before, repeats=repeats, smoke=arguments.smoke):
                 print(line, flush=True)
     found: list[Pair] = []
@@ -131,20 +131,6 @@ def _pair(peer: Peer, size: int, own: Cost, other: Cost) -> Pair:
 def _line(pair: Pair) -> str:
     seconds = f"{pair.own:.3f}", pair.library, f"{pair.other:.3f}", f"{pair.own / pair.other:.2f}"
     return row(pair.work, str(pair.size), *seconds, f"{pair.own_memory:.0f}", f"{pair.other_memory:.0f}")
-
-
-def _laid_out(commit: str, folder: Path) -> Path:
-    """Lay a commit out in a folder."""
-    folder.mkdir()
-    packed = subprocess.run(  # noqa: S603  (a commit of this tree)
-        ["git", "archive", commit],  # noqa: S607
-        cwd=TREE,
-        capture_output=True,
-        check=True,
-    )
-    with tarfile.open(fileobj=BytesIO(packed.stdout)) as archive:
-        archive.extractall(folder, filter="data")
-    return folder
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ import pytest
 
 from geoprint.guide import page_named
 from geoprint.guide.names import STAGES, public_names
-from tests.house.whole import whole_house
+from tests.architecture.whole_code_base import whole_code_base
 from tests.shared_plans import SharedPlans
 
 TEXT = page_named("names").text
@@ -18,8 +18,8 @@ ASIDE = {"geoprint.cli", "geoprint.guide", "geoprint.report", "geoprint.motion",
 
 
 def test_every_room_with_names_is_a_stage(shared_plans: SharedPlans) -> None:
-    house = whole_house(shared_plans)
-    rooms = {name for name in house.rooms if house.is_room(name) and name.count(".") == 1}
+    modules = whole_code_base(shared_plans).modules
+    rooms = {name for name, module in modules.items() if module.path.name == "__init__.py" and name.count(".") == 1}
     assert rooms - ASIDE <= STAGES.keys()
 
 

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from numba.core import caching
 
-from benchmarks.parts.house_tree import ROOT, House
+from benchmarks.code_base import ROOT, CodeBase
 from geoprint.surfaces.files import load
 
 CONTRIBUTING = (ROOT / ".github" / "CONTRIBUTING.md").read_text(encoding="utf-8")
@@ -178,7 +178,7 @@ def test_a_recipe_touches_only_the_files_that_it_names(touched: Mapping[str, set
 
 @pytest.mark.usefixtures("touched")
 def test_what_the_recipes_made_imports_nothing_upwards(tree: Path) -> None:
-    assert list(House(tree).upwards()) == []
+    assert list(CodeBase(tree).upwards()) == []
 
 
 @pytest.mark.usefixtures("touched")

@@ -11,12 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.parts.house_tree import ROOT, House
+from benchmarks.code_base import ROOT, CodeBase
 from geoprint.cli.application import run
-from tests.house.whole import whole_house
+from tests.architecture.whole_code_base import whole_code_base
 from tests.shared_plans import SharedPlans
 
-HOUSE = House()
+CODE_BASE = CodeBase()
 # What the extras `cad`, `medical`, `photo` and `scan` install.
 EXTRAS = ("cascadio", "nibabel", "nrrd", "pydicom", "skimage", "cv2", "open3d", "pyfqmr")
 # Refuses to import the modules that its first argument lists, then runs the commands that the others have, and prints
@@ -73,7 +73,7 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> Alone:
         "plan": ["plan", *part, str(folder / "plan"), "--backend", "fast-marching"],
         "inspect": ["inspect", str(cloud), "--unit", "mm"],
     }
-    given = map(json.dumps, ([*HOUSE.optional, *EXTRAS], *commands.values()))
+    given = map(json.dumps, ([*CODE_BASE.optional, *EXTRAS], *commands.values()))
     done = subprocess.run(
         [sys.executable, "-c", ALONE, *given], cwd=ROOT, capture_output=True, text=True, check=False, timeout=300
     )
@@ -98,16 +98,14 @@ def test_what_is_hidden_is_really_hidden_and_asked_for_by_name(alone: Alone) -> 
 
 
 def test_every_hidden_module_is_there(shared_plans: SharedPlans) -> None:
-    modules = whole_house(shared_plans).modules
-    assert [name for name in HOUSE.optional if name not in modules] == []
+    modules = whole_code_base(shared_plans).modules
+    assert [name for name in CODE_BASE.optional if name not in modules] == []
 
 
 def test_what_the_core_needs_is_followed_to_where_it_is_made(shared_plans: SharedPlans) -> None:
-    needed = whole_house(shared_plans).needed(
-        "geoprint.pipeline.plan", "geoprint.pipeline.compare", "geoprint.pipeline.save_comparisons"
-    )
+    needed = whole_code_base(shared_plans).core()
     assert {"geoprint.backends.marching.backend", "geoprint.export.rapid.program"} < set(needed)
-    assert not set(HOUSE.optional) & set(needed)
+    assert not set(CODE_BASE.optional) & set(needed)
 
 
 def test_without_second_libraries_the_same_program_is_written_and_said_not_to_be_confirmed(

@@ -5,14 +5,13 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-from benchmarks.house import table
-from benchmarks.parts.house_tree import ROOT, House
-from tests.house.whole import whole_house
+from benchmarks.code_base import ROOT, CodeBase
+from tests.architecture.whole_code_base import whole_code_base
 from tests.shared_plans import SharedPlans
 
 
 def test_nothing_imports_upwards(shared_plans: SharedPlans) -> None:
-    assert list(whole_house(shared_plans).upwards()) == []
+    assert list(whole_code_base(shared_plans).upwards()) == []
 
 
 def test_an_import_upwards_is_found(tmp_path: Path) -> None:
@@ -30,13 +29,7 @@ def test_an_import_upwards_is_found(tmp_path: Path) -> None:
         "from geoprint.surfaces.repair import inspect\n", encoding="utf-8"
     )
 
-    assert set(House(tmp_path).upwards()) == {
+    assert set(CodeBase(tmp_path).upwards()) == {
         ("geoprint.model.above", "geoprint.paths.poses"),
         ("geoprint.surfaces.remesh.aside", "geoprint.surfaces.repair"),
     }
-
-
-def test_the_table_has_a_row_for_each_package(shared_plans: SharedPlans) -> None:
-    names = {line.split("|")[1].strip() for line in table(whole_house(shared_plans))}
-    folders = {path.parent for path in (ROOT / "geoprint").rglob("*.py")}
-    assert names >= {".".join(path.relative_to(ROOT / "geoprint").parts) or "geoprint" for path in folders}
