@@ -2,34 +2,60 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, cast, get_args
 
 import pytest
 
-from benchmarks.schemas import FOLDER, schemas
 from geoprint.account import PlanRecord, as_json, read_record
+from geoprint.account.json_schemas import RECORDS, write_schemas
 from geoprint.errors import VerificationError
 
 # A plan of a disc of 4 mm, as one version of geoprint wrote it.
 SMALL = Path(__file__).with_name("small_plan.json")
-
-
-@pytest.mark.parametrize("name", [*schemas()])
-def test_the_schema_beside_the_code_is_that_of_the_records(name: str) -> None:
-    written = (FOLDER / name).read_text(encoding="utf-8")
-    assert json.loads(written) == json.loads(schemas()[name]), "write it anew: python -m benchmarks.schemas"
-
-
+# Layout number, and hash of the schema without descriptions, of each kind of record.
+LAYOUTS = Path(__file__).with_name("record_layouts.json")
 # What is taken over from the job says so where the job does.
 OF_THE_JOB = {"PatchRegion", "Source"}
 
 
-def test_every_field_says_what_it_is() -> None:
-    for text in schemas().values():
-        for kind, definition in json.loads(text)["$defs"].items():
+@pytest.fixture(scope="module")
+def schemas(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, Any]]:
+    """The schema of each kind of record, as files have them."""
+    folder = tmp_path_factory.mktemp("schemas")
+    write_schemas(folder / "new")
+    return {name: json.loads((folder / "new" / f"{name}.schema.json").read_text(encoding="utf-8")) for name in RECORDS}
+
+
+def bare(schema: object) -> object:
+    """Return a schema without descriptions, titles and order: what a program that reads files must know."""
+    if isinstance(schema, dict):
+        entries = cast("dict[str, object]", schema).items()
+        return {
+            key: bare(value)
+            for key, value in entries
+            if not (key in {"description", "title"} and isinstance(value, str))
+        }
+    return [bare(value) for value in cast("list[object]", schema)] if isinstance(schema, list) else schema
+
+
+@pytest.mark.parametrize("name", RECORDS)
+def test_a_record_that_changes_gets_another_layout_number(name: str, schemas: dict[str, dict[str, Any]]) -> None:
+    layout = RECORDS[name].model_fields.get("layout", RECORDS[name].model_fields.get("schema_version"))
+    found = {
+        "layout": get_args(layout.annotation)[0] if layout is not None else None,
+        "sha256": hashlib.sha256(json.dumps(bare(schemas[name]), sort_keys=True).encode()).hexdigest(),
+    }
+    recorded = json.loads(LAYOUTS.read_text(encoding="utf-8"))[name]
+    assert found == recorded, f"raise the layout of {name}, then write into {LAYOUTS.name}: {json.dumps(found)}"
+
+
+def test_every_field_has_a_description(schemas: dict[str, dict[str, Any]]) -> None:
+    for schema in schemas.values():
+        for kind, definition in schema["$defs"].items():
             for name, field in definition["properties"].items():
                 assert kind in OF_THE_JOB or field.get("description"), f"{kind}.{name}"
 

@@ -1,7 +1,6 @@
 """The schema of appraisal.json: what photographs show of prints, and how these lie beside their plan.
 
-Lengths are pixels of the photograph where they end in px, else mm on the surface. `schemas/appraisal.schema.json` says
-the same for other programs.
+Lengths are pixels of the photograph where they end in px, else mm on the surface.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The schema of compare.json: what is said of each part, and of each backend that was asked to plan it.
 
-Units and counting are those of plan.json. `schemas/compare.schema.json` says the same for other programs.
+Units and counting are those of plan.json.
 """
 
 from __future__ import annotations

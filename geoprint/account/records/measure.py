@@ -1,6 +1,6 @@
 """The schema of measure.json: how evenly files of toolpaths cover a part, side by side.
 
-Units and counting are those of plan.json. `schemas/measure.schema.json` says the same for other programs.
+Units and counting are those of plan.json.
 """
 
 from __future__ import annotations

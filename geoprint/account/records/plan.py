@@ -1,7 +1,7 @@
 """The schema of plan.json: what is said of a plan, from the file that was read to the warnings.
 
 Lengths are mm, angles degrees, times s, and another unit stands in the name; a share or a ratio is of 1. Runs, levels
-and layers count from 0. `schemas/plan.schema.json` says the same for other programs.
+and layers count from 0.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The schema of appraisal.json of a scan: where it was taken, and how thick the print is, run by run.
 
 Deviations are standard deviations, by noise of the scan and by how well its pose is known. `parts` is what corrects the
-next print: volume over the planned one along the runs. `schemas/scan.schema.json` says the same for other programs.
+next print: volume over the planned one along the runs.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""The schema of simulated.json: what a bundle lays in silico, run by run, and what was put in besides.
-
-`schemas/simulated.schema.json` says the same for other programs.
-"""
+"""The schema of simulated.json: what a bundle lays in silico, run by run, and what was put in besides."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """The schema of stack.json: what is said of the layers of a thickness, each with a bundle of its own beside it.
 
-Units and counting are those of plan.json. `schemas/stack.schema.json` says the same for other programs.
+Units and counting are those of plan.json.
 """
 
 from __future__ import annotations

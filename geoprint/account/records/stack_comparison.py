@@ -1,6 +1,6 @@
 """The schema of stacks.json: whole stacks of layers that several backends planned.
 
-Units and counting are those of stack.json. `schemas/stacks.schema.json` says the same for other programs.
+Units and counting are those of stack.json.
 """
 
 from __future__ import annotations
