@@ -1,23 +1,12 @@
 """How fast and how exact is the robot chain? Inverse kinematics beside iteration, the stages beside their libraries.
 
     python -m benchmarks.motion [--smoke]
-    python -m benchmarks.motion --quadrants [FOLDER]
-    python -m benchmarks.motion --targets (--parts FOLDER | --smoke)
 
 - inverse: all eight closed-form branches of random reachable poses beside damped least squares with Pinocchio, which
   finds one branch, started 0.05 rad away from it: as near as a neighbouring pose.
 - agreement: Pinocchio's forward kinematics of all branches against the poses that were asked for.
-- rotation: the search for turn about the nozzle and branch with a nozzle bent by 45 degrees: microseconds a pose, what
-  its climb costs beside the cheapest of a dense ladder (every pose a rung, 720 turns), and memory against poses.
-- speed: share of the deposit at its set speed on real patches while the normals tremble, and what else is slower, with
-  its joint.
 - stages: joints, time and collision check of a spiral over a dome, with more and more poses, beside what TOPP-RA and
   Pinocchio take alone for as many, and the exponent with which the time grows.
-- bodies: what each body costs in the collision check: the controller's path, the tool, a lamp on it, the arm's links.
-- targets, alone: how the targets of data/'s parts and of the patches in FOLDER follow each other in time and place.
-
-`--quadrants` tells instead how near axes 1, 4 and 6 come to borders of their quadrants on the parts of data/ and the
-patches in FOLDER, and what their motion is like.
 """
 
 from __future__ import annotations
@@ -26,19 +15,13 @@ import argparse
 import importlib
 import time
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 
-from benchmarks.parts.collision_bodies import bodies
-from benchmarks.parts.quadrants import quadrants
-from benchmarks.parts.rotation import rotation
-from benchmarks.parts.spirals import spiral
+from benchmarks.parts.streams import spiral
 from benchmarks.parts.surfaces import make
 from benchmarks.parts.tables import row, table
-from benchmarks.parts.target_table import target_table
-from benchmarks.parts.tip_speed import PATCH_FOLDER, even_speed
 from geoprint import transforms
 from geoprint.config import load_cell
 from geoprint.model import Cell, FloatArray, JointPath, PoseStream, Surface
@@ -69,40 +52,15 @@ def main() -> None:
     """Print the comparisons."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--smoke", action="store_true", help="the smallest cases only, to see that the script runs")
-    parser.add_argument("--quadrants", type=Path, nargs="?", const=PATCH_FOLDER, metavar="FOLDER", help="of patches")
-    parser.add_argument("--targets", action="store_true", help="how targets follow each other, and nothing else")
-    parser.add_argument("--parts", type=Path, metavar="FOLDER", help="of --targets: holds patches/")
-    arguments = parser.parse_args()
-    smoke: bool = arguments.smoke
-    for line in _of_parts(arguments, parser):
-        print(line, flush=True)
-    if arguments.targets or arguments.quadrants is not None:
-        return
+    smoke: bool = parser.parse_args().smoke
     cell = load_cell(None)
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     for line in inverse(arm, count=500 if smoke else 20_000):
         print(line)
     for line in agreement(arm, count=1000 if smoke else 100_000):
         print(line)
-    for line in rotation(arm, counts=(200, 400) if smoke else (1_000, 10_000, 100_000), dense=5 if smoke else 120):
-        print(line, flush=True)
-    for line in even_speed(cell, arm, noises=(0.05,) if smoke else (0.0, 0.05, 0.1), smoke=smoke):
-        print(line, flush=True)
-    for line in bodies(cell, arm, count=100 if smoke else 100_000):
-        print(line, flush=True)
     for line in stages(cell, arm, counts=(40, 80) if smoke else (1_000, 10_000, 100_000)):
         print(line, flush=True)
-
-
-def _of_parts(arguments: argparse.Namespace, parser: argparse.ArgumentParser) -> Iterator[str]:
-    """Yield the table of real parts that was asked for, if any."""
-    parts: Path | None = arguments.parts
-    if arguments.quadrants is not None:
-        yield from quadrants(folder=arguments.quadrants)
-    elif arguments.targets and parts is None and not arguments.smoke:
-        parser.error("--targets needs the --parts, or --smoke")
-    elif arguments.targets:
-        yield from target_table(None if arguments.smoke else parts)
 
 
 def inverse(arm: Arm, *, count: int) -> Iterator[str]:

@@ -23,9 +23,8 @@ import numpy as np
 
 from benchmarks.destruction.mutants import MUTANTS
 from benchmarks.destruction.promises import PROMISES, stops
-from benchmarks.destruction.subject import Subject, subject_of
+from benchmarks.destruction.subject import Subject, cell_with_lags, subject_of
 from benchmarks.parts.tables import row, table
-from benchmarks.programs import cell_with_lags
 from geoprint.config import job_of
 from geoprint.errors import GeoprintError
 from geoprint.pipeline.planning import plan_paths, with_robot

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -10,6 +11,7 @@ from typing import final
 import numpy as np
 
 from geoprint import transforms
+from geoprint.config import packaged_cell_text
 from geoprint.export import Orders, TipsAt
 from geoprint.export.rapid import controller_files
 from geoprint.export.rapid.language.parsing import parse_module
@@ -21,6 +23,8 @@ from geoprint.motion.arm import Arm
 from geoprint.motion.timing import tips_at
 from geoprint.results import Plan
 
+CELL = "irb120-bent45"
+LAGS = {"valve_open_s": 0.05, "valve_close_s": 0.08, "uv_lead_s": 0.02, "uv_tail_s": 0.03}
 RESIDENT = "GeoResident.sys"
 TIES: Mapping[Event, tuple[str, ...]] = {
     "Stop": ("GeoResidentStopped",),
@@ -211,3 +215,11 @@ def _place(found: Execution, switching: Switching) -> FloatArray | None:
     length = float(np.linalg.norm(end - start))
     along = switching.distance if switching.from_start else length - switching.distance
     return start + (end - start) * (along / length if length else 0.0)
+
+
+def cell_with_lags() -> str:
+    """Return the text of a packaged cell whose outputs lag: without lags a timeline shows nothing."""
+    text = packaged_cell_text(CELL)
+    for name, value in LAGS.items():
+        text = re.sub(rf"# {name} = .*", f"{name} = {value}", text)
+    return text

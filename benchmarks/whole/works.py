@@ -29,7 +29,7 @@ work(size)
 print("{INNER}", time.perf_counter() - clock, time.process_time() - processor, resident("VmHWM") - resident_before)
 """
 _CHAIN = """
-from benchmarks.parts.spirals import spiral
+from benchmarks.parts.streams import spiral
 from benchmarks.parts.surfaces import make
 from geoprint import transforms
 from geoprint.config import load_cell

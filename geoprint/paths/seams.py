@@ -29,8 +29,8 @@ class Seams:
     from them as it can.
 
     Layers are planned without waiting for each other, but their runs lie nearly over each other, so that a layer finds
-    on its own runs where those below it start: that holds as far as they do, and `benchmarks.seams` counts where it
-    does not (in at most four runs of a hundred, by less than a spacing).
+    on its own runs where those below it start: that holds as far as they do; in up to four runs of a hundred it does
+    not, by less than a spacing.
 
     Three layers take turns. The first starts its runs in a row from where the part reaches farthest in one direction;
     the second in another direction, keeping from the starts of the first; the third in one more, keeping from both; the

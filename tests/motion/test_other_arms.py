@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.parts.spirals import spiral
+from benchmarks.parts.streams import spiral
 from geoprint import transforms
 from geoprint.errors import UsageError
 from geoprint.model import FloatArray, Robot

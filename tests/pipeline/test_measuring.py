@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from benchmarks.parts.slicer import dome_gcode, dome_heights
 from geoprint import job_of, plan, save_plan, transforms
 from geoprint.config import Job
 from geoprint.errors import FieldError, UsageError
@@ -18,6 +17,7 @@ from geoprint.pipeline import measure_files
 from geoprint.quality import moved, rigid_fit, uniformity
 from geoprint.surfaces.files import save_ply
 from tests.meshes import plate, spherical_cap
+from tests.pipeline.dome_slicer import dome_gcode, dome_heights
 from tests.quality.deposits import straight_line
 
 RADIUS, OPENING = 15.0, 1.0

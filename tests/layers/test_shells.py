@@ -1,4 +1,4 @@
-"""Shells by formula: layers over caps, cylinders and plates, whose area, paths and volume are known."""
+"""Shells whose layers have a formula: their area, the length of their paths and the volume that is laid."""
 
 from __future__ import annotations
 
@@ -9,70 +9,21 @@ from tempfile import TemporaryDirectory
 from typing import final
 
 import numpy as np
+import pytest
 
 from geoprint.config import job_of
-from geoprint.layers import layer_level
 from geoprint.model import Surface
 from geoprint.pipeline import plan
 from geoprint.surfaces import face_areas, turned_over
 from geoprint.surfaces.files import save_ply
 from tests.backends.bands import band
-from tests.meshes import cylinder_patch, plate, spherical_cap
+from tests.meshes import spherical_cap
 
-# Of caps and cylinders [mm], and the opening angles of both [rad].
-RADIUS, CAP_ANGLE, CYLINDER_ANGLE = 12.0, 0.8, 1.4
-# Lengths of the cylinder and of the tube [mm].
-LENGTH, TUBE_LENGTH = 10.0, 6.0
-# Edges over the radius: from a part of a few triangles to that of a good scan.
-EDGES = (0.2, 0.1, 0.05, 0.025)
-# The triangles of an irregular part are moved by this seed.
-JITTER_SEED = 3
+# Of caps and tubes [mm], and the opening angle of caps [rad].
+RADIUS, CAP_ANGLE = 12.0, 0.8
+# Length of the tube [mm].
+TUBE_LENGTH = 6.0
 SPACING = 1.0
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class Shell:
-    """A part whose layers have a formula.
-
-    Attributes:
-        name: as the table has it.
-        part: on its printed side.
-        curvature: of the printed side [1/mm], above 0 where that bulges, in `bends` directions.
-        bends: in how many.
-    """
-
-    name: str
-    part: Surface
-    curvature: float
-    bends: int
-
-    def area(self, over: float) -> float:
-        """Return the area at a height over the part [mm2]."""
-        return float(face_areas(self.part).sum()) * (1.0 + over * self.curvature) ** self.bends
-
-    def off(self, over: float, *, height: float) -> float:
-        """Return the deviation of a level's area from its formula, over that."""
-        return float(face_areas(layer_level(self.part, over, height=height)).sum()) / self.area(over) - 1.0
-
-
-def shells(edge: float, *, jitter_seed: int | None = None) -> Iterator[Shell]:
-    """Yield the cap and the cylinder, outside and inside, with edges of a share of their radius."""
-    rings, around, along = (
-        max(round(extent / edge), 2) for extent in (CAP_ANGLE, CYLINDER_ANGLE, LENGTH / RADIUS)
-    )  # fmt: skip
-    cap = spherical_cap(radius=RADIUS, angle=CAP_ANGLE, rings=rings, jitter_seed=jitter_seed)
-    tube = cylinder_patch(
-        radius=RADIUS, angle=CYLINDER_ANGLE, length=LENGTH, divisions=(around, along), jitter_seed=jitter_seed
-    )
-    for sign, side in ((1.0, "outside"), (-1.0, "inside")):
-        for name, part, bends in (("cap", cap, 2), ("cylinder", tube, 1)):
-            yield Shell(f"{name}, {side}", part if sign > 0.0 else turned_over(part), sign / RADIUS, bends)
-
-
-def flat_shell() -> Shell:
-    """Return the plate."""
-    return Shell("plate", plate((20.0, 15.0)), 0.0, 1)
 
 
 @final
@@ -81,7 +32,7 @@ class PathShell:
     """A part over which contours from its rim have a length by formula.
 
     Attributes:
-        name: as the table has it.
+        name: as the test has it.
         part: on its printed side.
         area: of its layer at a radius [mm] from the axis or the centre [mm2].
         length: of that layer's contours, SPACING apart and half of it from the rim [mm].
@@ -142,3 +93,26 @@ def _tube_area(radius: float) -> float:
 
 def _tube_length(radius: float) -> float:
     return _tube_area(radius) / SPACING
+
+
+CAPS_AND_TUBES = {shell.name: shell for shell in path_shells()}
+
+
+@pytest.mark.parametrize(("name", "layer"), [*zip(CAPS_AND_TUBES, (4, 1, 1, 4), strict=True)])
+def test_area_paths_and_volume_of_a_layer_are_those_of_the_formula(name: str, layer: int) -> None:
+    assert CAPS_AND_TUBES[name].off(layer, thickness=2.0) == pytest.approx((0.0, 0.0, 0.0), abs=0.005)
+
+
+def test_contours_that_are_one_too_few_would_be_seen() -> None:
+    true = CAPS_AND_TUBES["cap, outside"]
+    missing = PathShell(true.name, true.part, true.area, lambda radius: true.length(radius) * 1.01, true.sign)
+    area, length, volume = missing.off(1, thickness=1.0)
+    assert abs(area) < 0.005 < abs(length)
+    assert abs(volume) > 0.005
+
+
+def test_formulas_are_those_of_sphere_and_cylinder() -> None:
+    cap, tube = CAPS_AND_TUBES["cap, outside"], CAPS_AND_TUBES["tube, inside"]
+    # Rings of a cap at 1/2, 3/2 ... of the spacing cover it but for what is left about the pole.
+    assert cap.length(12.0) * SPACING == pytest.approx(cap.area(12.0), rel=0.02)
+    assert tube.area(10.0) == pytest.approx(2.0 * np.pi * 10.0 * TUBE_LENGTH)
