@@ -11,7 +11,6 @@ from __future__ import annotations
 from typing import final
 
 import numpy as np
-from scipy.optimize import brentq
 
 from geoprint.errors import InputError
 from geoprint.model import comparable
@@ -88,6 +87,8 @@ def segment_width(area: float, *, height: float) -> float:
     Raises:
         InputError: the area is smaller than that circle's, or more than 1000 squares of the height.
     """
+    from scipy.optimize import brentq
+
     if not _area(np.pi, height) * (1.0 - 1e-12) <= area <= _area(FLATTEST, height):
         raise InputError(
             f"no bead of {height:g} mm height has a cross-section of {area:g} mm2: it is at least that of a circle, "

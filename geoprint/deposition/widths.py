@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import Protocol, final
 
 import numpy as np
-from scipy.interpolate import RBFInterpolator
 from scipy.spatial import KDTree
 
 from geoprint.model import FloatArray, Surface, freeze_arrays, frozen
@@ -152,6 +151,8 @@ def between(places: FloatArray, values: FloatArray, at: FloatArray) -> FloatArra
         >>> between(ends, np.array([1.0, 3.0]), np.array([[1.0, 0.0, 0.0], [9.0, 0.0, 0.0]])).round(3).tolist()
         [1.5, 3.0]
     """
+    from scipy.interpolate import RBFInterpolator
+
     if len(values) == 1:
         return np.full(len(at), values[0])
     found = RBFInterpolator(places, values, neighbors=min(NEIGHBOURS, len(values)), kernel="linear", degree=0)

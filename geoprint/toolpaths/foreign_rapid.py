@@ -83,6 +83,7 @@ _INTERRUPTS = frozenset({
     "idelete", "ienable", "idisable", "ipers", "ierror",
 })  # fmt: skip
 _WAITS = frozenset({"waitdi", "waitdo", "waituntil", "waitai", "waitao", "waitgi", "waitgo", "stop", "break"})
+_LEFT_OUT = _IDLE | _INTERRUPTS | _WAITS
 # Outputs by the instruction that switches them, and where among its arguments they stand.
 _OUTPUTS = {
     "set": "signaldo", "reset": "signaldo", "setdo": "signaldo", "pulsedo": "signaldo", "invertdo": "signaldo",
@@ -128,8 +129,8 @@ def translated(modules: Sequence[Module]) -> tuple[list[Module], dict[str, str],
     nodes = [
         (module.file, node)
         for module in found
-        for node in each_node((module.data, module.routines))
-        if type(node) in _ASKED and (not isinstance(node, Literal) or type(node.value) is tuple)
+        for node in each_node((module.data, module.routines), _ASKED)
+        if not isinstance(node, Literal) or type(node.value) is tuple
     ]
     signals = _outputs(nodes) | dict.fromkeys(notes.process, "signaldo")
     signals |= _inputs(found, nodes, signals, notes)
@@ -243,7 +244,7 @@ class _Translator:
         name = call.name.lower()
         if name in self._own or not name:
             return [call]
-        if name in _IDLE | _INTERRUPTS | _WAITS:
+        if name in _LEFT_OUT:
             self._notes.skipped["interrupts" if name in _INTERRUPTS else call.name] += 1
             if name in _WAITS and (said := "what is waited for comes, and Stop goes on") not in self._notes.assumed:
                 self._notes.assumed.append(said)
@@ -338,16 +339,15 @@ def _is_true(condition: Expression) -> bool:
 
 def _leaves(statements: _Body) -> bool:
     """Return whether something within statements may leave them."""
-    for node in each_node(statements):
-        if isinstance(node, Leave | Goto):
-            return True
-        if isinstance(node, Call) and node.name.lower() in {"exitcycle", "systemstopaction"}:
-            return True
-    return False
+    return any(
+        not isinstance(node, Call) or node.name.lower() in {"exitcycle", "systemstopaction"}
+        for node in each_node(statements, _LEAVING)
+    )
 
 
 # Kinds of nodes that name outputs, inputs or external axes.
 _ASKED = frozenset({Aggregate, Assignment, Call, FunctionCall, If, Literal, Series, Test, While})
+_LEAVING, _NAMES = frozenset({Leave, Goto, Call}), frozenset({Name})
 # Types of fields that hold no syntax, as they are annotated.
 _SIMPLE = frozenset({"str", "int", "bool", "Storage", "RoutineKind"})
 
@@ -363,8 +363,8 @@ def _parts_of(kind: type) -> Callable[[object], tuple[object, ...]] | None:
     return cast("Callable[[object], tuple[object, ...]]", attrgetter(*names))
 
 
-def each_node(node: object) -> Iterator[object]:
-    """Yield the nodes within syntax, however deep, without the numbers of literals and series."""
+def each_node(node: object, wanted: frozenset[type]) -> Iterator[object]:
+    """Yield the nodes of some kinds within syntax, however deep, without the numbers of literals and series."""
     waiting, known = [node], dict[type, "Callable[[object], tuple[object, ...]] | None"]()
     while waiting:
         one = waiting.pop()
@@ -375,7 +375,8 @@ def each_node(node: object) -> Iterator[object]:
         parts = known[kind] if kind in known else known.setdefault(kind, _parts_of(kind))
         if parts is None:
             continue
-        yield one
+        if kind in wanted:
+            yield one
         if kind is Series:
             waiting.extend(cast("Series", one).kinds())
         elif kind is not Name and kind is not Literal:
@@ -550,4 +551,4 @@ def _asked(node: object) -> list[Name]:
             conditions = (node.value,)
         case _:
             return []
-    return [name for name in each_node(conditions) if isinstance(name, Name)]
+    return cast("list[Name]", [*each_node(conditions, _NAMES)])

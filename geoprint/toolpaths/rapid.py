@@ -33,9 +33,9 @@ TITLE = "RAPID"
 # Characters of all modules; they are parsed as a whole.
 MOST_TEXT = 50_000_000
 # Steps of a program that comes to an end, and processor time in which it must do so [s]: so much, and for a million
-# letters so much more, from which goes off what parsing has taken.
+# letters so much more, from which goes off what it takes to parse and compile them.
 MOST_STEPS = 20_000_000
-MOST_SECONDS, MOST_SECONDS_A_MILLION = 1.5, 6.0
+MOST_SECONDS, MOST_SECONDS_A_MILLION = 1.5, 5.0
 # Names of files that hold modules end so.
 SUFFIXES = frozenset({".mod", ".modx", ".sys", ".sysx", ".prg"})
 # What the machine, which is made for programs of geoprint, raises of a program that no controller would run either.
@@ -99,13 +99,15 @@ def _ran(name: str, texts: Mapping[str, str]) -> tuple[Execution, Notes]:
     modules, signals, notes = translated(modules)
     # What the machine executes must fit: every name means something, and arguments are of their kind.
     resolve(modules, signals=signals)
-    left = MOST_SECONDS_A_MILLION * sum(map(len, texts.values())) / 1e6 - (process_time() - began)
-    ran = _executed(modules, signals, entry=_entry(name, modules), seconds=MOST_SECONDS + max(left, 0.0))
-    return ran, notes
+    until = began + MOST_SECONDS_A_MILLION * sum(map(len, texts.values())) / 1e6
+    return _executed(modules, signals, entry=_entry(name, modules), until=until), notes
 
 
-def _executed(modules: Sequence[Module], signals: Mapping[str, str], *, entry: str, seconds: float) -> Execution:
-    """Execute a program on the arm that comes with geoprint; where that stands does not count in the work object."""
+def _executed(modules: Sequence[Module], signals: Mapping[str, str], *, entry: str, until: float) -> Execution:
+    """Execute a program on the arm that comes with geoprint; where that stands does not count in the work object.
+
+    It may take what is left until a moment of the processor's time, and MOST_SECONDS more.
+    """
     cell = load_cell(None)
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     task = compile_task(modules, at_once=[module.file for module in modules], signals=signals, arm=arm)
@@ -116,7 +118,7 @@ def _executed(modules: Sequence[Module], signals: Mapping[str, str], *, entry: s
         entry=entry,
         watched=frozenset({THROUGH}),
         most_steps=MOST_STEPS,
-        most_seconds=seconds,
+        most_seconds=MOST_SECONDS + max(until - process_time(), 0.0),
     )
     # Numbers that are too large become infinite, which is refused where they are used.
     with np.errstate(all="ignore"):

@@ -14,7 +14,6 @@ from collections.abc import Callable
 from typing import TypeAlias, final
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from geoprint.backends.lscm.continuation import Continuation
 from geoprint.backends.lscm.segment_distance import point_distances
@@ -174,6 +173,8 @@ def _following(stretches: list[ChartStretch], *, largest_gap: float, whole: floa
     Raises:
         FieldError: an end or a beginning is left over that is farther from the border than that.
     """
+    from scipy.optimize import linear_sum_assignment
+
     ends, starts = np.array([stretch.end for stretch in stretches]), np.array([stretch.start for stretch in stretches])
     ending, starting = np.flatnonzero(np.isfinite(ends)), np.flatnonzero(np.isfinite(starts))
     gaps = np.minimum(np.abs(ends[ending, None] - starts[starting]), largest_gap)

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, TypeAlias, final
 
 import numpy as np
 from scipy import sparse
-from scipy.interpolate import BSpline, CubicSpline
 
 from geoprint.model import BoolArray, FloatArray, IntArray, frozen
 
@@ -112,6 +111,8 @@ class _Basis:
 
 def _basis(arcs: FloatArray) -> _Basis | None:
     """Return the splines at each arc; None where the stretch is too short for any."""
+    from scipy.interpolate import BSpline
+
     length = float(arcs[-1])
     pieces = max(int(np.ceil(length / KNOT)), 1)
     free = pieces + DEGREE - 2 * CLAMPED
@@ -144,6 +145,8 @@ class _JointRows:
 
 def _joint_rows(stretch: Stretch, basis: _Basis) -> tuple[_JointRows, _JointRows]:
     """Return what turns do to bends of all joints, and to rates of those that are fast."""
+    from scipy.interpolate import CubicSpline
+
     path = CubicSpline(stretch.arcs, stretch.joints)
     moved = CubicSpline(stretch.arcs, stretch.moved)
     M, dM, ddM = (np.moveaxis(np.asarray(moved(stretch.arcs, order)), 1, 0)[..., None] for order in range(3))

@@ -13,7 +13,6 @@ from dataclasses import replace
 from typing import final
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
@@ -131,6 +130,8 @@ def demands(arcs: FloatArray, joints: FloatArray, *, speed: float, arm: Arm) -> 
 
     As the strain of a motion it is a share of time: of the speed, or the root of the share of the acceleration.
     """
+    from scipy.interpolate import CubicSpline
+
     path = CubicSpline(arcs, joints)
     rates = np.abs(path(arcs, 1)) * speed / arm.robot.speeds
     bends = np.sqrt(np.abs(path(arcs, 2)) * speed**2 / arm.robot.accelerations)
@@ -159,6 +160,8 @@ def _windows(path: JointPath, arm: Arm, *, easing: Easing) -> list[_Window]:
 
 def _bent(path: JointPath, arm: Arm, rows: IntArray, arcs: FloatArray, *, speed: float) -> BoolArray:
     """Return at which poses, and next to which, the bend of the tip alone takes most of what the joints have."""
+    from scipy.interpolate import CubicSpline
+
     pulls = CubicSpline(arcs, path.poses.tips[rows])(arcs, 2) @ path.T_base_work[:3, :3].T * speed**2
     pulls = np.concatenate([pulls, np.zeros_like(pulls)], axis=1)[:, :, None]
     found = np.abs(np.linalg.solve(arm.jacobians(path.joints[rows]), pulls)[:, :, 0])

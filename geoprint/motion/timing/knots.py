@@ -6,7 +6,6 @@ from itertools import pairwise
 from typing import final
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from geoprint.errors import LimitError
 from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, Process, frozen
@@ -92,6 +91,8 @@ class Knots:
             last: knot of the leg.
             response: time in which the arm answers [s].
         """
+        from scipy.interpolate import CubicSpline
+
         rows = slice(first, last + 1)
         joints, lengths = self.joints[rows], self.lengths_of(first, last)
         if not self.deposit[first:last].all():

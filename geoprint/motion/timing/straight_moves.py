@@ -12,7 +12,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from geoprint import transforms
 from geoprint.errors import LimitError
@@ -149,6 +148,8 @@ def strays(knots: Knots, joint_path: JointPath, arm: Arm) -> Strays:
         joint_path: p poses with their joints.
         arm: that follows it, with its tool.
     """
+    from scipy.interpolate import CubicSpline
+
     count = knots.lengths.size - 1
     joints = np.empty((count, len(SHARES), knots.joints.shape[1]))
     for first, last in knots.legs:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from math import sqrt
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from geoprint.kernels import inner, uncounted
 from geoprint.model import FloatArray, Robot, frozen
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 
 @final

@@ -7,15 +7,17 @@ keeps the joint speeds, the joint accelerations and a ceiling on v itself.
 
 from __future__ import annotations
 
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from geoprint.model import BoolArray, FloatArray, Robot, frozen
 from geoprint.motion.timing.confirmation import confirm
 from geoprint.motion.timing.path_speeds import largest_speeds, problem
 from geoprint.motion.timing.strain import GriddedPath, path_accelerations
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 # Where nothing else bounds the path speed [m/s]: faster than any arm, small enough for the solver.
 FASTEST = 10.0
@@ -91,6 +93,8 @@ def straight_motion(start: FloatArray, end: FloatArray, *, speeds: FloatArray, a
     Returns:
         The motion; its s is the share of the line.
     """
+    from scipy.interpolate import CubicSpline
+
     turned = np.abs(end - start)
     moved = turned > 0.0
     top = float((speeds[moved] / turned[moved]).min())
@@ -122,6 +126,8 @@ def fastest_motion(joints: FloatArray, lengths: FloatArray, *, ceilings: FloatAr
     Raises:
         LimitError: no motion within the limits was found.
     """
+    from scipy.interpolate import CubicSpline
+
     path = CubicSpline(lengths, joints)
     ramps = end_ramps(path, ceilings=ceilings, robot=robot)
     grid = _grid(lengths, ramps=ramps)

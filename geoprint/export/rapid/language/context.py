@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import final
 
-from geoprint.export.rapid.language.kinds import Kinds
+from geoprint.export.rapid.language.kinds import Kind, Kinds
 from geoprint.export.rapid.language.names import Names, Symbol, Table
 from geoprint.export.rapid.language.syntax import Routine
 
@@ -28,6 +28,7 @@ class Context:
         handling: whether an error handler is around.
         labels: of the routine, in lower case.
         sound: forms of the module's calls of which nothing is wrong where no routine hides a name.
+        known: kinds of the names that were judged here, and of which nothing is wrong.
     """
 
     names: Names
@@ -41,6 +42,7 @@ class Context:
     handling: bool = False
     labels: frozenset[str] = frozenset()
     sound: set[object] = field(default_factory=set[object])
+    known: dict[str, Kind] = field(default_factory=dict[str, Kind])
 
     def find(self, name: str) -> Symbol | None:
         """Return what a name means here, or None."""
@@ -48,11 +50,12 @@ class Context:
 
     def within_loop(self, variable: str, line: int) -> Context:
         """Return the place within a loop with a variable."""
-        return replace(self, inner={**self.inner, variable.lower(): Symbol(variable, "loop", self.file, line, None)})
+        inner = {**self.inner, variable.lower(): Symbol(variable, "loop", self.file, line, None)}
+        return replace(self, inner=inner, known={})
 
     def within(self, routine: Routine, inner: Table, labels: frozenset[str]) -> Context:
         """Return the place within a routine with its names and labels."""
-        return replace(self, routine=routine, inner=inner, labels=labels)
+        return replace(self, routine=routine, inner=inner, labels=labels, known={})
 
     def within_handler(self) -> Context:
         """Return the place within an error handler."""

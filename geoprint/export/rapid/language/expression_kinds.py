@@ -90,6 +90,16 @@ def _aggregate(aggregate: Aggregate, here: Context) -> None:
 
 
 def _name(name: Name, here: Context) -> Kind | None:
+    known = here.known.get(name.name)
+    if known is not None:
+        return known
+    found = _found(name, here)
+    if found is not None:
+        here.known[name.name] = found
+    return found
+
+
+def _found(name: Name, here: Context) -> Kind | None:
     symbol = here.find(name.name)
     if symbol is None:
         here.miss(name.line, name.name)
@@ -204,9 +214,30 @@ def _binary(binary: Binary, here: Context) -> Kind | None:
         judge(binary.left, here, wanted=BOOL, what=operator)
         judge(binary.right, here, wanted=BOOL, what=operator)
         return BOOL
-    left, right = _sides(binary, here)
+    # In a long sum each operand stands to the right of all before it.
+    within = [binary]
+    while isinstance(inner := within[-1].left, Binary) and inner.operator not in _LOGICAL:
+        within.append(inner)
+    left, right = _sides(within[-1], here)
+    found = _result(within.pop(), left, right, here)
+    for outer in reversed(within):
+        left = _value(found)
+        other = outer.right
+        right = judge(other, here, wanted=left) if isinstance(other, Aggregate) else _operand(other, here)
+        found = _result(outer, left, right, here)
+    return found
+
+
+def _operand(expression: Expression, here: Context) -> Kind | None:
+    return _value(_kind(expression, here))
+
+
+def _result(binary: Binary, left: Kind | None, right: Kind | None, here: Context) -> Kind | None:
+    """Return what an operator makes of values of two kinds."""
+    operator = binary.operator
     # Most of what stands in long sums are numbers.
-    if left in _NUMERIC and right in _NUMERIC and (left == right or NUMBER in {left, right}):
+    same = left is NUM and right is NUM
+    if same or (left in _NUMERIC and right in _NUMERIC and (left == right or NUMBER in {left, right})):
         return BOOL if operator in _COMPARED else right if left == NUMBER else left
     if operator in _EQUALITY:
         if not fits(left, right) and not fits(right, left) and left is not None and right is not None:
@@ -224,8 +255,8 @@ def _binary(binary: Binary, here: Context) -> Kind | None:
 def _sides(binary: Binary, here: Context) -> tuple[Kind | None, Kind | None]:
     """Judge both sides; an aggregate is of the kind of the other side."""
     one, other = binary.left, binary.right
-    left = None if isinstance(one, Aggregate) else _value(_kind(one, here))
-    right = None if isinstance(other, Aggregate) else _value(_kind(other, here))
+    left = None if isinstance(one, Aggregate) else _operand(one, here)
+    right = None if isinstance(other, Aggregate) else _operand(other, here)
     if isinstance(one, Aggregate):
         left = judge(one, here, wanted=right)
     if isinstance(other, Aggregate):

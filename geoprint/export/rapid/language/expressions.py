@@ -29,6 +29,7 @@ _SUMS = frozenset({"+", "-"})
 _PRODUCTS = frozenset({"*", "/", "DIV", "MOD"})
 _LITERALS = frozenset({"number", "string", "numbers"})
 _TRUTHS = frozenset({"TRUE", "FALSE"})
+_GOES_ON = frozenset({"(", ".", "{"})
 
 
 def expression(cursor: Cursor) -> Expression:
@@ -166,12 +167,7 @@ def _signed(cursor: Cursor) -> Expression:
 def _primary(cursor: Cursor) -> Expression:
     line = cursor.line
     if cursor.kind == "name":
-        name = cursor.name("a datum")
-        if not cursor.take("("):
-            return reference(cursor, name, line)
-        found = arguments(cursor, ")")
-        cursor.step()
-        return FunctionCall(line, name, found)
+        return _of_name(cursor, line)
     if cursor.kind in _LITERALS:
         return Literal(line, cursor.value())
     if cursor.kind in _TRUTHS:
@@ -185,6 +181,18 @@ def _primary(cursor: Cursor) -> Expression:
     inner = expression(cursor)
     cursor.need(")", "an expression")
     return inner
+
+
+def _of_name(cursor: Cursor, line: int) -> Expression:
+    name = cursor.name("a datum")
+    # Most names are alone.
+    if cursor.kind not in _GOES_ON:
+        return Name(line, name)
+    if not cursor.take("("):
+        return reference(cursor, name, line)
+    found = arguments(cursor, ")")
+    cursor.step()
+    return FunctionCall(line, name, found)
 
 
 def _aggregate(line: int, parts: tuple[Expression, ...]) -> Expression:

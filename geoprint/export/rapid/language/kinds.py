@@ -37,6 +37,8 @@ class Kind(NamedTuple):
 
 
 NUM, DNUM, BOOL, STRING, NUMBER = Kind("num"), Kind("dnum"), Kind("bool"), Kind("string"), Kind("number")
+# There is one of each of these.
+_PLAIN = {kind: kind for kind in (NUM, DNUM, BOOL, STRING)}
 # As a value a digital signal is 0 or 1, a group or an analog one a number.
 SIGNALS = frozenset({"signaldi", "signaldo", "signalai", "signalao", "signalgi", "signalgo"})
 # What the configuration of a controller names, too, so that a program does not declare it.
@@ -72,7 +74,8 @@ class Kinds:
                 name, file = symbol.node.of, symbol.file or file
                 continue
             home = symbol.file if isinstance(symbol.node, RecordType) and symbol.node.local else ""
-            return Kind(symbol.name.lower(), home, dimensions)
+            found = Kind(symbol.name.lower(), home, dimensions)
+            return _PLAIN.get(found, found)
         return None
 
     def of_symbol(self, symbol: Symbol) -> Kind | None:

@@ -26,6 +26,7 @@ from geoprint.export.rapid.language.syntax import (
     Statement,
     Storage,
 )
+from geoprint.export.rapid.language.tokens import TOO_DEEP
 
 _HEADER = re.compile(r"\A\s*%%%.*?%%%", re.DOTALL)
 _ATTRIBUTES = frozenset({"SYSMODULE", "NOVIEW", "NOSTEPIN", "VIEWONLY", "READONLY"})
@@ -53,7 +54,7 @@ def parse_module(file: str, text: str, *, whole_calls: bool = True) -> Module:
     try:
         return _module(file, cursor, lines=len(lines))
     except RecursionError as error:
-        raise refusal(Place(file, cursor.line), "statements or brackets stand within one another too deeply") from error
+        raise refusal(Place(file, cursor.line), TOO_DEEP) from error
 
 
 def _module(file: str, cursor: Cursor, *, lines: int) -> Module:

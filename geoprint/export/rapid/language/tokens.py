@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import json
 import re
-import sys
 from array import array
 from collections.abc import Iterable, Iterator
 from itertools import chain
@@ -22,6 +21,8 @@ from geoprint.export.rapid.language.places import Place, refusal
 from geoprint.export.rapid.language.syntax import Argument, Call, Literal, Name, Series, Value
 
 Token: TypeAlias = tuple[str, "str | float | Value | Call | Series", int]
+# Kind and value of a word.
+_Meaning: TypeAlias = tuple[str, "str | float"]
 
 # Reserved words, which no name may be [3HAC050946, lexical elements].
 RESERVED = frozenset(
@@ -33,15 +34,20 @@ RESERVED = frozenset(
         VAR VIEWONLY WHILE WITH XOR""",
     )
 )
+TOO_DEEP = "statements or brackets stand within one another too deeply"
 # What an editor leaves where a programmer has still to write something: a controller stops there.
 _PLACEHOLDERS = frozenset({"TDN", "DDN", "RDN", "PAR", "ALT", "DIM", "SMT", "VAR", "EIT", "CSE", "EXP", "ARG", "ID"})
-_TOKEN = re.compile(
-    r"""\s*(?:(?P<name>[^\W\d_]\w*)
-    |(?P<number>0[xX][0-9a-fA-F]+|0[oO][0-7]+|0[bB][01]+|(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)
-    |(?P<string>"(?:[^"]|"")*")|(?P<comment>!.*)|<(?P<hole>[A-Z]{2,3})>
-    |(?P<sign>:=|<>|<=|>=|[-+*/=<>()\[\]{},;.:\\?|%])|(?P<bad>\S)|$)""",
-    re.VERBOSE | re.DOTALL,
-)
+_FORMS = {
+    "name": r"[^\W\d_]\w*",
+    "number": r"0[xX][0-9a-fA-F]+|0[oO][0-7]+|0[bB][01]+|(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?",
+    "string": r'"(?:[^"]|"")*"',
+    "comment": "!.*",
+    "hole": r"<[A-Z]{2,3}>",
+    "sign": r":=|<>|<=|>=|[-+*/=<>()\[\]{},;.:\\?|%]",
+    "bad": r"\S",
+}
+_WORDS = re.compile("|".join(_FORMS.values()), re.DOTALL)
+_WORD_KINDS = re.compile("|".join(f"(?P<{kind}>{form})" for kind, form in _FORMS.items()), re.DOTALL)
 _BASES = {"x": 16, "o": 8, "b": 2}
 # In a text a quotation mark is doubled, a backslash too, and a backslash with two digits is a character by its code.
 _ESCAPE = re.compile(r'""|\\\\|\\([0-9a-fA-F]{2})')
@@ -80,44 +86,59 @@ def _by_line(
     file: str, lines: list[str], comments: list[tuple[int, str]], *, whole_calls: bool
 ) -> Iterator[Iterable[Token]]:
     # Only where a statement begins is a line with a whole instruction one: behind the last token of a line before it.
-    last = [""]
+    last = ""
     series = _Series()
+    known: dict[str, _Meaning] = {}
     for number, line in enumerate(lines, start=1):
-        begins = whole_calls and last[0] == ";"
+        begins = whole_calls and last == ";"
         if begins and series.takes(line, number):
             continue
         yield series.taken()
         if begins and (call := _whole_call(line, number)) is not None:
             yield [("call", call, number)]
-        else:
-            yield _of_line(line, Place(file, number), comments, last)
+        elif found := _of_line(line, Place(file, number), comments, known):
+            last = found[-1][0]
+            yield found
     yield series.taken()
     yield [("end", "", len(lines))]
 
 
-def _of_line(line: str, place: Place, comments: list[tuple[int, str]], last: list[str]) -> Iterator[Token]:
-    """Yield the tokens of a line; the kind of each replaces that of the last one."""
-    number = place.line
-    at = 0
-    while at < len(line) and (match := _TOKEN.match(line, at)) is not None and (kind := match.lastgroup) is not None:
-        at, text = match.end(), match[kind]
-        if kind == "sign" and text != "[":
-            last[0] = text
-            yield text, text, number
-        elif kind == "name":
-            word = text.upper()
-            last[0] = word if word in RESERVED else "name"
-            yield last[0], sys.intern(text), number
-        elif kind == "comment":
-            if not line[: match.start(kind)].strip():
-                comments.append((number, text.rstrip()))
-        elif kind == "sign" and (found := _numbers(line, at - 1)) is not None:
-            value, at = found
-            last[0] = "numbers"
-            yield "numbers", value, number
+def _of_line(line: str, place: Place, comments: list[tuple[int, str]], known: dict[str, _Meaning]) -> list[Token]:
+    text = line.strip()
+    if text.startswith("!"):
+        comments.append((place.line, text))
+        return []
+    if "[" not in line:
+        return _of_words(_WORDS.findall(line), place, known)
+    found: list[Token] = []
+    at = tried = 0
+    while (match := _WORDS.search(line, at)) is not None:
+        at, value = match.end(), None
+        if match[0] == "[" and at > tried:
+            try:
+                value, tried = _numbers(line, at - 1)
+            except RecursionError as error:
+                raise refusal(place, TOO_DEEP) from error
+        if value is None:
+            found += _of_words([match[0]], place, known)
         else:
-            last[0], value = _token(kind, text, place)
-            yield last[0], value, number
+            at = tried
+            found.append(("numbers", value, place.line))
+    return found
+
+
+def _of_words(words: list[str], place: Place, known: dict[str, _Meaning]) -> list[Token]:
+    # A program has few different words, and many of each.
+    number = place.line
+    found: list[Token] = []
+    for word in words:
+        meaning = known.get(word)
+        if meaning is None:
+            meaning = known[word] = _meaning(word, place)
+        kind, value = meaning
+        if kind != "comment":
+            found.append((kind, value, number))
+    return found
 
 
 @final
@@ -162,18 +183,24 @@ class _Series:
         return [("call", whole, whole.lines[0])]
 
 
-def _token(kind: str, text: str, place: Place) -> tuple[str, str | float]:
+def _meaning(word: str, place: Place) -> _Meaning:
+    match = _WORD_KINDS.match(word)
+    kind = "bad" if match is None else str(match.lastgroup)
+    if kind == "name":
+        return (reserved if (reserved := word.upper()) in RESERVED else kind), word
     if kind == "sign":
-        return text, text
+        return word, word
     if kind == "number":
-        base = _BASES.get(text[1:2].lower(), 10)
-        return "number", float(text) if base == 10 else float(int(text[2:], base))
+        base = _BASES.get(word[1:2].lower(), 10)
+        return kind, float(word) if base == 10 else float(int(word[2:], base))
     if kind == "string":
-        return "string", _ESCAPE.sub(_unescaped, text[1:-1])
-    if kind == "hole" and text in _PLACEHOLDERS:
-        reason = f"the placeholder <{text}> was never filled in"
+        return kind, _ESCAPE.sub(_unescaped, word[1:-1])
+    if kind == "comment":
+        return kind, word
+    if kind == "hole" and word[1:-1] in _PLACEHOLDERS:
+        reason = f"the placeholder {word} was never filled in"
     else:
-        reason = "a text has no closing quotation mark" if text == '"' else f"{text!r} begins nothing in RAPID"
+        reason = "a text has no closing quotation mark" if word == '"' else f"{word!r} begins nothing in RAPID"
     raise refusal(place, reason)
 
 
@@ -181,16 +208,16 @@ def _unescaped(escape: re.Match[str]) -> str:
     return chr(int(escape[1], 16)) if escape[1] else escape[0][0]
 
 
-def _numbers(line: str, at: int) -> tuple[Value, int] | None:
-    """Return the aggregate of numbers that begins here and where it ends, or None where it is none for the scanner."""
-    bounds = _NUMBERS.match(line, at)
-    if bounds is None:
-        return None
+def _numbers(line: str, at: int) -> tuple[Value | None, int]:
+    """Return the aggregate of numbers that begins here, or None, and where it ends, or up to where there is none.
+
+    What the scanner does not take is not tried again from within, so that a line is read once, whatever it holds.
+    """
     try:
         value, end = cast("tuple[list[object], int]", _DECODER.raw_decode(line, at))
-    except ValueError:
-        return None
-    return (_frozen(value), end) if end <= bounds.end() else None
+    except json.JSONDecodeError as error:
+        return None, error.pos
+    return (_frozen(value) if _NUMBERS.fullmatch(line, at, end) else None), end
 
 
 def _frozen(parts: list[object]) -> Value:
@@ -205,10 +232,12 @@ def _whole_call(line: str, number: int) -> Call | None:
     head = _CALL.match(line)
     if head is None:
         return None
-    found = _numbers(line, head.end())
-    if found is None:
+    try:
+        value, at = _numbers(line, head.end())
+    except RecursionError:
         return None
-    value, at = found
+    if value is None:
+        return None
     tail = _TAIL.match(line, at)
     if tail is None:
         return None

@@ -158,7 +158,7 @@ class Batches:
         # Where the external axes change the step is executed by itself.
         rows = slice(first, min(rows.stop, int(self._moved[np.searchsorted(self._moved, first, side="right")])))
         tool, work, tool_name, work_name = self._work[self._forms[self._of[first]][3]]
-        held = tool_frame(tool(state))
+        held = tool_frame(state, tool(state))
         pose, number = target_frame(state, work(state))
         tip = tip_of(state.motion, state, held)
         block, entries = self._block(state, rows, tip=compose(inverted(pose), tip))

@@ -6,11 +6,12 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, cast
 
 from geoprint.errors import VerificationError
-from geoprint.export.rapid.language.syntax import Argument, Call, Expression, Parameter, Value
+from geoprint.export.rapid.language.kinds import LARGEST_NUM
+from geoprint.export.rapid.language.syntax import Argument, Call, Expression, Literal, Parameter, Value
 from geoprint.export.rapid.machine.state import MISSING, Reference, Slot, State
 from geoprint.export.rapid.machine.stepping import enter
 from geoprint.export.rapid.machine.values.faults import fault, unknown
-from geoprint.export.rapid.machine.values.records import stored
+from geoprint.export.rapid.machine.values.records import single, stored
 
 if TYPE_CHECKING:
     from geoprint.export.rapid.machine.code import RoutineCode, Scope
@@ -31,18 +32,20 @@ def binder(
     given: dict[str, Argument] = {}
     waiting = [parameter for parameter in routine.parameters if not parameter.optional]
     for argument in arguments:
-        named = next((each for each in routine.parameters if each.name.lower() == argument.name.lower()), None)
-        if argument.name and named is None:
-            unknown(scope.file, argument.line, f"{routine.name} has no parameter {argument.name}")
-        if named is None:
-            if not waiting:
-                unknown(scope.file, argument.line, f"{routine.name} is given too many arguments")
-            named = waiting[0]
-        waiting = [parameter for parameter in waiting if parameter is not named]
-        given[named.name.lower()] = argument
+        if argument.name:
+            word = argument.name.lower()
+            named = next((each for each in routine.parameters if each.name.lower() == word), None)
+            if named is None:
+                unknown(scope.file, argument.line, f"{routine.name} has no parameter {argument.name}")
+            waiting = [parameter for parameter in waiting if parameter is not named]
+        elif waiting:
+            named = waiting.pop(0)
+        else:
+            unknown(scope.file, argument.line, f"{routine.name} is given too many arguments")
+        given[named.name] = argument
     if waiting:
         unknown(scope.file, line, f"{routine.name} is not given its parameter {waiting[0].name}")
-    makers = [_maker(parameter, given.get(parameter.name.lower()), scope) for parameter in routine.parameters]
+    makers = [_maker(parameter, given.get(parameter.name), scope) for parameter in routine.parameters]
     return lambda state: [make(state) for make in makers]
 
 
@@ -74,10 +77,19 @@ def by_reference(parameter: Parameter) -> bool:
 
 
 def _maker(parameter: Parameter, argument: Argument | None, scope: Scope) -> Callable[[State], Slot]:
-    from geoprint.export.rapid.machine.expressions import compiled, operand, reference
-
     if argument is None:
         return lambda _: MISSING
+    value = argument.value
+    number = value.value if isinstance(value, Literal) and not parameter.mode else None
+    if isinstance(number, float) and abs(number) <= LARGEST_NUM:
+        rounded = single(number)
+        return lambda _: rounded
+    return _computing(parameter, argument, scope)
+
+
+def _computing(parameter: Parameter, argument: Argument, scope: Scope) -> Callable[[State], Slot]:
+    from geoprint.export.rapid.machine.expressions import compiled, operand, reference
+
     if argument.forwarded:
         return _forwarded(parameter, argument, scope)
     if argument.value is None:

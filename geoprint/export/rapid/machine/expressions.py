@@ -27,7 +27,7 @@ from geoprint.export.rapid.machine.state import MISSING, Missing, Reference, Sta
 from geoprint.export.rapid.machine.stepping import evaluate_routine
 from geoprint.export.rapid.machine.values.arithmetic import ARITHMETIC
 from geoprint.export.rapid.machine.values.faults import fault, unknown
-from geoprint.export.rapid.machine.values.poses import Orient, times
+from geoprint.export.rapid.machine.values.poses import times
 from geoprint.export.rapid.machine.values.predefined import PREDEFINED
 
 _COMPARISONS: dict[str, Callable[[Any, Any], Any]] = {
@@ -256,6 +256,8 @@ def _unary(expression: Unary, scope: Scope) -> Code:
 
 
 def _binary(expression: Binary, scope: Scope) -> Code:
+    if expression.operator in ARITHMETIC:
+        return _arithmetic(expression, scope)
     left, right = operand(expression.left, scope), operand(expression.right, scope)
     one, other = left.run, right.run
     word = expression.operator
@@ -265,14 +267,43 @@ def _binary(expression: Binary, scope: Scope) -> Code:
         return Code("bool", lambda state: bool(one(state)) or bool(other(state)))
     if word == "XOR":
         return Code("bool", lambda state: one(state) != other(state))
-    if word in _COMPARISONS:
-        compare = _COMPARISONS[word]
-        return Code("bool", lambda state: compare(one(state), other(state)))
-    if word == "*" and left.kind == right.kind == "orient":
-        return Code("orient", lambda state: times(cast("Orient", one(state)), cast("Orient", other(state))))
-    kind = "pos" if "pos" in {left.kind, right.kind} else left.kind or right.kind
-    operation = _joined if word == "+" and kind == "string" else ARITHMETIC[word]
-    return Code(kind, lambda state: operation(one(state), other(state)))
+    compare = _COMPARISONS[word]
+    return Code("bool", lambda state: compare(one(state), other(state)))
+
+
+def _arithmetic(expression: Binary, scope: Scope) -> Code:
+    """Compile a sum or product; in a long one each operand stands to the right of all before it."""
+    within: list[Binary] = []
+    first: Expression = expression
+    while isinstance(first, Binary) and first.operator in ARITHMETIC:
+        within.append(first)
+        first = first.left
+    code = operand(first, scope)
+    start, kind = code.run, code.kind
+    rest: list[tuple[Callable[[Any, Any], Value], Evaluate]] = []
+    for each in reversed(within):
+        right = operand(each.right, scope)
+        operation = _operation(each.operator, kind, right.kind)
+        rest.append((operation, right.run))
+        kind = "pos" if "pos" in {kind, right.kind} else kind or right.kind
+    if len(rest) == 1:
+        (operation, other) = rest[0]
+        return Code(kind, lambda state: operation(start(state), other(state)))
+
+    def compute(state: State) -> Value:
+        value = start(state)
+        for operation, other in rest:
+            value = operation(value, other(state))
+        return value
+
+    return Code(kind, compute)
+
+
+def _operation(word: str, left: str, right: str) -> Callable[[Any, Any], Value]:
+    """Return what an operator does with values of two types."""
+    if word == "*" and left == right == "orient":
+        return times
+    return _joined if word == "+" and (left or right) == "string" else ARITHMETIC[word]
 
 
 def _joined(one: Value, other: Value) -> Value:

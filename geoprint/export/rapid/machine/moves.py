@@ -82,16 +82,21 @@ def target_frame(state: State, work: Value) -> tuple[Pose, int]:
     return pose, number
 
 
-def tool_frame(tool: Value) -> Pose:
+def tool_frame(state: State, tool: Value) -> Pose:
     """Return the frame of a tool on the flange.
 
     Raises:
         Fault: the robot does not hold it.
     """
+    known = state.tool
+    if known is not None and known[0] is tool:
+        return known[1]
     held, frame, _ = cast("tuple[bool, Value, Value]", tool)
     if not held:
         fault("ERR_NORUNUNIT", "the tool is not held by the robot")
-    return pose_of(frame)
+    pose = pose_of(frame)
+    state.tool = (tool, pose)
+    return pose
 
 
 def mode_number(state: State) -> int:
@@ -115,7 +120,7 @@ def run_line(
     place, turn, configuration, axes = cast("tuple[Pos, Orient, Orient, tuple[float, ...]]", target)
     written, turn = turn, normalised(turn)
     frame, number = target_frame(state, work)
-    held = tool_frame(tool)
+    held = tool_frame(state, tool)
     motion = state.motion
     start = tip_of(motion, state, held)
     end = compose(frame, (place, turn))
@@ -139,7 +144,7 @@ def run_joints(
     angles, axes = cast("tuple[tuple[float, ...], tuple[float, ...]]", target)
     motion = state.motion
     start, end = joints_of(motion, state), tuple(math.radians(each) for each in angles)
-    held = tool_frame(tool)
+    held = tool_frame(state, tool)
     length, turn = _swept(state, start, end, held)
     duration = _duration(state, length, turn, speed=speed, options=options)
     if "t" not in options:

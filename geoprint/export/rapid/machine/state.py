@@ -200,7 +200,7 @@ class State:
         "answered", "arm", "base", "clock", "data", "deadline", "ended", "error", "file", "frame", "frames", "line",
         "loaded",
         "loading", "local", "log", "motion", "order", "pending", "reason",
-        "routines", "scenario", "signals", "steps", "task",
+        "routines", "scenario", "signals", "steps", "task", "tool",
         "until", "watched",
     )  # fmt: skip
 
@@ -221,6 +221,8 @@ class State:
         self.order = 0
         # The frame of targets that was used last: work object, displacement, pose in the base, number in the log.
         self.frame: tuple[object, Pose, Pose, int] | None = None
+        # The tool that was used last, and its frame.
+        self.tool: tuple[object, Pose] | None = None
         self.motion = Moving(None, scenario.joints, scenario.joints)
         self.log = Log()
         self.loaded: frozenset[str] = frozenset()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, cast, final
 
 from geoprint.export.rapid.language.syntax import (
@@ -98,6 +98,11 @@ class _Compiler:
         self._code, self._scope, self._task = code, scope, task
         self._labels: dict[str, _Place] = {}
         self._asked: list[tuple[int, str]] = []
+        self._makers: Mapping[type, Callable[[Any], None]] = {
+            Call: self._call, Series: self._series, Assignment: self._assignment, If: self._if, Test: self._test,
+            For: self._for, While: self._while, Leave: self._leave, Goto: self._goto, Label: self._mark,
+            Connect: self._connect,
+        }  # fmt: skip
 
     def emit(self, step: Step, line: int) -> None:
         """Append a step; a negative line is that of a step that belongs to no statement of its own."""
@@ -117,19 +122,11 @@ class _Compiler:
         """Append statements, and note for each of their steps what comes behind the statement."""
         for statement in statements:
             first = len(self._code.steps)
-            self._statement(statement)
+            self._makers[type(statement)](statement)
             after = len(self._code.steps)
             for step in range(first, after):
                 if self._code.after[step] < 0:
                     self._code.after[step] = after
-
-    def _statement(self, statement: Statement) -> None:
-        makers: dict[type, Callable[[Any], None]] = {
-            Call: self._call, Series: self._series, Assignment: self._assignment, If: self._if, Test: self._test,
-            For: self._for, While: self._while, Leave: self._leave, Goto: self._goto, Label: self._mark,
-            Connect: self._connect,
-        }  # fmt: skip
-        makers[type(statement)](statement)
 
     def _goto(self, statement: Goto) -> None:
         self._asked.append((statement.line, statement.label.lower()))

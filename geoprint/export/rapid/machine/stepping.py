@@ -25,10 +25,10 @@ _DEEPEST = 200
 def advance(state: State, until: float) -> None:
     """Execute until the program waits beyond a moment, or ends; outputs switch up to that moment."""
     state.until = until
-    frames = state.frames
-    most = state.scenario.most_steps
+    frames, pending, seen = state.frames, state.pending, state.log.seen
+    most, deadline = state.scenario.most_steps, state.deadline
     while state.clock <= until and state.ended == "runs" and len(frames) > state.base:
-        if state.pending:
+        if pending:
             state.fire(state.clock)
         frame = frames[-1]
         pc = frame.pc
@@ -37,12 +37,12 @@ def advance(state: State, until: float) -> None:
             leave(state, None)
             continue
         frame.pc = pc + 1
-        state.log.seen[routine.number][pc] = 1
+        seen[routine.number][pc] = 1
         state.steps += 1
         if state.steps > most:
             state.end("error", f"the program has made {most} steps and does not end")
             return
-        if state.steps % _LOOK == 0 and process_time() > state.deadline:
+        if state.steps % _LOOK == 0 and process_time() > deadline:
             seconds = state.scenario.most_seconds
             unknown(routine.file, routine.line_of(pc), f"the program does not run to its end in {seconds:.2g} s")
         try:

@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 from importlib import resources
+from time import process_time
 
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -288,9 +289,18 @@ def test_what_stands_too_deep_is_refused_by_its_line(line: str) -> None:
         parsed(line)
 
 
-def test_operators_in_too_long_a_row_are_refused() -> None:
-    module = parsed(f"x:=1{'+1' * 5000};")
-    assert "too deeply" in str(examine([module], signals=None)[1][0])
+@pytest.mark.parametrize(("row", "said"), [("1" + "+1" * 5000, "x is declared"), ("a" + " AND a" * 5000, "too deeply")])
+def test_a_long_sum_is_judged_and_a_long_row_of_conditions_refused(row: str, said: str) -> None:
+    assert said in str(examine([parsed(f"x:={row};")], signals=None)[1][0])
+
+
+def test_the_time_of_a_line_grows_with_its_length_and_not_with_its_square() -> None:
+    began = process_time()
+    call = in_routine(f"go {'[1],' * 60_000}1;")[0]
+    assert isinstance(call, Call)
+    assert [each.value for each in call.arguments[:2]] == [Literal(3, (1.0,))] * 2
+    # Read anew from each bracket on it takes half a minute.
+    assert process_time() - began < 8.0
 
 
 @settings(max_examples=200, deadline=None)

@@ -257,7 +257,8 @@ def test_a_task_read_from_files_is_the_same_as_from_memory(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize(
-    ("deep", "line"), [("x:=" + "(" * 4000 + "1" + ")" * 4000 + ";", FIRST), ("x:=" + "+".join(["1"] * 9000) + ";", 1)]
+    ("deep", "line"),
+    [("x:=" + "(" * 4000 + "1" + ")" * 4000 + ";", FIRST), ("b:=" + " AND ".join(["b"] * 9000) + ";", 1)],
 )
 def test_what_is_nested_too_deeply_is_refused_and_not_a_crash(deep: str, line: int) -> None:
     with pytest.raises(VerificationError, match=rf"A\.mod, line {line}: .*too deeply"):

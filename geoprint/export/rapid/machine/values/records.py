@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Mapping
+from functools import cache
 
 from geoprint.export.rapid.language.syntax import Value
 from geoprint.export.rapid.machine.values.faults import fault
@@ -43,6 +44,7 @@ RECORDS: Mapping[str, Components] = {
 _NUMBERS = frozenset({"num", "errnum", "intnum", "dionum", "byte", "triggios", "tpnum", "opnum", "symnum"})
 # Only of a fixed order of bytes a number that is too large is refused.
 _SINGLE = struct.Struct("<f")
+_NUMBERS_ALONE = {float}
 _WHOLE = 16777216.0
 
 
@@ -88,8 +90,20 @@ def stored(value: Value) -> Value:
             return value
         return single(value)
     if type(value) is tuple:
+        if set(map(type, value)) == _NUMBERS_ALONE:
+            try:
+                singles = _singles(len(value))
+                return singles.unpack(singles.pack(*value))
+            except OverflowError:
+                # Its part says which.
+                pass
         return tuple([stored(part) for part in value])
     return value
+
+
+@cache
+def _singles(count: int) -> struct.Struct:
+    return struct.Struct(f"<{count}f")
 
 
 def single(value: float) -> float:
