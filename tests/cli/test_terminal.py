@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.terminals import screen
 from geoprint.cli import terminal
+from tests.cli.screens import screen
 
 GEOPRINT = [sys.executable, "-m", "geoprint"]
 ESCAPES = re.compile(r"\x1b\[[\d;]*m")

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 import pytest
 
-from benchmarks.stability import DATA, MOVED, differences, figures
+from geoprint import job_of, plan
+from geoprint.errors import GeoprintError
 from geoprint.model import Surface
 from geoprint.surfaces.files import load, save_ply, suggested_unit
 from tests.shared_data import shared
 
+DATA = Path(__file__).parents[2] / "data"
+# Standard deviation by which vertices are moved [mm].
+MOVED = 1e-9
+# Figures of a plan, and how far they may differ: as a share, or in points where they are percentages.
+RELATIVE = MappingProxyType({"mm/s": 0.005, "targets": 0.01})
+POINTS = MappingProxyType({"CV": 0.02, "gap": 0.02, "overlap": 0.02})
 # Part, backend and spacing [mm]; those of the shared data first.
 SHARED = (
     ("aortic_root_band_6mm", "heat", 2.0),
@@ -38,6 +47,40 @@ def moved(path: Path, folder: Path) -> tuple[Path, Path]:
     for file, vertices in zip(files, (surface.vertices, surface.vertices + noise), strict=True):
         save_ply(Surface(vertices, surface.faces, "part"), file)
     return files
+
+
+def figures(file: Path, *, backend: str, spacing: float) -> dict[str, float | str]:
+    """Return what must not depend on the last bit: runs, speed, targets, evenness, or why there is no plan."""
+    try:
+        planned = plan(job_of(surface=file, unit="mm", spacing=spacing, backend=backend, place="demo"))
+    except GeoprintError as error:
+        return {"refused": type(error).__name__}
+    measured, robot = planned.uniformity, planned.robot[0]
+    assert measured is not None
+    return {
+        "runs": measured.run_count,
+        "mm/s": planned.workpiece.cell.process.speed,
+        "targets": len(robot.targets.poses),
+        "CV": 100.0 * measured.thickness.cv,
+        "gap": 100.0 * measured.gap,
+        "overlap": 100.0 * measured.overlap,
+    }
+
+
+def differences(found: Mapping[str, float | str], other: Mapping[str, float | str]) -> list[str]:
+    """Return a cell for each figure: what it is both times, and a mark where it differs by more than it may."""
+    if "refused" in found or "refused" in other:
+        same = found.get("refused") == other.get("refused")
+        return [
+            f"{found.get('refused', 'planned')}, {other.get('refused', 'planned')}{'' if same else ' !'}",
+            *[""] * 5,
+        ]
+    cells = [f"{found['runs']}, {other['runs']}{'' if found['runs'] == other['runs'] else ' !'}"]
+    for name, allowed in (*RELATIVE.items(), *POINTS.items()):
+        one, two = float(found[name]), float(other[name])
+        off = abs(two - one) / one if name in RELATIVE else abs(two - one)
+        cells.append(f"{one:.4g}, {two:.4g}{' !' if off > allowed else ''}")
+    return cells
 
 
 @pytest.mark.parametrize(("name", "backend", "spacing"), [*OWN, *SHARED])
