@@ -15,7 +15,7 @@ Over the bare part, without the layers, the same path is clear.
 The third table is of a part on each kind of table that tilts it, in two of its attitudes: the same obstacles where the
 part stands then; and the table itself, shifted under the part so that a point of plate, leg, hub or stand is at a known
 distance from a spot of what moves, whatever else of it is nearer; and near misses, in which the nearest of all of it is
-0.2 mm beyond the clearance (`benchmarks.parts.planted_cylinders`). One column is of the arm at home while the shifted
+0.2 mm beyond the clearance (`benchmarks.parts.planted`). One column is of the arm at home while the shifted
 table goes to the attitude: what then comes within the clearance must be refused. There are no near misses of that,
 because a proof for all that moves at once keeps some millimetres more.
 """
@@ -35,15 +35,22 @@ import numpy as np
 
 from benchmarks.attitudes import APEX, TABLES, cell_with
 from benchmarks.parts.planted import KINDS, hall, near_miss
-from benchmarks.parts.planted_scenes import BEYOND, DEPTHS, GRAZE, SOLIDS, STANDOFF_ERROR, Scene, scene_at
-from benchmarks.parts.planted_tables import (
+from benchmarks.parts.planted_scenes import (
+    BEYOND,
+    DEPTHS,
+    GRAZE,
+    SOLIDS,
+    STANDOFF_ERROR,
+    Scene,
     is_refused_in_motion,
     is_refused_over,
+    raised_layers,
+    scene_at,
     tables_at_home,
     tables_beside,
     tables_in_the_way,
+    with_lump,
 )
-from benchmarks.parts.printed_layers import raised_layers, with_lump
 from benchmarks.parts.tables import row, rule
 from benchmarks.uniformity import DATA
 from geoprint.config import job_of

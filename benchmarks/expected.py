@@ -23,8 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.parts.reprints import Layer, Lines, Shape, lines_of, planned_cv, reprinted
-from benchmarks.parts.rings import rings, shape_of, surface
+from benchmarks.parts.reprints import Layer, Lines, Shape, lines_of, planned_cv, reprinted, rings, shape_of, surface
 from benchmarks.parts.tables import row, table
 from geoprint.config import job_of
 from geoprint.model import PoseStream, PrintErrors

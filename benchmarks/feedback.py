@@ -12,7 +12,7 @@ height; the scan has no part in it. The last column is what of it is left after 
 wanted of every seed.
 
 The second table: programs of a plate for a slow arm, whose valve lets more through at corners, and for a flow that
-follows the speed (`benchmarks.parts.program_loop`): largest and root mean square deviation of the volume of a run from
+follows the speed (`benchmarks.parts.closed_loop`): largest and root mean square deviation of the volume of a run from
 the wanted one, print after print; by photographs from its share of the whole print, for these say no more. What a valve
 printed is not fed back to the other dispenser: the first print there has no correction, as `geoprint plan` asks for.
 Then how many prints of 100 that are as their programs deposit them change something, by noise of the measurement.
@@ -29,9 +29,17 @@ from itertools import islice
 
 import numpy as np
 
-from benchmarks.parts.closed_loop import BOUNDS, closed_loop, measured_as_known, plant_of
+from benchmarks.parts.closed_loop import (
+    BOUNDS,
+    Measure,
+    Mode,
+    changed,
+    closed_loop,
+    deviations,
+    measured_as_known,
+    plant_of,
+)
 from benchmarks.parts.print_scans import RAYS, SIDE
-from benchmarks.parts.program_loop import Measure, Mode, changed, deviations
 from benchmarks.parts.tables import row, rule
 from geoprint.deposition.feedback import corrected
 from geoprint.model import FloatArray

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import final
+from typing import TypeAlias, cast, final
 
 import numpy as np
 
@@ -16,10 +16,11 @@ from geoprint.export import Orders, TipsAt
 from geoprint.export.rapid import controller_files
 from geoprint.export.rapid.language.parsing import parse_module
 from geoprint.export.rapid.language.syntax import Value
-from geoprint.export.rapid.machine import Execution, MachineTask, Scenario, Switching, compile_task, execute
+from geoprint.export.rapid.machine import Controller, Execution, MachineTask, Scenario, Switching, compile_task, execute
 from geoprint.export.rapid.machine.scenario import Event
 from geoprint.model import BoolArray, Cell, FloatArray, IntArray
 from geoprint.motion.arm import Arm
+from geoprint.motion.controller import LIFT
 from geoprint.motion.timing import tips_at
 from geoprint.results import Plan
 
@@ -223,3 +224,290 @@ def cell_with_lags() -> str:
     for name, value in LAGS.items():
         text = re.sub(rf"# {name} = .*", f"{name} = {value}", text)
     return text
+
+
+# How far from where the plan says an output may switch, and how far a target may lie off [mm].
+OFF_PLACE = 0.05
+OFF_TARGET = 0.001
+# The clock leaves ramps out, so that the lamp may seem late by this [s].
+OFF_TIME = 0.02
+# What the operator answers: the first key goes on, the fifth stops.
+GO_ON, STOP = 1.0, 5.0
+Promise: TypeAlias = Callable[[Subject], Iterator[str]]
+
+
+def dry(subject: Subject) -> Iterator[str]:
+    """In a dry run no output is ever on, and every target is passed, lifted."""
+    every: tuple[dict[str, Value], ...] = (
+        {}, {"geoSpeedPct": 100.0}, {"geoSpeedPct": 100.0, "geoFirstRun": float(subject.runs)},
+    )  # fmt: skip
+    for set_to in every:
+        found = subject.execute(subject.scenario(set_to))
+        told = f"dry with {set_to}"
+        yield from _ends(found, "end", told)
+        yield from _nothing_on(found, told)
+        yield from _passes(found, subject.targets() + np.array([0.0, 0.0, LIFT]), told)
+
+
+def speed(subject: Subject) -> Iterator[str]:
+    """`geoSpeedPct` slows every move between home and home by its share."""
+    at = [subject.execute(subject.scenario({"geoSpeedPct": pct})).moves for pct in (100.0, 20.0)]
+    # What comes before and after has speeds of its own: home at first, priming, the final exposure.
+    full, slow = ((moves.ends - moves.begins)[moves.along_path[0] - 1 : moves.along_path[-1] + 2] for moves in at)
+    if len(full) != len(slow) or not np.allclose(slow, 5.0 * full, rtol=1e-3):
+        yield "a dry run at 20 % does not take five times as long"
+
+
+def prints(subject: Subject) -> Iterator[str]:
+    """A print lays every run once, where the plan has it, under the lamp, and ends with all outputs off."""
+    found = subject.execute(subject.scenario(PRINT))
+    yield from _ends(found, "end", "print")
+    yield from _passes(found, subject.targets(), "print")
+    yield from _lays(found, subject, first_run=1, told="print")
+    if any(found.signals.values()):
+        yield "print: an output is on at the end"
+
+
+def begins_where_told(subject: Subject) -> Iterator[str]:
+    """`geoFirstRun := r` prints r to the last run, all of it and nothing else; what is before is driven lifted."""
+    for run in sorted({2, (subject.runs + 1) // 2, subject.runs} & set(range(2, subject.runs + 1))):
+        told = f"from run {run}"
+        found = subject.execute(subject.scenario({**PRINT, "geoFirstRun": float(run)}))
+        yield from _ends(found, "end", told)
+        lift = np.where((subject.orders.runs + 1 < run)[:, None], np.array([0.0, 0.0, LIFT]), 0.0)
+        yield from _passes(found, subject.targets() + lift, told)
+        yield from _lays(found, subject, first_run=run, told=told)
+        # The motion towards the part is that of the dry run.
+        towards = found.moves.along_path[0] - 1
+        joints = np.append(found.moves.places[towards], found.moves.turns[towards, :3])
+        if np.abs(joints - subject.orders.aloft).max() > 1e-5:
+            yield f"{told}: the first motion is not the lifted one"
+
+
+def stops(subject: Subject, *, seed: int = 0, count: int = 40) -> Iterator[str]:
+    """A stop leaves all off; then it refuses with the run, or goes on as planned; from main it resumes."""
+    random = np.random.default_rng(seed)
+    whole = Controller(subject.task, subject.scenario(PRINT))
+    seconds = subject.execute(subject.scenario(PRINT)).seconds
+    for number, moment in enumerate(np.sort(random.uniform(0.0, seconds, count)).tolist()):
+        whole.run_until(moment)
+        one = whole.copy()
+        told = f"stop {number} at {moment:.3f} s"
+        on = any(one.execution().signals.values())
+        if number % 4 == 3:
+            one.power_failure()
+        else:
+            one.stop_at(moment, "Stop" if number % 2 else "QStop")
+        stopped = one.execution()
+        if any(stopped.signals.values()):
+            yield f"{told}: an output stays on"
+        if stopped.ended != "runs":
+            if stopped.ended == "error":
+                yield f"{told}: ends by {stopped.reason}"
+            continue
+        yield from _after(one, stopped, subject, on=on, again=number // 4 % 3, told=told)
+
+
+def refuses(subject: Subject) -> Iterator[str]:
+    """What is set wrong, missing or refused ends before any motion towards the part."""
+    wrong: dict[str, Mapping[str, Value]] = {
+        "geoSpeedPct 0": {"geoSpeedPct": 0.0},
+        "geoSpeedPct 101": {"geoSpeedPct": 101.0},
+        "geoFirstRun 0": {"geoFirstRun": 0.0},
+        "geoFirstRun beyond": {"geoFirstRun": subject.runs + 1.0},
+        "work object shifted": {"wGeoPart": _moved(subject, shift=1.0)},
+        "work object turned": {"wGeoPart": _moved(subject, turn_deg=1.0)},
+    }
+    for told, data in wrong.items():
+        for found in (subject.execute(subject.scenario(set_to)) for set_to in (data, {**PRINT, **data})):
+            yield from _ends(found, "exit", told)
+            yield from _stays(found, told)
+    nearly = {"wGeoPart": _moved(subject, shift=0.2 * float(subject.cell.process.standoff) / 10.0)}
+    yield from _ends(subject.execute(subject.scenario(nearly)), "end", "work object hardly shifted")
+    yield from _far_from_home(subject)
+    yield from _slow(subject)
+    yield from _without_resident(subject)
+
+
+def _far_from_home(subject: Subject) -> Iterator[str]:
+    """An arm far from home is asked about, and a refusal ends it there."""
+    for axis in range(6):
+        far = np.zeros(6)
+        far[axis] = np.radians(6.0)
+        for answers, ending in (((), "waits"), ((STOP,), "exit")):
+            found = subject.execute(subject.scenario(PRINT, answers=answers, off_home=far))
+            told = f"axis {axis + 1} far from home, answers {answers}"
+            yield from _ends(found, ending, told)
+            yield from _stays(found, told)
+        found = subject.execute(subject.scenario(answers=(GO_ON,), off_home=-far))
+        yield from _ends(found, "end", f"axis {axis + 1} far from home, moved there")
+        if not found.questions:
+            yield f"axis {axis + 1} far from home on the other side: nothing is asked"
+        if subject.execute(subject.scenario(off_home=far * 0.6)).questions:
+            yield f"axis {axis + 1} near home: a question is asked"
+
+
+def _slow(subject: Subject) -> Iterator[str]:
+    """A print below its speed lays nothing where the flow does not follow the speed."""
+    if subject.cell.signals.mode == "analog":
+        return
+    set_slow = subject.scenario({**PRINT, "geoSpeedPct": 25.0})
+    turned_down = replace(subject.scenario(PRINT), override=50.0)
+    for told, scenario in (("print at 25 %", set_slow), ("print with an override of 50 %", turned_down)):
+        found = subject.execute(scenario)
+        yield from _ends(found, "exit", told)
+        yield from _stays(found, told)
+    yield from _turned_down(subject)
+
+
+def _turned_down(subject: Subject) -> Iterator[str]:
+    """Where somebody turns the override down in the first run, the second is not begun."""
+    if subject.runs < 2:
+        return
+    entered = [call.time for call in subject.execute(subject.scenario(PRINT)).calls]
+    one = Controller(subject.task, subject.scenario(PRINT))
+    one.run_until((entered[0] + entered[1]) / 2.0)
+    one.state.scenario = replace(one.state.scenario, override=50.0)
+    one.run_until(np.inf)
+    found = one.execution()
+    subject.note(found)
+    yield from _ends(found, "exit", "override turned down")
+    if len(_carried(found, subject.cell.signals.dispenser, alone=subject.cell.purge is not None)) != 1:
+        yield "override turned down: the second run is printed, or the first is not"
+    if not any(text.endswith("run 2") for _, text in found.texts):
+        yield "override turned down: it does not say where to begin again"
+
+
+def _without_resident(subject: Subject) -> Iterator[str]:
+    """Without the resident, or with another one, nothing moves."""
+    alone = replace(subject.scenario(PRINT), ties={})
+    found = execute(subject.task_without({RESIDENT}), alone)
+    yield from _ends(found, "exit", "no resident")
+    yield from _stays(found, "no resident")
+    if not any("GeoResident" in text for _, text in found.texts):
+        yield "no resident: nothing names it"
+    for constant in ("nGeoResident", "nGeoOutputs"):
+        text = subject.modules[RESIDENT].replace(f"{constant}:=", f"{constant}:=1+")
+        found = execute(subject.changed({RESIDENT: text}).task, subject.scenario(PRINT))
+        yield from _ends(found, "exit", f"another {constant}")
+        yield from _stays(found, f"another {constant}")
+    paths = {file for file in subject.modules if file.startswith("GeoPath")}
+    if paths:
+        found = subject.execute(replace(subject.scenario(PRINT), disk=frozenset(paths - {"GeoPath1.mod"})))
+        yield from _ends(found, "error", "a missing module")
+        yield from _stays(found, "a missing module")
+
+
+def _after(one: Controller, stopped: Execution, subject: Subject, *, on: bool, again: int, told: str) -> Iterator[str]:
+    """Start again after a stop: where it stood, or from main to print on, or from main to run dry."""
+    switched, moved = len(stopped.switchings), stopped.moves.count
+    run = int(cast("float", stopped.calls[-1].arguments[0])) if stopped.calls else 0
+    laid = len(_carried(stopped, subject.cell.signals.dispenser, alone=subject.cell.purge is not None))
+    if again == 0:
+        one.go_on()
+        found = one.execution()
+        subject.note(found)
+        if found.ended == "exit":
+            if found.moves.count > moved or spans(found, subject.cell.signals.dispenser, after=switched):
+                yield f"{told}: it refuses, but goes on first"
+            if not any(f"run {max(run, 1)}" in text for _, text in found.texts):
+                yield f"{told}: it refuses without the run {run}"
+            return
+        yield from _ends(found, "end", told)
+        if on and not any("final exposure short" in text for _, text in found.texts):
+            yield f"{told}: an output was on, and it goes on"
+        yield from _lays(found, subject, first_run=1, told=told, skip=laid, after=switched)
+        return
+    resumed: dict[str, Value] = {**PRINT, "geoFirstRun": float(max(run, 1))}
+    set_to = resumed if again == 1 else {"geoDryRun": True}
+    one.from_main(subject.scenario(set_to, answers=(GO_ON, GO_ON)))
+    one.run_until(np.inf)
+    found = one.execution()
+    subject.note(found)
+    yield from _ends(found, "end", f"{told}, from main")
+    if again == 1:
+        yield from _lays(found, subject, first_run=max(run, 1), told=f"{told}, from main", after=switched)
+        unfinished = stopped.moves.along_path.size < subject.orders.count
+        if on and unfinished and "Is the nozzle clean, the part right?" not in found.questions:
+            yield f"{told}: nobody is asked about the run that was cut short"
+    elif any(each.value for each in found.switchings[switched:]):
+        yield f"{told}: an output is switched on in the dry run after it"
+
+
+def _ends(found: Execution, ending: str, told: str) -> Iterator[str]:
+    if found.ended != ending:
+        yield f"{told}: ends by {found.ended} ({found.reason or 'no reason'}; {found.file} {found.line}), not {ending}"
+
+
+def _nothing_on(found: Execution, told: str) -> Iterator[str]:
+    on = [each for each in found.switchings if each.value != 0.0]
+    if on:
+        yield f"{told}: {on[0].signal} is on at {on[0].time:.3f} s ({on[0].file}, line {on[0].line})"
+
+
+def _stays(found: Execution, told: str) -> Iterator[str]:
+    """Nothing moves and nothing is switched on."""
+    if found.moves.count:
+        yield f"{told}: the arm moves {found.moves.count} times"
+    yield from _nothing_on(found, told)
+
+
+def _passes(found: Execution, wanted: FloatArray, told: str) -> Iterator[str]:
+    """The moves along the path lead to (t, 3) places in base coordinates, in order."""
+    _, places = tips(found)
+    if len(places) != len(wanted):
+        yield f"{told}: {len(places)} targets, not {len(wanted)}"
+    elif (off := np.linalg.norm(places - wanted, axis=1)).max() > OFF_TARGET:
+        yield f"{told}: target {int(off.argmax()) + 1} lies {off.max():.4f} mm off"
+
+
+def _lays(
+    found: Execution, subject: Subject, *, first_run: int, told: str, skip: int = 0, after: int = 0
+) -> Iterator[str]:
+    """The valve opens and shuts once for each deposit from a run on, where the plan has it, under the lamp."""
+    signals = subject.cell.signals
+    planned = subject.openings(first_run=first_run)[skip:]
+    laid = _carried(found, signals.dispenser, after=after, alone=subject.cell.purge is not None)
+    if len(laid) != len(planned):
+        yield f"{told}: the valve opens {len(laid)} times, not {len(planned)}"
+        return
+    lit = _carried(found, signals.uv_lamp, after=after, alone=subject.cell.flood is not None)
+    for number, (span, (begins, ends)) in enumerate(zip(laid, planned, strict=True), start=1):
+        for what, place, at in (("opens", span.began, begins), ("shuts", span.ended, ends)):
+            off = np.inf if place is None else float(np.linalg.norm(place - at))
+            if off > OFF_PLACE:
+                yield f"{told}: the valve {what} {off:.3f} mm off in deposit {number}"
+        flows = found.switchings[span.on].time + signals.valve_open
+        if not any(found.switchings[light.on].time <= flows + OFF_TIME for light in lit):
+            yield f"{told}: deposit {number} is laid without light"
+    wanted = subject.lit(first_run=first_run)[skip:].sum()
+    if len(lit) != wanted:
+        yield f"{told}: the lamp is on {len(lit)} times, not {wanted}"
+
+
+def _carried(found: Execution, signal: str, *, after: int = 0, alone: bool) -> list[Span]:
+    """Return when an output was on; without what no move carried, where the cell primes or floods standing still."""
+    return [span for span in spans(found, signal, after=after) if not (alone and span.began is None)]
+
+
+def _moved(subject: Subject, *, shift: float = 0.0, turn_deg: float = 0.0) -> Value:
+    """Return the work object as if the part were shifted [mm] and turned about its middle, both in base coordinates."""
+    data = subject.execute(subject.scenario({"geoSpeedPct": 0.0})).data
+    part = cast("tuple[Value, ...]", data["wgeopart"])
+    place, turn = (np.array(each, dtype=np.float64) for each in cast("tuple[Value, Value]", part[3]))
+    middle = transforms.apply(subject.T_base_work, np.array(data["geomiddle"], dtype=np.float64))
+    half = np.radians(turn_deg) / 2.0
+    about = transforms.rotation_of(np.array([np.cos(half), np.sin(half), 0.0, 0.0]))
+    T = transforms.rigid(about @ transforms.rotation_of(turn), about @ (place - middle) + middle + [shift, 0.0, 0.0])
+    moved = (tuple(T[:3, 3].tolist()), tuple(transforms.quaternion_of(T[:3, :3]).tolist()))
+    return (*part[:3], moved, part[4])
+
+
+PROMISES: Mapping[str, Promise] = {
+    "dry": dry,
+    "speed": speed,
+    "prints": prints,
+    "begins where told": begins_where_told,
+    "stops": stops,
+    "refuses": refuses,
+}

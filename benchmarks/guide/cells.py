@@ -1,10 +1,11 @@
-"""The guide's pictures of the cell: the arm, its calibration, needles, and a program in time."""
+"""The guide's pictures of the cell: arm, calibration, needles, a program in time, its proof, and measured toolpaths."""
 
 # matplotlib leaves the keyword arguments of its methods untyped.
 # pyright: reportUnknownMemberType=false
 
 from __future__ import annotations
 
+import tempfile
 from functools import cache
 from pathlib import Path
 
@@ -12,15 +13,19 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon, Rectangle
 
-from benchmarks.guide.shaded import BLUE, GREEN, GREY, ORANGE, PART, bare, panels, small_png
+from benchmarks.guide.shaded import BLUE, GREEN, GREY, ORANGE, PART, bare, panels, small_png, smaller
+from geoprint.account.evidence import WORDS
+from geoprint.account.measured.figures import record_measurement
+from geoprint.account.measured.page import measure_picture
 from geoprint.config import job_of, load_cell
+from geoprint.guide import page_named
 from geoprint.model import Cell, FloatArray, TouchedPoints
 from geoprint.motion.arm import Arm
 from geoprint.motion.collision import tool_solids
 from geoprint.motion.collision.link_solids import link_solids
 from geoprint.motion.collision.tool_solids import Solid
 from geoprint.motion.placing import calibrate_fixture, position_uncertainty
-from geoprint.pipeline import plan
+from geoprint.pipeline import measure_files, plan, save_plan
 from geoprint.results import RobotPlan
 from geoprint.transforms import apply, inverse
 
@@ -168,3 +173,39 @@ def _note(axis: Axes, text: str, place: tuple[float, float], beside: tuple[float
     axis.annotate(
         text, place, beside, fontsize=9, va="center", arrowprops={"arrowstyle": "-", "color": "black", "linewidth": 0.8}
     )
+
+
+# Each step stands so much higher than the one before, and is so wide.
+RISE, WIDTH = 0.55, 1.9
+
+
+def again(_data: Path) -> bytes:
+    """Draw the steps from a program that was read back to one that printed, and who says so."""
+    figure, (axis,) = panels(1, width=7.6, height=3.6)
+    steps = [("parsed", BLUE), ("executed", BLUE), *((word, ORANGE) for word in WORDS.values())]
+    for number, (word, colour) in enumerate(steps):
+        left, top = number * WIDTH, (number + 1) * RISE
+        axis.add_patch(Rectangle((left, 0.0), WIDTH - 0.06, top, color=colour, alpha=0.35 + 0.1 * number))
+        axis.annotate(
+            word.replace(" on a ", "\non a ").replace("virtual ", "virtual\n"), (left + WIDTH / 2, top + 0.08),
+            ha="center", va="bottom", fontsize=9,
+        )  # fmt: skip
+    for text, first, last in (("geoprint itself", 0, 2), ("a person who saw it", 2, len(steps))):
+        axis.annotate(text, ((first + last) / 2 * WIDTH, -0.3), ha="center", va="center", fontsize=10)
+        axis.plot([first * WIDTH + 0.1, last * WIDTH - 0.16], [-0.12, -0.12], color=GREY, linewidth=1.5)
+    axis.set_xlim(-0.1, len(steps) * WIDTH + 0.1)
+    axis.set_ylim(-0.5, len(steps) * RISE + 0.3)
+    bare(axis)
+    axis.set_aspect("auto")
+    return small_png(figure)
+
+
+def measured(data: Path) -> bytes:
+    """Draw what the page measures: contours of a plate beside its rows."""
+    (rows,) = (block.text for block in page_named("measure").blocks if block.word == "rows.csv")
+    job = job_of(surface=data / "plate.ply", unit="mm", spacing=5.0, backend="fast-marching", robot=False)
+    with tempfile.TemporaryDirectory() as folder:
+        save_plan(plan(job), Path(folder) / "ours")
+        (Path(folder) / "rows.csv").write_text(rows, encoding="utf-8")
+        found = measure_files(job, [Path(folder) / "ours", Path(folder) / "rows.csv"])
+    return smaller(measure_picture(found, record_measurement(found)), width=800)

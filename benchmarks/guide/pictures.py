@@ -8,20 +8,8 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from benchmarks.field.figures import KEPT, loaded
-from benchmarks.field.picture import field_picture
-from benchmarks.guide import (
-    appraised,
-    cells,
-    measured,
-    paper_prints,
-    proof,
-    sections,
-    simulated,
-    surfaces,
-    through,
-    tilted,
-)
+from benchmarks.field.figures import KEPT, field_picture, loaded
+from benchmarks.guide import cells, layers, prints, surfaces
 from benchmarks.guide.shaded import smaller
 from benchmarks.parts.stamps import stamp, stamped
 from geoprint.config import job_of
@@ -92,20 +80,20 @@ PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "middle.png": surfaces.middle,
     "spiral.png": surfaces.spiral,
     "guided.png": surfaces.guided,
-    "layers.png": sections.layers,
-    "sliced.png": sections.sliced,
+    "layers.png": layers.layers,
+    "sliced.png": layers.sliced,
     "fibres.png": surfaces.fibres,
     "widths.png": surfaces.widths,
-    "through.png": through.through,
-    "overhang.png": tilted.tilted,
+    "through.png": layers.through,
+    "overhang.png": layers.tilted,
     "several-patches.png": surfaces.several_patches,
     "controller.png": cells.controller,
-    "again.png": proof.again,
+    "again.png": cells.again,
     "report.png": report,
-    "measure.png": measured.measured,
-    "appraise.png": appraised.appraised,
-    "simulate.png": simulated.simulated,
-    "paper.png": paper_prints.paper,
+    "measure.png": cells.measured,
+    "appraise.png": prints.appraised,
+    "simulate.png": prints.simulated,
+    "paper.png": prints.paper,
     "yardstick.png": yardstick,
     "checked.png": cells.checked,
     "scripting.png": scripting,

@@ -29,8 +29,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from benchmarks.mutants.reaching import READ_BY, Record, reaching_tests, records
-from benchmarks.mutants.syntax import Mutant, mutants_of
-from benchmarks.mutants.templates import mutants_of_text
+from benchmarks.mutants.syntax import Mutant, mutants_of, mutants_of_text
 from benchmarks.mutants.trying import KILLED, LATE, SURVIVED, UNSEEN, Outcome, Trial, tried
 from benchmarks.parts.tables import row, table
 

@@ -3,7 +3,7 @@
     python -m benchmarks.paper [--samples 100] [--repeats 20] [--seed 1] [--parts FILE ...] [--smoke]
 
 Cases A, B and C of Table I (`data/paper_case_*.toml`) are planned on both heart patches of data/, and on any patches
-[mm] besides; laid in silico with all that the paper does not say fixed beforehand (`benchmarks.paper.printing`);
+[mm] besides; laid in silico with all that the paper does not say fixed beforehand (`benchmarks.paper.prints`);
 photographed by a camera that stands still; and their edge images compared by eq. 3. The first table prints what is
 fixed, the second our distances beside the paper's 62.2254, 72.8354 and 47.3814 pixels. Nobody knows the paper's
 camera, so sizes count only beside each other. The third tells what each print truly is: best is the case whose layer is
@@ -20,10 +20,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from benchmarks.paper.comparing import PAPER, Compared, compared
-from benchmarks.paper.printing import PLAUSIBLE, fixed_printing
-from benchmarks.paper.prints import BODY, DATA, studio_of
-from benchmarks.paper.sampling import Draw, draws, order_text, orders, repeats, shares
+from benchmarks.paper.comparing import PAPER, Compared, Draw, compared, draws, order_text, orders, repeats, shares
+from benchmarks.paper.prints import BODY, DATA, PLAUSIBLE, fixed_printing, studio_of
 from benchmarks.parts.tables import row, table
 from geoprint.model import PASCAL_PER_KPA
 

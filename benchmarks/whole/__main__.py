@@ -27,8 +27,7 @@ import numpy as np
 from benchmarks.code_base import extract_commit
 from benchmarks.parts.tables import row, table
 from benchmarks.whole.costs import TREE, Cost, cost_of, costs_of, least
-from benchmarks.whole.figures import Pair, save
-from benchmarks.whole.picture import PICTURE, speed_picture
+from benchmarks.whole.figures import PICTURE, Pair, save, speed_picture
 from benchmarks.whole.works import PEERS, WORKS, Peer, Work, inner
 
 # The commit before the chain was made faster.

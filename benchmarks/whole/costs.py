@@ -5,13 +5,19 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import final
 
-from benchmarks.whole.parts import FOLDER, PARTS, folder_of_parts, part_file
+import numpy as np
+
+from benchmarks.parts.surfaces import cap, triangulated
+from geoprint.model import Surface
+from geoprint.surfaces.files import save_ply
+from tests.meshes import sphere
 
 TREE = Path(__file__).parents[2]
 # A process may say its own cost: seconds of clock and of the processor, without imports, and the memory above what its
@@ -83,3 +89,36 @@ def _run(arguments: Sequence[str], tree: Path, *, fresh: bool) -> tuple[Cost, li
 def least(costs: Sequence[Cost]) -> Cost:
     """Return the least of each that some runs took: the machine is rarely alone."""
     return Cost(*(min(getattr(cost, name) for cost in costs) for name in ("clock", "processor", "memory")))
+
+
+# Names the folder in which parts are kept to the processes that are timed.
+FOLDER = "BENCHMARK_PARTS"
+PARTS: Mapping[str, Callable[[], Surface]] = {
+    "SPHERE": lambda: sphere(radius=40.0, subdivisions=8),
+    "CAP": lambda: triangulated(cap(40.0, depth=30.0), name="cap", faces=10_000),
+}
+
+
+@cache
+def part_file(name: str) -> Path:
+    """Return a file with a part of that name."""
+    path = Path(folder_of_parts().name, f"{name.lower()}.ply")
+    save_ply(PARTS[name](), path)
+    return path
+
+
+@cache
+def folder_of_parts() -> TemporaryDirectory[str]:
+    """Return the folder, which goes when this process does."""
+    return TemporaryDirectory()
+
+
+@cache
+def cap_of(faces: int) -> Surface:
+    """Return an irregular mesh of a cap of 70 degrees, with about so many faces, from the folder or for it."""
+    kept = Path(os.environ[FOLDER], f"cap_{faces}.npz")
+    if not kept.exists():
+        made = triangulated(cap(70.0), name="cap", faces=faces, style="irregular")
+        np.savez(kept, vertices=made.vertices, faces=made.faces)
+    with np.load(kept) as arrays:
+        return Surface(arrays["vertices"], arrays["faces"], name="cap")

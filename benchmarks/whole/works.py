@@ -51,7 +51,7 @@ def work(count):
 """
 _CAP = """
 import numpy as np
-from benchmarks.whole.parts import cap_of
+from benchmarks.whole.costs import cap_of
 from geoprint.surfaces import boundary_loops, boundary_seed
 least = 1_000
 cap_of(size), cap_of(least)

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.destruction.__main__ import cells, planned
-from benchmarks.destruction.mutants import MUTANTS, Mutant
-from benchmarks.destruction.promises import PROMISES
-from benchmarks.destruction.subject import Subject, subject_of
+from benchmarks.destruction.__main__ import MUTANTS, Mutant, cells, planned
+from benchmarks.destruction.subject import PROMISES, Subject, subject_of
 from geoprint.surfaces.files import save_ply
 from tests.meshes import plate
 

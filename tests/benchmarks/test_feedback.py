@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.feedback import silence
-from benchmarks.parts.closed_loop import closed_loop, plant_of
-from benchmarks.parts.program_loop import Measure, Mode, changed, deviations
+from benchmarks.parts.closed_loop import Measure, Mode, changed, closed_loop, deviations, plant_of
 
 # Lines of sight to either side, and places of a triangle by which the truth is found.
 RAYS, SIDE = 130, 3

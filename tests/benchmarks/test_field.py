@@ -9,10 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.field.figures import KEPT, Figures, line, loaded, save
-from benchmarks.field.picture import field_picture
-from benchmarks.field.planar import concentric_infill
-from benchmarks.field.planners import PLANNERS, joined, missing_libraries, present_planners
+from benchmarks.field.figures import KEPT, Figures, field_picture, line, loaded, save
+from benchmarks.field.planners import PLANNERS, concentric_infill, joined, missing_libraries, present_planners
 from benchmarks.parts.stamps import stamp, stamp_of
 from geoprint.errors import InputError
 from geoprint.guide import picture_bytes

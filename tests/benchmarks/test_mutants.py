@@ -10,8 +10,7 @@ import pytest
 from benchmarks.mutants import trying
 from benchmarks.mutants.__main__ import drawn, nearest, summary
 from benchmarks.mutants.reaching import Record, reaching_tests, records
-from benchmarks.mutants.syntax import Mutant, kernel_lines, mutants_of, top_lines
-from benchmarks.mutants.templates import mutants_of_text
+from benchmarks.mutants.syntax import Mutant, kernel_lines, mutants_of, mutants_of_text, top_lines
 from benchmarks.mutants.trying import KILLED, LATE, SURVIVED, UNSEEN, Outcome, Trial, tried
 
 SOURCE = '''"""Says 2 + 2."""

@@ -8,10 +8,21 @@ import numpy as np
 import pytest
 
 from benchmarks.paper.__main__ import counted, distances, layers
-from benchmarks.paper.comparing import PAPER, PAPER_ORDER, Compared, compared, edge_image
-from benchmarks.paper.printing import PLAUSIBLE, Printing, drawn_printing, fixed_printing
-from benchmarks.paper.prints import BODY, DATA, Studio, bead_sections, bead_size, prints_of, studio_of, thickness
-from benchmarks.paper.sampling import Draw, order_text, share
+from benchmarks.paper.comparing import PAPER, PAPER_ORDER, Compared, Draw, compared, edge_image, order_text, share
+from benchmarks.paper.prints import (
+    BODY,
+    DATA,
+    PLAUSIBLE,
+    Printing,
+    Studio,
+    bead_sections,
+    bead_size,
+    drawn_printing,
+    fixed_printing,
+    prints_of,
+    studio_of,
+    thickness,
+)
 from geoprint.appraisal import Directed, SetDistances, apart
 from geoprint.deposition.bead import segment_area
 from geoprint.model import BoolArray, FloatArray

@@ -8,11 +8,13 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from benchmarks.attitudes import APEX, cell_with
-from benchmarks.parts.planted_cylinders import Patches, facing, table_cylinders
-from benchmarks.parts.planted_scenes import BEYOND, Scene, scene_at
-from benchmarks.parts.planted_tables import (
+from benchmarks.parts.planted import Patches, facing, table_cylinders
+from benchmarks.parts.planted_scenes import (
+    BEYOND,
+    Scene,
     is_refused_in_motion,
     is_refused_over,
+    scene_at,
     tables_at_home,
     tables_beside,
     tables_in_the_way,

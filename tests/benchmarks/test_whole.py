@@ -9,8 +9,7 @@ import pytest
 
 from benchmarks.whole.__main__ import beside, whole
 from benchmarks.whole.costs import INNER, TREE, cost_of
-from benchmarks.whole.figures import Pair, loaded, save
-from benchmarks.whole.picture import PICTURE, speed_picture
+from benchmarks.whole.figures import PICTURE, Pair, loaded, save, speed_picture
 from benchmarks.whole.works import PEERS, Peer, Work
 
 

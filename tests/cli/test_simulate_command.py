@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.parts.edited_programs import Modules, edited, late, left_open, slowed, within_run
-from benchmarks.simulated import FIXTURE, LAGS
+from benchmarks.simulated import FIXTURE, LAGS, Modules, edited, late, left_open, slowed, within_run
 from geoprint import cli
 from geoprint.account import read_record
 from geoprint.account.records.simulated import SimulatedRecord
