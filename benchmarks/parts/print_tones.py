@@ -40,7 +40,8 @@ SIZE, FILLED, AWAY = 900, 0.8, 10.0
 WIDTH_OFF, OFFSET_OFF = 0.03, 0.02
 # Of what is drawn: gammas (0 is sRGB's), exposures, blurs [px] and the largest slant [rad], gradient and grain.
 GAMMAS, EXPOSURES, BLURS, SLANT, GRADIENT, GRAINS = (1.0, 2.4), (0.3, 2.0), (0.0, 4.0), 0.35, 0.4, (0.002, 0.02)
-# How the picture is held: as it is, in so many of eight; else it is turned, mirrored, or negative.
+# How the picture is held: as it is, in so many of eight; else it is turned, mirrored, or negative. One in which a fault
+# is to be found is not turned or mirrored, since such are refused.
 HELD = ("", "", "", "", "", "negative", "turned", "mirrored")
 # Errors that are planted: a run with so much volume, a break and a blob, so long [mm], so much wider.
 PLANTED = ("0.6 of its volume", "1.5 of its volume", "break of 3 mm", "blob")
@@ -96,7 +97,7 @@ def judged_photograph(seed: int, *, planted: str = "") -> Judged:
     printed = outlined_print(part)
     print_ = _printed(printed, planted, random)
     view, up = _view(printed, random)
-    grey, how = _developed(printed, print_.beads, view, up, random)
+    grey, how = _developed(printed, print_.beads, view, up, random, upright=bool(planted))
     camera = true_camera(view)
     visible = in_sight(camera, printed.surface, printed.plan.places, size=view.size, margin=10.0)
     try:
@@ -143,7 +144,13 @@ def _view(printed: OutlinedPrint, random: np.random.Generator) -> tuple[Viewpoin
 
 
 def _developed(
-    printed: OutlinedPrint, beads: LaidBeads, view: Viewpoint, up: FloatArray, random: np.random.Generator
+    printed: OutlinedPrint,
+    beads: LaidBeads,
+    view: Viewpoint,
+    up: FloatArray,
+    random: np.random.Generator,
+    *,
+    upright: bool,
 ) -> tuple[FloatArray, str]:
     """Return the (h, w) photograph, and how it was made."""
     tone = 0.0 if random.random() < 0.25 else random.uniform(*GAMMAS)
@@ -154,6 +161,7 @@ def _developed(
     development = Development(exposure=exposure, tone=tone, blur=blur, grain=random.uniform(*GRAINS))
     grey = developed(shown * (1.0 + slope), development, random=random)
     way = HELD[int(random.integers(len(HELD)))]
+    way = "" if upright and way in ("turned", "mirrored") else way
     changed = {"": grey, "negative": 1.0 - grey, "turned": np.rot90(grey), "mirrored": np.fliplr(grey)}[way]
     how = f"{'sRGB' if tone == 0.0 else f'gamma {tone:.2f}'}, x {exposure:.2f}, {blur:.1f} px{way and f', {way}'}"
     return np.rint(255.0 * changed) / 255.0, how

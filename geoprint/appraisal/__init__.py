@@ -6,7 +6,9 @@ Stages on frozen values: `read_photograph`, `bead_width`, `paired_edges`, `beads
 
 from geoprint.appraisal.against_plan import (
     PlannedRuns as PlannedRuns,
+    PrintShift as PrintShift,
     planned_runs as planned_runs,
+    print_shift as print_shift,
 )
 from geoprint.appraisal.appraised import (
     Appraisal as Appraisal,

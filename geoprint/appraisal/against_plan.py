@@ -18,6 +18,9 @@ WITHIN_STRETCH = (-0.5, -0.25, 0.0, 0.25, 0.5)
 SIMPSON = ((-0.5, 1.0 / 6.0), (0.0, 4.0 / 6.0), (0.5, 1.0 / 6.0))
 # Parts of a run that are judged, over the spacing, and how many at most.
 PART_SHARE, MOST_PARTS = 2.0, 2000
+# A print is shifted where one shift explains so much of the squares of its offsets, is as large as this, over the
+# spacing, and so many standard deviations. What runs hardly show of a direction, over the best, they do not show.
+EXPLAINED, NOTABLE_SHIFT, SURE_SHIFT, SHOWN_DIRECTION = 0.5, 0.05, 3.0, 0.05
 # What bends within more than this is straight [mm].
 STRAIGHT_RADIUS = 1000.0
 
@@ -132,3 +135,51 @@ def parts_of(runs: PlannedRuns, *, long: float) -> IntArray:
 
 def _unit(rows: FloatArray) -> FloatArray:
     return rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-12)
+
+
+@final
+@frozen
+class PrintShift:
+    """By how much a whole print lies beside its plan.
+
+    Attributes:
+        by: (3,) in the part's coordinates [mm].
+        deviation: standard deviation of its length [mm].
+    """
+
+    by: FloatArray
+    deviation: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, by="float: 3")
+
+
+def print_shift(
+    asides: FloatArray, offsets: FloatArray, runs: IntArray, *, lengths: FloatArray, spacing: float, deviation: float
+) -> PrintShift | None:
+    """Return by how much a whole print is shifted: least squares of offsets over the directions that they are in.
+
+    Beads that all lie to the left of closed runs are not shifted, nor are those that lie to the left of rows and then
+    to the right of others; rows in one direction show nothing of a shift along them.
+
+    Args:
+        asides: (k, 3) unit directions to the left of runs, as seen from outside.
+        offsets: (k,) of beads to the left [mm].
+        runs: (k,) that each is of.
+        lengths: (k,) of run that each is the mean of [mm].
+        spacing: between neighbouring runs [mm].
+        deviation: standard deviation of where the part is thought to be [mm].
+
+    Returns:
+        None where no shift explains the offsets, or it is small or uncertain.
+    """
+    if not offsets.size:
+        return None
+    weights = lengths / lengths.sum()
+    normal = (weights[:, None] * asides).T @ asides
+    by = np.asarray(np.linalg.pinv(normal, rcond=SHOWN_DIRECTION) @ (asides.T @ (weights * offsets)), dtype=np.float64)
+    before, left = float(weights @ offsets**2), float(weights @ (offsets - asides @ by) ** 2)
+    # Offsets along one run are alike.
+    own = float(np.hypot(np.sqrt(left / np.unique(runs).size), deviation))
+    large = float(np.linalg.norm(by)) > max(NOTABLE_SHIFT * spacing, SURE_SHIFT * own)
+    return PrintShift(by, own) if large and left < (1.0 - EXPLAINED) * before else None

@@ -1,8 +1,9 @@
 """A photographed print held against its plan: how wide each run is, how far beside it, and what is wrong where.
 
 A photograph shows no height, so it cannot tell beads that are flatter all over from ones with more material: what is
-usual in the print is stated beside the plan, and a run or a stretch is at fault by how it differs from that. Corners
-and places where lines join are no faults: edges there are not those of one straight bead.
+usual in the print is stated beside the plan, and a run or a stretch is at fault by how it differs from that. Blur, tone
+curve and slant move all edges of a photograph alike, so that widths compare even where none is known in mm. Corners and
+places where lines join are no faults: edges there are not those of one straight bead.
 """
 
 from __future__ import annotations
@@ -13,7 +14,14 @@ from typing import Literal, TypeAlias, final
 import numpy as np
 from scipy import ndimage
 
-from geoprint.appraisal.against_plan import PART_SHARE, WITHIN_STRETCH, PlannedRuns, parts_of
+from geoprint.appraisal.against_plan import (
+    PART_SHARE,
+    WITHIN_STRETCH,
+    PlannedRuns,
+    PrintShift,
+    parts_of,
+    print_shift,
+)
 from geoprint.appraisal.beads import BeadLine
 from geoprint.appraisal.camera import Camera
 from geoprint.appraisal.distances import SetDistances, apart
@@ -28,20 +36,22 @@ SHORTEST_GAP_SHARE = 0.3
 # the spacing at least.
 BLOB, THIN, SHORTEST_SHARE = 1.3, 0.7, 0.3
 # A run wider or narrower than is usual in the print by this share, a quarter of its volume, is so over its whole
-# length, where that is more than so many standard deviations.
-WHOLE_RUN, SIGNIFICANT = 0.12, 3.0
+# length, where that is more than so many standard deviations. Of fewer runs nobody knows which one is at fault.
+WHOLE_RUN, SIGNIFICANT, FEWEST_RUNS = 0.12, 3.0, 3
 # A run or a part of one is measured where so many of its stretches are.
 FEWEST_MEASURED = 3
+# Widths compare where noise leaves them known to this share (standard deviation).
+COMPARED = 0.15
 # Edges that are known worse than this, over the width, are not given (standard deviation), neither are those of beads
 # whose flanks are darker than this, over their middle: nobody sees where they end.
 WORST_EDGES, LEAST_FLANK = 0.02, 0.25
-# What blur and tone curve leave open all widths share: it spoils no comparison of runs, and counts for so much of that.
-SHARED = 0.5
 # A flank is seen where the sight is less aslant than this share of what it falls off by at its foot: else the far edge
 # of a bead hides behind its crest.
 FLANK_SHARE = 0.7
 # A run that bends within so many widths of its bead closes in on itself.
 TIGHTEST = 1.0
+# Edges that are good by themselves among bad ones are so by chance: of so many stretches around most must be good.
+AROUND = 7
 # A print whose beads are white by this share is overexposed; beads whose blur is this share of their width blurred.
 OVEREXPOSED, BLURRED = 0.3, 0.1
 
@@ -71,6 +81,7 @@ class Held:
         widths: (k,) 0 where they are not [mm].
         offsets: (k,) of the middle, to the left of the run as seen from outside; likewise [mm].
         planned: (k,) width that the flow asks for at the height of the layer [mm].
+        relative: (k,) width over the planned one, over what is usual in the print, where widths compare; else 0.
         pose_deviation: of all offsets together, by how well the camera is placed [mm].
         strays: share of the beads farther than the reach from their runs.
         reach: how far from a run its material may lie [mm].
@@ -85,6 +96,7 @@ class Held:
     widths: FloatArray
     offsets: FloatArray
     planned: FloatArray
+    relative: FloatArray
     pose_deviation: float
     strays: float
     reach: float
@@ -93,7 +105,7 @@ class Held:
     def __post_init__(self) -> None:
         freeze_arrays(
             self, judged="bool: k", seen="bool: k", sized="bool: k", widths="float: k", offsets="float: k",
-            planned="float: k",
+            planned="float: k", relative="float: k",
         )  # fmt: skip
 
     @property
@@ -114,16 +126,32 @@ class Held:
         """Return the mean offset of a run, None where too little of it is known."""
         return self._mean(run, self.offsets, 1)
 
+    def share(self, run: int) -> RunEstimate | None:
+        """Return the width of a run over the planned one, over what is usual; None where too little of it compares."""
+        rows = self._compared(run)
+        if rows.size < FEWEST_MEASURED:
+            return None
+        widths = self.measured.lefts[rows] - self.measured.rights[rows]
+        value = float(np.median(self.relative[rows]))
+        return RunEstimate(value, value * float(np.median(self.measured.deviations[rows, 0] / widths)))
+
     def whole(self, run: int) -> WholeRun | None:
         """Return what is wrong with a run over its whole length."""
-        width = self.width(run)
-        if width is None or np.unique(self.plan.runs[self.sized]).size < 3:
+        share = self.share(run)
+        if share is None or np.unique(self.plan.runs[self.relative > 0.0]).size < FEWEST_RUNS:
             return None
-        rows = self._sized(run)
-        share = float(np.median(self.even[rows])) / self.usual - 1.0
-        if abs(share) < max(WHOLE_RUN, SIGNIFICANT * width.deviation / width.value):
+        if abs(share.value - 1.0) < max(WHOLE_RUN, SIGNIFICANT * share.deviation):
             return None
-        return "too wide" if share > 0.0 else "too narrow"
+        return "too wide" if share.value > 1.0 else "too narrow"
+
+    @property
+    def shift(self) -> PrintShift | None:
+        """By how much the whole print lies beside its plan; None where it does not."""
+        which, plan = self.sized, self.plan
+        return print_shift(
+            aside_of(plan)[which], self.offsets[which], plan.runs[which], lengths=plan.lengths[which],
+            spacing=plan.spacing, deviation=float(np.hypot(self.pose_deviation, self.measured.common[1])),
+        )  # fmt: skip
 
     def gaps(self, run: int) -> list[tuple[float, float]]:
         """Return start and end [mm of arc] of the stretches of a run that are judged and bare."""
@@ -134,13 +162,13 @@ class Held:
     def blobs(self, run: int) -> list[tuple[float, float]]:
         """Return start and end [mm of arc] where a run is much wider than planned, beside the rest."""
         rows = np.flatnonzero(self.plan.runs == run)
-        wide = self.sized[rows] & (self.even[rows] > BLOB * self._usual(run))
+        wide = self.relative[rows] > BLOB * self._usual(run)
         return self._stretches(rows, wide, shortest=SHORTEST_SHARE * self.plan.spacing)
 
     def thin(self, run: int) -> list[tuple[float, float]]:
         """Return start and end [mm of arc] where a run is much narrower than planned, beside the rest."""
         rows = np.flatnonzero(self.plan.runs == run)
-        narrow = self.sized[rows] & (self.even[rows] < THIN * self._usual(run))
+        narrow = (self.relative[rows] > 0.0) & (self.relative[rows] < THIN * self._usual(run))
         bare = self.judged[rows] & ~self.seen[rows]
         # The end of a bead beside a gap is a part of it.
         narrow &= ~ndimage.binary_dilation(bare, iterations=2)
@@ -165,9 +193,12 @@ class Held:
     def _sized(self, run: int) -> IntArray:
         return np.flatnonzero((self.plan.runs == run) & self.sized)
 
+    def _compared(self, run: int) -> IntArray:
+        return np.flatnonzero((self.plan.runs == run) & (self.relative > 0.0))
+
     def _usual(self, run: int) -> float:
-        rows = self._sized(run)
-        return float(np.median(self.even[rows])) if rows.size >= FEWEST_MEASURED else np.inf
+        share = self.share(run)
+        return float("nan") if share is None else share.value
 
     def _stretches(self, rows: IntArray, marked: BoolArray, *, shortest: float = 0.0) -> list[tuple[float, float]]:
         labels, count = ndimage.label(marked)
@@ -262,18 +293,39 @@ def held_against(
         )
     seen = measured.present & visible & (near | ~there)
     usual = float(np.median(widths[near])) if near.any() else 0.0
-    unsure = np.hypot(measured.deviations[:, 0], SHARED * measured.common[0])
+    unsure = np.hypot(measured.deviations[:, 0], measured.common[0])
     sized = near & measured.lone & (unsure <= WORST_EDGES * usual) & (measured.flanks >= LEAST_FLANK)
     sized &= ~_aslant(measured, widths, height=height)
     sized &= (plan.radii >= TIGHTEST * usual) & (measured.optics.blur * measured.scale <= BLURRED * usual)
+    sized &= _mostly(sized, plan)
     shifts = np.where(near, offsets, 0.0)[:, None] * aside_of(plan)
+    relative = _relative(plan, measured, near & measured.lone)
     # As finely as the plan: the same shares of each stretch one after the other.
     middles = plan.finely(seen) + np.tile(shifts[seen], (len(WITHIN_STRETCH), 1))
     return Held(
         plan, measured, visible, seen, sized, np.where(sized, widths, 0.0), np.where(sized, offsets, 0.0),
-        plan.flows / height, pose_deviation, float((there & ~near).sum() / max(int(there.sum()), 1)), within,
+        plan.flows / height, relative, pose_deviation, float((there & ~near).sum() / max(int(there.sum()), 1)), within,
         apart(plan.finely(visible), middles),
     )  # fmt: skip
+
+
+def _mostly(good: BoolArray, plan: PlannedRuns) -> BoolArray:
+    """Return (k,) whether most stretches around each one of a run are good."""
+    result = np.zeros_like(good)
+    for run in np.unique(plan.runs).tolist():
+        own = plan.runs == run
+        result[own] = ndimage.uniform_filter1d(good[own].astype(np.float64), AROUND, mode="nearest") > 0.5
+    return result
+
+
+def _relative(plan: PlannedRuns, measured: MeasuredStretches, there: BoolArray) -> FloatArray:
+    """Return (k,) widths over what the flow asks for, over the median of those of runs; 0 where they do not compare."""
+    widths = np.where(there, measured.lefts - measured.rights, 1.0)
+    there = there & (measured.deviations[:, 0] <= COMPARED * widths)
+    ratios = widths / plan.flows
+    runs = [there & (plan.runs == run) for run in np.unique(plan.runs).tolist()]
+    medians = [float(np.median(ratios[own])) for own in runs if int(own.sum()) >= FEWEST_MEASURED]
+    return np.where(there, ratios / float(np.median(medians)), 0.0) if medians else np.zeros(plan.runs.size)
 
 
 def doubts(held: Held) -> list[str]:
@@ -290,6 +342,12 @@ def doubts(held: Held) -> list[str]:
         said.append(
             f"width and offset of {unknown:.0%} of what is straight and alone are not given, since its edges are not "
             f"known to {WORST_EDGES:.0%} of a width: {_why_unknown(held, measurable & ~held.sized)}"
+        )
+    alone = 1.0 - float(((held.relative > 0.0) & measurable).sum() / max(int(measurable.sum()), 1))
+    if alone > 0.1:
+        said.append(
+            f"widths of {alone:.0%} of what is straight and alone are too noisy to compare, so that only gaps are "
+            "looked for there; go nearer, or expose more"
         )
     if found.alike:
         said.append(f"the plan looks alike if the picture is {found.alike}, so nobody could tell")

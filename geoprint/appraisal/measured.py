@@ -39,8 +39,9 @@ RIM_STEP, RIM_STRAIGHT, BEAD_BLURS, RIM_BLURS = 0.05, 0.97, 3.0, 2.0
 RIM_LEFT = 3.0
 # Light is averaged as the tone curve has it, which is found so often.
 RIM_ROUNDS = 2
-# How far off blur [pixels] and logarithm of gamma may be where beads alone show these, and the steepest gamma there is.
-STEEPEST_OFF = (0.4, 1.2)
+# How far off blur [pixels] and logarithm of gamma may be where beads alone show these, whose light nobody knows; and
+# where the gamma is the steepest there is.
+BEADS_OFF, STEEPEST_OFF = (0.0, 0.4), (0.4, 1.2)
 # Grey values from here on are about white.
 NEARLY_WHITE = 0.97
 # Lines that lie nearer to each other than this, over the spacing, join; and a run turns a corner where it turns by more
@@ -185,9 +186,8 @@ def _by_rim(rim: Rows, optics: Optics) -> Optics:
         if found.cost < RIM_LEFT * float((rim.counts > 0.0).sum()):
             # Beads may have another blur: the truth lies between both.
             return replace(found, spread=_wider(found.spread, np.array([0.5 * (found.blur - optics.blur), 0.0])))
-    if optics.gamma < 0.99 * MOST_GAMMA:
-        return optics
-    return replace(optics, spread=_wider(optics.spread, np.array(STEEPEST_OFF)))
+    off = BEADS_OFF if optics.gamma < 0.99 * MOST_GAMMA else STEEPEST_OFF
+    return replace(optics, spread=_wider(optics.spread, np.array(off)))
 
 
 def _wider(spread: FloatArray, off: FloatArray) -> FloatArray:
@@ -406,7 +406,8 @@ def _on_part(
     edged[which], flanks[which] = True, fitted.flanks
     lefts[which], rights[which] = fitted.lefts / scales, fitted.rights / scales
     deviations[which] = fitted.deviations / scales[:, None]
-    common = np.linalg.norm((fitted.common / scales[:, None, None]).mean(axis=0), axis=1)
+    # Of most stretches: those that have lost an edge move by anything.
+    common = np.linalg.norm(np.median(fitted.common / scales[:, None, None], axis=0), axis=1)
     middle = np.abs(profiles.asides) < 0.5 * np.median(fitted.lefts - fitted.rights)
     weights = np.where(middle & present[:, None], profiles.counts, 0.0)
     white = float((weights * profiles.white).sum() / max(float(weights.sum()), 1.0))

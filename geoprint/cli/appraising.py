@@ -15,7 +15,9 @@ from geoprint.cli.terminal import say, tell_json
 from geoprint.errors import UsageError
 
 if TYPE_CHECKING:
+    from geoprint.account.records.appraisal import AppraisalRecord
     from geoprint.account.records.rounding import Record
+    from geoprint.account.records.scan import LyingRecord, ScanAppraisalRecord
     from geoprint.pipeline.appraised.photographs import PlanAsked
 
 Files = Annotated[
@@ -136,6 +138,7 @@ def appraise(
 ) -> None:
     """Appraise prints by photographs or a scan of them: what came out, beside the plan; or a part before its print."""
     from geoprint.account.prints.feedback import next_print
+    from geoprint.account.records.scan import LyingRecord
     from geoprint.export import check_writable
     from geoprint.pipeline.appraised.photographs import PlanAsked
 
@@ -161,8 +164,8 @@ def appraise(
             told, text = _of_part(files[0], (part, unit, most), how, out=out, overwrite=overwrite)
     _tell(told, text, out=out, as_json=as_json)
     # Of several photographs no one is the print.
-    if plan is not None and len(files) == 1:
-        say(next_print(str(plan), folder=None if out is None else str(out)))
+    if plan is not None and len(files) == 1 and not isinstance(told, LyingRecord):
+        say(next_print(told, plan=str(plan), folder=None if out is None else str(out)))
 
 
 def _tell(told: Record, text: str, *, out: Path | None, as_json: bool) -> None:
@@ -201,7 +204,7 @@ def _of_photographs(
     *,
     out: Path | None,
     overwrite: bool,
-) -> tuple[Record, str]:
+) -> tuple[AppraisalRecord, str]:
     from geoprint.account.appraised.figures import record_appraisal
     from geoprint.account.texts.appraising import appraisal_text
     from geoprint.pipeline.appraised.photographs import appraise_photographs, save_appraisal
@@ -218,7 +221,7 @@ def _of_photographs(
 
 def _of_print(
     scan: Path, plan: Path | None, how: tuple[str, Path | None, bool], *, out: Path | None, overwrite: bool
-) -> tuple[Record, str]:
+) -> tuple[ScanAppraisalRecord, str]:
     from geoprint.account.appraised.scans import record_scan
     from geoprint.account.texts.scanning import scan_text
     from geoprint.pipeline.appraised.scans import ScanAsked, appraise_scan, save_scan
@@ -242,7 +245,7 @@ def _of_part(
     *,
     out: Path | None,
     overwrite: bool,
-) -> tuple[Record, str]:
+) -> tuple[LyingRecord, str]:
     from geoprint.account.appraised.scans import record_lying
     from geoprint.account.texts.scanning import lying_text
     from geoprint.pipeline.appraised.scans import MOST_OFFSET, ScanAsked, save_lying, scan_before

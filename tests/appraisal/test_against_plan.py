@@ -17,6 +17,7 @@ from geoprint.appraisal import (
     in_sight,
     measured_stretches,
     planned_runs,
+    print_shift,
 )
 from geoprint.errors import InputError
 from geoprint.model import FloatArray, PoseStream, Surface
@@ -217,13 +218,33 @@ def test_a_picture_that_was_turned_after_the_fiducials_were_taken_says_so() -> N
 
 
 @pytest.mark.parametrize(("volume", "said"), [(0.6, "too narrow"), (1.5, "too wide")])
-def test_a_run_with_another_volume_is_at_fault_over_its_whole_length(volume: float, said: str) -> None:
+@pytest.mark.parametrize("blur", [0.0, 3.0])
+def test_a_run_with_another_volume_is_at_fault_over_its_whole_length(volume: float, said: str, blur: float) -> None:
     random = np.random.default_rng(1)
     beads = laid_beads(POSES, PLATE, height=HEIGHT, faults=Faults(width_noise=0.05), random=random)
     beads = replace(beads, widths=np.where(beads.runs == 3, np.sqrt(volume), 1.0) * beads.widths)
-    grey = pictured(PLATE, beads, VIEW, Lighting(np.array([0.1, 0.0, 1.0])), random=random)
-    found = held(grey, VIEW, PLATE, POSES)
+    light, development = Lighting(np.array([0.1, 0.0, 1.0])), Development(tone=1.8, blur=blur)
+    found = held(pictured(PLATE, beads, VIEW, light, development, random=random), VIEW, PLATE, POSES)
+    # A blur of a fifth of the width leaves no width in mm, but runs compare.
+    assert found.sized.any() == (blur == 0.0)
     assert [found.whole(run) for run in range(6)] == [None, None, None, said, None, None]
+    share = found.share(3)
+    assert share is not None
+    assert share.value == pytest.approx(np.sqrt(volume), abs=0.05)
+
+
+def test_a_blob_is_found_where_no_width_is_known() -> None:
+    random = np.random.default_rng(1)
+    beads = laid_beads(POSES, PLATE, height=HEIGHT, faults=Faults(width_noise=0.05), random=random)
+    more = 1.0 + 0.8 * np.exp(-0.5 * ((beads.arcs - 15.0) / 1.25) ** 2)
+    beads = replace(beads, widths=np.where(beads.runs == 2, more, 1.0) * beads.widths)
+    light, development = Lighting(np.array([0.1, 0.0, 1.0])), Development(tone=0.0, blur=3.0)
+    found = held(pictured(PLATE, beads, VIEW, light, development, random=random), VIEW, PLATE, POSES)
+    assert not found.sized.any()
+    assert [len(found.blobs(run)) for run in range(6)] == [0, 0, 1, 0, 0, 0]
+    # Wider than 1.3 times the usual within 1.4 standard deviations of its middle.
+    assert found.blobs(2)[0] == pytest.approx((13.25, 16.75), abs=0.9)
+    assert not any(found.thin(run) + found.gaps(run) for run in range(6))
 
 
 def test_beads_that_are_white_are_said_to_be() -> None:
@@ -234,3 +255,37 @@ def test_beads_that_are_white_are_said_to_be() -> None:
     assert found.measured.white > 0.9
     assert any("expose less" in doubt for doubt in doubts(found))
     assert found.seen.all()
+
+
+def test_a_shift_of_a_whole_print_is_what_its_offsets_are_in_all_directions() -> None:
+    angles = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
+    outward = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(40)])
+    by, runs, lengths = np.array([0.4, -0.3, 0.0]), np.arange(40) // 10, np.ones(40)
+    found = print_shift(outward, outward @ by, runs, lengths=lengths, spacing=4.0, deviation=0.02)
+    assert found is not None
+    np.testing.assert_allclose(found.by, by, atol=1e-9)
+    assert found.deviation == pytest.approx(0.02)
+    # Beads to the left of closed runs all round are not shifted, and a shift that is not known is none.
+    even = np.full(40, 0.5)
+    assert print_shift(outward, even, runs, lengths=lengths, spacing=4.0, deviation=0.02) is None
+    assert print_shift(outward, outward @ by, runs, lengths=lengths, spacing=4.0, deviation=0.2) is None
+
+
+def test_rows_to_and_fro_that_lie_to_one_side_of_the_part_are_shifted_and_to_their_left_are_not() -> None:
+    left = np.tile([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0]], (6, 1))
+    runs, lengths = np.arange(12), np.ones(12)
+    found = print_shift(left, 0.5 * left[:, 1], runs, lengths=lengths, spacing=4.0, deviation=0.0)
+    assert found is not None
+    np.testing.assert_allclose(found.by, [0.0, 0.5, 0.0], atol=1e-9)
+    assert print_shift(left, np.full(12, 0.5), runs, lengths=lengths, spacing=4.0, deviation=0.0) is None
+
+
+def test_a_print_beside_its_plan_is_said_to_be_shifted() -> None:
+    random = np.random.default_rng(1)
+    moved = stream([run + np.array([0.0, -0.6, 0.0]) for run in rows_on_plate()], flow=WIDTH * HEIGHT)
+    beads = laid_beads(moved, PLATE, height=HEIGHT, faults=Faults(), random=random)
+    grey = pictured(PLATE, beads, VIEW, Lighting(np.array([0.1, 0.0, 1.0])), random=random)
+    found = held(grey, VIEW, PLATE, POSES).shift
+    assert found is not None
+    np.testing.assert_allclose(found.by, [0.0, -0.6, 0.0], atol=0.03)
+    assert faultless().shift is None

@@ -173,7 +173,7 @@ def test_a_print_is_held_against_its_plan_and_written(run: Run, printed: Path) -
     with Image.open(written / "overlay-1.png") as overlay:
         assert overlay.size[0] == 480
     header, *rows = (written / "stretches-1.csv").read_text(encoding="utf-8").splitlines()
-    assert header == "run,s_mm,length_mm,judged,seen,sized,width_mm,width_planned_mm,offset_mm"
+    assert header == "run,s_mm,length_mm,judged,seen,sized,width_mm,width_planned_mm,offset_mm,of_usual"
     assert sum(float(row.split(",")[2]) for row in rows) == pytest.approx(
         sum(run.length_mm for run in found.runs), abs=0.5
     )

@@ -22,7 +22,7 @@ from geoprint.account.records.appraisal import (
 )
 from geoprint.account.records.feedback import sealed
 from geoprint.account.records.rounding import place_of
-from geoprint.account.records.scan import EstimateRecord
+from geoprint.account.records.scan import EstimateRecord, ShiftRecord
 from geoprint.appraisal import (
     Appraisal,
     AppraisedPhotograph,
@@ -32,6 +32,7 @@ from geoprint.appraisal import (
     Held,
     OnPlan,
     PhotographedParts,
+    PrintShift,
     RunEstimate,
     SetDistances,
     doubts,
@@ -118,6 +119,7 @@ def _on_plan(found: OnPlan) -> OnPlanRecord:
         width_cv=_cv(held.even[held.sized]) if known else None,
         offset_mean_mm=float(offsets.mean()) if known else None,
         offset_rms_mm=_rms(offsets) if known else None,
+        shift=record_shift(held.shift),
         offset_deviation_common_mm=held.pose_deviation,
         blur_px=measured.optics.blur,
         gamma=measured.optics.gamma,
@@ -129,6 +131,11 @@ def _on_plan(found: OnPlan) -> OnPlanRecord:
         runs=tuple(_run(held, number) for number in np.unique(plan.runs).tolist()),
         parts=_parts(photographed_parts(held)),
     )
+
+
+def record_shift(found: PrintShift | None) -> ShiftRecord | None:
+    """Return what appraisal.json says of a shift of a whole print."""
+    return None if found is None else ShiftRecord(by_mm=place_of(found.by), deviation_mm=found.deviation)
 
 
 def _parts(parts: PhotographedParts) -> tuple[PhotographedPartRecord, ...]:
@@ -176,6 +183,7 @@ def _run(held: Held, number: int) -> RunRecord:
         missing_mm=float(plan.lengths[own & held.judged & ~held.seen].sum()),
         width_mm=_estimate(width),
         width_planned_mm=float(np.average(held.planned[own], weights=plan.lengths[own])),
+        of_usual=_estimate(held.share(number)),
         whole=held.whole(number),
         width_cv=None if width is None else _cv(held.even[there]),
         offset_mm=_estimate(held.offset(number)),

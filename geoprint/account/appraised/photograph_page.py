@@ -96,10 +96,10 @@ def _pictures(record: PhotographRecord, pictures: Mapping[str, bytes], number: i
 
 
 def _widths(each: AppraisedPhotograph) -> FloatArray:
-    """Return the widths of beads over their mean: over the planned ones where these are known, else in the picture."""
+    """Return the widths of beads over their mean: over the planned ones where there is a plan, else in the picture."""
     if each.on_plan is not None:
-        held = each.on_plan.held
-        widths = held.even[held.sized]
+        relative = each.on_plan.held.relative
+        widths = relative[relative > 0.0]
     else:
         widths = np.concatenate([bead.widths[bead.seen] for bead in each.beads])
     return widths / widths.mean() if widths.size else widths

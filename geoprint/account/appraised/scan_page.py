@@ -47,7 +47,7 @@ def scan_page(found: AppraisedScan, told: ScanAppraisalRecord) -> bytes:
     report = ScanReport(
         name=told.printed.part,
         verdict=tuple(each for each in sentences if each not in cautions),
-        cautions=(*cautions, f"{next_print(told.printed.plan, folder='.').capitalize()}."),
+        cautions=(*cautions, f"{next_print(told, plan=told.printed.plan, folder='.').capitalize()}."),
         surface=drawn,
         R_view_work=found.upright,
         spacing=found.spacing,

@@ -8,6 +8,7 @@ from importlib.metadata import version
 
 import numpy as np
 
+from geoprint.account.appraised.figures import record_shift
 from geoprint.account.prints.feedback import record_printed
 from geoprint.account.records.feedback import sealed
 from geoprint.account.records.rounding import place_of
@@ -22,6 +23,7 @@ from geoprint.account.records.scan import (
     ScanFileRecord,
     ScannedRunRecord,
 )
+from geoprint.appraisal import PrintShift, print_shift
 from geoprint.appraisal.scanned import (
     BARE_RATIO,
     COVERED_SHARE,
@@ -68,10 +70,20 @@ def record_scan(found: AppraisedScan) -> ScanAppraisalRecord:
         volume_planned_mm3=held.volume,
         thickness_mm=EstimateRecord(value=volume.value / area, deviation=volume.deviation / area),
         from_plan=_from_plan(held, seen, mean_deviation=volume.deviation / area),
+        shift=record_shift(_shift(found)),
         runs=tuple(_run(held.parts, number, found) for number in np.unique(held.parts.runs).tolist()),
         parts=tuple(_part(held.parts, k) for k in range(np.size(held.parts.runs))),
     )
     return sealed(told)
+
+
+def _shift(found: AppraisedScan) -> PrintShift | None:
+    parts, registration = found.held.parts, found.held.registration
+    beads = parts.seen & (parts.ratios >= BARE_RATIO)
+    return print_shift(
+        parts.lefts[beads], parts.offsets[beads], parts.runs[beads], lengths=(parts.ends - parts.starts)[beads],
+        spacing=found.spacing, deviation=float(np.sqrt(np.linalg.eigvalsh(registration.covariance[3:, 3:])[-1])),
+    )  # fmt: skip
 
 
 def record_lying(found: LyingScan) -> LyingRecord:

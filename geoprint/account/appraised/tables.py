@@ -14,7 +14,7 @@ from geoprint.appraisal import Appraisal, AppraisedPhotograph, OnPlan
 BEADS_COLUMNS = ("line", "u", "v", "seen", "width_px")
 # A row for each stretch of a run.
 STRETCHES_COLUMNS = (
-    "run", "s_mm", "length_mm", "judged", "seen", "sized", "width_mm", "width_planned_mm", "offset_mm"
+    "run", "s_mm", "length_mm", "judged", "seen", "sized", "width_mm", "width_planned_mm", "offset_mm", "of_usual"
 )  # fmt: skip
 
 
@@ -44,6 +44,7 @@ def _stretches(found: OnPlan) -> bytes:
         (
             int(plan.runs[k]), f"{plan.arcs[k]:.3f}", f"{plan.lengths[k]:.3f}", int(held.judged[k]), int(held.seen[k]),
             int(held.sized[k]), f"{held.widths[k]:.4f}", f"{held.planned[k]:.4f}", f"{held.offsets[k]:.4f}",
+            f"{held.relative[k]:.4f}",
         )
         for k in range(np.size(plan.runs))
     ]  # fmt: skip

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+from geoprint.account.records.appraisal import AppraisalRecord
 from geoprint.account.records.feedback import (
     ChangeRecord,
     FeedbackRecord,
@@ -13,6 +14,7 @@ from geoprint.account.records.feedback import (
     PrintedRunRecord,
 )
 from geoprint.account.records.rounding import place_of
+from geoprint.account.records.scan import ScanAppraisalRecord
 from geoprint.deposition.feedback import VALVE_CAUSES, PrintedProgram
 from geoprint.results import Fed, Plan
 
@@ -38,16 +40,28 @@ def record_printed(printed: PrintedProgram) -> PrintedRecord:
     )
 
 
-def next_print(plan: str, *, folder: str | None) -> str:
+def next_print(told: AppraisalRecord | ScanAppraisalRecord, *, plan: str, folder: str | None) -> str:
     """Return the line on the command that makes the next print better by an appraisal.
 
     Args:
+        told: what the appraisal says.
         plan: folder of the bundle that was printed.
         folder: that holds appraisal.json; None where nothing was written.
     """
     if folder is None:
         return f"next: the same with `--out appraised`, then geoprint plan --from {plan} --feedback appraised/{RECORD}"
-    return f"next: geoprint plan --from {plan} --feedback {Path(folder, RECORD).as_posix()} --out next"
+    written = Path(folder, RECORD).as_posix()
+    if isinstance(told, ScanAppraisalRecord):
+        shift = told.shift
+    else:
+        on_plan = told.photographs[0].on_plan
+        shift = None if on_plan is None else on_plan.shift
+    if shift is None:
+        return f"next: geoprint plan --from {plan} --feedback {written} --out next"
+    return (
+        "next: touch the part again, then geoprint calibrate touched.csv --model corners.csv --cell cell.toml --out "
+        f"touched.toml, then geoprint plan --from {plan} --cell touched.toml --feedback {written} --out next"
+    )
 
 
 def next_appraisal(plan: str) -> str:

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from geoprint.account.records.feedback import PrintedRecord
 from geoprint.account.records.rounding import Count, Place, Record, Rounded, Thousandths
-from geoprint.account.records.scan import EstimateRecord
+from geoprint.account.records.scan import EstimateRecord, ShiftRecord
 
 # Start and end, as arc length or in pixels.
 Stretch = tuple[Thousandths, Thousandths]
@@ -81,6 +81,10 @@ class RunRecord(Record):
     missing_mm: Rounded = Field(description="of what is judged without material [mm]")
     width_mm: EstimateRecord | None = Field(description="mean of its bead [mm]; null where it is not known")
     width_planned_mm: Rounded = Field(description="flow over the height of the layer, in the mean [mm]")
+    of_usual: EstimateRecord | None = Field(
+        default=None,
+        description="its width over the planned one, over what is usual in the print; null where widths do not compare",
+    )
     whole: Literal["too wide", "too narrow"] | None = Field(
         description="where its width over the planned one is a quarter of volume off what is usual in the print"
     )
@@ -122,6 +126,7 @@ class OnPlanRecord(Record):
     width_cv: Rounded | None = Field(description="as of a run, of all runs together")
     offset_mean_mm: Rounded | None = Field(description="of all beads to the left of their runs [mm]")
     offset_rms_mm: Rounded | None = Field(description="root mean square of it [mm]")
+    shift: ShiftRecord | None = Field(default=None, description="of the whole print; left out where there is none")
     offset_deviation_common_mm: Rounded = Field(description="standard deviation that all offsets share: the camera's")
     blur_px: Rounded = Field(description="standard deviation of the unsharpness, as edges have it [pixels]")
     gamma: Rounded = Field(description="of the tone curve, as edges have it")

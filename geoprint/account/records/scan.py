@@ -34,6 +34,13 @@ class EstimateRecord(Record):
     deviation: Rounded = Field(description="standard deviation of that")
 
 
+class ShiftRecord(Record):
+    """By how much a whole print lies beside its plan: the part lies elsewhere than it was touched."""
+
+    by_mm: Place = Field(description="in the part's coordinates [mm]")
+    deviation_mm: Rounded = Field(description="standard deviation of its length [mm]")
+
+
 class RegistrationRecord(Record):
     """Where a scan was taken."""
 
@@ -109,6 +116,7 @@ class ScanAppraisalRecord(Record):
     volume_planned_mm3: Rounded = Field(description="of the whole plan [mm3]")
     thickness_mm: EstimateRecord = Field(description="mean over what is to be covered and seen [mm]")
     from_plan: FromPlanRecord = Field(description="how the thickness differs from the planned one")
+    shift: ShiftRecord | None = Field(default=None, description="of all of it; left out where there is none")
     runs: tuple[ScannedRunRecord, ...] = Field(description="in their order")
     parts: tuple[PartOfRunRecord, ...] = Field(description="of the runs, in their order; at most 2000 and one a run")
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from itertools import combinations
 
+import numpy as np
+
 from geoprint.account.records.appraisal import (
     ApartRecord,
     AppraisalRecord,
@@ -15,17 +17,16 @@ from geoprint.account.records.appraisal import (
     Stretch,
 )
 from geoprint.account.records.rounding import listed
-from geoprint.account.records.scan import EstimateRecord
+from geoprint.account.records.scan import EstimateRecord, ShiftRecord
 
 _GAP = "  "
 _NONE = "-"
 # Stretches that a line of the table names; the others are counted.
 MOST_NAMED = 3
-# Offsets in the mean beyond this share of a bead's width are worth a word.
-NOTABLE_OFFSET = 0.25
 COLUMNS = ("photograph", "lines", "length px", "width px", "CV", "breaks")
 RUN_COLUMNS = (
-    "run", "length mm", "judged", "missing mm", "width mm", "planned", "CV", "offset mm", "rms", "faults at mm"
+    "run", "length mm", "judged", "missing mm", "width mm", "planned", "of usual", "CV", "offset mm", "rms",
+    "faults at mm",
 )  # fmt: skip
 
 
@@ -96,27 +97,33 @@ def plan_sentences(each: PhotographRecord, found: OnPlanRecord) -> list[str]:
     light = f"{each.file}: edges are blurred by {found.blur_px:.2g} pixels and have {tone}"
     lines = [covered, apart, *_placed(each, found.camera), light]
     lines += [
-        f"warning: {each.file}: run {run.run + 1} is {run.whole} over its whole length: {run.width_mm.value:.3f} mm, "
-        f"{run.width_mm.value / run.width_planned_mm / found.usual:.2f} of what is usual in this print"
+        f"warning: {each.file}: run {run.run + 1} is {run.whole} over its whole length: {run.of_usual.value:.2f} of "
+        "what is usual in this print"
         for run in found.runs
-        if run.whole is not None and run.width_mm is not None and found.usual is not None
+        if run.whole is not None and run.of_usual is not None
     ]
     lines += [f"note: {each.file}: {doubt}" for doubt in found.doubts]
-    if (
-        found.offset_mean_mm is not None
-        and found.width_mean_mm is not None
-        and abs(found.offset_mean_mm) > NOTABLE_OFFSET * found.width_mean_mm
-    ):
-        lines.append(
-            f"warning: {each.file}: all beads lie to one side in the mean; check fixture and tool with "
-            "`geoprint calibrate` before the path is blamed"
-        )
+    lines += shift_sentences(each.file, found.shift)
     if found.strays > 0.0:
         lines.append(
             f"note: {each.file}: {found.strays:.1%} of the material lies farther than {found.reach_mm:.3g} mm from "
             "every run"
         )
     return lines
+
+
+def shift_sentences(file: str, shift: ShiftRecord | None) -> list[str]:
+    """Return what is said where a whole print lies beside its plan."""
+    if shift is None:
+        return []
+    x, y, z = shift.by_mm
+    length = float(np.linalg.norm(shift.by_mm))
+    said = (
+        f"warning: {file}: the whole print lies {length:.2f} mm (+/- {shift.deviation_mm:.2f}) beside its plan, by "
+        f"({x:+.2f}, {y:+.2f}, {z:+.2f}) mm in the part's coordinates: touch the part again, since feedback moves no "
+        "path"
+    )
+    return [said]
 
 
 def _placed(each: PhotographRecord, camera: CameraRecord) -> list[str]:
@@ -196,7 +203,8 @@ def _breaks(each: PhotographRecord) -> int:
 def _run(run: RunRecord) -> tuple[str, ...]:
     return (
         str(run.run + 1), f"{run.length_mm:.1f}", f"{run.judged_mm / run.length_mm:.0%}", f"{run.missing_mm:.1f}",
-        _estimate(run.width_mm, "{:.3f}"), f"{run.width_planned_mm:.3f}", _number(run.width_cv, "{:.1%}"),
+        _estimate(run.width_mm, "{:.3f}"), f"{run.width_planned_mm:.3f}",
+        _NONE if run.of_usual is None else f"{run.of_usual.value:.2f}", _number(run.width_cv, "{:.1%}"),
         _estimate(run.offset_mm, "{:+.3f}"), _number(run.offset_rms_mm, "{:.3f}"), _faults(run),
     )  # fmt: skip
 

@@ -12,7 +12,7 @@ from geoprint.account.records.scan import (
     ScanFileRecord,
     ScannedRunRecord,
 )
-from geoprint.account.texts.appraising import grid
+from geoprint.account.texts.appraising import grid, shift_sentences
 
 _NONE = "-"
 COLUMNS = ("run", "length mm", "seen", "missing mm", "volume", "crest mm", "offset mm")
@@ -60,7 +60,7 @@ def scan_sentences(told: ScanAppraisalRecord) -> list[str]:
             f"warning: {abs(ratio.value - 1.0):.0%} {'more' if ratio.value > 1.0 else 'less'} material than planned; "
             "fit the flow anew with `geoprint fit-flow`, or check pressure and material"
         )
-    return lines
+    return [*lines, *shift_sentences(told.scan.file, told.shift)]
 
 
 def lying_text(told: LyingRecord) -> str:

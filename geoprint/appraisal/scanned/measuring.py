@@ -64,6 +64,7 @@ class MeasuredParts:
         starts: (k,) arc length at which each begins [mm].
         ends: (k,) arc length at which it ends [mm].
         places: (k, 3) its middle, on the part [mm].
+        lefts: (k, 3) unit direction to the left of the run there, as seen from outside.
         seen: (k,) whether the scan shows enough of it; where not, the others are 0.
         crested: (k,) whether it shows the crest of a bead there; where not, crests and their deviations are 0.
         ratios: (k,) volume over the planned one.
@@ -78,6 +79,7 @@ class MeasuredParts:
     starts: FloatArray
     ends: FloatArray
     places: FloatArray
+    lefts: FloatArray
     seen: BoolArray
     crested: BoolArray
     ratios: FloatArray
@@ -89,9 +91,9 @@ class MeasuredParts:
 
     def __post_init__(self) -> None:
         freeze_arrays(
-            self, runs="int: k", starts="float: k", ends="float: k", places="float: k 3", seen="bool: k",
-            crested="bool: k", ratios="float: k", ratio_deviations="float: k", offsets="float: k",
-            offset_deviations="float: k", crests="float: k", crest_deviations="float: k",
+            self, runs="int: k", starts="float: k", ends="float: k", places="float: k 3",
+            lefts="float: k 3", seen="bool: k", crested="bool: k", ratios="float: k", ratio_deviations="float: k",
+            offsets="float: k", offset_deviations="float: k", crests="float: k", crest_deviations="float: k",
         )  # fmt: skip
 
 
@@ -292,12 +294,13 @@ def _parts(
     crest = _crest(over, found, deposit, stretch, of_parts, ratios=ratios, beads=seen & (ratios >= BARE_RATIO))
     crests, heights, deviations = _crests(crest, found, np.unique(of_parts), random=random)
     crested = seen & (crest.counts >= LEAST_CREST_POINTS) & crests.seen[crest.runs]
-    starts, ends, places = _stretched(deposit, count)
+    starts, ends, middles = _stretched(deposit)
     return MeasuredParts(
         runs=of_parts,
         starts=starts,
         ends=ends,
-        places=places,
+        places=runs.places[middles],
+        lefts=deposit.lefts[middles],
         seen=seen,
         crested=crested,
         ratios=ratios,
@@ -422,17 +425,13 @@ def _parabolas(sums: FloatArray) -> FloatArray:
     return np.column_stack([level - bend * mean, bend])
 
 
-def _stretched(deposit: PlannedDeposit, count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return where each part of a run starts and ends [mm of arc], and the stretch in its middle."""
+def _stretched(deposit: PlannedDeposit) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Return where each part of a run starts and ends [mm of arc], and the number of the stretch in its middle."""
     runs, numbers = deposit.runs, deposit.parts
     firsts = np.unique(numbers, return_index=True)[1]
     lasts = np.append(firsts[1:], len(numbers)) - 1
-    middles = runs.places[(firsts + lasts) // 2]
-    return (
-        runs.arcs[firsts] - 0.5 * runs.lengths[firsts],
-        runs.arcs[lasts] + 0.5 * runs.lengths[lasts],
-        middles.reshape(count, 3),
-    )
+    starts, ends = runs.arcs[firsts] - 0.5 * runs.lengths[firsts], runs.arcs[lasts] + 0.5 * runs.lengths[lasts]
+    return starts, ends, (firsts + lasts) // 2
 
 
 def _pose_variance(

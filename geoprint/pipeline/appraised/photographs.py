@@ -176,7 +176,7 @@ def save_appraisal(found: Appraisal, directory: Path | str, *, overwrite: bool =
     calibrated = None if on_plan is None or on_plan.camera.lens.residual == 0.0 else on_plan.camera.lens
     lens = {} if calibrated is None else {"lens.toml": lens_text(calibrated).encode("utf-8")}
     pictures = appraisal_pictures(found)
-    following = "" if told.printed is None else f"\n{next_print(told.printed.plan, folder='.')}\n"
+    following = "" if told.printed is None else f"\n{next_print(told, plan=told.printed.plan, folder='.')}\n"
     files = {
         RECORD: json_bytes(as_json(told)),
         "appraisal.txt": f"{appraisal_text(told)}\n{following}".encode(),

@@ -161,7 +161,7 @@ def save_scan(found: AppraisedScan, directory: Path | str, *, overwrite: bool = 
     told = record_scan(found)
     files = {
         RECORD: json_bytes(as_json(told)),
-        "appraisal.txt": f"{scan_text(told)}\n\n{next_print(told.printed.plan, folder='.')}\n".encode(),
+        "appraisal.txt": f"{scan_text(told)}\n\n{next_print(told, plan=told.printed.plan, folder='.')}\n".encode(),
         "parts.csv": parts_table(found.held.parts),
         "report.html": scan_page(found, told),
     }
