@@ -11,7 +11,6 @@ CONTRIBUTING's glossary replaces stands in the package, and names that two class
 
 from __future__ import annotations
 
-import argparse
 import ast
 import io
 import re
@@ -26,9 +25,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, cast, final
 
-from benchmarks.parts.tables import row, table
+from benchmarks import ROOT
+from benchmarks.parts.tables import row, script_parser, table
 
-ROOT = Path(__file__).parents[1]
 PACKAGE = "geoprint"
 AREAS = (PACKAGE, "tests", "benchmarks")
 # Of these, those that the package passes on: what the main job starts from.
@@ -194,10 +193,9 @@ class CodeBase:
 
 def main() -> None:
     """Print the sizes, or the words."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="the same: it takes seconds")
     parser.add_argument("--at", metavar="REVISION", help="also the sizes at this commit, and the changes since")
     parser.add_argument("--words", action="store_true", help="count retired words and shared names instead")
-    parser.add_argument("--smoke", action="store_true", help="the same: it takes seconds")
     arguments = parser.parse_args()
     lines = words(CodeBase()) if arguments.words else size_tables(arguments.at)
     print(*lines, sep="\n")

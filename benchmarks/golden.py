@@ -12,7 +12,6 @@ compares.
 
 from __future__ import annotations
 
-import argparse
 import hashlib
 import json
 import re
@@ -23,7 +22,9 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import cast
 
-ROOT = Path(__file__).parents[1]
+from benchmarks import ROOT
+from benchmarks.parts.tables import script_parser
+
 GOLDEN = ROOT / "tests" / "golden"
 HASHES, STABLE = GOLDEN / "hashes.json", GOLDEN / "stable.json"
 # What RAPID, tables and figures are written in; pictures and pages are looked at instead.
@@ -109,11 +110,10 @@ CASES: dict[str, tuple[str, ...] | tuple[tuple[str, ...], ...]] = {
 
 def main() -> None:
     """Plan the cases and compare or record their hashes; ends with 1 where one differs."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="the small bundle only, without comparing")
     parser.add_argument("--cases", nargs="+", choices=CASES, default=list(CASES), help="only these")
     parser.add_argument("--keep", type=Path, help="leave the bundles in this new folder, to look for what differs")
     parser.add_argument("--record", action="store_true", help="record the hashes and what holds on every machine")
-    parser.add_argument("--smoke", action="store_true", help="the small bundle only, without comparing")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
         folder = arguments.keep or Path(temporary)

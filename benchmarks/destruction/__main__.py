@@ -11,7 +11,6 @@ started again behind them, and everything that must be refused. Then each mutant
 
 from __future__ import annotations
 
-import argparse
 import re
 import tempfile
 from dataclasses import dataclass, replace
@@ -23,7 +22,7 @@ from typing import final
 import numpy as np
 
 from benchmarks.destruction.subject import PROMISES, RESIDENT, Subject, cell_with_lags, stops, subject_of
-from benchmarks.parts.tables import row, table
+from benchmarks.parts.tables import row, script_parser, table
 from geoprint.config import job_of
 from geoprint.errors import GeoprintError
 from geoprint.pipeline.planning import plan_paths, with_robot
@@ -40,11 +39,10 @@ VACUUM = {"vacuum": '"doVacuum"'}
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="data/'s plate in one cell and a few stops only")
     parser.add_argument("--parts", type=Path, metavar="FOLDER", help="holds patches/")
     parser.add_argument("--stops", type=int, default=500, metavar="COUNT", help="random stops of each program")
     parser.add_argument("--seed", type=int, default=0, help="of the random moments")
-    parser.add_argument("--smoke", action="store_true", help="data/'s plate in one cell and a few stops only")
     arguments = parser.parse_args()
     folder: Path | None = None if arguments.smoke else arguments.parts
     parts = [Path("data/plate.ply")] if folder is None else sorted((folder / "patches").glob("*.ply"))

@@ -13,20 +13,20 @@ of the parts by formula and of data/ to `benchmarks/field/figures.csv`, of which
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
 
+from benchmarks import DATA
 from benchmarks.field.figures import KEPT, Figures, figures_of, line, save, table
 from benchmarks.field.planners import Planner, missing_libraries, present_planners
 from benchmarks.parts.surfaces import SHAPES, Shape, cap, triangulated
+from benchmarks.parts.tables import script_parser
 from geoprint import measure_paths
 from geoprint.errors import GeoprintError
 from geoprint.surfaces.files import load, save_ply
 
-DATA = Path(__file__).parents[2] / "data"
 SPACING, SMOKE_SPACING = 1.0, 8.0
 # Points of other planners' paths may lie so far beside the part, over the spacing: chords of curves do.
 BESIDE = 0.2
@@ -46,11 +46,10 @@ OWN_PARTS = ("plate", "heart_flat_patch", "heart_apex_patch")
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="the plate at 8 mm, to see that the script runs")
     parser.add_argument("--parts", nargs="+", type=Path, default=[], metavar="FILE", help="meshes [mm] besides")
     parser.add_argument("--spacing", type=float, default=SPACING, metavar="MM")
     parser.add_argument("--keep", action="store_true", help=f"write {KEPT.name}; not with --parts")
-    parser.add_argument("--smoke", action="store_true", help="the plate at 8 mm, to see that the script runs")
     arguments = parser.parse_args()
     spacing: float = SMOKE_SPACING if arguments.smoke else arguments.spacing
     if arguments.keep and (arguments.parts or arguments.smoke or spacing != SPACING):

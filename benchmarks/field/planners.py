@@ -15,7 +15,7 @@ import numpy as np
 from matplotlib.tri import LinearTriInterpolator, Triangulation
 
 from benchmarks.parts.streams import deposited
-from benchmarks.peers import METHODS
+from benchmarks.paths.peers import METHODS
 from geoprint import job_of, plan
 from geoprint.errors import InputError
 from geoprint.model import FloatArray, Polylines, Surface

@@ -9,23 +9,22 @@ written, as `geoprint guide --html` does. --smoke draws one picture and throws i
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
 
 import geoprint
+from benchmarks import ROOT
 from benchmarks.guide.pictures import PICTURES
+from benchmarks.parts.tables import script_parser
 from geoprint.guide import html_guide, pages
 
-ROOT = Path(__file__).parents[2]
 FOLDER = Path(geoprint.__file__).parent / "guide" / "pictures"
 
 
 def main() -> None:
     """Draw and write what is asked for."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="draw one picture, write nothing")
     parser.add_argument("--draw", nargs="*", metavar="NAME", help="draw all pictures, or these")
     parser.add_argument("--html", type=Path, metavar="FILE", help="write the guide as one page")
-    parser.add_argument("--smoke", action="store_true", help="draw one picture, write nothing")
     arguments = parser.parse_args()
     if arguments.smoke:
         print(f"fine-lines.png: {len(PICTURES['fine-lines.png'](ROOT / 'data'))} bytes")

@@ -17,7 +17,6 @@ against the files of tests of its room, those that speak of its module first, fo
 
 from __future__ import annotations
 
-import argparse
 import math
 import os
 import random
@@ -28,12 +27,12 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from benchmarks import ROOT
 from benchmarks.mutants.reaching import READ_BY, Record, reaching_tests, records
 from benchmarks.mutants.syntax import Mutant, mutants_of, mutants_of_text
 from benchmarks.mutants.trying import KILLED, LATE, SURVIVED, UNSEEN, Outcome, Trial, tried
-from benchmarks.parts.tables import row, table
+from benchmarks.parts.tables import row, script_parser, table
 
-ROOT = Path(__file__).parents[2]
 SAFETY = (
     "geoprint/motion/collision", "geoprint/motion/controller", "geoprint/motion/timing", "geoprint/export/rapid",
     "geoprint/config/cell_file.py", "geoprint/pipeline/workpiece/preparing.py",
@@ -51,7 +50,7 @@ BESIDES = {
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="a mutant of one small module")
     parser.add_argument("modules", nargs="*", metavar="MODULE", help="files or folders of the package")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the draw")
     parser.add_argument("--count", type=int, default=20, metavar="N", help="mutants of each file")
@@ -59,7 +58,6 @@ def main() -> None:
     parser.add_argument("--tests", nargs="*", metavar="PATH", help="files or folders of tests that are recorded")
     parser.add_argument("--limit", type=float, default=120.0, metavar="S", help="seconds that a mutant may take")
     parser.add_argument("--seconds", type=float, metavar="S", help="in which all ends; records nothing")
-    parser.add_argument("--smoke", action="store_true", help="a mutant of one small module")
     arguments = parser.parse_args()
     modules = ["geoprint/motion/collision/sides.py"] if arguments.smoke else arguments.modules or SAFETY
     tests: list[str] | None = ["tests/motion/collision/test_sides.py"] if arguments.smoke else arguments.tests

@@ -18,6 +18,7 @@ from typing import cast, final
 
 import pytest
 
+from benchmarks import ROOT
 from benchmarks.mutants.syntax import kernel_lines, top_lines
 
 SET_UP = "|set up"
@@ -127,7 +128,7 @@ def _recording(root: Path, tests: list[str], out: Path) -> subprocess.Popen[str]
         command,
         cwd=root,
         # What options pytest was given from outside is not meant for these tests.
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2]), "PYTEST_ADDOPTS": ""},
+        env=os.environ | {"PYTHONPATH": str(ROOT), "PYTEST_ADDOPTS": ""},
         text=True,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.PIPE,

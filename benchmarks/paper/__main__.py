@@ -15,14 +15,13 @@ no printings are drawn on them. `python -m benchmarks.guide --draw paper.png` dr
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from benchmarks.paper.comparing import PAPER, Compared, Draw, compared, draws, order_text, orders, repeats, shares
 from benchmarks.paper.prints import BODY, DATA, PLAUSIBLE, fixed_printing, studio_of
-from benchmarks.parts.tables import row, table
+from benchmarks.parts.tables import row, script_parser, table
 from geoprint.model import PASCAL_PER_KPA
 
 PARTS = ("heart_flat_patch.ply", "heart_apex_patch.ply")
@@ -33,12 +32,11 @@ SMOKE_SCALE = 3.0
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="the smallest case only, to see that the script runs")
     parser.add_argument("--samples", type=int, default=100, metavar="N", help="printings drawn")
     parser.add_argument("--repeats", type=int, default=20, metavar="N", help="prints of the fixed printing")
     parser.add_argument("--seed", type=int, default=SEED, help="of the noise, and of what is drawn")
     parser.add_argument("--parts", nargs="+", type=Path, default=[], metavar="FILE", help="patches [mm] besides")
-    parser.add_argument("--smoke", action="store_true", help="the smallest case only, to see that the script runs")
     arguments = parser.parse_args()
     if min(arguments.samples, arguments.repeats) < 1:
         parser.error(f"--samples {arguments.samples} --repeats {arguments.repeats}: a share needs one print at least")

@@ -19,6 +19,7 @@ from typing import Literal, TypeAlias, final
 import numpy as np
 from scipy.spatial import KDTree
 
+from benchmarks import DATA
 from geoprint.config import job_of
 from geoprint.deposition import bore_of, flow_through, starting_pressure
 from geoprint.model import Cell, FloatArray, Fluid, PoseStream, PrintErrors, Surface, comparable, freeze_arrays, frozen
@@ -37,7 +38,6 @@ from geoprint.silico import (
 from geoprint.surfaces import face_areas, mean_normal
 from geoprint.surfaces.files import load
 
-DATA = Path(__file__).parents[2] / "data"
 BODY = DATA / "heart.ply"
 CASES = ("A", "B", "C")
 GOOD = "C"

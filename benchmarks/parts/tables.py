@@ -1,9 +1,17 @@
-"""Markdown tables and the least of several times, for every benchmark."""
+"""What every benchmark shares: arguments, Markdown tables, and the least of several times."""
 
 from __future__ import annotations
 
+import argparse
 import time
 from collections.abc import Callable
+
+
+def script_parser(description: str | None, *, smoke: str) -> argparse.ArgumentParser:
+    """Return a script's parser, which takes `--smoke`: the least that shows that it runs."""
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--smoke", action="store_true", help=smoke)
+    return parser
 
 
 def row(*cells: str) -> str:

@@ -16,7 +16,6 @@ picture of it. A new row is a line of WORKS or of PEERS (`benchmarks/whole/works
 
 from __future__ import annotations
 
-import argparse
 import importlib.util
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -25,7 +24,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from benchmarks.code_base import extract_commit
-from benchmarks.parts.tables import row, table
+from benchmarks.parts.tables import row, script_parser, table
 from benchmarks.whole.costs import TREE, Cost, cost_of, costs_of, least
 from benchmarks.whole.figures import PICTURE, Pair, save, speed_picture
 from benchmarks.whole.works import PEERS, WORKS, Peer, Work, inner
@@ -37,12 +36,11 @@ REPEATS = 3
 
 def main() -> None:
     """Print both tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="the smallest work, this tree beside itself")
     parser.add_argument("--before", default=BEFORE, metavar="COMMIT", help="to stand beside")
     parser.add_argument("--repeats", type=int, default=REPEATS, help="of each piece of work")
     parser.add_argument("--only", nargs="+", default=(), metavar="WORD", help="rows whose name has one of the words")
     parser.add_argument("--keep", action="store_true", help="write the second table's figures and their picture alone")
-    parser.add_argument("--smoke", action="store_true", help="the smallest work, this tree beside itself")
     arguments = parser.parse_args()
     if arguments.keep and (arguments.only or arguments.smoke):
         parser.error("--keep writes what everybody can make again: without --only and --smoke")

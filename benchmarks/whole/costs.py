@@ -14,12 +14,13 @@ from typing import final
 
 import numpy as np
 
+from benchmarks import ROOT
 from benchmarks.parts.surfaces import cap, triangulated
 from geoprint.model import Surface
 from geoprint.surfaces.files import save_ply
 from tests.meshes import sphere
 
-TREE = Path(__file__).parents[2]
+TREE = ROOT
 # A process may say its own cost: seconds of clock and of the processor, without imports, and the memory above what its
 # work was given [MB].
 INNER = "inner cost:"

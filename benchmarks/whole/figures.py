@@ -16,6 +16,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator, StrMethodFormatter
 
+from benchmarks import ROOT
+
 KEPT = Path(__file__).with_name("figures.csv")
 
 
@@ -65,7 +67,7 @@ def loaded(path: Path = KEPT) -> list[Pair]:
         ]  # fmt: skip
 
 
-PICTURE = Path(__file__).parents[2] / ".github/images/speed.png"
+PICTURE = ROOT / ".github/images/speed.png"
 # What a work's name begins with, what is above its panel, and what its sizes count.
 PANELS = (
     ("distance", "geodesic distance", "faces"),

@@ -3,9 +3,9 @@
 The hexapod's defaults are after a PI H-840 [PIH840], taken to travel 50 mm in x and y, 25 mm in z, 15 degrees of tilt
 and 30 of twist to either side, each with all others at rest. These ranges are UNCHECKED: nobody has held them against
 the maker's sheet, so that a table of that name is measured before it is trusted. Everything else is CHOSEN: joints,
-lengths and cones so that these ranges come out within 2 % with the pivot in the plate, which `benchmarks/tables.py`
-prints; diameters, heights and speed for a hexapod of that size. Another one with the same ranges holds other poses
-between them.
+lengths and cones so that these ranges come out within 2 % with the pivot in the plate, as
+`benchmarks/motion/tables.py` prints; diameters, heights and speed for a hexapod of that size. Another one with the same
+ranges holds other poses between them.
 
 The tilt-turn table is built as ABB's positioners of type A: tilting carries turning. All its figures are ASSUMED, for a
 table as large as an IRB 120 reaches around; state those of your own.

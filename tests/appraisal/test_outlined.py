@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from benchmarks.parts.print_outlines import (
+from benchmarks.parts.streams import rows_on_plate
+from benchmarks.prints.print_outlines import (
     APEX,
     DATA,
     FIRST_ROW,
@@ -26,7 +27,6 @@ from benchmarks.parts.print_outlines import (
     placement_of,
     true_camera,
 )
-from benchmarks.parts.streams import rows_on_plate
 from geoprint.appraisal import bead_width, beads_of, paired_edges, planned_runs
 from geoprint.appraisal.outlined import PictureOutline, PrintedLines, camera_by_outline, picture_outline, pose
 from geoprint.appraisal.outlined.covariance import covariance_of

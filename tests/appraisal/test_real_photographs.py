@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.parts.print_photographs import PHOTOGRAPHS, judged, lightings, mask_of, reference_lines
+from benchmarks.prints.print_photographs import PHOTOGRAPHS, judged, lightings, mask_of, reference_lines
 from geoprint.appraisal import bead_width, beads_of, middles_of, paired_edges, read_photograph
 from tests.shared_data import shared
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.appraisal import known_answers, scans
-from benchmarks.parts import print_scans
+from benchmarks.prints import print_scans
+from benchmarks.prints.appraisal import known_answers, scans
 
 
 def test_the_first_known_answer_comes_back_within_a_tenth_of_a_millimetre() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.attitudes import (
+from benchmarks.motion.attitudes import (
     PLANNED,
     STEPS,
     VESSEL_RADIUS,
@@ -78,7 +78,7 @@ def test_the_chain_alone_takes_the_poses_of_every_attitude_and_its_steps_add_up(
     # No attitude prints both sides of it.
     arch = tmp_path / "arch.ply"
     save_ply(cylinder_patch(radius=6.0, angle=1.4, length=6.0, divisions=(8, 6)), arch)
-    monkeypatch.setattr("benchmarks.attitudes.APEX", arch)
+    monkeypatch.setattr("benchmarks.motion.attitudes.APEX", arch)
     rows = [chained_row(cell_with(kind, tmp_path), spacing=2.0) for kind in ("tilt-turn", "")]
     tilted, still = ([each.strip() for each in said.strip().strip("|").split("|")] for said in rows)
     for said in (tilted, still):
@@ -99,9 +99,9 @@ def test_the_chain_alone_takes_the_poses_of_every_attitude_and_its_steps_add_up(
 def test_the_wrap_prints_over_the_packaged_table_and_a_refusal_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("benchmarks.attitudes.WRAP_FACES", 300)
-    monkeypatch.setattr("benchmarks.attitudes.WRAP_LENGTH", 8.0)
-    monkeypatch.setattr("benchmarks.attitudes.VESSEL_SIDES", 32)
+    monkeypatch.setattr("benchmarks.motion.attitudes.WRAP_FACES", 300)
+    monkeypatch.setattr("benchmarks.motion.attitudes.WRAP_LENGTH", 8.0)
+    monkeypatch.setattr("benchmarks.motion.attitudes.VESSEL_SIDES", 32)
     part, body = wrapped(tmp_path)
     cell = cell_with("tilt-turn", tmp_path)
     said = printed_row(part, cell, body=body, spacing=5.0, backend="heat")
@@ -111,5 +111,5 @@ def test_the_wrap_prints_over_the_packaged_table_and_a_refusal_is_told(
     def refuse(_: object) -> None:
         raise PlanError("nothing reaches it.")
 
-    monkeypatch.setattr("benchmarks.attitudes.plan", refuse)
+    monkeypatch.setattr("benchmarks.motion.attitudes.plan", refuse)
     assert "refused: nothing reaches it." in printed_row(part, cell, body=body, spacing=7.0, backend="heat")

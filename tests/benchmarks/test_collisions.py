@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from benchmarks.collisions import (
+from benchmarks.motion.collisions import (
     BEYOND,
     SOLIDS,
     Scene,
@@ -18,7 +18,7 @@ from benchmarks.collisions import (
     near_misses,
     scene_of,
 )
-from benchmarks.parts.planted import KINDS, Spot
+from benchmarks.motion.planted import KINDS, Spot
 from geoprint.model import Surface
 from geoprint.motion.collision.clearance import check_placements
 from geoprint.surfaces.files import save_ply

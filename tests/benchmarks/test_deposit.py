@@ -8,7 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.deposit import Deposited, Program, deposited, measured, output_of, programs, read_program, wanted
+from benchmarks.programs.deposit import (
+    Deposited,
+    Program,
+    deposited,
+    measured,
+    output_of,
+    programs,
+    read_program,
+    wanted,
+)
 from geoprint import job_of, plan, save_plan
 from geoprint.account import PlanRecord
 from geoprint.config import packaged_cell_text

@@ -7,8 +7,8 @@ from itertools import islice
 import numpy as np
 import pytest
 
-from benchmarks.feedback import silence
-from benchmarks.parts.closed_loop import Measure, Mode, changed, closed_loop, deviations, plant_of
+from benchmarks.prints.closed_loop import Measure, Mode, changed, closed_loop, deviations, plant_of
+from benchmarks.prints.feedback import silence
 
 # Lines of sight to either side, and places of a triangle by which the truth is found.
 RAYS, SIDE = 130, 3

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.invariance import (
+from benchmarks.paths.invariance import (
     CHANGES,
     Case,
     Change,

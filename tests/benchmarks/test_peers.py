@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks.parts.surfaces import cap, triangulated
-from benchmarks.peers import METHODS, chained, table
+from benchmarks.paths.peers import METHODS, chained, table
 from geoprint.surfaces import closest
 
 

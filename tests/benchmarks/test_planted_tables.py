@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from benchmarks.attitudes import APEX, cell_with
-from benchmarks.parts.planted import Patches, facing, table_cylinders
-from benchmarks.parts.planted_scenes import (
+from benchmarks.motion.attitudes import APEX, cell_with
+from benchmarks.motion.planted import Patches, facing, table_cylinders
+from benchmarks.motion.planted_scenes import (
     BEYOND,
     Scene,
     is_refused_in_motion,

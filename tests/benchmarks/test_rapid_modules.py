@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks import rapid_modules
+from benchmarks.readers import rapid_modules
 
 
 def test_the_table_counts_modules_and_names_each_finding(

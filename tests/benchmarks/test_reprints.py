@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.expected import ALONE, DOME, NONE, small_part
-from benchmarks.parts.reprints import SPREAD, planned_cv, reprinted
+from benchmarks.paths.expected import ALONE, DOME, NONE, small_part
+from benchmarks.paths.reprints import SPREAD, planned_cv, reprinted
 from geoprint.model import PrintErrors
 
 

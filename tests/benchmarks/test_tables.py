@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks import tables
-from benchmarks.tables import every_up_within, reached, residual
+from benchmarks.motion import tables
+from benchmarks.motion.tables import every_up_within, reached, residual
 from tests.motion.machine.tables import hexapod, tilt_turn
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from benchmarks.parts.stamps import stamp, stamp_of, stamped
 from benchmarks.parts.surfaces import SHAPES, cap, triangulated
-from benchmarks.uniformity import (
+from benchmarks.paths.uniformity import (
     BACKENDS,
     COLUMNS,
     DATA,
@@ -94,8 +94,10 @@ def test_page_readme_and_pictures_show_the_kept_figures() -> None:
     text = KEPT.read_text(encoding="utf-8")
     rows, readme = loaded(text), README.read_text(encoding="utf-8")
     assert set(OWN) < {row.part for row in rows}
-    assert PAGE.read_text(encoding="utf-8") == page(rows), "write it again: python -m benchmarks.uniformity --write"
-    assert readme == with_rows(readme, rows), "write it again: python -m benchmarks.uniformity --write"
+    assert PAGE.read_text(encoding="utf-8") == page(rows), (
+        "write it again: python -m benchmarks.paths.uniformity --write"
+    )
+    assert readme == with_rows(readme, rows), "write it again: python -m benchmarks.paths.uniformity --write"
     assert sum(line.startswith(tuple(f"| {part} |" for part in OWN)) for line in readme.splitlines()) == len(OWN)
     for name in ("apex.png", "evenness.png"):
         drawn = stamp_of((IMAGES / name).read_bytes())

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.simulated import FIXTURE, LAGS, Modules, edited, late, left_open, slowed, within_run
+from benchmarks.programs.simulated import FIXTURE, LAGS, Modules, edited, late, left_open, slowed, within_run
 from geoprint import cli
 from geoprint.account import read_record
 from geoprint.account.records.simulated import SimulatedRecord

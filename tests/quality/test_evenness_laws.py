@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from benchmarks.invariance import CHANGES, Change, Paths, cut, measured
+from benchmarks.paths.invariance import CHANGES, Change, Paths, cut, measured
 from geoprint.quality import Covering, Uniformity
 from tests.meshes import plate, spherical_cap
 from tests.quality.deposits import circle, rectangle_line, straight_line

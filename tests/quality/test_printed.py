@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from benchmarks.expected import NONE, expected_print, small_part
-from benchmarks.parts.reprints import planned_cv, reprinted
+from benchmarks.paths.expected import NONE, expected_print, small_part
+from benchmarks.paths.reprints import planned_cv, reprinted
 from geoprint.model import FloatArray, PoseStream, PrintErrors, Surface
 from geoprint.quality import Printed, Uniformity, alike, difference, joined_spans, printed, standoff_within, uniformity
 from geoprint.quality.spans import no_spans

@@ -52,7 +52,7 @@ class Heat:
     Args:
         surface: an orientable manifold whose triangles are a few times smaller than the wanted spacing.
         time_factor: diffusion time t as a multiple of the squared mean edge length. Measured on nine surfaces, smooth,
-            folded and pierced (benchmarks/geodesic.py): larger times are better where no fronts meet (cap, cone),
+            folded and pierced (benchmarks/paths/geodesic.py): larger times are better where no fronts meet (cap, cone),
             but heat rounds a ridge over a width of sqrt(t), which spoils a pierced sheet from 1 on; smaller ones
             follow the edges of the mesh. [Crane2013, sec. 3.2.4] takes 1.
         renormalisations: how often the distance is fitted again to its own directions. Each costs one solution of a

@@ -6,7 +6,7 @@ an edge of one passes through the other.
 Two libraries find them too, PyMeshLab and libigl through CGAL, both under the GPL, which nothing here needs to run.
 Neither takes a depth, so that their answers differ where faces touch within rounding: CGAL lists 3 pairs of a pig and 2
 of a bunny, this none and 10. On 200,000 faces PyMeshLab takes 0.8 of the processor time of this and libigl 2.4 times as
-much, on most meshes of up to 20,000 faces 0.3 to 0.9 and 0.2 to 1.2 (`python -m benchmarks.crossings`).
+much, on most meshes of up to 20,000 faces 0.3 to 0.9 and 0.2 to 1.2 (`python -m benchmarks.readers.crossings`).
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ from hypothesis import given, settings, strategies as st
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
-from benchmarks.tables import TRAVEL, reached
+from benchmarks.motion.tables import TRAVEL, reached
 from geoprint import transforms
 from geoprint.errors import InputError, ReachError, UsageError
 from geoprint.model import FloatArray, Hexapod

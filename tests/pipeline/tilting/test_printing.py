@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.simulated import slowed
+from benchmarks.programs.simulated import slowed
 from geoprint import job_of, plan, transforms
 from geoprint.account.replaying import replay
 from geoprint.account.texts.checking import check_text

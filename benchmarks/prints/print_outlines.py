@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 from typing import final
 
 import numpy as np
 
+from benchmarks import DATA
 from benchmarks.parts.streams import rows_on_plate
 from geoprint.appraisal import (
     Camera,
@@ -33,7 +33,6 @@ from geoprint.surfaces import mean_normal, united
 from geoprint.surfaces.files import load
 from geoprint.transforms import rigid
 
-DATA = Path(__file__).parents[2] / "data"
 # Parts. Contours of a plate look alike from two sides; rows that lie nearer to one of its sides do not.
 FLAT, APEX, ON_HEART, ROWS, PLATE = "flat patch", "apex patch", "flat patch on the heart", "rows on a plate", "plate"
 FILES = {FLAT: "heart_flat_patch", APEX: "heart_apex_patch", ON_HEART: "heart_flat_patch", PLATE: "plate"}

@@ -1,11 +1,11 @@
 """Does the collision check find what is planted, and only that? Obstacles at known distances on real plans.
 
-    python -m benchmarks.collisions [--cases N] [--layer-cases N] [--table-cases N] [--parts FILE ...] [--smoke]
+    python -m benchmarks.motion.collisions [--cases N] [--layer-cases N] [--table-cases N] [--parts FILE ...] [--smoke]
 
 On every part a path is planned, and then checked again with one obstacle besides: collisions from a graze of the
 clearance, over a graze of the body itself, to deep ones, and halls around everything; and near misses, 0.2 mm beyond
 the clearance. Obstacles are thin posts, plates and blocks at the sides of needle, cone, barrel, bracket, lamp and the
-arm's links, at any moment from home to home (`benchmarks.parts.planted`). The nozzle leans where that serves the
+arm's links, at any moment from home to home (`benchmarks.motion.planted`). The nozzle leans where that serves the
 speed. At last the tip is lowered by 0.05 mm on all deposit, where nothing must be reported.
 
 The second table is of a layer on each part, where only what is printed below is in the way: a lump on it at a known
@@ -15,7 +15,7 @@ Over the bare part, without the layers, the same path is clear.
 The third table is of a part on each kind of table that tilts it, in two of its attitudes: the same obstacles where the
 part stands then; and the table itself, shifted under the part so that a point of plate, leg, hub or stand is at a known
 distance from a spot of what moves, whatever else of it is nearer; and near misses, in which the nearest of all of it is
-0.2 mm beyond the clearance (`benchmarks.parts.planted`). One column is of the arm at home while the shifted
+0.2 mm beyond the clearance (`benchmarks.motion.planted`). One column is of the arm at home while the shifted
 table goes to the attitude: what then comes within the clearance must be refused. There are no near misses of that,
 because a proof for all that moves at once keeps some millimetres more.
 """
@@ -33,9 +33,9 @@ from types import MappingProxyType
 
 import numpy as np
 
-from benchmarks.attitudes import APEX, TABLES, cell_with
-from benchmarks.parts.planted import KINDS, hall, near_miss
-from benchmarks.parts.planted_scenes import (
+from benchmarks.motion.attitudes import APEX, TABLES, cell_with
+from benchmarks.motion.planted import KINDS, hall, near_miss
+from benchmarks.motion.planted_scenes import (
     BEYOND,
     DEPTHS,
     GRAZE,
@@ -52,7 +52,7 @@ from benchmarks.parts.planted_scenes import (
     with_lump,
 )
 from benchmarks.parts.tables import row, rule
-from benchmarks.uniformity import DATA
+from benchmarks.paths.uniformity import DATA
 from geoprint.config import job_of
 from geoprint.errors import ClearanceError
 from geoprint.model import Surface

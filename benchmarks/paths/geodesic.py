@@ -1,6 +1,6 @@
 """How right, how even and how fast is the distance of each backend, beside its peer? Prints Markdown tables.
 
-    python -m benchmarks.geodesic [--table NAME ...] [--faces N] [--smoke]
+    python -m benchmarks.paths.geodesic [--table NAME ...] [--faces N] [--smoke]
 
 The peer is potpourri3d (geometry-central), run in the same process where it is installed (`pip install potpourri3d
 pygeodesic`): its heat method as published, and on its robust (tufted intrinsic) Laplacian. Its wheel uses Eigen's
@@ -14,7 +14,6 @@ excess is the CV beyond that of the exact field.
 
 from __future__ import annotations
 
-import argparse
 import importlib
 import importlib.util
 import time
@@ -25,7 +24,7 @@ from types import MappingProxyType
 import numpy as np
 
 from benchmarks.parts.surfaces import SHAPES, STYLES, exact_distance, make
-from benchmarks.parts.tables import row, rule
+from benchmarks.parts.tables import row, rule, script_parser
 from geoprint.backends import BACKENDS
 from geoprint.backends.isolines import isolines
 from geoprint.backends.levels import level_distances
@@ -90,10 +89,9 @@ SMOKE = Sizes(accuracy=300, spacing=1_000, order=(200, 400, 800), timed=(200, 40
 
 def main() -> None:
     """Print the tables asked for, all of them by default."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="small meshes, to see that the script runs")
     parser.add_argument("--table", nargs="*", choices=sorted(TABLES), help="only these tables")
     parser.add_argument("--faces", type=int, help="faces of the accuracy and spacing tables")
-    parser.add_argument("--smoke", action="store_true", help="small meshes, to see that the script runs")
     arguments = parser.parse_args()
     sizes = SMOKE if arguments.smoke else FULL
     if arguments.faces is not None:

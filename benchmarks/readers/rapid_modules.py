@@ -1,7 +1,7 @@
 """Reads RAPID modules that others wrote: what the parser and the symbol table make of them.
 
-    python -m benchmarks.rapid_modules FOLDER [--open-names]
-    python -m benchmarks.rapid_modules --smoke
+    python -m benchmarks.readers.rapid_modules FOLDER [--open-names]
+    python -m benchmarks.readers.rapid_modules --smoke
 
 FOLDER has a folder for each project (`owner+name`); the modules of a folder below are one task (several, where they
 declare the same names: each with all modules that it can have), read as open: names that other modules of the project
@@ -11,12 +11,12 @@ finding is an error of that text or of geoprint's, which a person has to say.
 
 from __future__ import annotations
 
-import argparse
 import tempfile
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
+from benchmarks.parts.tables import script_parser
 from geoprint.errors import VerificationError
 from geoprint.export.rapid.language.names import declared
 from geoprint.export.rapid.language.parsing import parse_module
@@ -30,9 +30,8 @@ SUFFIXES = {".mod", ".sys", ".modx", ".sysx", ".prg"}
 
 def main() -> None:
     """Print the table and all findings."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="a module of one line only, to see that the script runs")
     parser.add_argument("folder", type=Path, nargs="?")
-    parser.add_argument("--smoke", action="store_true", help="a module of one line only, to see that the script runs")
     parser.add_argument("--open-names", action="store_true", help="print names that nothing declares, too")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:

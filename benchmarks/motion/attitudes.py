@@ -1,6 +1,6 @@
 """What prints over a table that tilts the part, and how fast is that planned?
 
-    python -m benchmarks.attitudes [--parts FILE ...] [--spacing MM] [--wrap MM] [--tables KIND ...]
+    python -m benchmarks.motion.attitudes [--parts FILE ...] [--spacing MM] [--wrap MM] [--tables KIND ...]
                                    [--backends NAME ...] [--poses MM ...] [--chain MM ...] [--smoke]
 
 The first table has a row for each part, table and backend, planned with the packaged cell that has a table, or with the
@@ -22,7 +22,6 @@ of each, the table's motion. A spacing of 0.25 mm has about 50k poses over the t
 
 from __future__ import annotations
 
-import argparse
 import re
 import time
 from collections import defaultdict
@@ -34,8 +33,9 @@ from typing import final
 
 import numpy as np
 
+from benchmarks import DATA
 from benchmarks.parts.surfaces import triangulated, wrap
-from benchmarks.parts.tables import row, table
+from benchmarks.parts.tables import row, script_parser, table
 from geoprint import job_of, plan
 from geoprint.config import TILTING_CELL, packaged_cell_text
 from geoprint.errors import PlanError
@@ -56,7 +56,7 @@ from geoprint.quality import overhang
 from geoprint.results import Plan
 from geoprint.surfaces.files import ply_bytes
 
-APEX = Path(__file__).parents[1] / "data" / "heart_apex_patch.ply"
+APEX = DATA / "heart_apex_patch.ply"
 TABLES = ("tilt-turn", "hexapod")
 WRAP_DEG, VESSEL_RADIUS, WRAP_LENGTH, VESSEL_LENGTH = 200.0, 12.0, 16.0, 36.0
 WRAP_FACES, VESSEL_SIDES = 1_200, 96
@@ -81,7 +81,7 @@ PLANNED = ("attitudes", "poses, surroundings", "joints", "timing", "collision", 
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="the chain at 12 mm without a table")
     parser.add_argument("--parts", type=Path, nargs="*", default=[], metavar="FILE", help="in mm, beside the wrap")
     parser.add_argument("--spacing", type=float, default=2.0, metavar="MM", help="of these")
     parser.add_argument("--wrap", type=float, default=3.0, metavar="MM", help="spacing of the wrap")
@@ -89,7 +89,6 @@ def main() -> None:
     parser.add_argument("--backends", nargs="+", default=["lscm", "heat"], metavar="NAME")
     parser.add_argument("--poses", type=float, nargs="*", default=[], metavar="MM", help="spacings that are timed")
     parser.add_argument("--chain", type=float, nargs="*", default=[], metavar="MM", help="likewise, the chain alone")
-    parser.add_argument("--smoke", action="store_true", help="the chain at 12 mm without a table")
     arguments = parser.parse_args()
     smoke: bool = arguments.smoke
     # The wrap, and the chain over a table, are planned by tests/benchmarks/test_attitudes.py.

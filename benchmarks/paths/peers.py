@@ -1,6 +1,6 @@
 """How even and how fast are isolines of the distance from the border, beside other programs? Prints a Markdown table.
 
-    python -m benchmarks.peers [--parts FILE ...] [--faces N] [--smoke]
+    python -m benchmarks.paths.peers [--parts FILE ...] [--faces N] [--smoke]
 
 Every method gets the same mesh, in this process, and ends in polylines; `geoprint.quality.uniformity` measures all of
 them: the thickness of the layer that a constant flow leaves, what is covered, and as a detail that tells distances
@@ -23,7 +23,6 @@ seed: who asks again pays less, with every method.
 
 from __future__ import annotations
 
-import argparse
 import importlib
 import importlib.util
 from collections.abc import Callable, Iterator, Mapping
@@ -33,8 +32,9 @@ from types import MappingProxyType
 
 import numpy as np
 
+from benchmarks import DATA
 from benchmarks.parts.surfaces import SHAPES, Shape, cap, triangulated
-from benchmarks.parts.tables import least_seconds
+from benchmarks.parts.tables import least_seconds, script_parser
 from geoprint.account.metrics import COVERED_ONCE, GAP, LEVELS, OVERLAP, THICKNESS
 from geoprint.backends import BACKENDS
 from geoprint.backends.heat import Heat
@@ -46,7 +46,6 @@ from geoprint.surfaces.files import load
 from geoprint.surfaces.remesh import refine
 from geoprint.surfaces.repair import prepare
 
-DATA = Path(__file__).parents[1] / "data"
 SPACING = 1.0
 SMOKE_SPACING = 4.0
 FACES = 20_000
@@ -81,10 +80,9 @@ class Method:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="one small mesh, to see that the script runs")
     parser.add_argument("--parts", nargs="+", type=Path, default=[DATA / "heart_apex_patch.ply"], metavar="FILE")
     parser.add_argument("--faces", type=int, default=FACES, help="of the surfaces by formula")
-    parser.add_argument("--smoke", action="store_true", help="one small mesh, to see that the script runs")
     arguments = parser.parse_args()
     spacing = SMOKE_SPACING if arguments.smoke else SPACING
     surfaces = [

@@ -1,6 +1,6 @@
 """What can the tables that move the part do? Workspace beside the ranges it was made for, residuals and processor time.
 
-    python -m benchmarks.tables [--poses N] [--picture FILE] [--smoke]
+    python -m benchmarks.motion.tables [--poses N] [--picture FILE] [--smoke]
 
 The first table has a row for each travel range that is taken for that of a PI H-840 [PIH840], unchecked against its
 maker's sheet, each with all others at rest: how far the default hexapod of a cell goes before a margin is negative. Its
@@ -15,7 +15,6 @@ processor time of N poses. With --picture the margins over all directions that s
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -23,7 +22,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from benchmarks.parts.tables import row, table
+from benchmarks.parts.tables import row, script_parser, table
 from geoprint import transforms
 from geoprint.config import cell_of, packaged_cell_text
 from geoprint.model import FloatArray, TiltingTable
@@ -42,12 +41,11 @@ FARTHEST_DEG = {"hexapod": 25.0, "tilt-turn": 120.0}
 
 def main() -> None:
     """Print both tables, and draw the picture."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="a hundred poses")
     parser.add_argument("--poses", type=int, default=50_000, metavar="N")
     parser.add_argument(
         "--picture", type=Path, metavar="FILE", help="draw the margins over all directions (PNG or SVG)"
     )
-    parser.add_argument("--smoke", action="store_true", help="a hundred poses")
     arguments = parser.parse_args()
     count: int = 100 if arguments.smoke else arguments.poses
     for line in table("H-840", "taken for", "found"):

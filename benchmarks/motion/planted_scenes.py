@@ -8,7 +8,7 @@ from typing import final
 
 import numpy as np
 
-from benchmarks.parts.planted import Spot, Sweep, facing, near_miss, table_cylinders
+from benchmarks.motion.planted import Spot, Sweep, facing, near_miss, table_cylinders
 from geoprint import transforms
 from geoprint.errors import ClearanceError
 from geoprint.layers import layer_level, with_sides

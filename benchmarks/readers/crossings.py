@@ -1,6 +1,6 @@
 """Which self-intersections does each test find, and how fast, beside other programs? Prints a Markdown table.
 
-    python -m benchmarks.crossings [--parts FILE ...] [--faces N] [--smoke]
+    python -m benchmarks.readers.crossings [--parts FILE ...] [--faces N] [--smoke]
 
 Every test gets the same triangles, as preparing joins them. Install the peers with `pip install pymeshlab libigl`;
 those that are missing are left out, and named.
@@ -15,7 +15,6 @@ Times are processor time of this process, the least of several.
 
 from __future__ import annotations
 
-import argparse
 import importlib
 import importlib.util
 import time
@@ -25,7 +24,7 @@ from types import MappingProxyType
 from typing import Any
 
 from benchmarks.parts.surfaces import make
-from benchmarks.parts.tables import row, rule
+from benchmarks.parts.tables import row, rule, script_parser
 from geoprint.errors import GeoprintError
 from geoprint.model import Surface
 from geoprint.surfaces.files import load_file, suggested_unit
@@ -74,10 +73,9 @@ TESTS: Mapping[str, tuple[str, str, Test]] = MappingProxyType(
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="a small surface, to see that the script runs")
     parser.add_argument("--parts", type=Path, nargs="*", default=[], help="meshes, of which the unit is guessed")
     parser.add_argument("--faces", type=int, default=FACES, help="of the surface by formula")
-    parser.add_argument("--smoke", action="store_true", help="a small surface, to see that the script runs")
     arguments = parser.parse_args()
     surfaces = [make("bumpy", faces=SMOKE_FACES if arguments.smoke else arguments.faces)]
     for path in arguments.parts:

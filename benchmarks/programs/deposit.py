@@ -1,7 +1,7 @@
 """Does a program deposit what was planned, at which speed, and how long does it take?
 
-    python -m benchmarks.deposit [FILE ...] [--spacing MM] [--backend NAME ...] [--pattern NAME] [--csv FILE] [--smoke]
-    python -m benchmarks.deposit BUNDLE ... [--csv FILE]
+    python -m benchmarks.programs.deposit [FILE ...] [--spacing MM] [--backend NAME ...] [--pattern NAME] [--csv FILE]
+    python -m benchmarks.programs.deposit BUNDLE ... [--csv FILE]
 
 Each part is planned with the default settings in the packaged cell and written; what `geoprint plan` has written in any
 cell, mode and pattern, over a table or in layers, is taken as it is. Its RAPID text is read by this script alone:
@@ -19,7 +19,6 @@ the first to the last, by kinematics of this script (`off_moves`); targets, and 
 
 from __future__ import annotations
 
-import argparse
 import csv
 import re
 import tempfile
@@ -31,14 +30,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from benchmarks.parts.tables import row, table
+from benchmarks import DATA
+from benchmarks.parts.tables import row, script_parser, table
 from geoprint import job_of, plan, save_plan
 from geoprint.account import PlanRecord
 from geoprint.errors import GeoprintError
 from geoprint.model import FloatArray
 from geoprint.surfaces.files import suggested_unit
 
-DATA = Path(__file__).parents[1] / "data"
 OWN = tuple(DATA / name for name in ("plate.ply", "heart_flat_patch.ply", "heart_apex_patch.ply"))
 BACKENDS = ("lscm", "heat")
 NUMBER = r"(-?[\d.]+(?:E-?\d+)?)"
@@ -126,13 +125,12 @@ class Measured(NamedTuple):
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="a wide spacing, to see that the script runs")
     parser.add_argument("files", nargs="*", type=Path, default=OWN, metavar="FILE")
     parser.add_argument("--spacing", type=float, default=1.0, metavar="MM")
     parser.add_argument("--backend", nargs="+", default=BACKENDS, metavar="NAME")
     parser.add_argument("--pattern", default="contours", metavar="NAME")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="to which the figures are added as well")
-    parser.add_argument("--smoke", action="store_true", help="a wide spacing, to see that the script runs")
     arguments = parser.parse_args()
     files, backends, spacing = arguments.files, arguments.backend, arguments.spacing
     if arguments.smoke:

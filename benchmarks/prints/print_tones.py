@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 from scipy.spatial import KDTree
 
-from benchmarks.parts.print_outlines import (
+from benchmarks.prints.print_outlines import (
     APEX,
     FLAT,
     HEIGHT,

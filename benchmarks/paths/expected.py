@@ -1,10 +1,10 @@
 """What does the arm make of it? Planned and printed variation of the thickness; is the stated interval true?
 
-    python -m benchmarks.expected [FILE ...] [--prints 10000] [--smoke]
+    python -m benchmarks.paths.expected [FILE ...] [--prints 10000] [--smoke]
 
 The first table plans the parts in data/ and any mesh files [mm], `SPACINGS` apart, with three backends, and tells what
 the packaged cell is expected to make of them. The second proves the interval: rings on a disc and on a dome of 12 mm
-radius are printed `--prints` times by `benchmarks.parts.reprints`, which shares nothing with geoprint's sampler (other
+radius are printed `--prints` times by `benchmarks.paths.reprints`, which shares nothing with geoprint's sampler (other
 seeds, errors on the points of the path, the layer simulated again on a polar grid); 90 to 99 % of these prints lie
 within the interval that geoprint states for 95 % (90 to 93 where the rim decides, which is a tenth longer than the ring
 along it on parts this small). The last one shows which error changes the thickness: each alone, on both, as geoprint
@@ -13,7 +13,6 @@ expects it and as those prints have it.
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -23,14 +22,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.parts.reprints import Layer, Lines, Shape, lines_of, planned_cv, reprinted, rings, shape_of, surface
-from benchmarks.parts.tables import row, table
+from benchmarks import DATA
+from benchmarks.parts.tables import row, script_parser, table
+from benchmarks.paths.reprints import Layer, Lines, Shape, lines_of, planned_cv, reprinted, rings, shape_of, surface
 from geoprint.config import job_of
 from geoprint.model import PoseStream, PrintErrors
 from geoprint.pipeline import compare
 from geoprint.quality import Printed, Uniformity, printed, uniformity
 
-DATA = Path(__file__).parents[1] / "data"
 OWN = ("plate.ply", "heart_flat_patch.ply", "heart_apex_patch.ply")
 BACKENDS = ("lscm", "heat", "fast-marching")
 SPACINGS = (1.0, 0.4)
@@ -67,10 +66,9 @@ ALONE = {
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="the smallest case only, to see that the script runs")
     parser.add_argument("parts", nargs="*", type=Path, metavar="FILE", help="meshes [mm] besides")
     parser.add_argument("--prints", type=int, default=10_000, help="independent prints of each small part")
-    parser.add_argument("--smoke", action="store_true", help="the smallest case only, to see that the script runs")
     arguments = parser.parse_args()
     own = [DATA / name for name in (OWN[:1] if arguments.smoke else OWN)]
     spacings = SMOKE_SPACINGS if arguments.smoke else SPACINGS

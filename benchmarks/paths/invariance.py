@@ -1,6 +1,6 @@
 """Are evenness figures of paths and part alone, and not of how these are written, and how fine must elements be?
 
-    python -m benchmarks.invariance [--csv FILE] [--smoke]
+    python -m benchmarks.paths.invariance [--csv FILE] [--smoke]
 
 Five kinds of paths on twelve parts are measured as they are and again after every change of `CHANGES`, which leaves
 paths and part what they are, and on a finer mesh of the same shape. The first table has the largest change of any
@@ -15,7 +15,6 @@ can be distinguished from that by two standard deviations: what varies by itself
 
 from __future__ import annotations
 
-import argparse
 import csv
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -28,9 +27,10 @@ from unittest.mock import patch
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from benchmarks import DATA
 from benchmarks.parts.streams import deposited
 from benchmarks.parts.surfaces import SHAPES, Shape, cap, circle, rectangle, triangulated
-from benchmarks.parts.tables import row, table
+from benchmarks.parts.tables import row, script_parser, table
 from geoprint import job_of, measure_paths, plan
 from geoprint.account.metrics import FOLLOWING, GAP, OVERLAP, THICKNESS
 from geoprint.backends import isolines
@@ -41,7 +41,6 @@ from geoprint.surfaces import edge_lengths, face_areas, united
 from geoprint.surfaces.files import load, save_ply
 from geoprint.surfaces.remesh import refine
 
-DATA = Path(__file__).parents[1] / "data"
 OWN = ("plate.ply", "heart_flat_patch.ply", "heart_apex_patch.ply")
 FACES = 1_500
 # Spacings on the side of a square as large as the part.
@@ -116,9 +115,8 @@ class Case(NamedTuple):
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="slices on a plate, to see that the script runs")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write all figures too")
-    parser.add_argument("--smoke", action="store_true", help="slices on a plate, to see that the script runs")
     arguments = parser.parse_args()
     cases: list[Case] = []
     with tempfile.TemporaryDirectory() as folder:

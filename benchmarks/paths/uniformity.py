@@ -1,15 +1,15 @@
 """How even are the paths of each backend? Writes the full table, the README's rows of it and its pictures.
 
-    python -m benchmarks.uniformity [--parts FILE ...] [--write] [--picture [FOLDER]] [--smoke]
-    python -m benchmarks.uniformity --compare A.csv B.csv
+    python -m benchmarks.paths.uniformity [--parts FILE ...] [--write] [--picture [FOLDER]] [--smoke]
+    python -m benchmarks.paths.uniformity --compare A.csv B.csv
 
 Parts are those in data/, surfaces by formula (irregular triangulations: structured ones flatter the heat method) and
 any mesh files [mm]. All are planned `SPACING` apart and measured as `geoprint compare` does it by default; what the
 columns mean stands in `geoprint.account.metrics`. The area scale is that of lscm's chart, chart over surface, 1 on
 average: where its 1st and 99th percentile by area are near each other, a flat map loses little.
 
-With --write the figures are kept in benchmarks/uniformity.csv and as a page in benchmarks/uniformity.md, and README
-gets its rows. The pictures bear the digest of the kept figures, so that a test notices one that is older than these.
+With --write the figures are kept beside this file, in uniformity.csv and as a page in uniformity.md, and README gets
+its rows. The pictures bear the digest of the kept figures, so that a test notices one that is older than these.
 """
 
 # matplotlib leaves the keyword arguments of its methods untyped.
@@ -17,7 +17,6 @@ gets its rows. The pictures bear the digest of the kept figures, so that a test 
 
 from __future__ import annotations
 
-import argparse
 import csv
 import io
 import tempfile
@@ -30,8 +29,10 @@ from types import MappingProxyType
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
 
+from benchmarks import DATA, ROOT
 from benchmarks.parts.stamps import stamp, stamped
 from benchmarks.parts.surfaces import SHAPES, Shape, cap, triangulated
+from benchmarks.parts.tables import script_parser
 from geoprint.account import record_evenness
 from geoprint.account.compared.pictures import comparison_picture
 from geoprint.account.metrics import (
@@ -54,7 +55,6 @@ from geoprint.pipeline import compare
 from geoprint.results import Comparison
 from geoprint.surfaces.files import save_ply
 
-DATA = Path(__file__).parents[1] / "data"
 OWN: Mapping[str, str] = MappingProxyType(
     {
         "plate": "plate.ply",
@@ -79,7 +79,7 @@ ANALYTIC_FACES = 4_000
 BACKENDS = ("lscm", "heat", "fast-marching")
 SPACING = 1.0
 SMOKE_SPACING = 4.0
-IMAGES = Path(__file__).parents[1] / ".github" / "images"
+IMAGES = ROOT / ".github" / "images"
 # A chart whose area scale spreads by less than this factor from the 1st to the 99th percentile: nearly flat.
 NEARLY_FLAT = 1.2
 
@@ -88,7 +88,7 @@ NEARLY_FLAT = 1.2
 COLUMNS = (THICKNESS, FOLLOWING, COVERED_ONCE, GAP, OVERLAP, OFF, OFF_MOST, LEVELS, WIDTH)
 README_COLUMNS = COLUMNS[:6]
 KEPT, PAGE = (Path(__file__).with_name(f"uniformity.{suffix}") for suffix in ("csv", "md"))
-README = Path(__file__).parents[1] / "README.md"
+README = ROOT / "README.md"
 # The lines of README between which its rows stand.
 ROWS = ("<!-- evenness -->\n", "<!-- /evenness -->\n")
 
@@ -117,12 +117,11 @@ class Row:
 
 def main() -> None:
     """Print the table, or the difference of two kept ones."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="the smallest case only, to see that the script runs")
     parser.add_argument("--parts", nargs="+", type=Path, default=[], metavar="FILE", help="meshes [mm] besides")
     parser.add_argument("--write", action="store_true", help="keep the figures, write their page and README's rows")
     parser.add_argument("--compare", nargs=2, type=Path, metavar=("A", "B"), help="print what changed from A to B")
     parser.add_argument("--picture", type=Path, nargs="?", const=IMAGES, metavar="FOLDER", help="write both pictures")
-    parser.add_argument("--smoke", action="store_true", help="the smallest case only, to see that the script runs")
     arguments = parser.parse_args()
     if arguments.compare is not None:
         first, second = (loaded(path.read_text(encoding="utf-8")) for path in arguments.compare)
@@ -179,7 +178,7 @@ def page(rows: Sequence[Row]) -> str:
     meanings = [f"- {each.column}: {each.label}; {each.meaning}." for each in COLUMNS]
     words = (
         f"Paths {SPACING:g} mm apart, planned and measured as `geoprint compare` does it by default. Written by "
-        "`python -m benchmarks.uniformity --write`; the same figures to six digits are in uniformity.csv."
+        "`python -m benchmarks.paths.uniformity --write`; the same figures to six digits are in uniformity.csv."
     )
     return "\n".join(["# How even is each backend?", "", words, "", *table(rows), "", *meanings, ""])
 

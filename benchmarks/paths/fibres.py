@@ -1,6 +1,6 @@
 """How evenly do stripes and streamlines of designed fields cover parts, and how well do they follow the field?
 
-    python -m benchmarks.fibres [--parts FILE ...] [--spacing MM] [--faces N ...] [--smoke]
+    python -m benchmarks.paths.fibres [--parts FILE ...] [--spacing MM] [--faces N ...] [--smoke]
 
 Every part is cut as finely as heat wants it, and gets three fields of lines: the smoothest along its rim (none where it
 is closed), the smoothest along its longest axis, and the smoothest along the smallest principal curvature. A row for
@@ -20,7 +20,6 @@ number of faces, fitted to all but the smallest.
 
 from __future__ import annotations
 
-import argparse
 import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -28,8 +27,9 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import KDTree
 
+from benchmarks import DATA
 from benchmarks.parts.surfaces import make
-from benchmarks.parts.tables import row, table
+from benchmarks.parts.tables import row, script_parser, table
 from geoprint.account.metrics import COVERED_ONCE, GAP, OVERLAP, SPACING, THICKNESS
 from geoprint.backends import BACKENDS
 from geoprint.deposition import WidthsAlong
@@ -47,7 +47,6 @@ from geoprint.surfaces.remesh import refine
 from geoprint.surfaces.repair import prepare
 from tests.patterns.fibres.measures import crossings, lines, off_field
 
-DATA = Path(__file__).parents[1] / "data"
 OWN = ("plate.ply", "heart_flat_patch.ply", "heart_apex_patch.ply")
 HEADINGS = (
     "part", "field", "laying", "starts", "closed", "dropped", "mean length", THICKNESS.column, COVERED_ONCE.column,
@@ -62,7 +61,7 @@ WIDENING = 0.75, 1.35
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="a part of data/ at 6 mm, and small sheets")
     parser.add_argument(
         "--parts", type=Path, nargs="*", default=[], metavar="FILE", help="in mm, beside those of data/"
     )
@@ -74,7 +73,6 @@ def main() -> None:
         default=[10_000, 100_000, 300_000, 1_000_000],
         help="of the sheets that are timed",
     )
-    parser.add_argument("--smoke", action="store_true", help="a part of data/ at 6 mm, and small sheets")
     arguments = parser.parse_args()
     spacing = 6.0 if arguments.smoke else arguments.spacing
     parts = [*(DATA / name for name in OWN[: 1 if arguments.smoke else None]), *arguments.parts]

@@ -12,7 +12,8 @@ from typing import Literal, final
 import numpy as np
 
 import geoprint
-from benchmarks.parts.print_scans import (
+from benchmarks import DATA
+from benchmarks.prints.print_scans import (
     AWAY,
     FOCAL,
     HEIGHT,
@@ -171,7 +172,7 @@ def measured_as_known(off: float, deviation: float, *, common: float, seed: int)
 
 Mode = Literal["io", "analog"]
 Measure = Literal["scan", "photograph"]
-PLATE = Path(__file__).parents[2] / "data" / "plate.ply"
+PLATE = DATA / "plate.ply"
 PLATE_SPACING = 2.5
 # Accelerations of the packaged arm, and of one that is slow at corners.
 QUICK, SLOW = "[687.5, 687.5, 687.5, 1145.9, 1145.9, 1432.4]", "[100, 100, 100, 160, 160, 200]"

@@ -1,6 +1,6 @@
 """Do G-code programs lead where LinuxCNC's interpreter leads them? Prints what differs.
 
-    python -m benchmarks.linuxcnc [--interpreter rs274] [--programs 300] [--seed 0] [--keep FOLDER] [--smoke]
+    python -m benchmarks.programs.linuxcnc [--interpreter rs274] [--programs 300] [--seed 0] [--keep FOLDER] [--smoke]
 
 `rs274` is LinuxCNC's interpreter (Debian's linuxcnc-uspace), which runs by itself. Random programs of all modes and
 offsets that both know, words in any order, are read by `geoprint.read_paths` and by it; vertices of what deposits (G1,
@@ -10,7 +10,6 @@ refuses are counted, with the reason.
 
 from __future__ import annotations
 
-import argparse
 import re
 import subprocess
 import tempfile
@@ -19,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.parts.tables import script_parser
 from geoprint import read_paths
 from geoprint.errors import GeoprintError
 from geoprint.model import FloatArray
@@ -249,12 +249,11 @@ def _aside(points: FloatArray, line: FloatArray) -> float:
 
 def main() -> None:
     """Compare, print what differs, and end with status 1 if anything does."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="five programs, read by geoprint alone")
     parser.add_argument("--interpreter", default="rs274")
     parser.add_argument("--programs", type=int, default=300)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--keep", type=Path)
-    parser.add_argument("--smoke", action="store_true", help="five programs, read by geoprint alone")
     args = parser.parse_args()
     generator = np.random.default_rng(args.seed)
     seen, reasons, worst, wrong = 0, Counter[str](), 0.0, 0

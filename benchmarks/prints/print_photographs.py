@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from benchmarks.parts.print_outlines import true_camera
 from benchmarks.parts.streams import rows_on_plate
+from benchmarks.prints.print_outlines import true_camera
 from geoprint.appraisal import (
     Held,
     held_against,

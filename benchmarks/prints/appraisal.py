@@ -1,6 +1,6 @@
 """How well are lines, widths, breaks and offsets found in photographs, and thickness in scans, whose truth is known?
 
-    python -m benchmarks.appraisal [FOLDER] [--scans N] [--outlines N] [--tones N] [--smoke]
+    python -m benchmarks.prints.appraisal [FOLDER] [--scans N] [--outlines N] [--tones N] [--smoke]
 
 The first table: known answers. Rows of beads on a plate are printed in silico (`geoprint.silico`, which shares no code
 with the appraisal) with one error each, photographed from above and aslant, and held against their plan. A pixel covers
@@ -34,7 +34,6 @@ were refused with a reason or gave no figure, and in how many a fault that was p
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import importlib.util
 from collections.abc import Iterator
@@ -42,7 +41,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.parts.print_outlines import (
+from benchmarks import ROOT
+from benchmarks.parts.tables import row, rule, script_parser
+from benchmarks.prints.print_outlines import (
     APEX as DOME,
     FLAT,
     ON_HEART,
@@ -51,7 +52,7 @@ from benchmarks.parts.print_outlines import (
     OutlinedPhotograph,
     placed_by_outline,
 )
-from benchmarks.parts.print_photographs import (
+from benchmarks.prints.print_photographs import (
     LINES,
     PHOTOGRAPHS,
     WIDTH,
@@ -61,15 +62,14 @@ from benchmarks.parts.print_photographs import (
     plate_print,
     reference_lines,
 )
-from benchmarks.parts.print_scans import APEX, Registered, registered_scan, thinned_scan
-from benchmarks.parts.print_tones import OFFSET_OFF, PLANTED, WIDTH_OFF, Judged, judged_photograph
-from benchmarks.parts.tables import row, rule
+from benchmarks.prints.print_scans import APEX, Registered, registered_scan, thinned_scan
+from benchmarks.prints.print_tones import OFFSET_OFF, PLANTED, WIDTH_OFF, Judged, judged_photograph
 from geoprint.appraisal import Held, bead_width, beads_of, middles_of, paired_edges, read_photograph
 from geoprint.errors import InputError
 from geoprint.model import BoolArray, FloatArray
 from geoprint.silico import Break, Faults
 
-IMAGES = Path(__file__).parents[2] / "shared" / "data" / "images"
+IMAGES = ROOT / "shared" / "data" / "images"
 # What goes wrong in prints that are scanned, and the volume that is laid then.
 SCANNED = {
     "nothing": Faults(),
@@ -91,9 +91,8 @@ OFFSETS, SCALES, BREAKS = (-0.5, 0.2, 0.5, 1.0), (0.7, 1.0, 1.3), (1.0, 2.5, 5.0
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="the smallest case only, to see that the script runs")
     parser.add_argument("folder", nargs="?", type=Path, default=IMAGES, metavar="FOLDER", help="of real photographs")
-    parser.add_argument("--smoke", action="store_true", help="the smallest case only, to see that the script runs")
     parser.add_argument("--scans", type=int, default=SEEDS, metavar="N", help="seeds of each error in scans")
     parser.add_argument("--outlines", type=int, default=VIEWS, metavar="N", help="photographs of each part's outline")
     parser.add_argument("--tones", type=int, default=TONES, metavar="N", help="photographs through tone curves")

@@ -1,6 +1,6 @@
 """How much evener do prints become that learn from scans of those before, on a dispenser that errs in other ways?
 
-    python -m benchmarks.feedback [--seeds N] [--smoke]
+    python -m benchmarks.prints.feedback [--seeds N] [--smoke]
 
 A layer on a patch of a heart is printed in silico by a plant (`geoprint.silico.Plant`, which shares no code with the
 corrector) with errors that the corrector's model lacks: the viscosity is 1.3 times what was thought, the valve 0.5 mm
@@ -12,7 +12,7 @@ height; the scan has no part in it. The last column is what of it is left after 
 wanted of every seed.
 
 The second table: programs of a plate for a slow arm, whose valve lets more through at corners, and for a flow that
-follows the speed (`benchmarks.parts.closed_loop`): largest and root mean square deviation of the volume of a run from
+follows the speed (`benchmarks.prints.closed_loop`): largest and root mean square deviation of the volume of a run from
 the wanted one, print after print; by photographs from its share of the whole print, for these say no more. What a valve
 printed is not fed back to the other dispenser: the first print there has no correction, as `geoprint plan` asks for.
 Then how many prints of 100 that are as their programs deposit them change something, by noise of the measurement.
@@ -23,13 +23,13 @@ everywhere by twice the deviation that each part of a run is known with.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from itertools import islice
 
 import numpy as np
 
-from benchmarks.parts.closed_loop import (
+from benchmarks.parts.tables import row, rule, script_parser
+from benchmarks.prints.closed_loop import (
     BOUNDS,
     Measure,
     Mode,
@@ -39,8 +39,7 @@ from benchmarks.parts.closed_loop import (
     measured_as_known,
     plant_of,
 )
-from benchmarks.parts.print_scans import RAYS, SIDE
-from benchmarks.parts.tables import row, rule
+from benchmarks.prints.print_scans import RAYS, SIDE
 from geoprint.deposition.feedback import corrected
 from geoprint.model import FloatArray
 
@@ -53,9 +52,8 @@ DEVIATION, COMMON = 0.04, 0.005
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="the smallest case only, to see that the script runs")
     parser.add_argument("--seeds", type=int, default=SEEDS, metavar="N", help="dispensers")
-    parser.add_argument("--smoke", action="store_true", help="the smallest case only, to see that the script runs")
     arguments = parser.parse_args()
     smoke: bool = arguments.smoke
     seeds, prints = (1, 1) if smoke else (arguments.seeds, PRINTS)

@@ -1,6 +1,6 @@
 """Is the eased attitude the best one? Its cost beside that of a reference which optimises the very motion, not a model.
 
-    python -m benchmarks.easing [--parts FILE ...] [--spacing MM] [--windows N] [--smoke]
+    python -m benchmarks.motion.easing [--parts FILE ...] [--spacing MM] [--windows N] [--smoke]
 
 Where the joints cannot hold the speed of the tip, `motion.reach.easing` turns the tool by a few convex steps on a
 linear model of the arm. The reference starts from nothing, from what easing found and from turns at random, has knots
@@ -16,7 +16,6 @@ no turn of the model takes away enough of what they lack to be worth it.
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,7 +25,8 @@ import numpy as np
 from scipy import optimize
 from scipy.interpolate import BSpline, CubicSpline
 
-from benchmarks.parts.tables import row, table
+from benchmarks import DATA
+from benchmarks.parts.tables import row, script_parser, table
 from geoprint import plan
 from geoprint.config import job_of
 from geoprint.model import FloatArray, JointPath
@@ -47,7 +47,6 @@ from geoprint.pipeline.planning import (
 )
 from geoprint.pipeline.standing import arm_of, leaning_of, pose_stream
 
-DATA = Path(__file__).parents[1] / "data"
 # Twice as dense as those of easing [mm].
 KNOT = 1.5
 # What exceeds a limit is rounded off so far while it is descended on, farther first.
@@ -101,11 +100,10 @@ class Stretch:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = script_parser(__doc__, smoke="one stretch, one iteration, at 4 mm")
     parser.add_argument("--parts", nargs="+", type=Path, default=[DATA / "heart_apex_patch.ply"], metavar="FILE")
     parser.add_argument("--spacing", type=float, default=1.0, metavar="MM")
     parser.add_argument("--windows", type=int, default=3, metavar="N", help="stretches of each part")
-    parser.add_argument("--smoke", action="store_true", help="one stretch, one iteration, at 4 mm")
     arguments = parser.parse_args()
     spacing, count = (4.0, 1) if arguments.smoke else (arguments.spacing, arguments.windows)
     for line in table("part", "run", "length", "as it was", "eased", "reference", "eased over it", "largest lean"):

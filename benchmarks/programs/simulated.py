@@ -1,6 +1,6 @@
 """Does an error in a written program show in its print in silico, and does a scan of that find it?
 
-    python -m benchmarks.simulated [--smoke]
+    python -m benchmarks.programs.simulated [--smoke]
 
 A plate is planned with a calibrated cell whose valve lags, its program written, edited by hand, executed as it then
 stands, and what it commands is laid in silico (`geoprint simulate`). A row for each run of each edit: volume laid over
@@ -11,7 +11,6 @@ missing, which knows nothing of the program, with its 95 %.
 
 from __future__ import annotations
 
-import argparse
 import importlib.util
 import re
 import shutil
@@ -19,7 +18,8 @@ import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
-from benchmarks.parts.tables import row, table
+from benchmarks import DATA
+from benchmarks.parts.tables import row, script_parser, table
 from geoprint.account.records.scan import ScannedRunRecord
 from geoprint.account.records.simulated import SimulatedRunRecord
 from geoprint.config import job_of, packaged_cell_text
@@ -28,7 +28,7 @@ from geoprint.pipeline import plan, save_plan
 from geoprint.pipeline.appraised.simulated import save_simulated, simulated_print
 from geoprint.silico import Faults
 
-PLATE = Path(__file__).parents[1] / "data" / "plate.ply"
+PLATE = DATA / "plate.ply"
 SPACING = 3.5
 LAGS = {"valve_open_s": 0.05, "valve_close_s": 0.08}
 FIXTURE = """source = "calibrated"
@@ -40,8 +40,7 @@ TWO_SIDED = 1.96
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--smoke", action="store_true", help="the first edit only, to see that the script runs")
+    parser = script_parser(__doc__, smoke="the first edit only, to see that the script runs")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as scratch:
         for line in rows(Path(scratch), smoke=arguments.smoke):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +10,7 @@ from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
+from benchmarks import DATA
 from geoprint import transforms
 from geoprint.account.appraised.scans import record_scan
 from geoprint.account.records.scan import EstimateRecord
@@ -22,7 +22,6 @@ from geoprint.pipeline import plan
 from geoprint.silico import Faults, LaidBeads, Sensor, heights, laid_beads, looking_at, scanned
 from geoprint.surfaces import mean_normal
 
-DATA = Path(__file__).parents[2] / "data"
 FLAT, APEX, PLATE = "heart_flat_patch", "heart_apex_patch", "plate"
 # Widths of narrow and of wide beads over what their flow asks for.
 NARROW, WIDE = (0.45, 0.7), (0.9, 1.2)

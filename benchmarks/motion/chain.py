@@ -1,6 +1,6 @@
 """How fast and how exact is the robot chain? Inverse kinematics beside iteration, the stages beside their libraries.
 
-    python -m benchmarks.motion [--smoke]
+    python -m benchmarks.motion.chain [--smoke]
 
 - inverse: all eight closed-form branches of random reachable poses beside damped least squares with Pinocchio, which
   finds one branch, started 0.05 rad away from it: as near as a neighbouring pose.
@@ -11,7 +11,6 @@
 
 from __future__ import annotations
 
-import argparse
 import importlib
 import time
 from collections.abc import Callable, Iterator
@@ -21,7 +20,7 @@ import numpy as np
 
 from benchmarks.parts.streams import spiral
 from benchmarks.parts.surfaces import make
-from benchmarks.parts.tables import row, table
+from benchmarks.parts.tables import row, script_parser, table
 from geoprint import transforms
 from geoprint.config import load_cell
 from geoprint.model import Cell, FloatArray, JointPath, PoseStream, Surface
@@ -50,8 +49,7 @@ ADDED = (
 
 def main() -> None:
     """Print the comparisons."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--smoke", action="store_true", help="the smallest cases only, to see that the script runs")
+    parser = script_parser(__doc__, smoke="the smallest cases only, to see that the script runs")
     smoke: bool = parser.parse_args().smoke
     cell = load_cell(None)
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)

@@ -1,0 +1,1 @@
+"""How well does the arm move, and is what is in its way found?"""

@@ -1,0 +1,1 @@
+"""How even are paths, and how right are the distances and fields they follow?"""

@@ -1,0 +1,1 @@
+"""What do photographs and scans show of prints, and what does a print learn from them?"""

@@ -1,0 +1,1 @@
+"""What does a written program deposit, and where does it lead?"""
