@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from benchmarks.motion.attitudes import (
-    PLANNED,
-    STEPS,
     VESSEL_RADIUS,
     WRAP_DEG,
     WRAP_LENGTH,
-    Watch,
     cell_with,
-    chained_row,
     printed_row,
     vessel,
     wrapped,
@@ -25,8 +20,6 @@ from benchmarks.parts.surfaces import triangulated, wrap
 from geoprint.config import load_cell
 from geoprint.errors import PlanError
 from geoprint.model import Hexapod, TiltTurn
-from geoprint.surfaces.files import save_ply
-from tests.meshes import cylinder_patch
 
 
 def test_the_wrap_lies_on_the_vessel_over_as_many_degrees_as_asked_for() -> None:
@@ -56,44 +49,6 @@ def test_a_cell_with_another_table_or_none_differs_in_that_alone(tmp_path: Path)
     for cell in tables.values():
         np.testing.assert_array_equal(cell.demo_position, tables["tilt-turn"].demo_position)
         np.testing.assert_array_equal(cell.robot.home, tables["tilt-turn"].robot.home)
-
-
-def test_processor_time_is_that_of_the_stage_that_runs() -> None:
-    watch = Watch()
-    watch("reach")
-    before = time.process_time()
-    while time.process_time() < before + 0.05:
-        pass
-    watch("attitude 1 of 2")
-    watch("attitude 2 of 2")
-    watch("")
-    assert watch.seconds["reach"] >= 0.05
-    assert set(watch.seconds) == {"", "reach", "attitude"}
-    assert "reach" in STEPS["joints"]
-
-
-def test_the_chain_alone_takes_the_poses_of_every_attitude_and_its_steps_add_up(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # No attitude prints both sides of it.
-    arch = tmp_path / "arch.ply"
-    save_ply(cylinder_patch(radius=6.0, angle=1.4, length=6.0, divisions=(8, 6)), arch)
-    monkeypatch.setattr("benchmarks.motion.attitudes.APEX", arch)
-    rows = [chained_row(cell_with(kind, tmp_path), spacing=2.0) for kind in ("tilt-turn", "")]
-    tilted, still = ([each.strip() for each in said.strip().strip("|").split("|")] for said in rows)
-    for said in (tilted, still):
-        assert said[0] == "2 mm"
-        together = float(said[-2].removesuffix(" s"))
-        steps = [float(each.removesuffix(" s")) for each in said[4:-2]]
-        assert len(steps) == len(PLANNED)
-        assert sum(steps) == pytest.approx(together, abs=0.005 * len(steps) + 0.005)
-        # Both are rounded: seconds to a hundredth, poses a second to a whole number.
-        poses, rate = int(said[2]), float(said[-1])
-        assert (together - 0.005) * (rate - 0.5) <= poses <= (together + 0.005) * (rate + 0.5)
-    # What only a table asks for costs nothing without one: the choice of attitudes, and the table's motion.
-    assert (still[3], still[4], still[9]) == ("1", "0.00 s", "0.00 s")
-    assert int(tilted[3]) > 1
-    assert int(tilted[2]) > int(still[2])
 
 
 def test_the_wrap_prints_over_the_packaged_table_and_a_refusal_is_told(
