@@ -35,9 +35,11 @@ SHORTEST_GAP_SHARE = 0.3
 # A stretch wider than this, over the median of its run, is a blob; narrower than the other, thin; each over so much of
 # the spacing at least.
 BLOB, THIN, SHORTEST_SHARE = 1.3, 0.7, 0.3
+# A blob that touches the next bead shows no edge over so many stretches from each of its ends.
+TOUCHES = 3
 # A run wider or narrower than is usual in the print by this share, a quarter of its volume, is so over its whole
 # length, where that is more than so many standard deviations. Of fewer runs nobody knows which one is at fault.
-WHOLE_RUN, SIGNIFICANT, FEWEST_RUNS = 0.12, 3.0, 3
+WHOLE_RUN, SIGNIFICANT, FEWEST_RUNS = 0.12, 2.0, 3
 # A run or a part of one is measured where so many of its stretches are.
 FEWEST_MEASURED = 3
 # Widths compare where noise leaves them known to this share (standard deviation).
@@ -163,6 +165,8 @@ class Held:
         """Return start and end [mm of arc] where a run is much wider than planned, beside the rest."""
         rows = np.flatnonzero(self.plan.runs == run)
         wide = self.relative[rows] > BLOB * self._usual(run)
+        within = ndimage.binary_closing(np.pad(wide, TOUCHES), iterations=TOUCHES)[TOUCHES:-TOUCHES]
+        wide |= within & self.seen[rows] & (self.relative[rows] == 0.0)
         return self._stretches(rows, wide, shortest=SHORTEST_SHARE * self.plan.spacing)
 
     def thin(self, run: int) -> list[tuple[float, float]]:

@@ -233,17 +233,19 @@ def test_a_run_with_another_volume_is_at_fault_over_its_whole_length(volume: flo
     assert share.value == pytest.approx(np.sqrt(volume), abs=0.05)
 
 
-def test_a_blob_is_found_where_no_width_is_known() -> None:
+@pytest.mark.parametrize("wider", [0.8, 1.8], ids=["apart", "touching the next bead"])
+def test_a_blob_is_found_where_no_width_is_known(wider: float) -> None:
     random = np.random.default_rng(1)
     beads = laid_beads(POSES, PLATE, height=HEIGHT, faults=Faults(width_noise=0.05), random=random)
-    more = 1.0 + 0.8 * np.exp(-0.5 * ((beads.arcs - 15.0) / 1.25) ** 2)
+    more = 1.0 + wider * np.exp(-0.5 * ((beads.arcs - 15.0) / 1.25) ** 2)
     beads = replace(beads, widths=np.where(beads.runs == 2, more, 1.0) * beads.widths)
     light, development = Lighting(np.array([0.1, 0.0, 1.0])), Development(tone=0.0, blur=3.0)
     found = held(pictured(PLATE, beads, VIEW, light, development, random=random), VIEW, PLATE, POSES)
     assert not found.sized.any()
     assert [len(found.blobs(run)) for run in range(6)] == [0, 0, 1, 0, 0, 0]
-    # Wider than 1.3 times the usual within 1.4 standard deviations of its middle.
-    assert found.blobs(2)[0] == pytest.approx((13.25, 16.75), abs=0.9)
+    # Wider than 1.3 times the usual within so many standard deviations of 1.25 mm of its middle.
+    half = 1.25 * float(np.sqrt(2.0 * np.log(wider / 0.3)))
+    assert found.blobs(2)[0] == pytest.approx((15.0 - half, 15.0 + half), abs=0.9)
     assert not any(found.thin(run) + found.gaps(run) for run in range(6))
 
 
