@@ -54,6 +54,9 @@ FLANK_SHARE = 0.7
 TIGHTEST = 1.0
 # Edges that are good by themselves among bad ones are so by chance: of so many stretches around most must be good.
 AROUND = 7
+# Beads of fewer pixels have no width, since each edge wanders by a fifth of one; a lens in focus blurs by less than the
+# other [pixels].
+FEWEST_ACROSS, IN_FOCUS = 14.0, 1.5
 # A print whose beads are white by this share is overexposed; beads whose blur is this share of their width blurred.
 OVEREXPOSED, BLURRED = 0.3, 0.1
 
@@ -367,18 +370,25 @@ def _why_unknown(held: Held, unknown: BoolArray) -> str:
     """Return the commonest reason for which edges are not known, and what to do."""
     found, plan = held.measured, held.plan
     widths = found.lefts - found.rights
-    if found.optics.blur * found.scale > BLURRED * float(np.median(widths[found.edged])):
-        return f"the picture is blurred by {found.optics.blur:.2g} pixels; focus, or go nearer"
+    usual, blur = float(np.median(widths[found.edged])), found.optics.blur
+    across, blurred = usual / found.scale, blur * found.scale > BLURRED * usual
+    if blurred and blur > IN_FOCUS:
+        return f"the picture is blurred by {blur:.2g} pixels, and beads are {across:.0f} wide; focus, or go nearer"
+    if blurred or across < FEWEST_ACROSS:
+        return f"beads are only {across:.0f} pixels wide; go nearer, or photograph a part of the print"
     if found.white > OVEREXPOSED:
         return "beads are overexposed; expose less"
     aslant = _aslant(found, widths, height=float(np.median(plan.flows / held.planned)))
+    dark = ~aslant & (found.flanks < LEAST_FLANK)
+    tone = (
+        "blur and tone curve are not known well enough; show the rim of the part on another ground"
+        if found.common[0] > WORST_EDGES * usual
+        else "edges are noisy or lie among such; expose more, or go nearer"
+    )
     shares = {
         "beads are seen aslant, so that one edge hides behind the crest; look straight down on them": aslant,
-        "one flank of the beads is as dark as what they lie on; light the print from where the camera stands": (
-            found.flanks < LEAST_FLANK
-        ),
-        "blur and tone curve are not known well enough, or beads are few pixels wide; focus, expose more, go nearer, "
-        "and show the rim of the part": ~aslant & (found.flanks >= LEAST_FLANK),
+        "one flank of the beads is as dark as what they lie on; light the print from where the camera stands": dark,
+        tone: ~aslant & ~dark,
     }
     return max(shares, key=lambda why: int((shares[why] & unknown).sum()))
 

@@ -259,6 +259,19 @@ def test_beads_that_are_white_are_said_to_be() -> None:
     assert found.seen.all()
 
 
+@pytest.mark.parametrize(
+    ("scale", "blur", "reason"),
+    [(0.5, 0.0, "beads are only 8 pixels wide"), (1.0, 3.0, "the picture is blurred by 3 pixels")],
+)
+def test_the_reason_for_which_no_width_is_given_is_the_true_one(scale: float, blur: float, reason: str) -> None:
+    random = np.random.default_rng(1)
+    beads = laid_beads(POSES, PLATE, height=HEIGHT, faults=Faults(width_scale=scale), random=random)
+    light, development = Lighting(np.array([0.1, 0.0, 1.0])), Development(blur=blur)
+    found = held(pictured(PLATE, beads, VIEW, light, development, random=random), VIEW, PLATE, POSES)
+    assert found.sized.mean() < 0.5
+    assert [reason in doubt for doubt in doubts(found)].count(True) == 1, doubts(found)
+
+
 def test_a_shift_of_a_whole_print_is_what_its_offsets_are_in_all_directions() -> None:
     angles = np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False)
     outward = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(40)])
