@@ -27,7 +27,7 @@ from benchmarks.prints.print_scans import (
 from geoprint.appraisal.scanned import COVERED_SHARE, PlannedDeposit, measured_print, registered
 from geoprint.config import packaged_cell_text
 from geoprint.deposition.feedback import Correction, FlowBounds, MeasuredRuns, corrected
-from geoprint.model import FloatArray, IntArray, frozen
+from geoprint.model import FloatArray, IntArray, Surface, frozen
 from geoprint.pipeline.appraised.executing import printed_program
 from geoprint.pipeline.appraised.given import PlannedPrint, read_plan
 from geoprint.pipeline.feeding.printed import LEAST_EDGES, POWER_DEVIATION, SPREADING, VOLUME_POWER
@@ -100,17 +100,14 @@ def closed_loop(plant: Plant, *, seed: int, rays: int = RAYS, side: int | None =
     """
     surface, poses = planned_patch()
     random = np.random.default_rng([seed, 2])
-    up, middle = mean_normal(surface), surface.vertices.mean(axis=0)
-    view = looking_at(
-        middle, place=middle + AWAY * up / np.linalg.norm(up), focal=FOCAL * rays / RAYS, size=(rays, rays)
-    )
+    sensor = _sensor_over(surface, rays=rays)
     deposit = PlannedDeposit(poses, spacing=SPACING, height=HEIGHT)
     places, wanted = wanted_thickness(side)
     covered = wanted >= COVERED_SHARE * HEIGHT
 
     def correction(beads: LaidBeads, factors: Correction | None, valve: ValveTimes) -> Correction:
         """Return what a scan tells of beads that were laid with these factors and times."""
-        scan = scanned(surface, beads, Sensor(view, NOISE, MISSING), T_work_scan=np.eye(4), random=random)
+        scan = scanned(surface, beads, sensor, T_work_scan=np.eye(4), random=random)
         found = registered(scan.points, surface, deposit, start=np.eye(4))
         parts = measured_print(scan.points, found, surface, deposit, random=random).parts
         middles = 0.5 * (parts.starts + parts.ends)
@@ -140,6 +137,15 @@ def closed_loop(plant: Plant, *, seed: int, rays: int = RAYS, side: int | None =
         yield made
         factors = made.told
         valve = ValveTimes(factors.opening, factors.shutting)
+
+
+def _sensor_over(surface: Surface, *, rays: int) -> Sensor:
+    """Return the sensor that looks at the middle of a surface along its mean normal."""
+    up, middle = mean_normal(surface), surface.vertices.mean(axis=0)
+    view = looking_at(
+        middle, place=middle + AWAY * up / np.linalg.norm(up), focal=FOCAL * rays / RAYS, size=(rays, rays)
+    )
+    return Sensor(view, NOISE, MISSING)
 
 
 def measured_as_known(off: float, deviation: float, *, common: float, seed: int) -> MeasuredRuns:
