@@ -13,6 +13,7 @@ scenarios the program was executed; or why the part is refused.
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -49,14 +50,13 @@ def main() -> None:
     parser.add_argument("--tables", nargs="+", choices=TABLES, default=list(TABLES))
     parser.add_argument("--backends", nargs="+", default=["lscm", "heat"], metavar="NAME")
     arguments = parser.parse_args()
-    if arguments.smoke:
-        arguments.backends = []
+    backends: Sequence[str] = () if arguments.smoke else arguments.backends
     for line in table(*HEADINGS):
         print(line, flush=True)
     with TemporaryDirectory() as folder:
         part, body = wrapped(Path(folder))
         cells = [cell_with(kind, Path(folder)) for kind in arguments.tables]
-        for cell, backend in product(cells, arguments.backends):
+        for cell, backend in product(cells, backends):
             print(printed_row(part, cell, body=body, spacing=arguments.wrap, backend=backend), flush=True)
             for file in arguments.parts:
                 line = printed_row(file, cell, body=None, spacing=arguments.spacing, backend=backend)
