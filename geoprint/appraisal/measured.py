@@ -39,9 +39,9 @@ RIM_STEP, RIM_STRAIGHT, BEAD_BLURS, RIM_BLURS = 0.05, 0.97, 3.0, 2.0
 RIM_LEFT = 3.0
 # Light is averaged as the tone curve has it, which is found so often.
 RIM_ROUNDS = 2
-# How far off blur [pixels] and logarithm of gamma may be where beads alone show these, whose light nobody knows; and
-# where the gamma is the steepest there is.
-BEADS_OFF, STEEPEST_OFF = (0.0, 0.4), (0.4, 1.2)
+# How far off blur [pixels] and logarithm of gamma may be where beads alone show these, whose light nobody knows: all
+# tone curves are as likely; and where the gamma is the steepest there is.
+BEADS_OFF, STEEPEST_OFF = (0.0, 0.9), (0.4, 1.2)
 # Grey values from here on are about white.
 NEARLY_WHITE = 0.97
 # Lines that lie nearer to each other than this, over the spacing, join; and a run turns a corner where it turns by more
