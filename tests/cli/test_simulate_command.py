@@ -112,6 +112,18 @@ def test_a_program_with_another_number_of_targets_is_refused_in_one_sentence(
     assert "holds no module; restore the program, or plan again." in stderr
 
 
+def test_a_dry_program_whose_flow_nothing_sets_is_refused_with_the_keys_that_do(run: Run, tmp_path: Path) -> None:
+    save_ply(plate((16.0, 12.0), (12, 9), jitter_seed=1), tmp_path / "plate.ply")
+    text = cell_text(source=FIXTURE, lags=LAGS).replace('mode = "io"', 'mode = "analog"')
+    assert 'mode = "analog"' in text
+    (tmp_path / "cell.toml").write_text(text, encoding="utf-8")
+    job = job_of(surface=tmp_path / "plate.ply", unit="mm", spacing=2.5, backend="lscm", cell=tmp_path / "cell.toml")
+    save_plan(plan(job), tmp_path / "dry")
+    status, _, stderr = run(tmp_path / "dry")
+    assert (status, stderr.count("\n")) == (3, 1)
+    assert "state signals.flow and signals.flow_per_mm3_s in a cell file" in stderr
+
+
 def test_scan_and_photograph_are_written_to_be_appraised(
     run: Run, bundle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

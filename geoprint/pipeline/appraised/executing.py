@@ -18,7 +18,7 @@ from scipy.spatial import KDTree
 from geoprint.account import PlanRecord, read_record
 from geoprint.config import job_cell
 from geoprint.deposition.feedback import PrintedProgram, dispenser_of
-from geoprint.errors import UsageError, VerificationError
+from geoprint.errors import InputError, UsageError, VerificationError
 from geoprint.export import PLAN, read_orders, read_poses_table, read_setup, read_trajectory_table
 from geoprint.export.rapid import read_back
 from geoprint.export.rapid.simulated import dispensing_of
@@ -75,11 +75,17 @@ def laid_pieces(
         random: of the noise.
 
     Raises:
-        InputError: nothing is laid.
+        InputError: nothing is laid, or nothing in the cell sets the flow that its signals are to follow.
         UsageError: breaks are asked for in runs of which there are several programs.
         VerificationError: a program does not run, or has other targets than its plan, or that of all attitudes was
             changed.
     """
+    if told.robot and read_setup(folder / "setup.json").cell.signals.flow_unstated:
+        raise InputError(
+            f'{folder}: its cell has mode "analog" and no output that sets the flow, so its program commands no '
+            "volume; state signals.flow and signals.flow_per_mm3_s in a cell file, then `geoprint plan --from "
+            f"{folder} --cell CELL --out next`."
+        )
     if len(told.robot) > 1:
         return _of_attitudes(folder, plan, told, faults=faults, random=random)
     if told.robot:
