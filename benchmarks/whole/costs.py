@@ -16,7 +16,7 @@ import numpy as np
 
 from benchmarks import ROOT
 from benchmarks.parts.surfaces import cap, triangulated
-from geoprint.model import Surface
+from geoprint.model import FloatArray, Surface
 from geoprint.surfaces.files import save_ply
 from tests.meshes import sphere
 
@@ -24,6 +24,8 @@ TREE = ROOT
 # A process may say its own cost: seconds of clock and of the processor, without imports, and the memory above what its
 # work was given [MB].
 INNER = "inner cost:"
+# Level curves of a raster, and segments of the border that it is of.
+LEVELS, SEGMENTS = 20, 1_200
 
 
 @final
@@ -123,3 +125,13 @@ def cap_of(faces: int) -> Surface:
         np.savez(kept, vertices=made.vertices, faces=made.faces)
     with np.load(kept) as arrays:
         return Surface(arrays["vertices"], arrays["faces"], name="cap")
+
+
+def flower() -> FloatArray:
+    """Return the segments of a smooth border with bays and a hole, 60 mm across, on no axis of the raster."""
+    angles = 2 * np.pi * np.arange(SEGMENTS) / SEGMENTS
+    reach = 24.0 + 6.0 * np.cos(3 * angles + 0.3) + 1.5 * np.sin(7 * angles)
+    rim = np.column_stack([np.cos(angles), np.sin(angles)]) * reach[:, None]
+    turn = 2 * np.pi * np.arange(5) / 5 + 0.2
+    hole = 4.0 * np.column_stack([np.cos(turn), -np.sin(turn)]) + [2.0, 1.0]
+    return np.concatenate([np.stack([loop, np.roll(loop, -1, axis=0)], axis=1) for loop in (rim, hole)])

@@ -75,7 +75,7 @@ def work(faces):
 """
 _FLOWER = """
 import numpy as np
-from benchmarks.raster import LEVELS, flower
+from benchmarks.whole.costs import LEVELS, flower
 least, border = 64, flower()
 """
 _OWN_LEVELS = f"""{_FLOWER}
