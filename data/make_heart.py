@@ -24,11 +24,10 @@ from typing import final
 import numpy as np
 from skimage.measure import marching_cubes
 
-from geoprint.backends.heat import Heat
+from geoprint.distance.heat import Heat
+from geoprint.geometry import edge_faces, edges, half_edges, point_seed, refine, vertex_normals
+from geoprint.geometry.files import save_ply
 from geoprint.model import FloatArray, IntArray, Surface
-from geoprint.surfaces import edge_faces, edges, half_edges, point_seed, vertex_normals
-from geoprint.surfaces.files import save_ply
-from geoprint.surfaces.remesh import refine
 
 Field = Callable[[FloatArray], FloatArray]
 Triple = tuple[float, float, float]

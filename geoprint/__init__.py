@@ -13,7 +13,7 @@ from. The stages themselves are functions too:
     program   orders_of, rapid_program
 
 A backend or a pattern of your own is a class that `register_backend` or `register_pattern` makes known by a name. What
-is not listed stands in the rooms, such as `geoprint.surfaces.files`. Paths are text or `Path`; what cannot be done
+is not listed stands in the packages, such as `geoprint.geometry.files`. Paths are text or `Path`; what cannot be done
 raises a `GeoprintError`. Lengths are mm, times s, angles rad.
 
 Examples:
@@ -35,12 +35,12 @@ Data flows in one direction, through frozen values (`geoprint.model`) that print
     file -> Surface -> [backend] -> [pattern] -> Strokes -> Toolpath -> PoseStream -> JointPath -> Trajectory
          -> Targets -> ControllerPath -> Clearance -> Orders -> Program -> told
 
-and imports run to the right alone (braces: mutually independent; `lint-imports` checks it, and the wings in the rooms):
+and imports run to the right alone (braces: mutually independent; `lint-imports` checks it):
 
-    cli -> guide -> pipeline -> account -> results -> toolpaths
-        -> {config, export, quality, appraisal, silico, report} -> layers -> patterns -> fields
-        -> {backends, deposition, paths, motion, robots} -> surfaces -> transforms -> model -> registry
-        -> {errors, kernels, lazy}
+    cli -> guide -> inspection -> workflow -> reporting -> results -> toolpath_files
+        -> {config, metrics, postprocessor, simulation} -> layers -> toolpath -> fibers
+        -> {distance, process, robot} -> positioner -> geometry -> transforms -> model -> registry
+        -> {errors, kernels, lazy, threads}
 
 What docstrings cite, as in [Crane2013, eq. 3], is listed in BIBLIOGRAPHY.md beside this file.
 """
@@ -53,59 +53,73 @@ from geoprint.lazy import attached
 
 if TYPE_CHECKING:
     from geoprint import (
-        account as account,
-        appraisal as appraisal,
-        backends as backends,
         config as config,
-        deposition as deposition,
+        distance as distance,
         errors as errors,
-        export as export,
-        fields as fields,
+        fibers as fibers,
+        geometry as geometry,
+        inspection as inspection,
+        metrics as metrics,
         model as model,
-        motion as motion,
-        paths as paths,
-        patterns as patterns,
-        pipeline as pipeline,
-        quality as quality,
+        postprocessor as postprocessor,
+        process as process,
         registry as registry,
-        report as report,
+        reporting as reporting,
         results as results,
-        silico as silico,
-        surfaces as surfaces,
-        toolpaths as toolpaths,
+        robot as robot,
+        simulation as simulation,
+        toolpath as toolpath,
+        toolpath_files as toolpath_files,
         transforms as transforms,
+        workflow as workflow,
     )
-    from geoprint.account import (
+    from geoprint.config import job_of as job_of, load_cell as load_cell
+    from geoprint.distance import (
+        BACKENDS as BACKENDS,
+        isolines as isolines,
+        level_distances as level_distances,
+        register as register_backend,
+    )
+    from geoprint.errors import GeoprintError as GeoprintError
+    from geoprint.geometry import (
+        boundary_seed as boundary_seed,
+        closest as closest,
+        decimate as decimate,
+        deviation as deviation,
+        normals as normals,
+        point_seed as point_seed,
+        positions as positions,
+        prepare as prepare,
+        refine as refine,
+        remesh as remesh,
+        smooth as smooth,
+    )
+    from geoprint.geometry.files import load as load, save_ply as save_ply
+    from geoprint.metrics import agreement as agreement, measure_paths as measure_paths, uniformity as uniformity
+    from geoprint.model import Polylines as Polylines, Surface as Surface
+    from geoprint.postprocessor import (
+        orders_of as orders_of,
+        read_poses_table as read_poses_table,
+        read_trajectory_table as read_trajectory_table,
+    )
+    from geoprint.postprocessor.rapid import rapid_program as rapid_program
+    from geoprint.reporting import (
         csv_text as csv_text,
         levels_table as levels_table,
         runs_table as runs_table,
         samples_table as samples_table,
         save_table as save_table,
     )
-    from geoprint.backends import (
-        BACKENDS as BACKENDS,
-        isolines as isolines,
-        level_distances as level_distances,
-        register as register_backend,
-    )
-    from geoprint.config import job_of as job_of, load_cell as load_cell
-    from geoprint.errors import GeoprintError as GeoprintError
-    from geoprint.export import (
-        orders_of as orders_of,
-        read_poses_table as read_poses_table,
-        read_trajectory_table as read_trajectory_table,
-    )
-    from geoprint.export.rapid import rapid_program as rapid_program
-    from geoprint.model import Polylines as Polylines, Surface as Surface
-    from geoprint.motion.arm import Arm as Arm
-    from geoprint.motion.collision import clearance as clearance
-    from geoprint.motion.controller import controller_path as controller_path, written_targets as written_targets
-    from geoprint.motion.placing import demo_placement as demo_placement
-    from geoprint.motion.reach import reach as reach, reach_map as reach_map
-    from geoprint.motion.timing import retime as retime
-    from geoprint.paths import arrange as arrange, poses as poses
-    from geoprint.patterns import PATTERNS as PATTERNS, register as register_pattern
-    from geoprint.pipeline import (
+    from geoprint.results import Comparison as Comparison, Plan as Plan
+    from geoprint.robot.arm import Arm as Arm
+    from geoprint.robot.collision import clearance as clearance
+    from geoprint.robot.controller import controller_path as controller_path, written_targets as written_targets
+    from geoprint.robot.placing import demo_placement as demo_placement
+    from geoprint.robot.reach import reach as reach, reach_map as reach_map
+    from geoprint.robot.timing import retime as retime
+    from geoprint.toolpath import PATTERNS as PATTERNS, arrange as arrange, poses as poses, register as register_pattern
+    from geoprint.toolpath_files import read_paths as read_paths
+    from geoprint.workflow import (
         PatchChoice as PatchChoice,
         beside as beside,
         best_placed as best_placed,
@@ -126,29 +140,7 @@ if TYPE_CHECKING:
         save_measurement as save_measurement,
         save_plan as save_plan,
     )
-    from geoprint.quality import (
-        agreement as agreement,
-        measure_paths as measure_paths,
-        uniformity as uniformity,
-    )
-    from geoprint.results import Comparison as Comparison, Plan as Plan
-    from geoprint.surfaces import (
-        boundary_seed as boundary_seed,
-        closest as closest,
-        normals as normals,
-        point_seed as point_seed,
-        positions as positions,
-    )
-    from geoprint.surfaces.files import load as load, save_ply as save_ply
-    from geoprint.surfaces.remesh import (
-        decimate as decimate,
-        deviation as deviation,
-        refine as refine,
-        remesh as remesh,
-        smooth as smooth,
-    )
-    from geoprint.surfaces.repair import prepare as prepare
-    from geoprint.toolpaths import read_paths as read_paths
+
 
 # What a script takes, by stage.
 __all__ = [  # noqa: RUF022  (in the order of the stages)
@@ -231,38 +223,35 @@ __all__ = [  # noqa: RUF022  (in the order of the stages)
     "GeoprintError",
 ]
 
-# The room that each stands in, and its name there where that is another.
+# The package that each stands in, and its name there where that is another.
 _FROM = {
-    "account": "runs_table levels_table samples_table csv_text save_table",
-    "backends": "BACKENDS register_backend=register isolines level_distances",
     "config": "job_of load_cell",
+    "distance": "BACKENDS register_backend=register isolines level_distances",
     "errors": "GeoprintError",
-    "export": "orders_of read_poses_table read_trajectory_table",
-    "export.rapid": "rapid_program",
+    "geometry": "boundary_seed point_seed closest positions normals refine remesh smooth decimate deviation prepare",
+    "geometry.files": "load save_ply",
+    "metrics": "uniformity agreement measure_paths",
     "model": "Surface Polylines",
-    "motion.arm": "Arm",
-    "motion.collision": "clearance",
-    "motion.controller": "written_targets controller_path",
-    "motion.placing": "demo_placement",
-    "motion.reach": "reach reach_map",
-    "motion.timing": "retime",
-    "paths": "arrange poses",
-    "patterns": "PATTERNS register_pattern=register",
-    "pipeline": "plan compare compare_parts beside propose_placement best_placed save_plan save_comparisons "
+    "postprocessor": "orders_of read_poses_table read_trajectory_table",
+    "postprocessor.rapid": "rapid_program",
+    "reporting": "runs_table levels_table samples_table csv_text save_table",
+    "results": "Plan Comparison",
+    "robot.arm": "Arm",
+    "robot.collision": "clearance",
+    "robot.controller": "written_targets controller_path",
+    "robot.placing": "demo_placement",
+    "robot.reach": "reach reach_map",
+    "robot.timing": "retime",
+    "toolpath": "arrange poses PATTERNS register_pattern=register",
+    "toolpath_files": "read_paths",
+    "workflow": "plan compare compare_parts beside propose_placement best_placed save_plan save_comparisons "
     "check=check_folder job_from inspect_file remesh_file measure_files save_measurement cut_patch PatchChoice "
     "calibrate_cell calibrate_tool save_calibrated",
-    "quality": "uniformity agreement measure_paths",
-    "results": "Plan Comparison",
-    "surfaces": "boundary_seed point_seed closest positions normals",
-    "surfaces.files": "load save_ply",
-    "surfaces.remesh": "refine remesh smooth decimate deviation",
-    "surfaces.repair": "prepare",
-    "toolpaths": "read_paths",
 }
-_ROOMS = (
-    "account appraisal backends config deposition errors export fields model motion paths patterns pipeline quality "
-    "registry report results silico surfaces toolpaths transforms"
+_PACKAGES = (
+    "config distance errors fibers geometry inspection metrics model positioner postprocessor process registry "
+    "reporting results robot simulation toolpath toolpath_files transforms workflow"
 )
 
 if not TYPE_CHECKING:
-    __getattr__, __dir__ = attached(__name__, modules=_ROOMS, names=_FROM)
+    __getattr__, __dir__ = attached(__name__, modules=_PACKAGES, names=_FROM)

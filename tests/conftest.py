@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from tests.geometry.files.lasting_worker import LastingWorker, lasting_worker
 from tests.precompile import is_compiled, precompile
 from tests.processor_times import (
     SLOW,
@@ -24,10 +25,9 @@ from tests.processor_times import (
     shard_of,
 )
 from tests.shared_plans import SharedPlans, run_folder
-from tests.surfaces.files.lasting_worker import LastingWorker, lasting_worker
 
 if TYPE_CHECKING:
-    from tests.report.browser import Page
+    from tests.reporting.browser import Page
 
 # Who starts the tests in the background of a script has Ctrl-C ignored in all that they start; some tests send it.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
@@ -117,7 +117,7 @@ def shared_plans(tmp_path_factory: pytest.TempPathFactory, request: pytest.Fixtu
 def browser() -> Generator[Page]:
     """A browser for all tests of a worker; whoever changes its size or colours says so itself."""
     # Brings selenium along, which few tests need.
-    from tests.report.browser import opened_browser
+    from tests.reporting.browser import opened_browser
 
     with ExitStack() as opened:
         yield opened.enter_context(opened_browser())

@@ -20,7 +20,7 @@ PATCH = (
 ROBOT = """
 import sys
 from pathlib import Path
-from geoprint.pipeline.ahead.compiling import compile_later_stages
+from geoprint.workflow.precompile import compile_later_stages
 compile_later_stages(Path(sys.argv[1]))
 """
 COMMANDS = (

@@ -48,8 +48,8 @@ class SharedPlans:
         """Return the plan of a surface [mm] with these keys of a job; the same ones are planned once."""
         # These bring most of geoprint along, which few tests need.
         from geoprint.config import job_of
-        from geoprint.pipeline import plan
-        from geoprint.surfaces.files import save_ply
+        from geoprint.geometry.files import save_ply
+        from geoprint.workflow import plan
 
         digest = hashlib.sha256(surface.vertices.tobytes() + surface.faces.tobytes() + repr(asked).encode()).hexdigest()
 

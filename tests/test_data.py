@@ -10,13 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from geoprint.account.recommendation import recommendation_text
-from geoprint.backends.heat import Heat
-from geoprint.backends.lscm.chart import conformal_chart
 from geoprint.config import job_of, load_cell
-from geoprint.model import FloatArray, GoodPrint, Surface
-from geoprint.pipeline.recommending import recommendation
-from geoprint.surfaces import (
+from geoprint.distance.heat import Heat
+from geoprint.distance.lscm_chart import conformal_chart
+from geoprint.geometry import (
     boundary_loops,
     closest,
     describe,
@@ -26,10 +23,13 @@ from geoprint.surfaces import (
     face_normals,
     mean_normal,
     point_seed,
+    prepare,
+    refine,
 )
-from geoprint.surfaces.files import load
-from geoprint.surfaces.remesh import refine
-from geoprint.surfaces.repair import prepare
+from geoprint.geometry.files import load
+from geoprint.model import FloatArray, GoodPrint, Surface
+from geoprint.reporting.recommendation import recommendation_text
+from geoprint.workflow.recommending import recommendation
 
 DATA = Path(__file__).parents[1] / "data"
 TOPOLOGY = {

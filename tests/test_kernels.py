@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 import geoprint
-from geoprint.kernel_cache import taken
+from geoprint.kernels import taken
 
 # Compiles a small kernel for each type that is named, and says what they answer and whether anything is kept.
 PROBE = """
@@ -87,7 +87,7 @@ def test_a_folder_that_others_may_write_is_not_trusted(locked: Path, tmp_path: P
 
 # A loop for other loops has no door: without a stand-in Python would jump to nowhere, and take the tests with it.
 CALLED = """
-from geoprint.surfaces.halfedges import next_half
+from geoprint.geometry.halfedges import next_half
 print(next_half(2), next_half(3), next_half.signatures)
 """
 

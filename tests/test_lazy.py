@@ -14,7 +14,7 @@ from geoprint.lazy import postponed
 WHOLE, PART, USER = "postponed_package", "postponed_package.part", "postponed_user"
 TIMED = """
 import sys
-from geoprint.motion.timing import confirmation
+from geoprint.robot.timing import confirmation
 library = confirmation._toppra()
 print(library.__name__, "matplotlib" in sys.modules, "matplotlib.pyplot" in sys.modules)
 from matplotlib import pyplot

@@ -22,18 +22,18 @@ import numpy as np
 import pytest
 
 import geoprint
-from geoprint import account, appraisal, config, export, pipeline
-from geoprint.account.records.plan import PlanRecord
-from geoprint.appraisal.scanned import read_scan
-from geoprint.deposition.fitting import read_measured_flow
+from geoprint import config, inspection, postprocessor, reporting, workflow
 from geoprint.errors import ExportError, GeoprintError, InputError
+from geoprint.geometry.files import labels_of, load_file, load_likely, suggested_unit, write_whole
+from geoprint.inspection.scan import read_scan
+from geoprint.metrics import SOURCES, Printed
 from geoprint.model import reading
 from geoprint.model.values import WIDTH
-from geoprint.motion.arm import read_urdf_file
-from geoprint.pipeline.feeding import feedback_text
-from geoprint.quality import SOURCES, Printed
+from geoprint.process.fitting import read_measured_flow
+from geoprint.reporting.records.plan import PlanRecord
 from geoprint.results import Comparison, MeasuredFile, Measurement, Plan, Planned
-from geoprint.surfaces.files import labels_of, load_file, load_likely, suggested_unit, write_whole
+from geoprint.robot.arm import read_urdf_file
+from geoprint.workflow.feedback import feedback_text
 
 ROOT = Path(__file__).parents[1]
 PLATE = str(ROOT / "data" / "plate.ply")
@@ -42,7 +42,7 @@ NEWCOMER = """
 import json, sys
 import geoprint
 brought = sorted({"numpy", "scipy", "pydantic", "numba"} & set(sys.modules))
-print(json.dumps({"brought": brought, "dir": dir(geoprint), "files": dir(geoprint.surfaces.files)}))
+print(json.dumps({"brought": brought, "dir": dir(geoprint), "files": dir(geoprint.geometry.files)}))
 help(geoprint)
 """
 
@@ -116,14 +116,14 @@ def test_every_public_name_is_typed_and_imported_from_where_type_checkers_see_it
         assert getattr(geoprint, str(name)) is getattr(importlib.import_module(module), attribute)
 
 
-def test_wings_are_attributes_of_their_rooms_and_other_names_are_not() -> None:
-    for wing in ("surfaces.files", "surfaces.repair", "motion.reach", "export.rapid", "deposition.fitting"):
-        room, _, name = wing.partition(".")
-        assert getattr(getattr(geoprint, room), name) is importlib.import_module(f"geoprint.{wing}")
+def test_packages_are_attributes_of_those_above_them_and_other_names_are_not() -> None:
+    for package in ("geometry.files", "robot.reach", "postprocessor.rapid", "process.fitting"):
+        above, _, name = package.partition(".")
+        assert getattr(getattr(geoprint, above), name) is importlib.import_module(f"geoprint.{package}")
     with pytest.raises(AttributeError, match="module 'geoprint' has no attribute 'plann'"):
         _ = vars(geoprint)["__getattr__"]("plann")
-    with pytest.raises(ImportError, match=r"cannot import name 'file' from 'geoprint\.surfaces'"):
-        exec("from geoprint.surfaces import file")  # noqa: S102  (our own text)
+    with pytest.raises(ImportError, match=r"cannot import name 'file' from 'geoprint\.geometry'"):
+        exec("from geoprint.geometry import file")  # noqa: S102  (our own text)
 
 
 def doors() -> Iterator[ModuleType]:
@@ -154,19 +154,19 @@ def writers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
     calibrated = cast("Any", type("Calibrated", (), {"text": "", "cell": None})())
     return {
         "save_plan": lambda: geoprint.save_plan(planned, below),
-        "staging": lambda: export.staging(below, overwrite=False).__enter__(),
-        "seal": lambda: export.seal(gone),
-        "plan_stack": lambda: pipeline.plan_stack(planned.job.model_copy(update={"thickness": 1.0}), below),
-        "compare_stacks": lambda: pipeline.compare_stacks(planned.job.model_copy(update={"thickness": 1.0}), below),
+        "staging": lambda: postprocessor.staging(below, overwrite=False).__enter__(),
+        "seal": lambda: postprocessor.seal(gone),
+        "plan_stack": lambda: workflow.plan_stack(planned.job.model_copy(update={"thickness": 1.0}), below),
+        "compare_stacks": lambda: workflow.compare_stacks(planned.job.model_copy(update={"thickness": 1.0}), below),
         "save_comparisons": lambda: geoprint.save_comparisons([compared], below),
         "save_measurement": lambda: geoprint.save_measurement(_measurement(), below),
         "write_whole": lambda: write_whole(below, b""),
         "save_table": lambda: geoprint.save_table(geoprint.runs_table(planned), below),
         "save_ply": lambda: geoprint.save_ply(planned.workpiece.part, below),
         "save_calibrated": lambda: geoprint.save_calibrated(calibrated, gone, overwrite=False),
-        "write_bundle": lambda: export.write_bundle(below, {}, overwrite=False, verify=lambda _: None),
-        "check_writable": lambda: export.check_writable(below, overwrite=False),
-        "check_cell_writable": lambda: pipeline.check_cell_writable(gone, overwrite=False),
+        "write_bundle": lambda: postprocessor.write_bundle(below, {}, overwrite=False, verify=lambda _: None),
+        "check_writable": lambda: postprocessor.check_writable(below, overwrite=False),
+        "check_cell_writable": lambda: workflow.check_cell_writable(gone, overwrite=False),
     }
 
 
@@ -203,25 +203,25 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "inspect_file": lambda: geoprint.inspect_file(gone),
         "remesh_file": lambda: geoprint.remesh_file(gone, unit="mm", faces=100),
         "read_paths": lambda: geoprint.read_paths(gone),
-        "read_photograph": lambda: appraisal.read_photograph(gone),
+        "read_photograph": lambda: inspection.read_photograph(gone),
         "read_scan": lambda: read_scan(gone, unit="mm", least=1),
         "measure_files": lambda: geoprint.measure_files(job, [gone]),
         "read_curve": lambda: config.read_curve(gone),
         "stored_field": lambda: config.stored_field(gone),
         "read_field": lambda: config.read_field(gone),
         "feedback_text": lambda: feedback_text(gone),
-        "read_wanted_flow": lambda: export.read_wanted_flow(gone, planned.poses),
-        "check_bundle": lambda: pipeline.check_bundle(gone),
+        "read_wanted_flow": lambda: postprocessor.read_wanted_flow(gone, planned.poses),
+        "check_bundle": lambda: workflow.check_bundle(gone),
         "load_likely": lambda: load_likely(gone),
         "labels_of": lambda: labels_of(f"{gone}.nrrd", unit="mm"),
-        "check_folder": lambda: pipeline.check_folder(gone),
+        "check_folder": lambda: workflow.check_folder(gone),
         "job_from": lambda: geoprint.job_from(gone),
-        "job_file_of": lambda: pipeline.job_file_of(gone),
-        "written_bundle": lambda: pipeline.written_bundle(gone),
+        "job_file_of": lambda: workflow.job_file_of(gone),
+        "written_bundle": lambda: workflow.written_bundle(gone),
         "cell_text": lambda: config.cell_text(gone),
         "load_cell": lambda: geoprint.load_cell(gone),
         "cell_of": lambda: config.cell_of('[robot]\nurdf = "a.urdf"', name="a cell", folder=gone),
-        "calibrate": lambda: pipeline.calibrate(
+        "calibrate": lambda: workflow.calibrate(
             gone, model=gone, tcp=None, cell=gone, part=gone, unit="mm", noise=None
         ),
         "calibrate_cell": lambda: geoprint.calibrate_cell(
@@ -230,13 +230,13 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "calibrate_tool": lambda: geoprint.calibrate_tool(gone, cell=None, noise=None),
         "read_urdf_file": lambda: read_urdf_file(gone, flange="tool0"),
         "read_measured_flow": lambda: read_measured_flow(gone, density=1.0),
-        "read_record": lambda: account.read_record(gone, PlanRecord),
-        "read_setup": lambda: export.read_setup(gone),
+        "read_record": lambda: reporting.read_record(gone, PlanRecord),
+        "read_setup": lambda: postprocessor.read_setup(gone),
         "read_poses_table": lambda: geoprint.read_poses_table(gone),
         "read_trajectory_table": lambda: geoprint.read_trajectory_table(gone),
-        "verify_poses_table": lambda: export.verify_poses_table(gone, planned.poses),
-        "verify_trajectory_table": lambda: export.verify_trajectory_table(gone, robot.trajectory),
-        "read_orders": lambda: export.read_orders(
+        "verify_poses_table": lambda: postprocessor.verify_poses_table(gone, planned.poses),
+        "verify_trajectory_table": lambda: postprocessor.verify_trajectory_table(gone, robot.trajectory),
+        "read_orders": lambda: postprocessor.read_orders(
             gone, table, start=joints, aloft=joints, extent=np.zeros((2, 3)), duration=1.0
         ),
     }

@@ -14,7 +14,7 @@ import pytest
 from geoprint.errors import GeoprintError, InputError, LimitError, PlanError, UsageError
 from geoprint.model import Box, Contours, PoseStream, ScalarField, Seed, Strokes, Surface, SurfaceCurves, SurfacePoints
 from geoprint.model.values import WIDTH
-from tests.motion.cells import bent_cell
+from tests.robot.cells import bent_cell
 
 TRIANGLE = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
 

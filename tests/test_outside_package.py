@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from geoprint import cli
-from geoprint.backends import known as known_backends
-from geoprint.patterns import known as known_patterns
+from geoprint.distance import registry as known_backends
+from geoprint.toolpath import registry as known_patterns
 from tests.installed import installed
 
 ROOT = Path(__file__).parents[1]
@@ -37,7 +37,7 @@ import sys
 from pathlib import Path
 from geoprint import backends, patterns
 from geoprint.config import job_of
-from geoprint.pipeline import compare, save_comparisons
+from geoprint.workflow import compare, save_comparisons
 from geoprint_outside.edge_paths import EdgePaths
 from geoprint_outside.straight_rows import StraightRows
 
@@ -125,7 +125,7 @@ def test_a_package_that_cannot_be_loaded_breaks_neither_help_nor_the_others(
     tmp_path: Path, run: Callable[..., int], capsys: pytest.CaptureFixture[str]
 ) -> None:
     site = installed(
-        tmp_path, name="broken", version="0.3", groups={"geoprint.backends": {"broken": "no_such_module:Backend"}}
+        tmp_path, name="broken", version="0.3", groups={"geoprint.distance": {"broken": "no_such_module:Backend"}}
     )
     assert run("compare", "--help", path=site) == 0
     (site / "job.toml").write_text(JOB.split("[options")[0])

@@ -25,10 +25,10 @@ from benchmarks.destruction.subject import PROMISES, RESIDENT, Subject, cell_wit
 from benchmarks.parts.tables import row, script_parser, table
 from geoprint.config import job_of
 from geoprint.errors import GeoprintError
-from geoprint.pipeline.planning import plan_paths, with_robot
-from geoprint.pipeline.stages import Stages
-from geoprint.pipeline.workpiece import prepare_workpiece, with_rounds
 from geoprint.results import Plan
+from geoprint.workflow.planning import plan_paths, with_robot
+from geoprint.workflow.stages import Stages
+from geoprint.workflow.workpiece import prepare_workpiece, with_rounds
 
 BACKENDS = ("heat", "lscm")
 SPACING = 2.0

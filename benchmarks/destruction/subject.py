@@ -12,17 +12,25 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.config import packaged_cell_text
-from geoprint.export import Orders, TipsAt
-from geoprint.export.rapid import controller_files
-from geoprint.export.rapid.language.parsing import parse_module
-from geoprint.export.rapid.language.syntax import Value
-from geoprint.export.rapid.machine import Controller, Execution, MachineTask, Scenario, Switching, compile_task, execute
-from geoprint.export.rapid.machine.scenario import Event
 from geoprint.model import BoolArray, Cell, FloatArray, IntArray
-from geoprint.motion.arm import Arm
-from geoprint.motion.controller import LIFT
-from geoprint.motion.timing import tips_at
+from geoprint.postprocessor import Orders, TipsAt
+from geoprint.postprocessor.rapid import controller_files
+from geoprint.postprocessor.rapid.language.parsing import parse_module
+from geoprint.postprocessor.rapid.language.syntax import Value
+from geoprint.postprocessor.rapid.machine import (
+    Controller,
+    Execution,
+    MachineTask,
+    Scenario,
+    Switching,
+    compile_task,
+    execute,
+)
+from geoprint.postprocessor.rapid.machine.execution import Event
 from geoprint.results import Plan
+from geoprint.robot.arm import Arm
+from geoprint.robot.controller import LIFT
+from geoprint.robot.timing import tips_at
 
 CELL = "irb120-bent45"
 LAGS = {"valve_open_s": 0.05, "valve_close_s": 0.08, "uv_lead_s": 0.02, "uv_tail_s": 0.03}

@@ -25,7 +25,7 @@ from benchmarks.parts.surfaces import SHAPES, Shape, cap, triangulated
 from benchmarks.parts.tables import script_parser
 from geoprint import measure_paths
 from geoprint.errors import GeoprintError
-from geoprint.surfaces.files import load, save_ply
+from geoprint.geometry.files import load, save_ply
 
 SPACING, SMOKE_SPACING = 1.0, 8.0
 # Points of other planners' paths may lie so far beside the part, over the spacing: chords of curves do.

@@ -18,8 +18,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
 
 from benchmarks.parts.tables import row, rule
-from geoprint.account.metrics import COVERED_ONCE, FOLLOWING, GAP, HOLE, OVERLAP, SPACING, THICKNESS, WITHIN_10
-from geoprint.quality import Uniformity
+from geoprint.metrics import Uniformity
+from geoprint.reporting.metrics import COVERED_ONCE, FOLLOWING, GAP, HOLE, OVERLAP, SPACING, THICKNESS, WITHIN_10
 
 KEPT = Path(__file__).with_name("figures.csv")
 DECIMALS = 5

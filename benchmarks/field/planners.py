@@ -18,10 +18,9 @@ from benchmarks.parts.streams import deposited
 from benchmarks.paths.peers import METHODS
 from geoprint import job_of, plan
 from geoprint.errors import InputError
+from geoprint.geometry import boundary_loops, mean_normal, refine
+from geoprint.geometry.files import load
 from geoprint.model import FloatArray, Polylines, Surface
-from geoprint.surfaces import boundary_loops, mean_normal
-from geoprint.surfaces.files import load
-from geoprint.surfaces.remesh import refine
 from geoprint.transforms import smallest_rotation
 
 # Edges of the meshes that other planners get, over the spacing: as fine as ours plan on, or finer.

@@ -14,20 +14,19 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Polygon, Rectangle
 
 from benchmarks.guide.shaded import BLUE, GREEN, GREY, ORANGE, PART, bare, panels, small_png, smaller
-from geoprint.account.evidence import WORDS
-from geoprint.account.measured.figures import record_measurement
-from geoprint.account.measured.page import measure_picture
 from geoprint.config import job_of, load_cell
 from geoprint.guide import page_named
 from geoprint.model import Cell, FloatArray, TouchedPoints
-from geoprint.motion.arm import Arm
-from geoprint.motion.collision import tool_solids
-from geoprint.motion.collision.link_solids import link_solids
-from geoprint.motion.collision.tool_solids import Solid
-from geoprint.motion.placing import calibrate_fixture, position_uncertainty
-from geoprint.pipeline import measure_files, plan, save_plan
+from geoprint.reporting.evidence import WORDS
+from geoprint.reporting.measurement import record_measurement
+from geoprint.reporting.measurement_page import measure_picture
 from geoprint.results import RobotPlan
+from geoprint.robot.arm import Arm
+from geoprint.robot.collision import tool_solids
+from geoprint.robot.collision.tool_solids import Solid, link_solids
+from geoprint.robot.placing import calibrate_fixture, position_uncertainty
 from geoprint.transforms import apply, inverse
+from geoprint.workflow import measure_files, plan, save_plan
 
 # The points of the page on calibration [mm].
 CORNERS = np.array([[-50.0, 50, 0], [50, 50, 0], [50, -50, 0], [-50, -50, 0]])

@@ -27,20 +27,19 @@ from benchmarks.guide.shaded import (
     smaller,
     view_from,
 )
-from geoprint.account.stacked.page import sliced_pictures
-from geoprint.backends import isolines
 from geoprint.config import TILTING_CELL, job_of, packaged_cell_text
+from geoprint.distance import isolines
+from geoprint.geometry import face_normals, mean_normal, remesh, vertex_normals
+from geoprint.geometry.files import load_file, save_ply
 from geoprint.layers import level_surface
 from geoprint.model import FloatArray, ScalarField, Surface
-from geoprint.pipeline import plan
-from geoprint.pipeline.stacked.simulating import finished_stack, stacked_layer
-from geoprint.pipeline.workpiece import read_stack
+from geoprint.reporting.stack_page import sliced_pictures
 from geoprint.results import Plan
-from geoprint.surfaces import face_normals, mean_normal, vertex_normals
-from geoprint.surfaces.files import load_file, save_ply
-from geoprint.surfaces.remesh import remesh
 from geoprint.transforms import angles_between
-from tests.fields.tetrahedra import Solved, solved
+from geoprint.workflow import plan
+from geoprint.workflow.stack_thickness import finished_stack, stacked_layer
+from geoprint.workflow.workpiece import read_stack
+from tests.fibers.tetrahedra import Solved, solved
 from tests.shared_data import SHARED_DATA
 
 # A groove between two ridges [mm]: how long, how wide, and how deep.

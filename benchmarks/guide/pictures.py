@@ -14,7 +14,7 @@ from benchmarks.guide.shaded import smaller
 from benchmarks.parts.stamps import stamp, stamped
 from geoprint.config import job_of
 from geoprint.guide import page_named
-from geoprint.pipeline import compare, plan, save_comparisons
+from geoprint.workflow import compare, plan, save_comparisons
 
 # The part of the report that is its first screen [px].
 SCREEN = (1280, 900)

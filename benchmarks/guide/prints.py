@@ -17,14 +17,14 @@ from benchmarks.guide.shaded import DOTS_PER_INCH
 from benchmarks.paper.__main__ import PARTS, SEED
 from benchmarks.paper.comparing import Compared, compared
 from benchmarks.paper.prints import fixed_printing, studio_of
-from geoprint.account.appraised.picture import photograph_overlay
 from geoprint.config import job_of
 from geoprint.guide import page_named
+from geoprint.inspection.appraise_photographs import PlanAsked, appraise_photographs
+from geoprint.inspection.records import photograph_overlay
+from geoprint.inspection.simulated import save_simulated, simulated_print
 from geoprint.model import PASCAL_PER_KPA
-from geoprint.pipeline import plan, save_plan
-from geoprint.pipeline.appraised.photographs import PlanAsked, appraise_photographs
-from geoprint.pipeline.appraised.simulated import save_simulated, simulated_print
-from geoprint.silico import Faults
+from geoprint.simulation import Faults
+from geoprint.workflow import plan, save_plan
 
 # Width of the picture [px], and colours that it keeps.
 WIDTH, COLOURS = 720, 128

@@ -14,8 +14,8 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from PIL import Image
 
+from geoprint.geometry import face_normals, positions
 from geoprint.model import BoolArray, FloatArray, Surface, SurfaceCurves
-from geoprint.surfaces import face_normals, positions
 
 # Of Okabe and Ito, safe for colour-blind readers.
 BLUE, ORANGE, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#6b7780"

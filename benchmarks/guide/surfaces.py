@@ -25,17 +25,16 @@ from benchmarks.guide.shaded import (
     smaller,
     view_from,
 )  # fmt: skip
-from geoprint.account.compared.pictures import comparison_picture
 from geoprint.config import job_of
+from geoprint.geometry import inspect, mean_normal, positions
+from geoprint.geometry.files import load
 from geoprint.guide import page_named
 from geoprint.model import FloatArray, Surface
-from geoprint.pipeline import compare, plan
-from geoprint.report import inspection_figure
-from geoprint.report.beads import bead_sides, normals_at
+from geoprint.reporting import inspection_figure
+from geoprint.reporting.pictures import comparison_picture
+from geoprint.reporting.view import bead_sides, normals_at
 from geoprint.results import Plan
-from geoprint.surfaces import mean_normal, positions
-from geoprint.surfaces.files import load
-from geoprint.surfaces.repair import inspect
+from geoprint.workflow import compare, plan
 
 TIP = [1.5, 0.0, -57.5]
 SECOND = [9.0, -10.0, -54.0]

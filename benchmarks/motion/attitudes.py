@@ -26,10 +26,10 @@ from benchmarks.parts.tables import row, script_parser, table
 from geoprint import job_of, plan
 from geoprint.config import TILTING_CELL, packaged_cell_text
 from geoprint.errors import PlanError
+from geoprint.geometry.files import ply_bytes
+from geoprint.metrics import overhang
 from geoprint.model import Surface
-from geoprint.quality import overhang
 from geoprint.results import Plan
-from geoprint.surfaces.files import ply_bytes
 
 APEX = DATA / "heart_apex_patch.ply"
 TABLES = ("tilt-turn", "hexapod")

@@ -24,12 +24,12 @@ from benchmarks.parts.tables import row, script_parser, table
 from geoprint import transforms
 from geoprint.config import load_cell
 from geoprint.model import Cell, FloatArray, JointPath, PoseStream, Surface
-from geoprint.motion.arm import Arm
-from geoprint.motion.arm.urdf import read_urdf
-from geoprint.motion.collision import clearance
-from geoprint.motion.controller import controller_path, written_targets
-from geoprint.motion.reach import reach
-from geoprint.motion.timing import retime
+from geoprint.robot.arm import Arm
+from geoprint.robot.arm.urdf import read_urdf
+from geoprint.robot.collision import clearance
+from geoprint.robot.controller import controller_path, written_targets
+from geoprint.robot.reach import reach
+from geoprint.robot.timing import retime
 
 Result = TypeVar("Result")
 

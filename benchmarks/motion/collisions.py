@@ -56,8 +56,8 @@ from benchmarks.paths.uniformity import DATA
 from geoprint.config import job_of
 from geoprint.errors import ClearanceError
 from geoprint.model import Surface
-from geoprint.paths import largest_lean
-from geoprint.pipeline import plan
+from geoprint.toolpath import largest_lean
+from geoprint.workflow import plan
 
 PARTS = (DATA / "heart_flat_patch.ply", DATA / "heart_apex_patch.ply", DATA / "plate.ply")
 SPACING = 3.0

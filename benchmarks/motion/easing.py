@@ -30,22 +30,23 @@ from benchmarks.parts.tables import row, script_parser, table
 from geoprint import plan
 from geoprint.config import job_of
 from geoprint.model import FloatArray, JointPath
-from geoprint.motion.arm import Arm, tilts
-from geoprint.motion.reach import Easing, reach
-from geoprint.motion.reach.ease_step import CLAMPED, DEGREE, EXCESS_COST, TURN_COST, TURNING_COST
-from geoprint.motion.reach.easing import (
+from geoprint.robot.arm import Arm, tilts
+from geoprint.robot.reach import Easing, reach
+from geoprint.robot.reach.easing import (
+    CLAMPED,
+    DEGREE,
+    EXCESS_COST,
+    TURN_COST,
+    TURNING_COST,
     WANTED_SHARE,
-    _eased_part,  # pyright: ignore[reportPrivateUsage]
-    _turned,  # pyright: ignore[reportPrivateUsage]
-    _Window,  # pyright: ignore[reportPrivateUsage]
-    _windows,  # pyright: ignore[reportPrivateUsage]
+    _eased_part,
+    _turned,
+    _Window,
+    _windows,
 )
-from geoprint.motion.reach.margins import MINIMUM_WRIST_ANGLE
-from geoprint.pipeline.planning import (
-    _easing,  # pyright: ignore[reportPrivateUsage]
-    clearance_check,
-)
-from geoprint.pipeline.standing import arm_of, leaning_of, pose_stream
+from geoprint.robot.reach.keyframes import MINIMUM_WRIST_ANGLE
+from geoprint.workflow.placement import arm_of, leaning_of, pose_stream
+from geoprint.workflow.planning import _easing, clearance_check
 
 # Twice as dense as those of easing [mm].
 KNOT = 1.5

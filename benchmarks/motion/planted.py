@@ -17,9 +17,8 @@ import numpy as np
 from geoprint import transforms
 from geoprint.kernels import inner, njit
 from geoprint.model import BoolArray, ControllerPath, Cylinder, FloatArray, Hexapod, IntArray, Surface, TiltTurn, Tool
-from geoprint.motion.arm import Arm
-from geoprint.motion.collision.link_solids import link_solids
-from geoprint.motion.collision.tool_solids import Solid, tool_solids
+from geoprint.robot.arm import Arm
+from geoprint.robot.collision.tool_solids import Solid, link_solids, tool_solids
 
 # Samples of a step of the path, and across a rounded corner from one edge to the other.
 SHARES = (0.0, 0.25, 0.5, 0.75)

@@ -11,17 +11,17 @@ import numpy as np
 from benchmarks.motion.planted import Spot, Sweep, facing, near_miss, table_cylinders
 from geoprint import transforms
 from geoprint.errors import ClearanceError
+from geoprint.geometry import united
 from geoprint.layers import layer_level, with_sides
 from geoprint.model import Cell, Cylinder, FloatArray, Hexapod, Lamp, PoseStream, Surface, TiltTurn
-from geoprint.motion.arm import Arm
-from geoprint.motion.collision import clearance
-from geoprint.motion.controller import controller_path, written_targets
-from geoprint.motion.machine import obstacles_at
-from geoprint.motion.reach import reach
-from geoprint.motion.timing import retime
-from geoprint.pipeline.tilting import move_clearance
+from geoprint.positioner import obstacles_at
 from geoprint.results import Plan, RobotPlan
-from geoprint.surfaces import united
+from geoprint.robot.arm import Arm
+from geoprint.robot.collision import clearance
+from geoprint.robot.controller import controller_path, written_targets
+from geoprint.robot.reach import reach
+from geoprint.robot.timing import retime
+from geoprint.workflow.table_motion import move_clearance
 
 SOLIDS = ("needle", "cone", "barrel", "bracket", "UV lamp", *(f"arm's link {joint}" for joint in range(2, 7)))
 # How deep collisions go beyond the kept distance and into the solid itself [mm].

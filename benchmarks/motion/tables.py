@@ -26,7 +26,7 @@ from benchmarks.parts.tables import row, script_parser, table
 from geoprint import transforms
 from geoprint.config import cell_of, packaged_cell_text
 from geoprint.model import FloatArray, TiltingTable
-from geoprint.motion.machine import table_machine
+from geoprint.positioner import table_machine
 
 # Travel to either side [mm, degrees] that is taken for that of a PI H-840 [PIH840].
 TRAVEL: Mapping[str, float] = {"x": 50.0, "y": 50.0, "z": 25.0, "tilt x": 15.0, "tilt y": 15.0, "twist": 30.0}

@@ -3,7 +3,7 @@
     python -m benchmarks.mutants [MODULE ...] [--seed N] [--count N] [--tests PATH ...] [--limit S]
         [--seconds S] [--smoke]
 
-A MODULE is a file or folder of the package, such as geoprint/motion/collision; without any, the rooms that keep people
+A MODULE is a file or folder of the package, such as geoprint/robot/collision; without any, the rooms that keep people
 safe. Of each file a number of mutants is drawn (`syntax`, `templates`) and tried in a copy of the tree (`trying`)
 against the tests that reach the changed line (`reaching`), the quickest first, as many as fit into half of the limit.
 Outcomes are kept by content, so that only what has changed is tried again. What takes longer than the limit has timed
@@ -34,17 +34,17 @@ from benchmarks.mutants.trying import KILLED, LATE, SURVIVED, UNSEEN, Outcome, T
 from benchmarks.parts.tables import row, script_parser, table
 
 SAFETY = (
-    "geoprint/motion/collision", "geoprint/motion/controller", "geoprint/motion/timing", "geoprint/export/rapid",
-    "geoprint/config/cell_file.py", "geoprint/pipeline/workpiece/preparing.py",
+    "geoprint/robot/collision", "geoprint/robot/controller", "geoprint/robot/timing", "geoprint/postprocessor/rapid",
+    "geoprint/config/cell_file.py", "geoprint/workflow/workpiece.py",
 )  # fmt: skip
 # Tests of other rooms that hold a module besides those of its own.
 BESIDES = {
-    "geoprint/motion": ("tests/benchmarks/test_collisions.py",),
-    "geoprint/export": ("tests/pipeline/test_checking.py", "tests/benchmarks/test_destruction.py"),
-    "geoprint/config": ("tests/cli", "tests/pipeline/test_cell_writer.py"),
-    "geoprint/pipeline/workpiece/preparing.py": ("tests/motion/test_other_arms.py",),
-    "geoprint/account": ("tests/pipeline/test_comparison.py",),
-    "geoprint/paths": ("tests/pipeline/test_travel.py",),
+    "geoprint/robot": ("tests/benchmarks/test_collisions.py",),
+    "geoprint/postprocessor": ("tests/workflow/test_checking/py", "tests/benchmarks/test_destruction.py"),
+    "geoprint/config": ("tests/cli", "tests/workflow/test_cell_writer/py"),
+    "geoprint/workflow/workpiece.py": ("tests/robot/test_other_arms/py",),
+    "geoprint/reporting": ("tests/workflow/test_comparison/py",),
+    "geoprint/toolpath": ("tests/workflow/test_travel/py",),
 }
 
 
@@ -59,8 +59,8 @@ def main() -> None:
     parser.add_argument("--limit", type=float, default=120.0, metavar="S", help="seconds that a mutant may take")
     parser.add_argument("--seconds", type=float, metavar="S", help="in which all ends; records nothing")
     arguments = parser.parse_args()
-    modules = ["geoprint/motion/collision/sides.py"] if arguments.smoke else arguments.modules or SAFETY
-    tests: list[str] | None = ["tests/motion/collision/test_sides.py"] if arguments.smoke else arguments.tests
+    modules = ["geoprint/robot/collision/surroundings.py"] if arguments.smoke else arguments.modules or SAFETY
+    tests: list[str] | None = ["tests/robot/collision/test_sides/py"] if arguments.smoke else arguments.tests
     count: int = 1 if arguments.smoke else arguments.count
     seconds: float = arguments.seconds or math.inf
     limit: float = min(arguments.limit, seconds / 10)

@@ -24,8 +24,8 @@ from benchmarks.mutants.syntax import kernel_lines, top_lines
 SET_UP = "|set up"
 # Files that are read by a module rather than imported: their tests are those of the module.
 READ_BY = {
-    "geoprint/export/rapid/geo_guard.mod": "geoprint/export/rapid/guard.py",
-    "geoprint/export/rapid/geo_resident.sys": "geoprint/export/rapid/guard.py",
+    "geoprint/postprocessor/rapid/geo_guard.mod": "geoprint/postprocessor/rapid/guard.py",
+    "geoprint/postprocessor/rapid/geo_resident.sys": "geoprint/postprocessor/rapid/guard.py",
 }
 
 

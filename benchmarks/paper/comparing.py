@@ -25,7 +25,7 @@ from benchmarks.paper.prints import (
     thickness,
     unevenness,
 )
-from geoprint.appraisal import SetDistances, apart, edges
+from geoprint.inspection import SetDistances, apart, edges
 from geoprint.model import BoolArray, FloatArray, comparable, frozen
 
 # Table II of the paper [pixels].

@@ -21,10 +21,11 @@ from scipy.spatial import KDTree
 
 from benchmarks import DATA
 from geoprint.config import job_of
-from geoprint.deposition import bore_of, flow_through, starting_pressure
+from geoprint.geometry import face_areas, mean_normal
+from geoprint.geometry.files import load
 from geoprint.model import Cell, FloatArray, Fluid, PoseStream, PrintErrors, Surface, comparable, freeze_arrays, frozen
-from geoprint.pipeline import plan
-from geoprint.silico import (
+from geoprint.process import bore_of, flow_through, starting_pressure
+from geoprint.simulation import (
     Break,
     Development,
     Faults,
@@ -35,8 +36,7 @@ from geoprint.silico import (
     looking_at,
     pictured,
 )
-from geoprint.surfaces import face_areas, mean_normal
-from geoprint.surfaces.files import load
+from geoprint.workflow import plan
 
 BODY = DATA / "heart.ply"
 CASES = ("A", "B", "C")
@@ -367,12 +367,12 @@ PLAUSIBLE: Mapping[str, Plausible] = MappingProxyType(
         "width_noise": Plausible(0.05, 0.02, 0.15, "ASSUMED: as its flow errors; beads that vary more look torn"),
         "slant_deg": Plausible(0.0, 0.0, 45.0, "from the camera, as the guide asks; a lamp beside it"),
         "turn_deg": Plausible(0.0, 0.0, 360.0, "any side"),
-        "part": Plausible(0.35, 0.15, 0.5, "of `geoprint.silico`; a dark to a light model of a heart: ASSUMED"),
-        "bead": Plausible(0.9, 0.6, 0.95, "of `geoprint.silico`; a milky to a white silicone: ASSUMED"),
+        "part": Plausible(0.35, 0.15, 0.5, "of `geoprint.simulation`; a dark to a light model of a heart: ASSUMED"),
+        "bead": Plausible(0.9, 0.6, 0.95, "of `geoprint.simulation`; a milky to a white silicone: ASSUMED"),
         "grain": Plausible(
-            0.01, 0.003, 0.03, "of `geoprint.silico`; bright light to a dim room: ASSUMED", "by factors"
+            0.01, 0.003, 0.03, "of `geoprint.simulation`; bright light to a dim room: ASSUMED", "by factors"
         ),
-        "blur": Plausible(0.7, 0.5, 2.0, "of `geoprint.silico`; sharp to slightly out of focus: ASSUMED"),
+        "blur": Plausible(0.7, 0.5, 2.0, "of `geoprint.simulation`; sharp to slightly out of focus: ASSUMED"),
         "scale": Plausible(
             8.0, 4.0, 12.0, "480 pixels then hold either patch; a needle 3 to 10 pixels wide, as nobody knows the "
             "paper's camera: ASSUMED", "by factors",

@@ -16,7 +16,7 @@ import numpy as np
 from matplotlib.path import Path as Polygon
 from scipy.spatial import Delaunay, KDTree
 
-from geoprint.backends.intrinsic import intrinsic_triangulation
+from geoprint.distance.intrinsic import intrinsic_triangulation
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 
 STYLES = ("irregular", "anisotropic", "sliver")

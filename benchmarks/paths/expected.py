@@ -26,9 +26,9 @@ from benchmarks import DATA
 from benchmarks.parts.tables import row, script_parser, table
 from benchmarks.paths.reprints import Layer, Lines, Shape, lines_of, planned_cv, reprinted, rings, shape_of, surface
 from geoprint.config import job_of
+from geoprint.metrics import Printed, Uniformity, printed, uniformity
 from geoprint.model import PoseStream, PrintErrors
-from geoprint.pipeline import compare
-from geoprint.quality import Printed, Uniformity, printed, uniformity
+from geoprint.workflow import compare
 
 OWN = ("plate.ply", "heart_flat_patch.ply", "heart_apex_patch.ply")
 BACKENDS = ("lscm", "heat", "fast-marching")

@@ -30,22 +30,19 @@ from scipy.spatial import KDTree
 from benchmarks import DATA
 from benchmarks.parts.surfaces import make
 from benchmarks.parts.tables import row, script_parser, table
-from geoprint.account.metrics import COVERED_ONCE, GAP, OVERLAP, SPACING, THICKNESS
-from geoprint.backends import BACKENDS
-from geoprint.deposition import WidthsAlong
+from geoprint.distance import BACKENDS
 from geoprint.errors import GeoprintError
-from geoprint.fields import AlongCurvature, AlongDirection, AlongRim, DirectionField, Preference, smoothest_field
+from geoprint.fibers import AlongCurvature, AlongDirection, AlongRim, DirectionField, Preference, smoothest_field
+from geoprint.fibers.net import net_of, senses_of
+from geoprint.fibers.pattern import LAYINGS, FibrePattern
+from geoprint.fibers.stripes import slopes_of
+from geoprint.geometry import PolylineDistance, arc_lengths, boundary_loops, boundary_seed, point_seed, prepare, refine
+from geoprint.geometry.files import load
+from geoprint.metrics import measure_paths
 from geoprint.model import BoolArray, FloatArray, Polylines, ScalarField, Strokes, Surface
-from geoprint.patterns.fibres import LAYINGS, FibrePattern
-from geoprint.patterns.fibres.evened import slopes_of
-from geoprint.patterns.fibres.net import net_of
-from geoprint.patterns.fibres.senses import senses_of
-from geoprint.quality import measure_paths
-from geoprint.surfaces import PolylineDistance, arc_lengths, boundary_loops, boundary_seed, point_seed
-from geoprint.surfaces.files import load
-from geoprint.surfaces.remesh import refine
-from geoprint.surfaces.repair import prepare
-from tests.patterns.fibres.measures import crossings, lines, off_field
+from geoprint.process import WidthsAlong
+from geoprint.reporting.metrics import COVERED_ONCE, GAP, OVERLAP, SPACING, THICKNESS
+from tests.fibers.fibres_measures import crossings, lines, off_field
 
 OWN = ("plate.ply", "heart_flat_patch.ply", "heart_apex_patch.ply")
 HEADINGS = (

@@ -8,7 +8,7 @@ simplicial solver; a build with SuiteSparse factorises several times faster on l
 
 Exact means: the formula on planes, otherwise window propagation over the triangles (pygeodesic). Errors are in mean
 edge lengths h. Spacing is the exact distance over the surface from samples on each level curve to the level before,
-over the spacing (`geoprint.quality`); all fields are traced by the same code, so that what differs is the field; the
+over the spacing (`geoprint.metrics`); all fields are traced by the same code, so that what differs is the field; the
 excess is the CV beyond that of the exact field.
 """
 
@@ -25,16 +25,16 @@ import numpy as np
 
 from benchmarks.parts.surfaces import SHAPES, STYLES, exact_distance, make
 from benchmarks.parts.tables import row, rule, script_parser
-from geoprint.backends import BACKENDS
-from geoprint.backends.isolines import isolines
-from geoprint.backends.levels import level_distances
+from geoprint.distance import BACKENDS
+from geoprint.distance.interface import level_distances
+from geoprint.distance.isolines import isolines
+from geoprint.geometry import boundary_loops, boundary_seed, edge_lengths, positions
+from geoprint.metrics.deposited import sampled
+from geoprint.metrics.oracle.geodesic import GeodesicDistance
+from geoprint.metrics.oracle.tracing import trace
+from geoprint.metrics.oracle.unfolding import flat_mesh, flat_places
+from geoprint.metrics.spacing import outer_distance
 from geoprint.model import FloatArray, ScalarField, Seed, Surface, SurfaceCurves, SurfacePoints
-from geoprint.quality.deposited import sampled
-from geoprint.quality.oracle.geodesic import GeodesicDistance
-from geoprint.quality.oracle.tracing import trace
-from geoprint.quality.oracle.triangles import flat_mesh, flat_places
-from geoprint.quality.spacing import outer_distance
-from geoprint.surfaces import boundary_loops, boundary_seed, edge_lengths, positions
 
 # Level curves between the border and the farthest point.
 LEVELS = 20

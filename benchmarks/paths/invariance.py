@@ -32,14 +32,13 @@ from benchmarks.parts.streams import deposited
 from benchmarks.parts.surfaces import SHAPES, Shape, cap, circle, rectangle, triangulated
 from benchmarks.parts.tables import row, script_parser, table
 from geoprint import job_of, measure_paths, plan
-from geoprint.account.metrics import FOLLOWING, GAP, OVERLAP, THICKNESS
-from geoprint.backends import isolines
+from geoprint.distance import isolines
 from geoprint.errors import GeoprintError
+from geoprint.geometry import edge_lengths, face_areas, refine, united
+from geoprint.geometry.files import load, save_ply
+from geoprint.metrics import Uniformity, thickness
 from geoprint.model import FloatArray, Polylines, ScalarField, Surface
-from geoprint.quality import Uniformity, thickness
-from geoprint.surfaces import edge_lengths, face_areas, united
-from geoprint.surfaces.files import load, save_ply
-from geoprint.surfaces.remesh import refine
+from geoprint.reporting.metrics import FOLLOWING, GAP, OVERLAP, THICKNESS
 
 OWN = ("plate.ply", "heart_flat_patch.ply", "heart_apex_patch.ply")
 FACES = 1_500

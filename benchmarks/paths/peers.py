@@ -2,7 +2,7 @@
 
     python -m benchmarks.paths.peers [--parts FILE ...] [--faces N] [--smoke]
 
-Every method gets the same mesh, in this process, and ends in polylines; `geoprint.quality.uniformity` measures all of
+Every method gets the same mesh, in this process, and ends in polylines; `geoprint.metrics.uniformity` measures all of
 them: the thickness of the layer that a constant flow leaves, what is covered, and as a detail that tells distances
 apart the exact spacing from level to level. Install the peers with `pip install potpourri3d libigl`; those that are
 missing are left out, and named.
@@ -35,16 +35,14 @@ import numpy as np
 from benchmarks import DATA
 from benchmarks.parts.surfaces import SHAPES, Shape, cap, triangulated
 from benchmarks.parts.tables import least_seconds, script_parser
-from geoprint.account.metrics import COVERED_ONCE, GAP, LEVELS, OVERLAP, THICKNESS
-from geoprint.backends import BACKENDS
-from geoprint.backends.heat import Heat
+from geoprint.distance import BACKENDS
+from geoprint.distance.heat import Heat
 from geoprint.errors import GeoprintError
+from geoprint.geometry import boundary_loops, boundary_seed, positions, prepare, refine
+from geoprint.geometry.files import load
+from geoprint.metrics import uniformity
 from geoprint.model import FloatArray, IntArray, PoseStream, Surface
-from geoprint.quality import uniformity
-from geoprint.surfaces import boundary_loops, boundary_seed, positions
-from geoprint.surfaces.files import load
-from geoprint.surfaces.remesh import refine
-from geoprint.surfaces.repair import prepare
+from geoprint.reporting.metrics import COVERED_ONCE, GAP, LEVELS, OVERLAP, THICKNESS
 
 SPACING = 1.0
 SMOKE_SPACING = 4.0

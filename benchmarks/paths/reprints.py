@@ -1,6 +1,6 @@
 """Prints of a plan, made without geoprint's sampler: errors on the points of the path, and the layer simulated again.
 
-Nothing of `geoprint.quality` enters. Each print moves the points of every run by errors that are drawn for these points
+Nothing of `geoprint.metrics` enters. Each print moves the points of every run by errors that are drawn for these points
 themselves (what strays along a run, and how far the arm is off over the part, by the Cholesky factors of covariances),
 lays them back onto the disc or dome that the part is, and gives each run a flow of its own. The volume then spreads
 over the part as heat does, on cells of a polar grid, exactly in time and by Fourier's modes around the pole; nothing

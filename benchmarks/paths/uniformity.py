@@ -5,7 +5,7 @@
 
 Parts are those in data/, surfaces by formula (irregular triangulations: structured ones flatter the heat method) and
 any mesh files [mm]. All are planned `SPACING` apart and measured as `geoprint compare` does it by default; what the
-columns mean stands in `geoprint.account.metrics`. The area scale is that of lscm's chart, chart over surface, 1 on
+columns mean stands in `geoprint.reporting.metrics`. The area scale is that of lscm's chart, chart over surface, 1 on
 average: where its 1st and 99th percentile by area are near each other, a flat map loses little.
 
 With --write the figures are kept beside this file, in uniformity.csv and as a page in uniformity.md, and README gets
@@ -33,9 +33,11 @@ from benchmarks import DATA, ROOT
 from benchmarks.parts.stamps import stamp, stamped
 from benchmarks.parts.surfaces import SHAPES, Shape, cap, triangulated
 from benchmarks.parts.tables import script_parser
-from geoprint.account import record_evenness
-from geoprint.account.compared.pictures import comparison_picture
-from geoprint.account.metrics import (
+from geoprint.config import job_of
+from geoprint.distance import distortion
+from geoprint.geometry.files import save_ply
+from geoprint.reporting import record_evenness
+from geoprint.reporting.metrics import (
     COVERED_ONCE,
     FOLLOWING,
     GAP,
@@ -48,12 +50,10 @@ from geoprint.account.metrics import (
     WIDTH,
     Metric,
 )
-from geoprint.account.records.evenness import EvennessRecord
-from geoprint.backends import distortion
-from geoprint.config import job_of
-from geoprint.pipeline import compare
+from geoprint.reporting.pictures import comparison_picture
+from geoprint.reporting.records.evenness import EvennessRecord
 from geoprint.results import Comparison
-from geoprint.surfaces.files import save_ply
+from geoprint.workflow import compare
 
 OWN: Mapping[str, str] = MappingProxyType(
     {

@@ -2,9 +2,9 @@
 
     python -m benchmarks.prints.appraisal [FOLDER] [--scans N] [--outlines N] [--tones N] [--smoke]
 
-The first table: known answers. Rows of beads on a plate are printed in silico (`geoprint.silico`, which shares no code
-with the appraisal) with one error each, photographed from above and aslant, and held against their plan. A pixel covers
-about 0.1 mm. The second, where the folder of real photographs is there (`pacamera_*.jpg` of 21 printed lines, with
+The first table: known answers. Rows of beads on a plate are simulated (`geoprint.simulation`, which shares no code
+with what judges them) with one error each, photographed from above and aslant, and held against their plan. A pixel
+covers 0.1 mm. The second, where the folder of real photographs is there (`pacamera_*.jpg` of 21 printed lines, with
 masks of others): lines found of 21, and the share of their length whose middle lies within 3 pixels of the mask's, for
 each photograph under several lightings, with nothing else changed. A line is found where 80 % of it is.
 
@@ -64,10 +64,10 @@ from benchmarks.prints.print_photographs import (
 )
 from benchmarks.prints.print_scans import APEX, Registered, registered_scan, thinned_scan
 from benchmarks.prints.print_tones import OFFSET_OFF, PLANTED, WIDTH_OFF, Judged, judged_photograph
-from geoprint.appraisal import Held, bead_width, beads_of, middles_of, paired_edges, read_photograph
 from geoprint.errors import InputError
+from geoprint.inspection import Held, bead_width, beads_of, middles_of, paired_edges, read_photograph
 from geoprint.model import BoolArray, FloatArray
-from geoprint.silico import Break, Faults
+from geoprint.simulation import Break, Faults
 
 IMAGES = ROOT / "shared" / "data" / "images"
 # What goes wrong in prints that are scanned, and the volume that is laid then.

@@ -24,15 +24,17 @@ from benchmarks.prints.print_scans import (
     planned_patch,
     true_thickness,
 )
-from geoprint.appraisal.scanned import COVERED_SHARE, PlannedDeposit, measured_print, registered
 from geoprint.config import packaged_cell_text
-from geoprint.deposition.feedback import Correction, FlowBounds, MeasuredRuns, corrected
+from geoprint.geometry import face_areas, mean_normal
+from geoprint.inspection.executing import printed_program
+from geoprint.inspection.inputs import PlannedPrint, read_plan
+from geoprint.inspection.scan_measuring import COVERED_SHARE, measured_print
+from geoprint.inspection.scan_registration import registered
+from geoprint.inspection.scan_target import PlannedDeposit
 from geoprint.model import FloatArray, IntArray, Surface, frozen
-from geoprint.pipeline.appraised.executing import printed_program
-from geoprint.pipeline.appraised.given import PlannedPrint, read_plan
-from geoprint.pipeline.feeding.printed import LEAST_EDGES, POWER_DEVIATION, SPREADING, VOLUME_POWER
-from geoprint.silico import LaidBeads, Plant, Sensor, ValveTimes, looking_at, plant_beads, scanned
-from geoprint.surfaces import face_areas, mean_normal
+from geoprint.process.feedback import Correction, FlowBounds, MeasuredRuns, corrected
+from geoprint.simulation import LaidBeads, Plant, Sensor, ValveTimes, looking_at, plant_beads, scanned
+from geoprint.workflow.feedback import LEAST_EDGES, POWER_DEVIATION, SPREADING, VOLUME_POWER
 
 # The flow within which the packaged cells set it, and how far the valve can be commanded earlier and later [mm].
 BOUNDS = FlowBounds(0.5, 1.5, 3.0, 0.0)

@@ -2,11 +2,11 @@
 
     python -m benchmarks.prints.feedback [--seeds N] [--smoke]
 
-A layer on a patch of a heart is printed in silico by a plant (`geoprint.silico.Plant`, which shares no code with the
-corrector) with errors that the corrector's model lacks: the viscosity is 1.3 times what was thought, the valve 0.5 mm
+A layer on a patch of a heart is printed by a simulated plant (`geoprint.simulation.Plant`, which shares no code with
+the corrector) with errors that the corrector's model lacks: viscosity is 1.3 times what was thought, the valve 0.5 mm
 late, air lags behind by a length that grows as the syringe empties, material is thick after rest, beads slump, and
 their volume varies by 3 %; lags and rest are drawn for each seed. A scan with 0.05 mm noise and 30 % missing is laid
-onto the part and measured, `geoprint.deposition.feedback` corrects flow and valve, and the next print is laid. The
+onto the part and measured, `geoprint.process.feedback` corrects flow and valve, and the next print is laid. The
 error is the root mean square of the true thickness over its cells, a spacing wide, off the wanted one, over the layer's
 height; the scan has no part in it. The last column is what of it is left after two corrected prints: a third or less is
 wanted of every seed.
@@ -40,8 +40,8 @@ from benchmarks.prints.closed_loop import (
     plant_of,
 )
 from benchmarks.prints.print_scans import RAYS, SIDE
-from geoprint.deposition.feedback import corrected
 from geoprint.model import FloatArray
+from geoprint.process.feedback import corrected
 
 SEEDS, PRINTS, NOISES = 10, 3, 100
 # In the smoke run: lines of sight to either side of a scan, and places of a triangle by which the truth is found.

@@ -9,7 +9,10 @@ import numpy as np
 
 from benchmarks import DATA
 from benchmarks.parts.streams import rows_on_plate
-from geoprint.appraisal import (
+from geoprint.config import job_of
+from geoprint.geometry import mean_normal, united
+from geoprint.geometry.files import load
+from geoprint.inspection import (
     Camera,
     Fiducials,
     Held,
@@ -24,14 +27,12 @@ from geoprint.appraisal import (
     paired_edges,
     planned_runs,
 )
-from geoprint.appraisal.outlined import PrintedLines, camera_by_outline, picture_outline
-from geoprint.config import job_of
+from geoprint.inspection.outline import picture_outline
+from geoprint.inspection.outline_pose import PrintedLines, camera_by_outline
 from geoprint.model import FloatArray, PoseStream, Surface, frozen
-from geoprint.pipeline import plan
-from geoprint.silico import Faults, Lighting, Viewpoint, laid_beads, looking_at, pictured
-from geoprint.surfaces import mean_normal, united
-from geoprint.surfaces.files import load
+from geoprint.simulation import Faults, Lighting, Viewpoint, laid_beads, looking_at, pictured
 from geoprint.transforms import rigid
+from geoprint.workflow import plan
 
 # Parts. Contours of a plate look alike from two sides; rows that lie nearer to one of its sides do not.
 FLAT, APEX, ON_HEART, ROWS, PLATE = "flat patch", "apex patch", "flat patch on the heart", "rows on a plate", "plate"

@@ -10,15 +10,9 @@ from PIL import Image
 
 from benchmarks.parts.streams import rows_on_plate
 from benchmarks.prints.print_outlines import true_camera
-from geoprint.appraisal import (
-    Held,
-    held_against,
-    in_sight,
-    measured_stretches,
-    planned_runs,
-)
+from geoprint.inspection import Held, held_against, in_sight, measured_stretches, planned_runs
 from geoprint.model import BoolArray, FloatArray, Surface
-from geoprint.silico import Faults, Lighting, laid_beads, looking_at, pictured
+from geoprint.simulation import Faults, Lighting, laid_beads, looking_at, pictured
 
 # Lines between two rails of a frame, which are lines of the mask as well.
 LINES, RAILS = 21, 2

@@ -12,15 +12,18 @@ from scipy.stats import chi2
 
 from benchmarks import DATA
 from geoprint import transforms
-from geoprint.account.appraised.scans import record_scan
-from geoprint.account.records.scan import EstimateRecord
-from geoprint.appraisal.scanned import AppraisedScan, PlannedDeposit, Registration, Scan, measured_print, registered
 from geoprint.config import job_of
-from geoprint.deposition.feedback import PrintedProgram
+from geoprint.geometry import mean_normal
+from geoprint.inspection.records import record_scan
+from geoprint.inspection.scan import AppraisedScan, Scan
+from geoprint.inspection.scan_measuring import measured_print
+from geoprint.inspection.scan_registration import Registration, registered
+from geoprint.inspection.scan_target import PlannedDeposit
 from geoprint.model import FloatArray, IntArray, PoseStream, Surface
-from geoprint.pipeline import plan
-from geoprint.silico import Faults, LaidBeads, Sensor, heights, laid_beads, looking_at, scanned
-from geoprint.surfaces import mean_normal
+from geoprint.process.feedback import PrintedProgram
+from geoprint.reporting.records.inspection import EstimateRecord
+from geoprint.simulation import Faults, LaidBeads, Sensor, heights, laid_beads, looking_at, scanned
+from geoprint.workflow import plan
 
 FLAT, APEX, PLATE = "heart_flat_patch", "heart_apex_patch", "plate"
 # Widths of narrow and of wide beads over what their flow asks for.

@@ -18,10 +18,11 @@ from benchmarks.prints.print_outlines import (
     outlined_print,
     true_camera,
 )
-from geoprint.appraisal import Held, held_against, in_sight, measured_stretches
 from geoprint.errors import InputError
+from geoprint.geometry import mean_normal
+from geoprint.inspection import Held, held_against, in_sight, measured_stretches
 from geoprint.model import FloatArray, frozen
-from geoprint.silico import (
+from geoprint.simulation import (
     Development,
     Faults,
     LaidBeads,
@@ -32,7 +33,6 @@ from geoprint.silico import (
     looking_at,
     pictured,
 )
-from geoprint.surfaces import mean_normal
 
 PARTS = (PLATE, FLAT, ROWS, APEX)
 SIZE, FILLED, AWAY = 900, 0.8, 10.0

@@ -33,10 +33,10 @@ from scipy.spatial.transform import Rotation
 from benchmarks import DATA
 from benchmarks.parts.tables import row, script_parser, table
 from geoprint import job_of, plan, save_plan
-from geoprint.account import PlanRecord
 from geoprint.errors import GeoprintError
+from geoprint.geometry.files import suggested_unit
 from geoprint.model import FloatArray
-from geoprint.surfaces.files import suggested_unit
+from geoprint.reporting import PlanRecord
 
 OWN = tuple(DATA / name for name in ("plate.ply", "heart_flat_patch.ply", "heart_apex_patch.ply"))
 BACKENDS = ("lscm", "heat")

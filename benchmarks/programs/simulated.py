@@ -20,13 +20,12 @@ from pathlib import Path
 
 from benchmarks import DATA
 from benchmarks.parts.tables import row, script_parser, table
-from geoprint.account.records.scan import ScannedRunRecord
-from geoprint.account.records.simulated import SimulatedRunRecord
 from geoprint.config import job_of, packaged_cell_text
 from geoprint.errors import InputError
-from geoprint.pipeline import plan, save_plan
-from geoprint.pipeline.appraised.simulated import save_simulated, simulated_print
-from geoprint.silico import Faults
+from geoprint.inspection.simulated import save_simulated, simulated_print
+from geoprint.reporting.records.inspection import ScannedRunRecord, SimulatedRunRecord
+from geoprint.simulation import Faults
+from geoprint.workflow import plan, save_plan
 
 PLATE = DATA / "plate.ply"
 SPACING = 3.5
@@ -83,8 +82,8 @@ def _appraised(scan: Path, bundle: Path) -> dict[int, ScannedRunRecord]:
     """Return what a scan tells of each run, by its number; nothing where open3d is not installed."""
     if importlib.util.find_spec("open3d") is None:
         return {}
-    from geoprint.account.appraised.scans import record_scan
-    from geoprint.pipeline.appraised.scans import ScanAsked, appraise_scan
+    from geoprint.inspection.appraise_scans import ScanAsked, appraise_scan
+    from geoprint.inspection.records import record_scan
 
     return {run.run: run for run in record_scan(appraise_scan(scan, bundle=bundle, asked=ScanAsked())).runs}
 

@@ -26,10 +26,10 @@ from typing import Any
 from benchmarks.parts.surfaces import make
 from benchmarks.parts.tables import row, rule, script_parser
 from geoprint.errors import GeoprintError
+from geoprint.geometry import join
+from geoprint.geometry.crossings import crossings
+from geoprint.geometry.files import load_file, suggested_unit
 from geoprint.model import Surface
-from geoprint.surfaces.files import load_file, suggested_unit
-from geoprint.surfaces.repair import join
-from geoprint.surfaces.repair.crossings import crossings
 
 FACES, SMOKE_FACES = 200_000, 2_000
 CUTOFF = 1_000_000

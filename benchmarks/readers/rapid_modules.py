@@ -18,10 +18,10 @@ from pathlib import Path
 
 from benchmarks.parts.tables import script_parser
 from geoprint.errors import VerificationError
-from geoprint.export.rapid.language.names import declared
-from geoprint.export.rapid.language.parsing import parse_module
-from geoprint.export.rapid.language.symbols import examine
-from geoprint.export.rapid.language.syntax import Module
+from geoprint.postprocessor.rapid.language.names import declared
+from geoprint.postprocessor.rapid.language.parsing import parse_module
+from geoprint.postprocessor.rapid.language.symbols import examine
+from geoprint.postprocessor.rapid.language.syntax import Module
 
 # Folders in which a backup keeps the program modules and the system modules of a task.
 HALVES = {"PROGMOD", "SYSMOD"}

@@ -16,8 +16,8 @@ import numpy as np
 
 from benchmarks import ROOT
 from benchmarks.parts.surfaces import cap, triangulated
+from geoprint.geometry.files import save_ply
 from geoprint.model import FloatArray, Surface
-from geoprint.surfaces.files import save_ply
 from tests.meshes import sphere
 
 TREE = ROOT

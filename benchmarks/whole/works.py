@@ -33,11 +33,11 @@ from benchmarks.parts.streams import spiral
 from benchmarks.parts.surfaces import make
 from geoprint import transforms
 from geoprint.config import load_cell
-from geoprint.motion.arm import Arm
-from geoprint.motion.collision import clearance
-from geoprint.motion.controller import controller_path, written_targets
-from geoprint.motion.reach import reach
-from geoprint.motion.timing import retime
+from geoprint.robot.arm import Arm
+from geoprint.robot.collision import clearance
+from geoprint.robot.controller import controller_path, written_targets
+from geoprint.robot.reach import reach
+from geoprint.robot.timing import retime
 import numpy as np
 cell, part, least = load_cell(None), make("cap", faces=20_000), 200
 arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
@@ -52,11 +52,11 @@ def work(count):
 _CAP = """
 import numpy as np
 from benchmarks.whole.costs import cap_of
-from geoprint.surfaces import boundary_loops, boundary_seed
+from geoprint.geometry import boundary_loops, boundary_seed
 least = 1_000
 cap_of(size), cap_of(least)
 """
-_DISTANCE = "from geoprint.backends import BACKENDS\ndef work(faces):\n    surface = cap_of(faces)\n"
+_DISTANCE = "from geoprint.distance import BACKENDS\ndef work(faces):\n    surface = cap_of(faces)\n"
 _OWN_DISTANCE = f"{_CAP}{_DISTANCE}    BACKENDS[backend](surface).distance(boundary_seed(surface))\n"
 _POTPOURRI = f"""{_CAP}
 import potpourri3d
@@ -79,7 +79,7 @@ from benchmarks.whole.costs import LEVELS, flower
 least, border = 64, flower()
 """
 _OWN_LEVELS = f"""{_FLOWER}
-from geoprint.backends.lscm.raster import region_image
+from geoprint.distance.lscm_raster import region_image
 spacing = float(region_image(border, resolution=512).values.max()) / LEVELS
 def work(pixels):
     region_image(border, resolution=pixels).contours((np.arange(LEVELS) + 0.5) * spacing)
@@ -87,7 +87,7 @@ def work(pixels):
 _TRANSFORMED = f"""{_FLOWER}
 import contourpy
 from scipy.ndimage import distance_transform_edt
-from geoprint.backends.lscm.raster import region_image
+from geoprint.distance.lscm_raster import region_image
 masks = {{pixels: region_image(border, resolution=pixels).values > 0.0 for pixels in (least, size)}}
 def work(pixels):
     values = distance_transform_edt(masks[pixels])
@@ -115,9 +115,9 @@ def work(count):
 """
 _OWN_SPEEDS = f"""{_MOTION}
 from scipy.interpolate import CubicSpline
-from geoprint.motion.timing.path_speeds import problem
-from geoprint.motion.timing.strain import GriddedPath
-from geoprint.motion.timing.reachability import reachable_speeds
+from geoprint.robot.timing.topp import problem
+from geoprint.robot.timing.topp import GriddedPath
+from geoprint.robot.timing.reachability import reachable_speeds
 def work(count):
     arcs, joints = joints_of(count)
     path, highest = GriddedPath.of(CubicSpline(arcs, joints), arcs), np.full(count, 4.0)
@@ -125,7 +125,7 @@ def work(count):
 """
 _OWN_FORWARD = f"""{_MOTION}
 from geoprint.config import load_cell
-from geoprint.motion.arm import Arm
+from geoprint.robot.arm import Arm
 cell = load_cell(None)
 arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
 def work(count):
@@ -133,7 +133,7 @@ def work(count):
 """
 _FORWARD = f"""{_MOTION}
 import pinocchio
-from geoprint.motion.arm.urdf import read_urdf
+from geoprint.robot.arm.urdf import read_urdf
 model = pinocchio.buildModelFromXML(read_urdf("irb120"))
 data = model.createData()
 def work(count):

@@ -15,10 +15,10 @@ from geoprint.cli.terminal import say, tell_json
 from geoprint.errors import UsageError
 
 if TYPE_CHECKING:
-    from geoprint.account.records.appraisal import AppraisalRecord
-    from geoprint.account.records.rounding import Record
-    from geoprint.account.records.scan import LyingRecord, ScanAppraisalRecord
-    from geoprint.pipeline.appraised.photographs import PlanAsked
+    from geoprint.inspection.appraise_photographs import PlanAsked
+    from geoprint.reporting.records.inspection import AppraisalRecord, LyingRecord, ScanAppraisalRecord
+    from geoprint.reporting.records.rounding import Record
+
 
 Files = Annotated[
     list[Path],
@@ -137,10 +137,10 @@ def appraise(
     as_json: AsJson = False,
 ) -> None:
     """Appraise prints by photographs or a scan of them: what came out, beside the plan; or a part before its print."""
-    from geoprint.account.prints.feedback import next_print
-    from geoprint.account.records.scan import LyingRecord
-    from geoprint.export import check_writable
-    from geoprint.pipeline.appraised.photographs import PlanAsked
+    from geoprint.inspection.appraise_photographs import PlanAsked
+    from geoprint.postprocessor import check_writable
+    from geoprint.reporting.prints import next_print
+    from geoprint.reporting.records.inspection import LyingRecord
 
     seen = {"--fiducials": fiducials, "--lens": lens, "--corners": corners, "--reach": reach}
     pictured = {**seen, "--width": width, "--threshold": contrast}
@@ -169,7 +169,7 @@ def appraise(
 
 
 def _tell(told: Record, text: str, *, out: Path | None, as_json: bool) -> None:
-    from geoprint.account import as_json as json_of
+    from geoprint.reporting import as_json as json_of
 
     if as_json:
         tell_json(json_of(told))
@@ -180,7 +180,7 @@ def _tell(told: Record, text: str, *, out: Path | None, as_json: bool) -> None:
 
 def _kind(files: list[Path], *, before: bool) -> Literal["photographs", "print", "part"]:
     """Return what was given: photographs, a scan of a print, or one of a part before its print."""
-    from geoprint.appraisal.scanned import is_scan
+    from geoprint.inspection.scan import is_scan
 
     scans = [path for path in files if is_scan(path.name)]
     if scans and len(files) > 1:
@@ -205,9 +205,9 @@ def _of_photographs(
     out: Path | None,
     overwrite: bool,
 ) -> tuple[AppraisalRecord, str]:
-    from geoprint.account.appraised.figures import record_appraisal
-    from geoprint.account.texts.appraising import appraisal_text
-    from geoprint.pipeline.appraised.photographs import appraise_photographs, save_appraisal
+    from geoprint.inspection.appraise_photographs import appraise_photographs, save_appraisal
+    from geoprint.inspection.records import record_appraisal
+    from geoprint.inspection.text import appraisal_text
 
     shade, width, contrast = beads
     with watch() as observe:
@@ -222,9 +222,9 @@ def _of_photographs(
 def _of_print(
     scan: Path, plan: Path | None, how: tuple[str, Path | None, bool], *, out: Path | None, overwrite: bool
 ) -> tuple[ScanAppraisalRecord, str]:
-    from geoprint.account.appraised.scans import record_scan
-    from geoprint.account.texts.scanning import scan_text
-    from geoprint.pipeline.appraised.scans import ScanAsked, appraise_scan, save_scan
+    from geoprint.inspection.appraise_scans import ScanAsked, appraise_scan, save_scan
+    from geoprint.inspection.records import record_scan
+    from geoprint.inspection.text import scan_text
 
     if plan is None:
         raise UsageError(
@@ -246,9 +246,9 @@ def _of_part(
     out: Path | None,
     overwrite: bool,
 ) -> tuple[LyingRecord, str]:
-    from geoprint.account.appraised.scans import record_lying
-    from geoprint.account.texts.scanning import lying_text
-    from geoprint.pipeline.appraised.scans import MOST_OFFSET, ScanAsked, save_lying, scan_before
+    from geoprint.inspection.appraise_scans import MOST_OFFSET, ScanAsked, save_lying, scan_before
+    from geoprint.inspection.records import record_lying
+    from geoprint.inspection.text import lying_text
 
     part, unit, most = lying
     if part is None:

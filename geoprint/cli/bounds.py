@@ -41,8 +41,8 @@ def watch() -> Generator[Callable[[str], None]]:
         return
     from rich.console import Console
 
+    from geoprint.geometry.halfedges import matched
     from geoprint.kernels import is_kept
-    from geoprint.surfaces.halfedges import matched
 
     console = Console(stderr=True)
     if not is_kept(matched):

@@ -7,8 +7,7 @@ from typing import Annotated
 
 import typer
 
-from geoprint.cli.keys import takes
-from geoprint.cli.options import AsJson, Overwrite
+from geoprint.cli.options import AsJson, Overwrite, takes
 from geoprint.cli.terminal import columns, say, show, tell, tell_json
 from geoprint.errors import ExportError, UsageError
 
@@ -60,8 +59,8 @@ def calibrate(
     as_json: AsJson = False,
 ) -> None:
     """Find where the fixture stands from touched points, or the tool centre point, and say how well that is known."""
-    from geoprint.account import calibration_summary, calibration_text
-    from geoprint.pipeline import calibrate as run, check_cell_writable, save_calibrated
+    from geoprint.reporting import calibration_summary, calibration_text
+    from geoprint.workflow import calibrate as run, check_cell_writable, save_calibrated
 
     if out is not None:
         check_cell_writable(out, overwrite=overwrite)
@@ -90,8 +89,8 @@ def fit_flow(
     as_json: AsJson = False,
 ) -> None:
     """Fit how the material flows to a few measured lines, and print the [material] table of the cell file."""
-    from geoprint.account.recommendation import fit_summary, material_table
-    from geoprint.pipeline.recommending import fit_flow as run
+    from geoprint.reporting.recommendation import fit_summary, material_table
+    from geoprint.workflow.recommending import fit_flow as run
 
     fit = run(measured, cell=cell, density=density, model=model)
     if as_json:
@@ -102,7 +101,7 @@ def fit_flow(
 
 def doctor() -> None:
     """Show versions and prove that kinematics and collision check work on this machine."""
-    from geoprint.pipeline import examine
+    from geoprint.workflow import examine
 
     for line in examine():
         show(line)

@@ -15,6 +15,7 @@ from geoprint.errors import UsageError
 if TYPE_CHECKING:
     from geoprint.guide import Page
 
+
 # Longer lines are hard to read.
 WIDEST = 100
 
@@ -69,6 +70,6 @@ def _write(path: Path, data: bytes, *, overwrite: bool) -> None:
     """Write a file that is not there yet, or may be replaced."""
     if path.exists() and not overwrite:
         raise UsageError(f"{path} exists; choose another name, or replace it with --overwrite.")
-    from geoprint.surfaces.files import write_whole
+    from geoprint.geometry.files import write_whole
 
     write_whole(path, data)

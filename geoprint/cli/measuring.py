@@ -8,8 +8,7 @@ from typing import Annotated
 import typer
 
 from geoprint.cli.bounds import limit_memory, watch
-from geoprint.cli.keys import Keys, job_asked, takes
-from geoprint.cli.options import AsJson, MaxMemory, Overwrite
+from geoprint.cli.options import AsJson, Keys, MaxMemory, Overwrite, job_asked, takes
 from geoprint.cli.terminal import columns, say, tell_json
 
 Paths = Annotated[
@@ -71,9 +70,9 @@ def measure(
     as_json: AsJson = False,
 ) -> None:
     """Measure how evenly toolpaths cover a part, whoever made them."""
-    from geoprint.account import as_json as json_of, measure_table, record_measure_timings, record_measurement
-    from geoprint.export import check_writable
-    from geoprint.pipeline import measure_files, save_measurement
+    from geoprint.postprocessor import check_writable
+    from geoprint.reporting import as_json as json_of, measure_table, record_measure_timings, record_measurement
+    from geoprint.workflow import measure_files, save_measurement
 
     job = job_asked(part, keys)
     limit_memory(max_memory)

@@ -9,8 +9,7 @@ import typer
 
 from geoprint.cli.bounds import limit_memory
 from geoprint.cli.ending import error_object
-from geoprint.cli.keys import Keys, job_asked, takes
-from geoprint.cli.options import AsJson, MaxMemory, Overwrite, Part, PartOrJob
+from geoprint.cli.options import AsJson, Keys, MaxMemory, Overwrite, Part, PartOrJob, job_asked, takes
 from geoprint.cli.terminal import columns, say, tell_json
 from geoprint.errors import UsageError, VerificationError
 
@@ -31,17 +30,17 @@ def inspect(
 
     Of a label volume it lists the labels.
     """
-    from geoprint.account import inspection_summary, inspection_text
-    from geoprint.pipeline import inspect_file
+    from geoprint.reporting import inspection_summary, inspection_text
     from geoprint.results import VolumeInspection
+    from geoprint.workflow import inspect_file
 
     limit_memory(max_memory)
     seen = inspect_file(surface, unit=unit, label=label, threshold=threshold, longest_hole=fill_holes)
     if picture is not None:
         if isinstance(seen, VolumeInspection):
             raise UsageError(f"{seen.name} gives no surface to draw; choose a label that does with `--label N`.")
-        from geoprint.report import inspection_figure
-        from geoprint.surfaces.files import write_whole
+        from geoprint.geometry.files import write_whole
+        from geoprint.reporting import inspection_figure
 
         write_whole(picture, inspection_figure(seen.found, title=seen.name, landmarks=seen.landmarks))
     if as_json:
@@ -59,9 +58,9 @@ def patch(
     as_json: AsJson = False,
 ) -> None:
     """Cut a patch out of a body, through its triangles, so that its rim is smooth; several of a job are numbered."""
-    from geoprint.account import patch_summary, patch_text
-    from geoprint.pipeline import patches_of
-    from geoprint.surfaces.files import load_file, save_ply
+    from geoprint.geometry.files import load_file, save_ply
+    from geoprint.reporting import patch_summary, patch_text
+    from geoprint.workflow import patches_of
 
     job = job_asked(body, keys)
     if not job.patches:
@@ -108,9 +107,9 @@ def remesh(
     as_json: AsJson = False,
 ) -> None:
     """Write the same part with another mesh, smoother, more even or smaller, and say how far the two lie apart."""
-    from geoprint.account import remeshing_summary, remeshing_text
-    from geoprint.pipeline import remesh_file
-    from geoprint.surfaces.files import save_ply
+    from geoprint.geometry.files import save_ply
+    from geoprint.reporting import remeshing_summary, remeshing_text
+    from geoprint.workflow import remesh_file
 
     limit_memory(max_memory)
     _check_ply(out, overwrite=overwrite)
@@ -149,9 +148,9 @@ def check(
     as_json: AsJson = False,
 ) -> None:
     """Read a bundle back, whoever has edited it since, compare it with its plan and print the run sheet."""
-    from geoprint.account import also_seen, check_summary, check_text
-    from geoprint.account.records.rounding import how_many
-    from geoprint.pipeline import check_folder, record_seen
+    from geoprint.reporting import also_seen, check_summary, check_text
+    from geoprint.reporting.records.rounding import how_many
+    from geoprint.workflow import check_folder, record_seen
 
     if record is None and (note or controller):
         raise UsageError("`--note` and `--controller` belong to what you saw: add `--record loaded`, dry or printed.")

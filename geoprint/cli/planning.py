@@ -8,10 +8,10 @@ from typing import Annotated
 import typer
 
 from geoprint.cli.bounds import limit_memory, watch
-from geoprint.cli.keys import Keys, job_asked, takes
 from geoprint.cli.options import (
     AsJson,
     Figures,
+    Keys,
     MaxMemory,
     Out,
     Overwrite,
@@ -21,6 +21,8 @@ from geoprint.cli.options import (
     Samples,
     Verbose,
     backends_of,
+    job_asked,
+    takes,
 )
 from geoprint.cli.terminal import columns, say, tell_json
 from geoprint.config.job import Job
@@ -48,10 +50,10 @@ def plan(
         raise UsageError("give a part or a job file, or `--from` a bundle that shall be planned again: one of them.")
     # Before the imports, which take longer than all else until a part is read: what is mistyped is told at once.
     asked = None if surface is None else job_asked(surface, keys)
-    from geoprint.account import again_text, as_json as json_of, outcome_text, record_timings
-    from geoprint.account.prints.feedback import next_appraisal
-    from geoprint.export import check_writable
-    from geoprint.pipeline import best_placed, compiled_ahead, job_file_of, plan as run, save_plan, written_bundle
+    from geoprint.postprocessor import check_writable
+    from geoprint.reporting import again_text, as_json as json_of, outcome_text, record_timings
+    from geoprint.reporting.prints import next_appraisal
+    from geoprint.workflow import best_placed, compiled_ahead, job_file_of, plan as run, save_plan, written_bundle
 
     bundle = None if again is None else written_bundle(again)
     changed = {name: value for name, value in keys.items() if name != "source"}
@@ -77,8 +79,8 @@ def plan(
 
 def _plan_stack(job: Job, out: Path, *, overwrite: bool, verbose: bool, as_json: bool) -> None:
     """Plan every layer of a thickness."""
-    from geoprint.account import as_json as json_of, stack_text
-    from geoprint.pipeline import best_placed, plan_stack
+    from geoprint.reporting import as_json as json_of, stack_text
+    from geoprint.workflow import best_placed, plan_stack
 
     with watch() as observe:
         told = plan_stack(best_placed(job, observe=observe), out, overwrite=overwrite, observe=observe)
@@ -109,9 +111,9 @@ def compare(
 ) -> None:
     """Plan parts with several backends and show which covers them more evenly, and whether they can be printed."""
     jobs = [job_asked(surface, keys) for surface in surfaces]
-    from geoprint.account import as_json as json_of, comparison_table
-    from geoprint.export import check_writable
-    from geoprint.pipeline import beside, best_placed, compare_parts, compiled_ahead, save_comparisons
+    from geoprint.postprocessor import check_writable
+    from geoprint.reporting import as_json as json_of, comparison_table
+    from geoprint.workflow import beside, best_placed, compare_parts, compiled_ahead, save_comparisons
 
     limit_memory(max_memory)
     check_writable(out, overwrite=overwrite)
@@ -136,8 +138,8 @@ def _compare_stacks(
     jobs: list[Job], out: Path, *, backends: list[str] | None, overwrite: bool, verbose: bool, as_json: bool
 ) -> None:
     """Compare backends over all layers of one thickness."""
-    from geoprint.account import as_json as json_of, stack_comparison_text
-    from geoprint.pipeline import best_placed, compare_stacks
+    from geoprint.reporting import as_json as json_of, stack_comparison_text
+    from geoprint.workflow import best_placed, compare_stacks
 
     if len(jobs) > 1:
         raise UsageError(
@@ -164,8 +166,8 @@ def place(
     as_json: AsJson = False,
 ) -> None:
     """Look for the place at which the arm prints a part farthest from its limits; writes nothing."""
-    from geoprint.account import proposal_summary, proposal_text
-    from geoprint.pipeline import propose_placement
+    from geoprint.reporting import proposal_summary, proposal_text
+    from geoprint.workflow import propose_placement
 
     job = job_asked(surface, {**keys, "place": "demo"})
     with watch() as observe:
@@ -188,8 +190,8 @@ def recommend(
     as_json: AsJson = False,
 ) -> None:
     """Say which spacing, rounds, stand-off and speed fit a pressure, and warn of gaps and over-dispensing."""
-    from geoprint.account.recommendation import recommendation_summary, recommendation_text
-    from geoprint.pipeline.recommending import recommendation
+    from geoprint.reporting.recommendation import recommendation_summary, recommendation_text
+    from geoprint.workflow.recommending import recommendation
 
     job = job_asked(surface or Path(), keys)
     found = recommendation(job, part=surface is not None, pressure_kpa=pressure, good=good)

@@ -56,11 +56,10 @@ def simulate(
     as_json: AsJson = False,
 ) -> None:
     """Print a bundle in silico: execute its program as it stands there, and lay what that commands, run by run."""
-    from geoprint.account import as_json as json_of
-    from geoprint.account.texts.simulating import simulated_text
-    from geoprint.export import check_writable
-    from geoprint.pipeline.appraised.simulated import record_simulated, save_simulated, simulated_print
-    from geoprint.silico import Development, Faults
+    from geoprint.inspection.simulated import record_simulated, save_simulated, simulated_print, simulated_text
+    from geoprint.postprocessor import check_writable
+    from geoprint.reporting import as_json as json_of
+    from geoprint.simulation import Development, Faults
 
     limit_memory(max_memory)
     if out is not None:

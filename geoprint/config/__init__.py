@@ -6,11 +6,19 @@ default.
 
 from geoprint.config.cells import (
     PACKAGED_CELLS as PACKAGED_CELLS,
+    STAND_DECIMALS as STAND_DECIMALS,
     TILTING_CELL as TILTING_CELL,
+    Needle as Needle,
     cell_of as cell_of,
     cell_text as cell_text,
+    common_needles as common_needles,
+    job_cell as job_cell,
     load_cell as load_cell,
+    needle_keys as needle_keys,
+    needle_of as needle_of,
     packaged_cell_text as packaged_cell_text,
+    standing as standing,
+    with_needle as with_needle,
 )
 from geoprint.config.curve_table import read_curve as read_curve
 from geoprint.config.field_file import (
@@ -24,11 +32,12 @@ from geoprint.config.field_file import (
     read_field as read_field,
     stored_field as stored_field,
 )
-from geoprint.config.job import Job as Job
-from geoprint.config.job_cell import (
-    STAND_DECIMALS as STAND_DECIMALS,
-    job_cell as job_cell,
-    standing as standing,
+from geoprint.config.job import (
+    Job as Job,
+    LayerPattern as LayerPattern,
+    PatchRegion as PatchRegion,
+    Source as Source,
+    source_named as source_named,
 )
 from geoprint.config.job_file import (
     job_file_text as job_file_text,
@@ -36,13 +45,3 @@ from geoprint.config.job_file import (
     job_of as job_of,
     job_text as job_text,
 )
-from geoprint.config.layer_pattern import LayerPattern as LayerPattern
-from geoprint.config.needles import (
-    Needle as Needle,
-    common_needles as common_needles,
-    needle_keys as needle_keys,
-    needle_of as needle_of,
-    with_needle as with_needle,
-)
-from geoprint.config.patch_region import PatchRegion as PatchRegion
-from geoprint.config.source import Source as Source, source_named as source_named

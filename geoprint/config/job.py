@@ -6,17 +6,256 @@ plan.json are made from there. A new key is a new field.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, Self, final
 
 from pydantic import Field, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
 
-from geoprint.config.key import Key, keys_of
-from geoprint.config.layer_pattern import LayerPattern, layer_pattern
-from geoprint.config.patch_region import PatchRegion
-from geoprint.config.source import SHAPES, Source
-from geoprint.config.strict import Rounds, Table
+from geoprint.config.curve_table import read_curve
+from geoprint.config.strict import Key, Rounds, Table, Triple, keys_of
+from geoprint.errors import UsageError
 from geoprint.model import OnSlowdown
+
+# A pattern of a layer, as a job states it where patterns take turns: `contours`, or rows at an angle, `guided:45`.
+
+
+# Rows look the same after half a turn [degrees].
+HALF_TURN = 180.0
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class LayerPattern:
+    """How paths cover one layer.
+
+    Attributes:
+        name: of the pattern.
+        angle_deg: of the line that its rows run beside, as a source has it [degrees]; None where the source of the job
+            counts.
+    """
+
+    name: str
+    angle_deg: float | None = None
+
+    def __str__(self) -> str:
+        """Return it as `--patterns` takes it."""
+        return self.name if self.angle_deg is None else f"{self.name}:{self.angle_deg:g}"
+
+
+def layer_pattern(text: str) -> LayerPattern:
+    """Return the pattern that a text means: a name, and behind a colon or a blank the angle of its rows.
+
+    Raises:
+        ValueError: there is no name, or the angle is none between -180 and 180 degrees.
+
+    Examples:
+        >>> str(layer_pattern("guided 45")), str(layer_pattern("contours"))
+        ('guided:45', 'contours')
+    """
+    name, *angle = text.replace(":", " ").split() or [""]
+    try:
+        value = float(*angle) if angle else None
+    except (TypeError, ValueError):
+        value = math.nan
+    if not name or (value is not None and not abs(value) <= HALF_TURN):
+        raise ValueError(
+            f"{text[:60]!r} is no pattern of a layer: give its name, and behind a colon the angle of its rows from "
+            "-180 to 180 degrees, as guided:45"
+        )
+    return LayerPattern(name, value)
+
+
+# Where paths are counted from, as a job states it: loops of the border, part of one, a curve, an angle, or a point.
+
+
+# A line is sought between each two points of a drawn curve.
+MOST_SOURCE_POINTS = 500
+SHAPES = (
+    "border, best, loops:1,3, near:X,Y,Z, between:X,Y,Z:X,Y,Z, point:X,Y,Z, angle:45, or a CSV file x,y,z of a drawn "
+    "curve"
+)
+
+# Of a line, which looks the same after half a turn [degrees].
+Angle = Annotated[float, Field(ge=-180.0, le=180.0)]
+
+
+class Source(Table):
+    """Where distance is zero; one of these is given. Places [mm] are on or near the surface."""
+
+    border: Annotated[bool, Key("", "true # the whole border")] = False
+    best: Annotated[bool, Key("", "true # try what the part has, take what covers it best")] = False
+    loops: Annotated[
+        list[PositiveInt] | None,
+        Field(min_length=1),
+        Key("", "[1] # some loops of the border, the longest is 1; `geoprint inspect` lists them"),
+    ] = None
+    near: Annotated[
+        list[Triple] | None, Field(min_length=1), Key("", "[[0.0, 0.0, 0.0]] # the loops nearest to these points")
+    ] = None
+    between: Annotated[
+        list[Triple] | None,
+        Field(min_length=2, max_length=3),
+        Key("", "[[-8.0, 0.0, 30.0], [8.0, 0.0, 30.0]] # the shorter part of a loop, or by a point in the middle"),
+    ] = None
+    curve: Annotated[
+        list[Triple] | None,
+        Field(min_length=2, max_length=MOST_SOURCE_POINTS),
+        Key("", "[[-8.0, 0.0, 30.0], [8.0, 0.0, 30.0]] # points of a drawn curve, joined by shortest lines"),
+    ] = None
+    point: Annotated[Triple | None, Key("", "[0.0, 0.0, 0.0] # one point")] = None
+    angle: Annotated[
+        Angle | None, Key("", "45.0 # a straight line over the middle, in degrees from the x axis seen from outside")
+    ] = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_text(cls, given: object) -> object:
+        return _keys_of(given) if isinstance(given, str) else given
+
+    @model_validator(mode="after")
+    def _is_one(self) -> Self:
+        given = [name for name, value in self if value is not None and value is not False]
+        if len(given) != 1:
+            found = " and ".join(given) if given else "none"
+            raise ValueError(f"a source is one of {', '.join(type(self).model_fields)}, found {found}")
+        return self
+
+    def __str__(self) -> str:
+        """Return it in a few words, as `--from` takes them; a drawn curve by its number of points."""
+        if self.loops is not None:
+            return f"loops:{','.join(map(str, self.loops))}"
+        if self.angle is not None:
+            return f"angle:{self.angle:g}"
+        if self.curve is not None:
+            return f"a curve of {len(self.curve)} points"
+        point = None if self.point is None else [self.point]
+        for name, places in (("near", self.near), ("between", self.between), ("point", point)):
+            if places is not None:
+                return f"{name}:{':'.join(','.join(f'{value:g}' for value in place) for place in places)}"
+        return "best" if self.best else "border"
+
+
+def source_named(text: str) -> dict[str, object]:
+    """Return the keys of the source that an option means, such as `loops:1,3`, or a table with a drawn curve.
+
+    Raises:
+        UsageError: it means none.
+        InputError: the table cannot be read.
+    """
+    if Path(text).is_file():
+        return {"curve": read_curve(text)}
+    try:
+        return _keys_of(text)
+    except ValueError as error:
+        raise UsageError(f"`--from`: {error}.") from error
+
+
+def _keys_of(text: str) -> dict[str, object]:
+    """Return the keys that a text means."""
+    kind, _, rest = text.strip().partition(":")
+    if text.strip() in {"border", "best"}:
+        return {text.strip(): True}
+    try:
+        return {"loops" if kind == "loop" else kind: READERS[kind](rest)}
+    except (KeyError, ValueError) as error:
+        raise ValueError(f"{text[:60]!r} is no source, and no file: give one of {SHAPES}") from error
+
+
+def _numbers(text: str) -> list[int]:
+    return [int(number) for number in text.split(",")]
+
+
+def _place(text: str) -> list[float]:
+    return [float(number) for number in text.split(",")]
+
+
+def _places(text: str) -> list[list[float]]:
+    return [_place(place) for place in text.split(":")]
+
+
+READERS: dict[str, Callable[[str], object]] = {
+    "loop": _numbers, "loops": _numbers, "near": _places, "between": _places, "point": _place, "angle": float
+}  # fmt: skip
+
+
+# Where a patch lies on its body, as a job states it: about a point, in a box, inside a drawn curve, or named.
+
+
+# A line is sought between each two; what is drawn by hand has a few dozens.
+MOST_CURVE_POINTS = 500
+
+Cone = Annotated[float, Field(gt=0.0, lt=180.0)]
+Corners = Annotated[list[float], Field(min_length=6, max_length=6)]
+
+
+class PatchRegion(Table):
+    """Where a patch lies on its body; what is given holds together: within the radius and within the box.
+
+    A radius [mm] and a cone are about the point `at`. The patch is the side of the curve that holds that point, without
+    one the smaller side.
+    """
+
+    at: Annotated[
+        Triple | None,
+        Key(
+            "Cut the part out of the file: the piece about the point X Y Z (mm) ...",
+            "[0.0, 0.0, 0.0] # point on or near the surface that the patch holds",
+        ),
+    ] = None
+    radius: Annotated[
+        PositiveFloat | None,
+        Key("... up to this far along the surface in mm ...", "10.0 # up to this far from it along the surface"),
+    ] = None
+    cone_deg: Annotated[
+        Cone | None,
+        Key(
+            "... and where its normal turns at most this far, in degrees.",
+            "30.0 # where the normal turns at most this far from that at the point",
+            option="cone",
+        ),
+    ] = None
+    box: Annotated[
+        Corners | None,
+        Key(
+            "Cut the part out of the file by a box: lowest and highest X Y Z in mm.",
+            "[-10.0, -10.0, -10.0, 10.0, 10.0, 10.0] # lowest x, y, z and highest x, y, z",
+        ),
+    ] = None
+    curve: Annotated[
+        list[Triple] | None,
+        Key(
+            "Cut the part out of the file along a closed curve: a CSV file x,y,z (mm) of points in order round "
+            "it; `--at` says which side, by default the smaller.",
+            "[[-8.0, 0.0, 30.0], [8.0, 0.0, 30.0], [0.0, 9.0, 29.0]] # points in order round it, "
+            "joined by shortest lines",
+        ),
+    ] = None
+    region: Annotated[
+        str | None,
+        Key(
+            "Cut the part out of the file by a group, object or label of it; `geoprint inspect` lists them.",
+            '"anterior" # name that the file gives to some of its faces; `geoprint inspect` lists them',
+        ),
+    ] = None
+    source: Annotated[
+        Source | None, Key("", "{ best = true } # what its distance is measured from, as in [source]", option="")
+    ] = None
+
+    @model_validator(mode="after")
+    def _is_bounded(self) -> Self:
+        if self.at is None and (self.radius is not None or self.cone_deg is not None):
+            raise ValueError("a radius or a cone needs the point that it is about: give `at` (--at X Y Z) too")
+        if all(bound is None for bound in (self.radius, self.cone_deg, self.box, self.curve, self.region)):
+            raise ValueError("a patch needs a bound: give a radius, a cone, a box, a curve or a region")
+        if self.box is not None and not all(low < high for low, high in zip(self.box[:3], self.box[3:], strict=True)):
+            raise ValueError("a box is its lowest x y z and then its highest x y z")
+        if self.curve is not None and not 3 <= len(self.curve) <= MOST_CURVE_POINTS:
+            raise ValueError(f"a curve has 3 to {MOST_CURVE_POINTS} points, found {len(self.curve)}")
+        return self
+
 
 # Each is held against each other one.
 MOST_PATCHES = 100

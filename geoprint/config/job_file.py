@@ -11,10 +11,21 @@ from typing import cast
 
 from pydantic import ValidationError
 
+from geoprint.config.cells import with_needle_settings
 from geoprint.config.job import GROUPS, Job
-from geoprint.config.key import keys_of, option_type, part_of, table_of
-from geoprint.config.needles import with_needle_settings
-from geoprint.config.strict import Place, Table, describe, key_at, line_of, parsed_toml, text_of
+from geoprint.config.strict import (
+    Place,
+    Table,
+    describe,
+    key_at,
+    keys_of,
+    line_of,
+    option_type,
+    parsed_toml,
+    part_of,
+    table_of,
+    text_of,
+)
 from geoprint.errors import UsageError
 
 _JOB_SUFFIX = ".toml"

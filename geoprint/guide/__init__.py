@@ -3,10 +3,10 @@
 A new page is one file there and its picture in `pictures/`, which `python -m benchmarks.guide` draws.
 """
 
-from geoprint.guide.html_page import html_guide as html_guide
 from geoprint.guide.pages import (
     Block as Block,
     Page as Page,
+    html_guide as html_guide,
     page_named as page_named,
     pages as pages,
     picture_bytes as picture_bytes,

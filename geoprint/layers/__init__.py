@@ -13,27 +13,23 @@
 - `stacks`: how many layers of which height make a thickness, and the levels between them.
 """
 
-from geoprint.layers.cutting import (
-    Columns as Columns,
-    area_standing_out as area_standing_out,
-    cut as cut,
-    with_sides as with_sides,
-    without_crumbs as without_crumbs,
-)
 from geoprint.layers.level_surfaces import level_surface as level_surface
 from geoprint.layers.slices import (
     CutPlane as CutPlane,
     Slice as Slice,
+    layer_level as layer_level,
     middle_planes as middle_planes,
     sliced as sliced,
     sliced_layer as sliced_layer,
-)
-from geoprint.layers.stacks import (
-    layer_level as layer_level,
     whole_layers as whole_layers,
 )
 from geoprint.layers.targets import (
+    Columns as Columns,
     LayerTarget as LayerTarget,
     TargetShape as TargetShape,
     TargetThickness as TargetThickness,
+    area_standing_out as area_standing_out,
+    cut as cut,
+    with_sides as with_sides,
+    without_crumbs as without_crumbs,
 )

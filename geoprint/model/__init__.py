@@ -1,11 +1,5 @@
 """The nouns of geoprint: frozen values that stages take and return. No algorithm lives here."""
 
-from geoprint.model.arrays import (
-    BoolArray as BoolArray,
-    FloatArray as FloatArray,
-    IntArray as IntArray,
-    freeze_arrays as freeze_arrays,
-)
 from geoprint.model.cell import (
     Box as Box,
     Cell as Cell,
@@ -17,11 +11,6 @@ from geoprint.model.cell import (
     SearchWeights as SearchWeights,
     Tool as Tool,
     TouchedPoints as TouchedPoints,
-)
-from geoprint.model.dispensing import Dispensing as Dispensing
-from geoprint.model.material import (
-    Fluid as Fluid,
-    Material as Material,
 )
 from geoprint.model.motion import (
     Bend as Bend,
@@ -35,42 +24,38 @@ from geoprint.model.motion import (
     Targets as Targets,
     Trajectory as Trajectory,
 )
-from geoprint.model.path import (
-    PoseStream as PoseStream,
-    Toolpath as Toolpath,
-)
-from geoprint.model.polylines import Polylines as Polylines
-from geoprint.model.print_errors import (
-    ACCURACY_LENGTH as ACCURACY_LENGTH,
-    PATH_FACTOR as PATH_FACTOR,
-    POSE_FACTOR as POSE_FACTOR,
-    PrintErrors as PrintErrors,
-)
+from geoprint.model.path import PoseStream as PoseStream, Toolpath as Toolpath
 from geoprint.model.process import (
+    ACCURACY_LENGTH as ACCURACY_LENGTH,
     FLOW_SHARES as FLOW_SHARES,
     GAP_SHARE as GAP_SHARE,
     OVERLAP_SHARE as OVERLAP_SHARE,
     PASCAL_PER_KPA as PASCAL_PER_KPA,
+    PATH_FACTOR as PATH_FACTOR,
+    POSE_FACTOR as POSE_FACTOR,
+    Dispensing as Dispensing,
     Flood as Flood,
+    Fluid as Fluid,
     GoodPrint as GoodPrint,
+    Material as Material,
+    PrintErrors as PrintErrors,
     Process as Process,
     Purge as Purge,
     SignalMode as SignalMode,
     Signals as Signals,
 )
-from geoprint.model.readings import (
-    Reading as Reading,
-    reading as reading,
-)
 from geoprint.model.surface import (
     Contours as Contours,
     FollowedLines as FollowedLines,
+    Polylines as Polylines,
+    Reading as Reading,
     ScalarField as ScalarField,
     Seed as Seed,
     Strokes as Strokes,
     Surface as Surface,
     SurfaceCurves as SurfaceCurves,
     SurfacePoints as SurfacePoints,
+    reading as reading,
 )
 from geoprint.model.table import (
     Cylinder as Cylinder,
@@ -80,7 +65,11 @@ from geoprint.model.table import (
     TiltTurn as TiltTurn,
 )
 from geoprint.model.values import (
+    BoolArray as BoolArray,
+    FloatArray as FloatArray,
+    IntArray as IntArray,
     comparable as comparable,
     described as described,
+    freeze_arrays as freeze_arrays,
     frozen as frozen,
 )

@@ -9,12 +9,9 @@ from typing import TypeAlias, final
 import numpy as np
 
 from geoprint.errors import InputError
-from geoprint.model.arrays import FloatArray, freeze_arrays
-from geoprint.model.material import Material
-from geoprint.model.print_errors import PrintErrors
-from geoprint.model.process import Flood, GoodPrint, Process, Purge, Signals
+from geoprint.model.process import Flood, GoodPrint, Material, PrintErrors, Process, Purge, Signals
 from geoprint.model.table import Cylinder, Hexapod, TablePose, TiltTurn
-from geoprint.model.values import comparable, frozen
+from geoprint.model.values import FloatArray, comparable, freeze_arrays, frozen
 
 # Critical angle of overhang that the paper gives as an example for its silicone [rad].
 PAPER_OVERHANG = radians(30.0)

@@ -8,9 +8,8 @@ from typing import Literal, final
 import numpy as np
 
 from geoprint.errors import InputError
-from geoprint.model.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
 from geoprint.model.path import PoseStream
-from geoprint.model.values import comparable, frozen
+from geoprint.model.values import BoolArray, FloatArray, IntArray, comparable, freeze_arrays, frozen
 
 
 @final

@@ -8,9 +8,8 @@ from typing import final
 import numpy as np
 
 from geoprint.errors import InputError
-from geoprint.model.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
 from geoprint.model.surface import SurfaceCurves
-from geoprint.model.values import frozen
+from geoprint.model.values import BoolArray, FloatArray, IntArray, freeze_arrays, frozen
 
 # Quaternions are normalised when made; beyond this they are something else.
 QUATERNION_TOLERANCE = 1e-9

@@ -1,14 +1,17 @@
-"""The surface and what lies on it: points, curves, seeds, distance fields and contours."""
+"""The surface and what lies on it: points, curves, sources, distance fields, polylines, and how a file was read."""
 
 from __future__ import annotations
 
-from typing import final
+from collections.abc import Iterable, Mapping
+from typing import TypeAlias, final
 
 import numpy as np
 
 from geoprint.errors import InputError
-from geoprint.model.arrays import BoolArray, FloatArray, IntArray, freeze_arrays
-from geoprint.model.values import frozen
+from geoprint.model.values import BoolArray, FloatArray, IntArray, comparable, freeze_arrays, frozen
+
+# The surface and what lies on it: points, curves, seeds, distance fields and contours.
+
 
 # Barycentric weights may miss the simplex by rounding only.
 WEIGHT_TOLERANCE = 1e-9
@@ -268,3 +271,98 @@ def check_offsets(offsets: IntArray, *, curves: int, points: int) -> None:
     whole = offsets.size == curves + 1 and offsets[0] == 0 and offsets[-1] == points
     if not whole or (curves and np.diff(offsets).min() < 1):
         raise InputError(f"offsets must rise strictly from 0 to {points} in {curves} steps.")
+
+
+# Polylines in space, such as the paths of any planner before anything is known of the surface that they cover.
+
+
+@final
+@frozen
+class Polylines:
+    """Runs of straight lines from point to point, stored end to end.
+
+    Attributes:
+        points: (k, 3) corners, run after run [mm].
+        offsets: (r + 1,) run i is `points[offsets[i]:offsets[i + 1]]`; each has two points or more.
+    """
+
+    points: FloatArray
+    offsets: IntArray
+
+    def __post_init__(self) -> None:
+        sizes = freeze_arrays(self, points="float: k 3", offsets="int: o")
+        check_offsets(self.offsets, curves=self.count, points=sizes["k"])
+        if np.diff(self.offsets).min(initial=2) < 2:
+            raise InputError("every run of Polylines needs two points or more.")
+
+    @property
+    def count(self) -> int:
+        """Number of runs r."""
+        return int(self.offsets.size) - 1
+
+    @property
+    def runs(self) -> IntArray:
+        """(k,) run of each point, from 0."""
+        return np.repeat(np.arange(self.count), np.diff(self.offsets))
+
+
+# What a reader of files says beside its data: what it used, what it skipped and what it assumed.
+
+
+Counted: TypeAlias = tuple[tuple[str, int], ...]
+
+# As many kinds, and letters of one, as a sentence shows; a foreign file may hold any number.
+SHOWN_KINDS = 12
+SHOWN_LETTERS = 60
+
+
+@final
+@comparable
+class Reading:
+    """What a reader used of a file, what it skipped and what it assumed; `reading` makes one.
+
+    What can change geometry or meaning is used or the file is refused: only what cannot is skipped.
+
+    Attributes:
+        used: kinds with their counts, such as ("moves", 412).
+        skipped: kinds with their counts, such as ("M104", 31); the most frequent first.
+        assumed: what the file leaves open, and what it was taken for, such as "E relative, from the first moves".
+    """
+
+    used: Counted = ()
+    skipped: Counted = ()
+    assumed: tuple[str, ...] = ()
+
+    @property
+    def text(self) -> str:
+        """Return it in one line, as "read: 412 moves; skipped: 31 M104; assumed: E relative"."""
+        parts = {"read": _listed(self.used), "skipped": _listed(self.skipped), "assumed": ", ".join(self.assumed)}
+        return "; ".join(f"{name}: {said}" for name, said in parts.items() if said)
+
+
+def reading(
+    *, used: Mapping[str, int], skipped: Mapping[str, int] | None = None, assumed: Iterable[str] = ()
+) -> Reading:
+    """Return the record of a reader; kinds that were met no time are left out.
+
+    Args:
+        used: how often each kind was used, in the order in which they shall be said.
+        skipped: how often each kind was skipped.
+        assumed: phrases, each once.
+
+    Examples:
+        >>> reading(used={"moves": 412}, skipped={"G4": 2, "M104": 31}, assumed=["E relative"]).text
+        'read: 412 moves; skipped: 31 M104, 2 G4; assumed: E relative'
+    """
+    often = sorted((skipped or {}).items(), key=lambda each: (-each[1], each[0]))
+    return Reading(
+        tuple((kind[:SHOWN_LETTERS], count) for kind, count in used.items() if count),
+        tuple((kind[:SHOWN_LETTERS], count) for kind, count in often if count),
+        tuple(dict.fromkeys(assumed)),
+    )
+
+
+def _listed(counted: Counted) -> str:
+    shown = [f"{count} {kind}" for kind, count in counted[:SHOWN_KINDS]]
+    rest = counted[SHOWN_KINDS:]
+    return ", ".join([*shown, *([f"{sum(n for _, n in rest)} of {len(rest)} other kinds"] if rest else [])])

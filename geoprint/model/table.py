@@ -11,8 +11,7 @@ from typing import Protocol, final
 import numpy as np
 
 from geoprint.errors import InputError
-from geoprint.model.arrays import FloatArray, freeze_arrays
-from geoprint.model.values import frozen
+from geoprint.model.values import FloatArray, freeze_arrays, frozen
 
 
 @final

@@ -1,23 +1,22 @@
 """What pipeline hands on: frozen values that hold every intermediate one of a plan or a comparison; no stages."""
 
-from geoprint.results.calibration import (
+from geoprint.results.outcomes import (
     CalibratedFixture as CalibratedFixture,
     CalibratedTool as CalibratedTool,
-    Suggestion as Suggestion,
-)
-from geoprint.results.comparison import (
     Comparison as Comparison,
     FailedPart as FailedPart,
-    Planned as Planned,
-    Refused as Refused,
-)
-from geoprint.results.measurement import (
+    FileInspection as FileInspection,
+    FinishedStack as FinishedStack,
     MeasuredFile as MeasuredFile,
     Measurement as Measurement,
-)
-from geoprint.results.mesh_files import (
-    FileInspection as FileInspection,
+    Planned as Planned,
+    Proposal as Proposal,
+    Refusal as Refusal,
+    Refused as Refused,
     Remeshed as Remeshed,
+    StackedLayer as StackedLayer,
+    Suggestion as Suggestion,
+    TriedChange as TriedChange,
     VolumeInspection as VolumeInspection,
 )
 from geoprint.results.plan import (
@@ -25,22 +24,12 @@ from geoprint.results.plan import (
     JoinedProgram as JoinedProgram,
     Laid as Laid,
     Layer as Layer,
+    Order as Order,
     Plan as Plan,
     RobotPlan as RobotPlan,
+    Tilting as Tilting,
     TriedMiddle as TriedMiddle,
 )
-from geoprint.results.proposal import (
-    Proposal as Proposal,
-)
-from geoprint.results.refusal import (
-    Refusal as Refusal,
-    TriedChange as TriedChange,
-)
-from geoprint.results.stacked import (
-    FinishedStack as FinishedStack,
-    StackedLayer as StackedLayer,
-)
-from geoprint.results.tilting import Order as Order, Tilting as Tilting
 from geoprint.results.workpiece import (
     Orientation as Orientation,
     Patch as Patch,

@@ -5,12 +5,11 @@ from __future__ import annotations
 from typing import final
 
 from geoprint.config import StoredField
-from geoprint.deposition import WidthsOver
+from geoprint.geometry import PreparationReport, upright_of
+from geoprint.geometry.files import MeshFile
 from geoprint.model import Cell, FloatArray, Placement, Seed, Surface, comparable, freeze_arrays, frozen
-from geoprint.motion.placing import Uncertainty
-from geoprint.surfaces import upright_of
-from geoprint.surfaces.files import MeshFile
-from geoprint.surfaces.repair import PreparationReport
+from geoprint.process import WidthsOver
+from geoprint.robot.placing import Uncertainty
 
 
 @final

@@ -29,11 +29,11 @@ class WayBack:
 def code_base(tmp_path: Path) -> CodeBase:
     """A package with a glossary, of which two modules lead to the core and one is optional."""
     files = {
-        "geoprint/__init__.py": "from geoprint.pipeline import plan as plan, view as view\n",
-        "geoprint/pipeline/__init__.py": (
-            "from geoprint.pipeline.planning import plan as plan\nfrom geoprint.travel import view as view\n"
+        "geoprint/__init__.py": "from geoprint.workflow import plan as plan, view as view\n",
+        "geoprint/workflow/__init__.py": (
+            "from geoprint.workflow.planning import plan as plan\nfrom geoprint.travel import view as view\n"
         ),
-        "geoprint/pipeline/planning.py": "def plan():\n    import geoprint.corners\n    from geoprint import corners\n",
+        "geoprint/workflow/planning.py": "def plan():\n    import geoprint.corners\n    from geoprint import corners\n",
         "geoprint/travel.py": "# Way, anyway, always.\nclass WayBack: ...\ntip_way = 1\n",
         "geoprint/corners.py": CORNERS,
         "tests/test_all.py": "assert True\n",

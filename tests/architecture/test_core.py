@@ -104,7 +104,7 @@ def test_every_hidden_module_is_there(shared_plans: SharedPlans) -> None:
 
 def test_what_the_core_needs_is_followed_to_where_it_is_made(shared_plans: SharedPlans) -> None:
     needed = whole_code_base(shared_plans).core()
-    assert {"geoprint.backends.marching.backend", "geoprint.export.rapid.program"} < set(needed)
+    assert {"geoprint.distance.fast_marching", "geoprint.postprocessor.rapid.program"} < set(needed)
     assert not set(CODE_BASE.optional) & set(needed)
 
 

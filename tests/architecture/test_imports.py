@@ -16,7 +16,7 @@ def test_nothing_imports_upwards(shared_plans: SharedPlans) -> None:
 
 def test_an_import_upwards_is_found(tmp_path: Path) -> None:
     package = tmp_path / "geoprint"
-    for name in ("geoprint/__init__.py", "geoprint/paths", "geoprint/surfaces", "geoprint/model"):
+    for name in ("geoprint/__init__.py", "geoprint/toolpath", "geoprint/geometry", "geoprint/model"):
         source, target = ROOT / name, tmp_path / name
         if source.is_dir():
             shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))
@@ -24,12 +24,6 @@ def test_an_import_upwards_is_found(tmp_path: Path) -> None:
             package.mkdir()
             shutil.copy(source, target)
     shutil.copy(ROOT / "pyproject.toml", tmp_path)
-    (package / "model" / "above.py").write_text("def f():\n    from geoprint.paths import poses\n", encoding="utf-8")
-    (package / "surfaces" / "remesh" / "aside.py").write_text(
-        "from geoprint.surfaces.repair import inspect\n", encoding="utf-8"
-    )
+    (package / "model" / "above.py").write_text("def f():\n    from geoprint.toolpath import poses\n", encoding="utf-8")
 
-    assert set(CodeBase(tmp_path).upwards()) == {
-        ("geoprint.model.above", "geoprint.paths.poses"),
-        ("geoprint.surfaces.remesh.aside", "geoprint.surfaces.repair"),
-    }
+    assert set(CodeBase(tmp_path).upwards()) == {("geoprint.model.above", "geoprint.toolpath.poses")}

@@ -16,7 +16,7 @@ import pytest
 from numba.core import caching
 
 from benchmarks.code_base import ROOT, CodeBase
-from geoprint.surfaces.files import load
+from geoprint.geometry.files import load
 
 CONTRIBUTING = (ROOT / ".github" / "CONTRIBUTING.md").read_text(encoding="utf-8")
 
@@ -24,7 +24,7 @@ READER = '''"""Reading .tri files: nine coordinates a line, one triangle each.""
 
 import numpy as np
 
-from geoprint.surfaces.files.mesh_file import MeshFile
+from geoprint.geometry.files.mesh_file import MeshFile
 
 
 def read_tri(data: bytes, /, *, name: str) -> MeshFile:
@@ -34,7 +34,7 @@ def read_tri(data: bytes, /, *, name: str) -> MeshFile:
 '''
 EXPORTER = '''"""The tips of a program's targets, a line each."""
 
-from geoprint.export.orders import Orders
+from geoprint.postprocessor.orders import Orders
 
 
 def tip_list(orders: Orders) -> bytes:
@@ -83,8 +83,8 @@ RECIPES = {
         "tri",
         READER,
         {
-            "geoprint/surfaces/files/formats.py": (
-                (FUTURE, "\nfrom geoprint.surfaces.files.tri import read_tri\n"),
+            "geoprint/geometry/files/io.py": (
+                (FUTURE, "\nfrom geoprint.geometry.files.tri import read_tri\n"),
                 ("    **MESHES,\n", '    ".tri": read_tri,\n'),
             )
         },
@@ -93,8 +93,8 @@ RECIPES = {
         "tips",
         EXPORTER,
         {
-            "geoprint/pipeline/saving.py": (
-                (FUTURE, "\nfrom geoprint.export.tips import tip_list\n"),
+            "geoprint/workflow/saving.py": (
+                (FUTURE, "\nfrom geoprint.postprocessor.tips import tip_list\n"),
                 ('        "targets.csv": targets_table(orders),\n', '        "tips.txt": tip_list(orders),\n'),
             )
         },

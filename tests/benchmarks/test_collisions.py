@@ -19,12 +19,12 @@ from benchmarks.motion.collisions import (
     scene_of,
 )
 from benchmarks.motion.planted import KINDS, Spot
+from geoprint.geometry.files import save_ply
 from geoprint.model import Surface
-from geoprint.motion.collision.clearance import check_placements
-from geoprint.surfaces.files import save_ply
+from geoprint.robot.collision.clearance import check_placements
 from tests.meshes import plate, spherical_cap
-from tests.motion.cells import straight_cell
-from tests.motion.placements import block, line, pointing_down, run_of
+from tests.robot.cells import straight_cell
+from tests.robot.placements import block, line, pointing_down, run_of
 
 CELL = straight_cell()
 

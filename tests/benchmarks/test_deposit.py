@@ -19,10 +19,10 @@ from benchmarks.programs.deposit import (
     wanted,
 )
 from geoprint import job_of, plan, save_plan
-from geoprint.account import PlanRecord
 from geoprint.config import packaged_cell_text
-from geoprint.pipeline import check_bundle
-from geoprint.surfaces.files import save_ply
+from geoprint.geometry.files import save_ply
+from geoprint.reporting import PlanRecord
+from geoprint.workflow import check_bundle
 from tests.meshes import spherical_cap
 
 

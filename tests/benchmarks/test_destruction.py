@@ -6,7 +6,7 @@ import pytest
 
 from benchmarks.destruction.__main__ import MUTANTS, Mutant, cells, planned
 from benchmarks.destruction.subject import PROMISES, Subject, subject_of
-from geoprint.surfaces.files import save_ply
+from geoprint.geometry.files import save_ply
 from tests.meshes import plate
 
 

@@ -22,8 +22,8 @@ from benchmarks.paths.invariance import (
     spacing_on,
     twice,
 )
-from geoprint.surfaces import closest, face_areas
-from geoprint.surfaces.files import load
+from geoprint.geometry import closest, face_areas
+from geoprint.geometry.files import load
 from tests.meshes import plate
 
 ROWS = Paths(

@@ -23,10 +23,10 @@ from benchmarks.paper.prints import (
     studio_of,
     thickness,
 )
-from geoprint.appraisal import Directed, SetDistances, apart
-from geoprint.deposition.bead import segment_area
+from geoprint.geometry import face_areas
+from geoprint.inspection import Directed, SetDistances, apart
 from geoprint.model import BoolArray, FloatArray
-from geoprint.surfaces import face_areas
+from geoprint.process.bead import segment_area
 from tests.shared_data import shared
 
 # Pictures of half the size.

@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.parts.surfaces import cap, triangulated
 from benchmarks.paths.peers import METHODS, chained, table
-from geoprint.surfaces import closest
+from geoprint.geometry import closest
 
 
 def test_directed_segments_become_open_and_closed_polylines() -> None:

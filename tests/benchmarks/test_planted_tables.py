@@ -21,8 +21,8 @@ from benchmarks.motion.planted_scenes import (
 )
 from geoprint import job_of, plan, transforms
 from geoprint.model import Cylinder, FloatArray, Hexapod, Surface, TiltTurn
-from geoprint.motion.machine import table_machine
-from tests.motion.machine.tables import hexapod_noun, tilt_turn_noun
+from geoprint.positioner import table_machine
+from tests.positioner.tables import hexapod_noun, tilt_turn_noun
 
 
 @pytest.mark.parametrize("table", [hexapod_noun(pivot_mm=30.0), tilt_turn_noun(stand_height_mm=150.0)])

@@ -11,7 +11,7 @@ import pytest
 
 from benchmarks.motion import tables
 from benchmarks.motion.tables import every_up_within, reached, residual
-from tests.motion.machine.tables import hexapod, tilt_turn
+from tests.positioner.tables import hexapod, tilt_turn
 
 
 def test_what_a_hexapod_reaches_ends_where_its_legs_do() -> None:

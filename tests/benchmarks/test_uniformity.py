@@ -32,8 +32,8 @@ from benchmarks.paths.uniformity import (
     with_rows,
 )
 from geoprint import compare, job_of
-from geoprint.surfaces import face_areas
-from geoprint.surfaces.files import save_ply
+from geoprint.geometry import face_areas
+from geoprint.geometry.files import save_ply
 from tests.meshes import spherical_cap
 
 KEYS = [metric.key for metric in COLUMNS]

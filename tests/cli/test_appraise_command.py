@@ -12,17 +12,16 @@ import pytest
 from PIL import Image
 
 from geoprint import cli
-from geoprint.account import read_record
-from geoprint.account.records.appraisal import AppraisalRecord
-from geoprint.account.records.scan import LyingRecord, ScanAppraisalRecord
-from geoprint.appraisal.outlined import pose
-from geoprint.appraisal.scanned import registering
 from geoprint.config import job_of
 from geoprint.errors import VerificationError
+from geoprint.geometry import mean_normal
+from geoprint.geometry.files import load, save_ply
+from geoprint.inspection import outline_pose, scan_registration
+from geoprint.inspection.inputs import read_beside, read_plan
 from geoprint.model import FloatArray
-from geoprint.pipeline import plan, save_plan
-from geoprint.pipeline.appraised.given import read_beside, read_plan
-from geoprint.silico import (
+from geoprint.reporting import read_record
+from geoprint.reporting.records.inspection import AppraisalRecord, LyingRecord, ScanAppraisalRecord
+from geoprint.simulation import (
     Break,
     Faults,
     Lighting,
@@ -34,11 +33,10 @@ from geoprint.silico import (
     png,
     scanned,
 )
-from geoprint.surfaces import mean_normal
-from geoprint.surfaces.files import load, save_ply
-from tests.appraisal.drawn import drawn, straight
+from geoprint.workflow import plan, save_plan
+from tests.geometry.files.lasting_worker import LastingWorker, lasting_worker
+from tests.inspection.drawn import drawn, straight
 from tests.meshes import plate
-from tests.surfaces.files.lasting_worker import LastingWorker, lasting_worker
 
 DATA = Path(__file__).parents[2] / "data"
 Run = Callable[..., tuple[int, str, str]]
@@ -187,8 +185,8 @@ def test_without_fiducials_the_outline_places_the_camera_and_that_is_said(
     run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Of the poses that are tried fewer are enough here, the part seen from its other side among them.
-    monkeypatch.setattr(pose, "COARSE", 40)
-    monkeypatch.setattr(pose, "FINE", 6)
+    monkeypatch.setattr(outline_pose, "COARSE", 40)
+    monkeypatch.setattr(outline_pose, "FINE", 6)
     job = job_of(surface=DATA / "heart_flat_patch.ply", unit="mm", spacing=4.0, backend="fast-marching", robot=False)
     planned = plan(job)
     save_plan(planned, folder / "patch-plan")
@@ -231,8 +229,8 @@ def test_a_plate_that_looks_alike_from_two_sides_asks_for_fiducials(
     run: Run, printed: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # Both places are among the likeliest ones.
-    monkeypatch.setattr(pose, "COARSE", 20)
-    monkeypatch.setattr(pose, "FINE", 4)
+    monkeypatch.setattr(outline_pose, "COARSE", 20)
+    monkeypatch.setattr(outline_pose, "FINE", 4)
     shown = np.asarray(Image.open(printed / "print.png").resize((240, 200)))
     small = np.pad(shown, ((100, 100), (120, 120)), mode="edge")
     Image.fromarray(small).save(printed / "away.png")
@@ -382,7 +380,7 @@ def test_a_scan_in_another_unit_is_refused_by_the_name_of_that_unit(run: Run, pr
 def test_a_part_that_lies_otherwise_is_told_and_its_mesh_can_be_planned_on(
     run: Run, folder: Path, worker: LastingWorker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(registering, "run_worker", worker.run)
+    monkeypatch.setattr(scan_registration, "run_worker", worker.run)
     random = np.random.default_rng(1)
     x, y = random.uniform(0.0, 40.0, 4000), random.uniform(0.0, 30.0, 4000)
     high = 0.3 * np.cos(np.pi * x / 20.0) + 0.02 * random.standard_normal(x.size)

@@ -14,7 +14,7 @@ import pytest
 from geoprint import cli
 from geoprint.config import Job, packaged_cell_text
 from geoprint.errors import UsageError
-from geoprint.surfaces.files import save_ply
+from geoprint.geometry.files import save_ply
 from tests.meshes import plate
 
 Run = Callable[..., tuple[int, str, str]]
@@ -71,7 +71,7 @@ def test_plan_writes_a_bundle_and_prints_json_when_asked(run: Run, small: Path, 
 
 @pytest.fixture
 def alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Compare in this process: one beside it, as tests/pipeline/test_beside.py asks for, takes seconds to start."""
+    """Compare in this process: one beside it, as tests/workflow/test_beside/py asks for, takes seconds to start."""
     monkeypatch.setattr("geoprint.cli.planning.PROCESSES", 1)
 
 
@@ -80,7 +80,7 @@ def test_what_is_mistyped_is_told_before_anything_is_imported_that_plans(command
     mistyped = [command, "plate.ply", "--unit", "mm", "--spacing", "0", "--out", str(tmp_path / "out")]
     code = (
         f"import sys\nsys.argv[1:] = {mistyped}\nfrom geoprint import cli\ntry:\n    cli.main()\n"
-        "except SystemExit as ended:\n    print(ended.code, 'geoprint.pipeline' in sys.modules)\n"
+        "except SystemExit as ended:\n    print(ended.code, 'geoprint.workflow' in sys.modules)\n"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert "`--spacing`" in done.stderr
@@ -240,7 +240,7 @@ def test_place_takes_a_patch_and_a_label_as_plan_does(run: Run, part: Path, monk
     def told(job: Job, **_: object) -> None:
         raise UsageError(f"label {job.label}, patch {job.patches[0].model_dump(exclude_none=True)}")
 
-    monkeypatch.setattr("geoprint.pipeline.propose_placement", told)
+    monkeypatch.setattr("geoprint.workflow.propose_placement", told)
     patch = ("--at", 1, 2, 3, "--radius", 4, "--cone", 5, "--box", 0, 0, 0, 9, 9, 9, "--region", "wall")
     status, _, stderr = run("place", part, "--unit", "mm", "--label", 7, *patch)
     assert status == 2
@@ -264,7 +264,7 @@ def test_an_interrupt_and_a_defect_end_with_their_own_status(
         (MemoryError(), 6, "out of memory"),
         (RuntimeError("boom"), 1, "boom"),
     ):
-        monkeypatch.setattr("geoprint.pipeline.plan", fail(error))
+        monkeypatch.setattr("geoprint.workflow.plan", fail(error))
         found, _, stderr = run(*common)
         assert found == status
         assert text in stderr

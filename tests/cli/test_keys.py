@@ -10,9 +10,9 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from geoprint.cli.keys import Keys, takes
+from geoprint.cli.options import Keys, takes
 from geoprint.config import Job, job_file_text, job_of
-from geoprint.config.key import Key
+from geoprint.config.strict import Key
 from geoprint.errors import UsageError
 
 

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 from geoprint import cli
-from geoprint.account import MeasurementRecord, read_record
 from geoprint.cli.terminal import fitted
-from geoprint.surfaces.files import save_ply
+from geoprint.geometry.files import save_ply
+from geoprint.reporting import MeasurementRecord, read_record
 from tests.meshes import plate
 
 Run = Callable[..., tuple[int, str, str]]

@@ -10,7 +10,7 @@ import pytest
 
 from geoprint import cli
 from geoprint.config import packaged_cell_text
-from geoprint.surfaces.files import save_ply
+from geoprint.geometry.files import save_ply
 from tests.meshes import plate
 
 

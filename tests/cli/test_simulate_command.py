@@ -10,14 +10,14 @@ import pytest
 
 from benchmarks.programs.simulated import FIXTURE, LAGS, Modules, edited, late, left_open, slowed, within_run
 from geoprint import cli
-from geoprint.account import read_record
-from geoprint.account.records.simulated import SimulatedRecord
 from geoprint.config import job_of
-from geoprint.pipeline import check_bundle, plan, save_plan
-from geoprint.pipeline.appraised import simulated
-from geoprint.surfaces.files import save_ply
+from geoprint.geometry.files import save_ply
+from geoprint.inspection import simulated
+from geoprint.reporting import read_record
+from geoprint.reporting.records.inspection import SimulatedRecord
+from geoprint.workflow import check_bundle, plan, save_plan
 from tests.meshes import plate
-from tests.pipeline.test_checking import cell_text
+from tests.workflow.test_checking import cell_text
 
 Run = Callable[..., tuple[int, str, str]]
 

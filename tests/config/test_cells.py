@@ -11,11 +11,11 @@ import pytest
 
 from geoprint.config import PACKAGED_CELLS, TILTING_CELL, cell_of, common_needles, job_of, load_cell, packaged_cell_text
 from geoprint.config.cell_file import CellFile
-from geoprint.config.needles import needle_of
+from geoprint.config.cells import needle_of
 from geoprint.config.strict import Table
 from geoprint.errors import UsageError
 from geoprint.model import GoodPrint, TiltTurn
-from tests.motion.cells import bent_cell, straight_cell
+from tests.robot.cells import bent_cell, straight_cell
 
 # Of what the packaged cells leave out, in their order.
 EXAMPLES = (

@@ -14,9 +14,9 @@ from typer.testing import CliRunner
 from geoprint.cli.application import app
 from geoprint.config import Job, PatchRegion, Source, job_file_text, job_of, load_cell
 from geoprint.errors import UsageError
-from geoprint.pipeline.stages import Stages
-from geoprint.pipeline.workpiece import prepare_workpiece
-from geoprint.surfaces.files import save_ply
+from geoprint.geometry.files import save_ply
+from geoprint.workflow.stages import Stages
+from geoprint.workflow.workpiece import prepare_workpiece
 from tests.meshes import plate
 
 SMALL = 'surface = "part.ply"\nunit = "mm"\nspacing = 2.0\n'

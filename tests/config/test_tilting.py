@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from geoprint.config import cell_of, packaged_cell_text
-from geoprint.config.tilting import HexapodTable, TiltTurnTable
+from geoprint.config.cell_file import HexapodTable, TiltTurnTable
 from geoprint.errors import UsageError
 from geoprint.model import Hexapod, TiltTurn
-from geoprint.pipeline.cell_writer import edited
+from geoprint.workflow.calibrating import edited
 
 TEXT = packaged_cell_text("irb120-bent45")
 HEXAPOD = f'{TEXT}\n[table]\nkind = "hexapod"\nposition_mm = [350, 0, 0]\n'

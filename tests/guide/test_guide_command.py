@@ -12,7 +12,7 @@ from geoprint import cli
 from geoprint.cli.guide import WIDEST, rendered
 from geoprint.errors import UsageError
 from geoprint.guide import html_guide, page_named, pages
-from tests.report.browser import Page
+from tests.reporting.browser import Page
 
 Run = Callable[..., tuple[int, str, str]]
 NAMES = [page.name for page in pages()]

@@ -118,7 +118,7 @@ def test_a_mistake_ends_in_a_sentence_that_names_the_next_step(
     if mistake == "out of reach":
         # Fewer poses than a real part needs; they are searched as finely as ever, and every change is tried.
         for name, count in FEW.items():
-            monkeypatch.setattr(f"geoprint.motion.reach.exhaustion.{name}", count)
+            monkeypatch.setattr(f"geoprint.robot.reach.exhaustion.{name}", count)
     capsys.readouterr()
 
     status = run(line)

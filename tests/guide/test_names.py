@@ -8,13 +8,13 @@ from importlib import import_module
 import pytest
 
 from geoprint.guide import page_named
-from geoprint.guide.names import STAGES, public_names
+from geoprint.guide.pages import STAGES, public_names
 from tests.architecture.whole_code_base import whole_code_base
 from tests.shared_plans import SharedPlans
 
 TEXT = page_named("names").text
 # Rooms that are not for scripts: the command line, this guide, figures of plain values, and what holds no names.
-ASIDE = {"geoprint.cli", "geoprint.guide", "geoprint.report", "geoprint.motion", "geoprint.robots"}
+ASIDE = {"geoprint.cli", "geoprint.guide", "geoprint.reporting", "geoprint.robot", "geoprint.robots"}
 
 
 def test_every_room_with_names_is_a_stage(shared_plans: SharedPlans) -> None:

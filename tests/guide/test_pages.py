@@ -11,7 +11,7 @@ import pytest
 
 from benchmarks.guide.pictures import PICTURES
 from geoprint import cli
-from geoprint.backends import known
+from geoprint.distance import registry
 from geoprint.guide import Page, page_named, pages, picture_bytes
 from tests.guide.here import working_here
 
@@ -64,7 +64,7 @@ def test_its_blocks_run_in_order_and_so_do_those_of_pages_that_go_on_with_it(
 def run_blocks(page: Page, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """Write the files of a page, and run its Python blocks and its commands."""
     # What a page registers is gone when it ends.
-    monkeypatch.setattr(known._KNOWN, "_own", dict(known._KNOWN._own))  # pyright: ignore[reportPrivateUsage]
+    monkeypatch.setattr(registry._KNOWN, "_own", dict(registry._KNOWN._own))  # pyright: ignore[reportPrivateUsage]
     names: dict[str, object] = {"__name__": "__main__"}
     printed = ""
     for block in page.blocks:

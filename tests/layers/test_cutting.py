@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from geoprint.errors import FieldError
+from geoprint.geometry import boundary_loops, component_labels, face_areas, signed_volume, turned_over, united
+from geoprint.geometry.crossings import crossings
 from geoprint.layers import (
     Columns,
     TargetShape,
@@ -19,8 +21,6 @@ from geoprint.layers import (
     without_crumbs,
 )
 from geoprint.model import Surface
-from geoprint.surfaces import boundary_loops, component_labels, face_areas, signed_volume, turned_over, united
-from geoprint.surfaces.repair.crossings import crossings
 from tests import meshes
 
 PART = meshes.plate((20.0, 12.0), (10, 6))

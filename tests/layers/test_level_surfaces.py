@@ -6,12 +6,7 @@ import numpy as np
 import pytest
 
 from geoprint.errors import FieldError, InputError, MeshError
-from geoprint.layers import level_surface
-from geoprint.layers.feet import Ground
-from geoprint.layers.folds import cosines
-from geoprint.layers.nets import net, several_sheets
-from geoprint.model import FloatArray, Surface
-from geoprint.surfaces import (
+from geoprint.geometry import (
     boundary_loops,
     clipped,
     closest,
@@ -22,8 +17,13 @@ from geoprint.surfaces import (
     face_normals,
     turned_over,
 )
-from geoprint.surfaces.files import load
-from geoprint.surfaces.repair.crossings import crossings
+from geoprint.geometry.crossings import crossings
+from geoprint.geometry.files import load
+from geoprint.layers import level_surface
+from geoprint.layers.feet import Ground
+from geoprint.layers.level_surfaces import net, several_sheets
+from geoprint.layers.refining import cosines
+from geoprint.model import FloatArray, Surface
 from tests import meshes
 from tests.shared_data import shared
 

@@ -7,11 +7,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from geoprint.layers.rims import rim_normals
+from geoprint.geometry import boundary_loops, part_of, prepare, turned_over, vertex_normals
+from geoprint.geometry.files import load
+from geoprint.layers.feet import rim_normals
 from geoprint.model import FloatArray, Surface
-from geoprint.surfaces import boundary_loops, part_of, turned_over, vertex_normals
-from geoprint.surfaces.files import load
-from geoprint.surfaces.repair import prepare
 from tests import meshes
 from tests.shared_data import shared
 

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 from geoprint.config import job_of
+from geoprint.geometry import face_areas, turned_over
+from geoprint.geometry.files import save_ply
 from geoprint.model import Surface
-from geoprint.pipeline import plan
-from geoprint.surfaces import face_areas, turned_over
-from geoprint.surfaces.files import save_ply
-from tests.backends.bands import band
+from geoprint.workflow import plan
+from tests.distance.bands import band
 from tests.meshes import spherical_cap
 
 # Of caps and tubes [mm], and the opening angle of caps [rad].

@@ -10,7 +10,7 @@ import pytest
 from geoprint.layers import middle_planes, sliced, sliced_layer
 from geoprint.model import Surface
 from tests.meshes import cylinder_patch, plate
-from tests.quality.deposits import deposited, straight_line
+from tests.metrics.deposits import deposited, straight_line
 
 HEIGHT = 0.5
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from geoprint.errors import InputError
+from geoprint.geometry import closest, face_areas
 from geoprint.layers import layer_level, whole_layers
-from geoprint.surfaces import closest, face_areas
 from tests import meshes
 
 

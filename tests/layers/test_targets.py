@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from geoprint.errors import FieldError, MeshError
+from geoprint.geometry import closest, part_of, signed_volume, turned_over
 from geoprint.layers import TargetShape, TargetThickness
 from geoprint.model import FloatArray, Surface
-from geoprint.surfaces import closest, part_of, signed_volume, turned_over
 from tests import meshes
 
 PART = meshes.plate((20.0, 12.0), (10, 6))

@@ -8,9 +8,9 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
-from geoprint.backends import isolines, level_distances, linear_edge_length
+from geoprint.distance import isolines, level_distances, linear_edge_length
+from geoprint.geometry import edge_lengths, edges
 from geoprint.model import Contours, ScalarField, Seed, Surface
-from geoprint.surfaces import edge_lengths, edges
 
 
 class EdgePaths:

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from geoprint.backends import Backend, isolines, level_distances
+from geoprint.distance import Backend, isolines, level_distances
 from geoprint.model import ScalarField, Seed, Strokes, Surface
 
 

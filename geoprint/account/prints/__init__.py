@@ -1,1 +1,0 @@
-"""What is said of prints before they are made."""

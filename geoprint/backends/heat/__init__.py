@@ -1,3 +1,0 @@
-"""The heat method on the intrinsic Delaunay triangulation."""
-
-from geoprint.backends.heat.backend import Heat as Heat

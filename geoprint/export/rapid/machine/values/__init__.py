@@ -1,1 +1,0 @@
-"""What RAPID computes with: records, poses, operators, what every controller declares, and its errors."""

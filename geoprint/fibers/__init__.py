@@ -1,0 +1,38 @@
+"""Direction fields on a surface: vectors, lines or crosses, with given singularities or with those that suit them.
+
+- `connection`: how a direction passes from face to face, and the curvature of vertices;
+- `direction_field`: a field, and what is measured of it;
+- `preferences`: strokes, a direction, the rim and principal curvature, that a field leans to;
+- `prescribed`: the field with given singularities and no others, of `potential`, `cycles` and `rotation`;
+- `smoothest`: the field of least gradient, with singularities of its own choice;
+- `carrying`: a field on a surface that lies over its own;
+- `helix`: the fibres of a ventricle's wall, by rule;
+- `wall_voxels`: what is harmonic in a wall of labelled voxels, and `wall`: the fibres on surfaces within it.
+"""
+
+from geoprint.fibers.fields import (
+    SYMMETRIES as SYMMETRIES,
+    DirectionField as DirectionField,
+    Singularities as Singularities,
+    carried_field as carried_field,
+    nearest_field as nearest_field,
+)
+from geoprint.fibers.preferences import (
+    AlongCurvature as AlongCurvature,
+    AlongDirection as AlongDirection,
+    AlongRim as AlongRim,
+    AlongStroke as AlongStroke,
+    Preference as Preference,
+    Wishes as Wishes,
+)
+from geoprint.fibers.prescribed import (
+    prescribed_field as prescribed_field,
+    singularities_near as singularities_near,
+    smoothest_field as smoothest_field,
+)
+from geoprint.fibers.wall import (
+    HelixRule as HelixRule,
+    WallCoordinates as WallCoordinates,
+    WallVoxels as WallVoxels,
+    apex_to_base as apex_to_base,
+)

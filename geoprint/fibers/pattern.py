@@ -1,0 +1,182 @@
+"""The `fibres` pattern: strokes along a designed field of lines, as stripes or as streamlines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import ClassVar, final
+
+import numpy as np
+
+from geoprint.distance import Backend
+from geoprint.errors import FieldError, InputError, UsageError
+from geoprint.fibers.fields import DirectionField
+from geoprint.fibers.net import LineNet, net_of, places_of, surface_points
+from geoprint.fibers.placement import SHORTEST, LaidStroke, Weave, first_place, laid_strokes
+from geoprint.fibers.preferences import AlongRim
+from geoprint.fibers.prescribed import smoothest_field
+from geoprint.fibers.stripes import stripes
+from geoprint.geometry import Piece, PolylineDistance, all_curves, boundary_half_edges, boundary_loops, pieces
+from geoprint.model import (
+    BoolArray,
+    FloatArray,
+    FollowedLines,
+    IntArray,
+    ScalarField,
+    Seed,
+    Strokes,
+    Surface,
+    SurfaceCurves,
+)
+
+# Fibres are lines: who prints one may begin at either end.
+LINES = 2
+# Gaps are looked for at places about so many spacings apart.
+SPREAD_SHARE = 0.25
+# How strokes are laid; the first is what a job has that says nothing.
+STRIPES, STREAMLINES = "stripes", "streamlines"
+LAYINGS = (STRIPES, STREAMLINES)
+
+
+def lines_along_rim(surface: Surface) -> DirectionField:
+    """Return the smoothest lines that follow the rim, or where there is none the smoothest of all.
+
+    Raises:
+        MeshError: the surface is no manifold.
+    """
+    rim = boundary_half_edges(surface.faces).size > 0
+    return smoothest_field(surface, symmetry=LINES, preferences=[AlongRim()] if rim else [])
+
+
+@final
+class FibrePattern:
+    """The `fibres` pattern: strokes along the lines of a field, one spacing apart as far as these run side by side.
+
+    Stripes are level curves of a phase that rises by one turn a row [Knöppel2015]: their spacing is as even as a small
+    lean from the lines allows, and rows end or begin where that no longer does. Streamlines follow the lines exactly:
+    where these converge one ends, where they diverge another begins. No two strokes cross. The spacing may differ from
+    place to place: strokes are as wide as it is where they lie.
+
+    Rows are counted from half a spacing inside of the rim, where the field follows that best. A source that is one
+    point lies on the first streamline, and on a stripe where the field has a sense; on a closed piece the source begins
+    the first streamline. No distance of the backend is needed.
+
+    Args:
+        field: returns the lines on a surface.
+        laying: `stripes` or `streamlines`.
+
+    Raises:
+        UsageError: there is no such laying.
+
+    Examples:
+        >>> FibrePattern.title
+        'strokes along a designed field'
+    """
+
+    title: ClassVar[str] = "strokes along a designed field"
+    summary: ClassVar[str] = "Even strokes along a field of lines designed from singularities and preferences."
+
+    def __init__(self, *, field: Callable[[Surface], DirectionField] = lines_along_rim, laying: str = STRIPES) -> None:
+        if laying not in LAYINGS:
+            raise UsageError(f"fibres have no laying '{laying[:40]}'; choose one of: {', '.join(LAYINGS)}.")
+        self._field, self._laying = field, laying
+
+    def strokes(
+        self,
+        surface: Surface,
+        seed: Seed,
+        *,
+        backend: Backend,  # noqa: ARG002  (another pattern's strokes are level curves of its distance)
+        spacing: float | ScalarField,
+    ) -> Strokes:
+        """Return the strokes; the row at which one starts is how many lie side by side from the first to it.
+
+        Raises:
+            UsageError: the field is of crosses.
+            InputError: a spacing at the vertices is not positive, or there is not one for each.
+            FieldError: no stroke is worth a start on a piece, or there is no such field.
+        """
+        wanted = _at_vertices(spacing, surface)
+        field = self._field(surface)
+        if field.symmetry > LINES:
+            raise UsageError("fibres follow a field of lines or vectors, not of crosses: give a field of symmetry 2.")
+        curves, rows, dropped = list[SurfaceCurves](), list[FloatArray](), list[float]()
+        for piece in pieces(surface):
+            spacings = wanted[piece.vertices][piece.surface.faces].mean(axis=1)
+            net = net_of(_on_piece(field, piece), spacings=spacings)
+            weave = self._laid(piece.surface, net, piece.own(seed.curves))
+            if not weave.strokes:
+                raise FieldError(
+                    f"no stroke along the field on {surface.name} is {SHORTEST:g} spacings of {wanted.min():g} mm "
+                    "long: choose a smaller spacing."
+                )
+            curves += [piece.on_whole(_curve(net, stroke)) for stroke in weave.strokes]
+            rows += [_rows(stroke) for stroke in weave.strokes]
+            dropped += weave.dropped
+        every, row = all_curves(curves), np.concatenate(rows)
+        at_points = every.points.values(surface, wanted) if np.ptp(wanted) else np.full(row.size, wanted[0])
+        return Strokes(every, row, at_points, np.ones(row.size), tuple(dropped), _followed(field))
+
+    def _laid(self, surface: Surface, net: LineNet, source: SurfaceCurves) -> Weave:
+        """Return the strokes on a piece."""
+        point = source.count == 1 and source.points.faces.size == 1
+        inside = None if point else first_place(net)
+        first = (int(source.points.faces[0]), complex(places_of(net, source.points)[0])) if inside is None else inside
+        if self._laying == STRIPES:
+            return stripes(surface, net, first=first, through=inside is None)
+        spread = _spread(surface, step=SPREAD_SHARE * float(net.spacings.min()))
+        return laid_strokes(net, first=first, spread=spread, beside_rim=_beside_rim(surface, net, spread))
+
+
+def _at_vertices(spacing: float | ScalarField, surface: Surface) -> FloatArray:
+    """Return the (n,) spacing at the vertices of a surface [mm]."""
+    if not isinstance(spacing, ScalarField):
+        return np.full(len(surface.vertices), float(spacing))
+    values, count = spacing.values, len(surface.vertices)
+    if values.size != count or values.min(initial=1.0) <= 0.0:
+        raise InputError(
+            f"a spacing at each vertex of {surface.name} is {count} numbers above 0 mm, found {values.size} from "
+            f"{values.min(initial=np.inf):g}."
+        )
+    return values
+
+
+def _followed(field: DirectionField) -> FollowedLines:
+    singular = field.singularities()
+    turned_about = field.surface.vertices[singular.vertices]
+    return FollowedLines(field.directions()[:, 0], turned_about, singular.indices, field.axes)
+
+
+def _on_piece(field: DirectionField, piece: Piece) -> DirectionField:
+    return DirectionField(piece.surface, field.symmetry, field.angles[piece.faces], field.turning[piece.faces])
+
+
+def _spread(surface: Surface, *, step: float) -> IntArray:
+    """Return faces all over a surface, one in each cube of a side [mm], and all where they are larger."""
+    cubes = np.floor(surface.vertices[surface.faces].mean(axis=1) / step).astype(np.int64)
+    return np.sort(np.unique(cubes, axis=0, return_index=True)[1])
+
+
+def _beside_rim(surface: Surface, net: LineNet, faces: IntArray) -> BoolArray:
+    """Return which of (k,) faces have the rim within a spacing of their middle, straight, which is never farther."""
+    loops = [surface.vertices[np.append(loop, loop[0])] for loop in boundary_loops(surface)]
+    if not loops:
+        return np.zeros(faces.size, dtype=np.bool_)
+    away = PolylineDistance(loops, step=float(net.spacings.min()))(surface.vertices[surface.faces[faces]].mean(axis=1))
+    return np.asarray(away <= net.spacings[faces])
+
+
+def _rows(stroke: LaidStroke) -> FloatArray:
+    """Return the row of each point of a stroke, which rises by one from its start, half behind a whole one, to its end.
+
+    Strokes are no level curves of a distance: whoever measures tells those by a row that stays the same.
+    """
+    arcs = np.concatenate([[0.0], np.cumsum(np.abs(stroke.ends - stroke.starts))])
+    return stroke.row + 0.5 + arcs / arcs[-1]
+
+
+def _curve(net: LineNet, stroke: LaidStroke) -> SurfaceCurves:
+    """Return a stroke as a curve through the ends of its segments; a closed one ends where it starts."""
+    last = (stroke.faces[0], stroke.starts[0]) if stroke.closed else (stroke.faces[-1], stroke.ends[-1])
+    places = np.append(stroke.starts, last[1])
+    points = surface_points(net, np.append(stroke.faces, last[0]), places)
+    return SurfaceCurves(points, np.array([0, places.size]), np.array([stroke.closed]))

@@ -1,0 +1,275 @@
+"""The report pages of photographed and scanned prints."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Mapping
+from importlib.metadata import version
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from geoprint.geometry import face_areas, refine
+from geoprint.inspection.html import (
+    MEASURED_RANGE,
+    PhotographsReport,
+    PhotographView,
+    RowsReport,
+    ScanReport,
+    photographs_report,
+    scan_report,
+)
+from geoprint.inspection.print import Appraisal, AppraisedPhotograph, OnPlan
+from geoprint.inspection.scan import AppraisedScan
+from geoprint.inspection.scan_measuring import COVERED_SHARE
+from geoprint.inspection.text import (
+    PHOTOGRAPH_COLUMNS,
+    RUN_COLUMNS,
+    SCANNED_COLUMNS,
+    apart_by_numbers,
+    looked_for,
+    pair_sentences,
+    photograph_rows,
+    photographed_run_rows,
+    plan_sentences,
+    scan_sentences,
+    scanned_run_rows,
+    sentence,
+    verdict_on_photographs,
+)
+from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.reporting import PathDistances, Picture, thickness_figure, view_surface
+from geoprint.reporting.prints import next_print
+from geoprint.reporting.records.inspection import AppraisalRecord, PhotographRecord, ScanAppraisalRecord
+
+# What is wrong in a photographed print, and where: gaps, blobs and thin stretches of runs, or breaks of lines.
+
+
+# Rows on what is held against a plan, and on what is not.
+PLAN_COLUMNS = ("run", "fault", "from mm", "to mm", "length mm", "x mm", "y mm", "z mm", "u px", "v px")
+LINE_COLUMNS = ("line", "fault", "from px", "to px", "length px", "u px", "v px")
+
+
+def fault_rows(each: AppraisedPhotograph) -> list[tuple[str, ...]]:
+    """Return a row a fault, run after run or line after line; the places are those of its middle.
+
+    Returns:
+        Cells below `PLAN_COLUMNS` where the photograph is held against a plan, else below `LINE_COLUMNS`.
+    """
+    return _of_lines(each) if each.on_plan is None else _of_runs(each.on_plan)
+
+
+def _of_runs(found: OnPlan) -> list[tuple[str, ...]]:
+    held, plan = found.held, found.held.plan
+    rows: list[tuple[str, ...]] = []
+    for run in np.unique(plan.runs).tolist():
+        own = np.flatnonzero(plan.runs == run)
+        whole = held.whole(run)
+        ends = (0.0, float(plan.lengths[own].sum()))
+        kinds = (
+            ("gap", held.gaps(run)), ("blob", held.blobs(run)), ("thin", held.thin(run)),
+            *(() if whole is None else ((whole, [ends]),)),
+        )  # fmt: skip
+        faults = sorted((start, end, kind) for kind, stretches in kinds for start, end in stretches)
+        for start, end, kind in faults:
+            middle = own[np.argmin(np.abs(plan.arcs[own] - 0.5 * (start + end)))]
+            pixel = found.camera.seen(plan.places[middle][None])[0]
+            rows.append((
+                str(run + 1), kind, *(f"{value:.1f}" for value in (start, end, end - start, *plan.places[middle])),
+                *(f"{value:.0f}" for value in pixel),
+            ))  # fmt: skip
+    return rows
+
+
+def _of_lines(each: AppraisedPhotograph) -> list[tuple[str, ...]]:
+    rows: list[tuple[str, ...]] = []
+    for line, bead in enumerate(each.beads, start=1):
+        arcs = np.concatenate([[0.0], np.cumsum(bead.steps)])
+        for first, last in bead.breaks:
+            start, end, pixel = float(arcs[first]), float(arcs[last]), bead.middles[(first + last) // 2]
+            rows.append(
+                (str(line), "break", *(f"{value:.0f}" for value in (start, end, end - start, *pixel)))
+            )  # fmt: skip
+    return rows
+
+
+# The report page of photographed prints: lines over each photograph, its edges, every figure, and what is wrong.
+
+
+# Packages whose version changes figures.
+PHOTOGRAPH_PACKAGES = ("geoprint", "numpy", "scipy", "scikit-image")
+OVERLAY = "{}: middles of the lines orange, their edges light blue, breaks of lines yellow{}."
+OF_PLAN, OF_OUTLINE = ", what is planned and has no material purple", ", the outline that placed the camera green"
+EDGES = "{}: white where |dI/dx| + |dI/dy| in even light is above its threshold, the edges as the paper takes them."
+
+
+def photographs_page(found: Appraisal, told: AppraisalRecord, pictures: Mapping[str, bytes]) -> bytes:
+    """Return report.html of photographed prints, in one page that opens offline.
+
+    Args:
+        found: what was appraised.
+        told: what appraisal.json says.
+        pictures: as `appraisal_pictures` gives them.
+    """
+    names = [each.file for each in told.photographs]
+    both = list(zip(found.photographs, told.photographs, strict=True))
+    title = f"geoprint appraise: {', '.join(names)}" + (f" on {told.part}" if told.part else "")
+    report = PhotographsReport(
+        verdict=sentence(verdict_on_photographs(told), names),
+        cautions=tuple(each for _, record in both for each in _said(record, told) if _is_caution(each)),
+        photographs=tuple(
+            _view(each, record, told, pictures=_pictures(record, pictures, number))
+            for number, (each, record) in enumerate(both, start=1)
+        ),
+        figures=RowsReport(PHOTOGRAPH_COLUMNS, tuple(photograph_rows(told))),
+        said=tuple(sentence(each, names) for each in pair_sentences(told)),
+        distances=_distances(told) if told.pairs else None,
+        settings=_photograph_settings(told),
+        inputs=tuple((each.file, each.sha256) for each in told.photographs),
+        versions=(("Python", platform.python_version()), *((name, version(name)) for name in PHOTOGRAPH_PACKAGES)),
+    )
+    return photographs_report(report, title=title)
+
+
+def _view(
+    each: AppraisedPhotograph, record: PhotographRecord, told: AppraisalRecord, *, pictures: tuple[Picture, ...]
+) -> PhotographView:
+    on_plan = record.on_plan
+    return PhotographView(
+        name=record.file,
+        said=tuple(said for said in _said(record, told) if not _is_caution(said)),
+        pictures=pictures,
+        runs=None if on_plan is None else RowsReport(RUN_COLUMNS, tuple(photographed_run_rows(on_plan))),
+        faults=RowsReport(LINE_COLUMNS if on_plan is None else PLAN_COLUMNS, tuple(fault_rows(each))),
+        widths=_widths(each),
+    )
+
+
+def _said(record: PhotographRecord, told: AppraisalRecord) -> list[str]:
+    """Return the sentences on a photograph, notes and warnings among them."""
+    on_plan = [] if record.on_plan is None else plan_sentences(record, record.on_plan)
+    return [sentence(each, (record.file,)) for each in (*on_plan, *looked_for(told, record))]
+
+
+def _is_caution(said: str) -> bool:
+    return said.startswith(("Note: ", "Warning: "))
+
+
+def _pictures(record: PhotographRecord, pictures: Mapping[str, bytes], number: int) -> tuple[Picture, ...]:
+    on_plan = record.on_plan
+    of_plan = "" if on_plan is None else OF_PLAN if on_plan.camera.outline is None else f"{OF_PLAN}{OF_OUTLINE}"
+    return (
+        Picture(OVERLAY.format(record.file, of_plan), "png", pictures[f"overlay-{number}.png"]),
+        Picture(EDGES.format(record.file), "png", pictures[f"edges-{number}.png"]),
+    )
+
+
+def _widths(each: AppraisedPhotograph) -> FloatArray:
+    """Return the widths of beads over their mean: over the planned ones where there is a plan, else in the picture."""
+    if each.on_plan is not None:
+        relative = each.on_plan.held.relative
+        widths = relative[relative > 0.0]
+    else:
+        widths = np.concatenate([bead.widths[bead.seen] for bead in each.beads])
+    return widths / widths.mean() if widths.size else widths
+
+
+def _distances(told: AppraisalRecord) -> PathDistances:
+    names = tuple(each.file for each in told.photographs)
+    hausdorff, mean = np.zeros((2, len(names), len(names)))
+    for (one, other), apart in apart_by_numbers(told).items():
+        hausdorff[[one, other], [other, one]] = apart.hausdorff
+        mean[[one, other], [other, one]] = apart.mean
+    return PathDistances(names, hausdorff, mean)
+
+
+def _photograph_settings(told: AppraisalRecord) -> tuple[tuple[str, str], ...]:
+    plan = () if told.plan is None else (("plan", told.plan),)
+    return (
+        *plan,
+        ("beads are", f"{told.shade} than what they lie on"),
+        ("width of beads", "chosen, each photograph its own" if told.width_chosen else "given"),
+        ("threshold of the contrast", "chosen (Otsu), each photograph its own" if told.threshold_chosen else "given"),
+    )
+
+
+# The report page of a scanned print: how thick it is over its part, in 3D, and run by run.
+
+
+# Faces of the view: finer than can be seen, and every one costs time when the page opens.
+VIEWED_FACES = 60_000
+# Packages whose version changes figures.
+SCAN_PACKAGES = ("geoprint", "numpy", "scipy")
+LABEL = "measured thickness / planned thickness\n(blue: too thin, red: too thick, grey: not seen)"
+
+
+def scan_page(found: AppraisedScan, told: ScanAppraisalRecord) -> bytes:
+    """Return report.html of a scanned print, in one page that opens offline.
+
+    Args:
+        found: what was appraised.
+        told: what appraisal.json says.
+    """
+    cells = found.held.cells
+    edge = float(np.sqrt(4.0 / np.sqrt(3.0) * face_areas(found.surface).sum() / VIEWED_FACES))
+    fine = refine(found.surface, edge_length=max(edge, 0.5 * found.spacing))
+    drawn = view_surface(fine, faces=VIEWED_FACES).surface
+    judged = cells.seen & (cells.planned >= COVERED_SHARE * found.held.height)
+    ratios = np.full(len(cells.planned), np.nan)
+    ratios[judged] = cells.thickness[judged] / cells.planned[judged]
+    thickness = ratios[np.asarray(KDTree(cells.places).query(drawn.vertices)[1])]
+    sentences = [sentence(each, (told.scan.file,)) for each in scan_sentences(told)]
+    cautions = [each for each in sentences if each.startswith(("Note", "Warning"))]
+    places, offsets = _path(found)
+    report = ScanReport(
+        name=told.printed.part,
+        verdict=tuple(each for each in sentences if each not in cautions),
+        cautions=(*cautions, f"{next_print(told, plan=told.printed.plan, folder='.').capitalize()}."),
+        surface=drawn,
+        R_view_work=found.upright,
+        spacing=found.spacing,
+        figures=(
+            ("volume", f"{told.volume_ratio.value:.1%}"),
+            ("thickness", f"{told.thickness_mm.value:.3f} mm"),
+            ("seen", f"{told.seen:.1%}"),
+            ("covered", f"{told.covered.value:.1%}"),
+        ),
+        thickness=thickness,
+        ratios=ratios,
+        still=_still(drawn, thickness, found, told),
+        places=places,
+        offsets=offsets,
+        columns=SCANNED_COLUMNS,
+        rows=tuple(scanned_run_rows(told.runs)),
+        settings=_settings(found, told),
+        inputs=((told.scan.file, told.scan.sha256),),
+        versions=(("Python", platform.python_version()), *((name, version(name)) for name in SCAN_PACKAGES)),
+    )
+    return scan_report(report, title=f"geoprint appraise: {told.scan.file} on {told.printed.part}")
+
+
+def _still(drawn: Surface, thickness: FloatArray, found: AppraisedScan, told: ScanAppraisalRecord) -> Picture:
+    """Return the map of the thickness as a picture."""
+    caption = (
+        f"{told.printed.part}: measured thickness over the planned one, cell by cell. Blue: too thin, red: too thick, "
+        "grey: not seen by the scan, or nothing is planned there."
+    )
+    content = thickness_figure(drawn, thickness, R_view_work=found.upright, title="", ends=MEASURED_RANGE, label=LABEL)
+    return Picture(caption, "png", content)
+
+
+def _path(found: AppraisedScan) -> tuple[FloatArray, IntArray]:
+    """Return the middles of the parts of runs, and where each run begins in them."""
+    parts = found.held.parts
+    firsts = np.flatnonzero(np.diff(parts.runs, prepend=-1))
+    return parts.places, np.append(firsts, len(parts.runs))
+
+
+def _settings(found: AppraisedScan, told: ScanAppraisalRecord) -> tuple[tuple[str, str], ...]:
+    return (
+        ("plan", told.printed.plan),
+        ("spacing [mm]", f"{found.spacing:g}"),
+        ("layer height [mm]", f"{told.layer_height_mm:g}"),
+        ("unit of the scan", told.scan.unit),
+        ("pose", "given" if told.registration.given else "as the scan stands"),
+    )

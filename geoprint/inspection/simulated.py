@@ -1,0 +1,253 @@
+"""A simulated print of a bundle: what its program deposits as it stands there, beside what its paths ask for."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from geoprint.geometry import mean_normal
+from geoprint.inspection.camera import Lens
+from geoprint.inspection.executing import LaidPieces, deposited_steps, laid_pieces
+from geoprint.inspection.inputs import PlannedPrint, lens_text, read_plan
+from geoprint.inspection.text import grid
+from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
+from geoprint.postprocessor import PLAN, json_bytes, write_bundle
+from geoprint.reporting import PlanRecord, as_json, read_record
+from geoprint.reporting.records.inspection import SIMULATED_SCHEMA, SimulatedRecord, SimulatedRunRecord
+from geoprint.reporting.records.rounding import verify_record
+from geoprint.simulation import (
+    Development,
+    Faults,
+    LaidBeads,
+    Lighting,
+    Sensor,
+    Viewpoint,
+    looking_at,
+    pictured,
+    png,
+    scanned,
+)
+
+# What a person reads of a print in silico: what lies along each run, beside what its path asks for.
+
+
+COLUMNS = ("run", "wanted mm3", "laid mm3", "laid / wanted", "beside mm3", "longest bare mm")
+
+
+def simulated_text(told: SimulatedRecord) -> str:
+    """Return a table of the runs, and how the print was laid."""
+    rows = [
+        [
+            str(each.run + 1), f"{each.wanted_mm3:.2f}", f"{each.laid_mm3:.2f}",
+            f"{each.laid_mm3 / each.wanted_mm3:.3f}",
+            f"{each.beside_mm3:.2f}", f"{each.longest_bare_mm:.2f}",
+        ]
+        for each in told.runs
+    ]  # fmt: skip
+    share = told.laid_mm3 / told.wanted_mm3
+    by = (
+        "by its program, executed as it stands in the folder, with the lags of its cell"
+        if told.laid_by == "program"
+        else "by its paths, because it has no program"
+    )
+    put_in = (
+        f"put in: flow x {told.flow:g}, width of beads x {told.spread:g} +/- "
+        f"{told.width_noise:.1%}, {told.offset_mm:+g} mm to the left; seed {told.seed}"
+    )
+    return "\n".join(
+        [
+            *grid(COLUMNS, rows),
+            "",
+            f"{told.plan}: {told.laid_mm3:.1f} mm3 laid in silico, {share:.3f} of what its paths ask for, {by}",
+            put_in,
+        ]
+    )
+
+
+# A print in silico of a bundle: what its program lays as it stands there, or its paths where it has none.
+
+
+# Of the scan [mm, share], and pixels along a side of scan and photograph.
+NOISE, MISSING = 0.05, 0.3
+SCAN_PIXELS, PHOTOGRAPH_PIXELS = 260, 900
+# How far away camera and scanner are, in radii of the part, and how much of the picture it fills.
+AWAY_RADII, FILLED = 10.0, 0.8
+
+
+@final
+@frozen
+class SimulatedPrint:
+    """What a bundle lays in silico.
+
+    Attributes:
+        plan: the bundle.
+        executed: whether its program was executed; else its paths were laid.
+        beads: what lies on the part.
+        faults: what was put in besides.
+        seed: of the noise.
+        runs: (r,) runs of the plan that lay material.
+        wanted: (r,) volume that its paths ask for [mm3].
+        laid: (r,) volume that lies along each [mm3].
+        beside: (r,) of that, what lies farther than half a spacing before the run's beginning, or behind its end
+            [mm3].
+        bare: (r,) longest stretch of each without material [mm].
+    """
+
+    plan: PlannedPrint
+    executed: bool
+    beads: LaidBeads
+    faults: Faults
+    seed: int
+    runs: IntArray
+    wanted: FloatArray
+    laid: FloatArray
+    beside: FloatArray
+    bare: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(
+            self, runs="int: r", wanted="float: r", laid="float: r", beside="float: r", bare="float: r"
+        )  # fmt: skip
+
+
+def simulated_print(folder: Path, *, faults: Faults, seed: int) -> SimulatedPrint:
+    """Print a bundle in silico.
+
+    Its program is executed as it stands in the folder, whoever has edited it since, and even if `geoprint check` would
+    refuse it: to see what it lays. Over a table those of all attitudes are.
+
+    Args:
+        folder: a bundle of one plan.
+        faults: what goes wrong besides.
+        seed: of the noise.
+
+    Raises:
+        InputError: the folder is no bundle, or nothing is laid.
+        UsageError: as `laid_pieces`.
+        VerificationError: a table was changed, or as `laid_pieces`.
+    """
+    plan, told = read_plan(folder), read_record(folder / PLAN, PlanRecord)
+    laid = laid_pieces(folder, plan, told, faults=faults, random=np.random.default_rng(seed))
+    return SimulatedPrint(plan, bool(told.robot), laid.beads, faults, seed, *_summed(plan, laid))
+
+
+def _summed(plan: PlannedPrint, laid: LaidPieces) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return run, wanted, laid, beside and bare of a simulated print."""
+    poses, beads, margin = plan.poses, laid.beads, 0.5 * plan.spacing
+    runs = np.unique(poses.runs[poses.deposit])
+    steps = deposited_steps(poses)
+    flows = (poses.flow[1:] + poses.flow[:-1]) / 2.0
+    piece = np.where(laid.within, beads.runs, 0)
+    whose, lengths = np.where(laid.within, laid.runs[piece], -1), laid.lengths[piece]
+    within = (beads.arcs >= 0.0) & (beads.arcs <= lengths) & (beads.widths > 0.0)
+    off = (beads.arcs < -margin) | (beads.arcs > lengths + margin)
+    sums, volumes = np.zeros((4, runs.size)), beads.volumes
+    for row, run in enumerate(runs.tolist()):
+        own, there = poses.runs[1:] == run, whose == run
+        filled = np.sort((beads.arcs + laid.starts[piece])[there & within])
+        bare = np.diff(np.concatenate([[0.0], filled, [float(steps[own].sum())]])).max()
+        sums[:, row] = (
+            float((steps * flows)[own].sum()), float(volumes[there].sum()), float(volumes[there & off].sum()), bare,
+        )  # fmt: skip
+    return runs, sums[0], sums[1], sums[2], sums[3]
+
+
+def record_simulated(found: SimulatedPrint) -> SimulatedRecord:
+    """Return what simulated.json says of a print in silico: the source of its text."""
+    faults = found.faults
+    return SimulatedRecord(
+        schema=SIMULATED_SCHEMA,
+        version=version("geoprint"),
+        plan=found.plan.name,
+        laid_by="program" if found.executed else "paths",
+        flow=faults.flow,
+        spread=faults.width_scale,
+        width_noise=faults.width_noise,
+        offset_mm=faults.offset,
+        seed=found.seed,
+        wanted_mm3=float(found.wanted.sum()),
+        laid_mm3=float(found.beads.volumes.sum()),
+        runs=tuple(
+            SimulatedRunRecord(run=run, wanted_mm3=wanted, laid_mm3=laid, beside_mm3=beside, longest_bare_mm=bare)
+            for run, wanted, laid, beside, bare in zip(
+                found.runs.tolist(), found.wanted.tolist(), found.laid.tolist(), found.beside.tolist(),
+                found.bare.tolist(), strict=True,
+            )
+        ),
+    )  # fmt: skip
+
+
+def save_simulated(
+    found: SimulatedPrint,
+    directory: Path | str,
+    development: Development | None = None,
+    *,
+    overwrite: bool = False,
+) -> SimulatedRecord:
+    """Write simulated.json, and a scan and a photograph to be appraised, with fiducials and lens: all or nothing.
+
+    The scan has 0.05 mm noise and 30 % missing, in the part's coordinates; both are taken from above the part.
+
+    Args:
+        found: what was printed in silico.
+        directory: where the result shall stand.
+        development: what the camera makes of the light; as by default if None.
+        overwrite: whether an existing result may be replaced.
+
+    Returns:
+        What simulated.json says.
+
+    Raises:
+        UsageError: the folder exists already.
+        ExportError: nothing can be written there.
+        InputError: the part is not seen from above.
+        VerificationError: what was written reads back otherwise.
+    """
+    told, surface = record_simulated(found), found.plan.surface
+    random = np.random.default_rng([found.seed, 1])
+    up = mean_normal(surface)
+    scan = scanned(
+        surface, found.beads, Sensor(_above(surface, up, SCAN_PIXELS), NOISE, MISSING), T_work_scan=np.eye(4),
+        random=random,
+    )  # fmt: skip
+    view = _above(surface, up, PHOTOGRAPH_PIXELS)
+    grey = pictured(surface, found.beads, view, Lighting(up), development, random=random)
+    files = {
+        "simulated.json": json_bytes(as_json(told)),
+        "simulated.txt": f"{simulated_text(told)}\n".encode(),
+        "scan.xyz": "".join(f"{x:.4f} {y:.4f} {z:.4f}\n" for x, y, z in scan.points.tolist()).encode(),
+        "print.png": png(grey),
+        "marks.csv": _marks(scan.feet, view),
+        "lens.toml": lens_text(Lens(view.size, np.full(2, view.focal), view.middle, np.zeros(2))).encode(),
+    }
+
+    def verify(written: Path) -> None:
+        verify_record(written / "simulated.json", told)
+
+    write_bundle(directory, files, overwrite=overwrite, verify=verify)
+    return told
+
+
+def _above(surface: Surface, up: FloatArray, pixels: int) -> Viewpoint:
+    """Return a camera far above the middle of a part, which fills most of a square picture."""
+    middle = 0.5 * (surface.vertices.min(axis=0) + surface.vertices.max(axis=0))
+    radius = float(np.linalg.norm(surface.vertices - middle, axis=1).max())
+    away = AWAY_RADII * radius
+    focal = FILLED * 0.5 * pixels * away / radius
+    return looking_at(middle, place=middle + away * up, focal=focal, size=(pixels, pixels))
+
+
+def _marks(feet: FloatArray, view: Viewpoint) -> bytes:
+    """Return a table of fiducials: the places seen that are outermost in eight directions, and the middle one."""
+    seen = view.pixels(feet) - view.middle
+    angles = np.pi * np.arange(8) / 4.0
+    rows = [int((seen @ np.array([np.cos(angle), np.sin(angle)])).argmax()) for angle in angles]
+    places = feet[sorted({*rows, int(np.linalg.norm(seen, axis=1).argmin())})]
+    lines = [
+        f"m{number},{u:.3f},{v:.3f},{x:.4f},{y:.4f},{z:.4f}"
+        for number, ((u, v), (x, y, z)) in enumerate(zip(view.pixels(places), places, strict=True), start=1)
+    ]
+    return "\n".join(["name,u,v,x,y,z", *lines, ""]).encode()

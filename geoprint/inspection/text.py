@@ -1,0 +1,390 @@
+"""What a person reads of inspected prints: photographs, scans, and how sure each figure is."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from itertools import combinations
+
+import numpy as np
+
+from geoprint.reporting.records.inspection import (
+    ApartRecord,
+    AppraisalRecord,
+    CameraRecord,
+    EstimateRecord,
+    LyingRecord,
+    OnPlanRecord,
+    PhotographRecord,
+    RegistrationRecord,
+    RunRecord,
+    ScanAppraisalRecord,
+    ScanFileRecord,
+    ScannedRunRecord,
+    ShiftRecord,
+    Stretch,
+)
+from geoprint.reporting.records.rounding import listed
+
+# What a person reads of appraised photographs: a table of each, the runs of the plan, and how far prints lie apart.
+
+
+_GAP = "  "
+_NONE = "-"
+# Stretches that a line of the table names; the others are counted.
+MOST_NAMED = 3
+PHOTOGRAPH_COLUMNS = ("photograph", "lines", "length px", "width px", "CV", "breaks")
+RUN_COLUMNS = (
+    "run", "length mm", "judged", "missing mm", "width mm", "planned", "of usual", "CV", "offset mm", "rms",
+    "faults at mm",
+)  # fmt: skip
+
+
+def appraisal_text(told: AppraisalRecord) -> str:
+    """Return tables and sentences."""
+    lines = grid(PHOTOGRAPH_COLUMNS, photograph_rows(told))
+    for each in told.photographs:
+        lines += ["", *looked_for(told, each)]
+        if each.on_plan is not None:
+            lines += [
+                "",
+                *grid(RUN_COLUMNS, photographed_run_rows(each.on_plan)),
+                "",
+                *plan_sentences(each, each.on_plan),
+            ]
+    if told.pairs:
+        lines += ["", *_matrix(told)]
+    return "\n".join(lines)
+
+
+def photograph_rows(told: AppraisalRecord) -> list[tuple[str, ...]]:
+    """Return the rows of the table of photographs, below `COLUMNS`."""
+    return [
+        (
+            each.file, str(len(each.lines)), f"{each.length_px:.0f}", f"{each.width_mean_px:.2f}",
+            f"{each.width_cv:.1%}", str(_breaks(each)),
+        )
+        for each in told.photographs
+    ]  # fmt: skip
+
+
+def photographed_run_rows(found: OnPlanRecord) -> list[tuple[str, ...]]:
+    """Return the rows of the table of runs, below `RUN_COLUMNS`."""
+    return [_run_row(run) for run in found.runs]
+
+
+def looked_for(told: AppraisalRecord, each: PhotographRecord) -> list[str]:
+    """Return what lines were looked for with in a photograph, and notes."""
+    choices = (("width", told.width_chosen), ("threshold", told.threshold_chosen))
+    chosen = " and ".join(name for name, is_chosen in choices if is_chosen)
+    how = f", {chosen} chosen from the picture" if chosen else ""
+    if each.on_plan is not None and each.on_plan.camera.outline is None:
+        size = f"{each.size_px[0]} x {each.size_px[1]} pixels"
+        looked = f"{each.file}: {size}, beads {each.bead_width_px:.3g} pixels wide"
+    else:
+        looked = (
+            f"{each.file}: {each.size_px[0]} x {each.size_px[1]} pixels, beads {told.shade} than what they lie on, "
+            f"{each.bead_width_px:.3g} pixels wide, contrast from {each.threshold:.3g} on{how}"
+        )
+    said = [looked]
+    if each.turned:
+        said.append(f"note: {each.file} was turned upright, as the camera noted; pixels are counted after that")
+    return said
+
+
+def plan_sentences(each: PhotographRecord, found: OnPlanRecord) -> list[str]:
+    """Return how a photograph shows its plan in sentences, then notes and warnings."""
+    said = (
+        f"{each.file}: of the plan {found.judged:.1%} is in sight and judged, of that {found.missing:.2%} has "
+        "no material"
+    )
+    if found.width_mean_mm is None or found.width_cv is None or found.offset_mean_mm is None or found.usual is None:
+        covered = f"{said}; no width and no offset is known well enough to be given"
+    else:
+        covered = (
+            f"{said}; beads are {found.width_mean_mm:.3f} mm wide (CV {found.width_cv:.1%}), planned are "
+            f"{found.width_planned_mm:.3f} mm, usual in this print is {found.usual:.2f} of that; they lie "
+            f"{found.offset_mean_mm:+.3f} mm to the left of their runs ({found.offset_rms_mm or 0.0:.3f} root "
+            "mean square)"
+        )
+    apart = f"{each.file}: plan to print and back: {_apart_text(found.apart_mm)} mm"
+    tone = f"the tone curve of gamma {found.gamma:.2g}"
+    light = f"{each.file}: edges are blurred by {found.blur_px:.2g} pixels and have {tone}"
+    lines = [covered, apart, *_placed_camera(each, found.camera), light]
+    lines += [
+        f"warning: {each.file}: run {run.run + 1} is {run.whole} over its whole length: {run.of_usual.value:.2f} of "
+        "what is usual in this print"
+        for run in found.runs
+        if run.whole is not None and run.of_usual is not None
+    ]
+    lines += [f"note: {each.file}: {doubt}" for doubt in found.doubts]
+    lines += shift_sentences(each.file, found.shift)
+    if found.strays > 0.0:
+        lines.append(
+            f"note: {each.file}: {found.strays:.1%} of the material lies farther than {found.reach_mm:.3g} mm from "
+            "every run"
+        )
+    return lines
+
+
+def shift_sentences(file: str, shift: ShiftRecord | None) -> list[str]:
+    """Return what is said where a whole print lies beside its plan."""
+    if shift is None:
+        return []
+    x, y, z = shift.by_mm
+    length = float(np.linalg.norm(shift.by_mm))
+    said = (
+        f"warning: {file}: the whole print lies {length:.2f} mm (+/- {shift.deviation_mm:.2f}) beside its plan, by "
+        f"({x:+.2f}, {y:+.2f}, {z:+.2f}) mm in the part's coordinates: touch the part again, since feedback moves no "
+        "path"
+    )
+    return [said]
+
+
+def _placed_camera(each: PhotographRecord, camera: CameraRecord) -> list[str]:
+    """Return what a pixel covers, what placed the camera, and how well."""
+    covers, outline = f"{each.file}: a pixel covers {camera.mm_per_px:.3f} mm", camera.outline
+    if outline is None:
+        off = f"the {camera.fiducials} fiducials are {camera.residual_px:.2g} pixels off where the camera sees them"
+        return [f"{covers}; {off}"]
+    placed = (
+        f"{covers}; the part's outline, not fiducials, placed the camera: it is {camera.residual_px:.2g} pixels "
+        f"off, and places of the part are seen within {outline.within_px:.2g} pixels, "
+        f"{outline.within_mm:.2g} mm, of where they are (95 %)"
+    )
+    if outline.clearer is None:
+        return [placed]
+    decided = (
+        f"note: {each.file}: the outline looks alike from {outline.alike} places of the camera; that one was taken "
+        f"from which the lines lie nearest to the plan, {outline.clearer:.2g} times nearer than from the next: give "
+        "`--fiducials` if the print may lie far off its paths"
+    )
+    return [placed, decided]
+
+
+def verdict_on_photographs(told: AppraisalRecord) -> str:
+    """Return the sentence that says what matters most: what is missing of the plan, else how far prints lie apart."""
+    first, *others = told.photographs
+    plans = [(each, each.on_plan) for each in told.photographs if each.on_plan is not None]
+    if plans and not others:
+        return plan_sentences(*plans[0])[0]
+    if plans:
+        missing = listed([f"{found.missing:.2%} in {each.file}" for each, found in plans])
+        return f"of what is judged of the plan there is no material on {missing}"
+    if not others:
+        return (
+            f"{first.file} shows {_counted(len(first.lines), 'line')} of material, {first.length_px:.0f} pixels long "
+            f"together and {first.width_mean_px:.2f} pixels wide (CV {first.width_cv:.1%}), with "
+            f"{_counted(_breaks(first), 'break')}"
+        )
+    near, *_, far = sorted([told.pairs[0], *told.pairs], key=lambda pair: pair.apart_px.hausdorff)
+    nearest = f"the lines of {near.first} and {near.second} lie {near.apart_px.hausdorff:.2f} pixels apart (Hausdorff)"
+    if len(told.pairs) == 1:
+        return f"{nearest}, {near.apart_px.mean:.2f} in the mean"
+    return (
+        f"{nearest}, the nearest of {len(told.pairs)} pairs; those of {far.first} and {far.second} "
+        f"{far.apart_px.hausdorff:.2f}, the farthest"
+    )
+
+
+def pair_sentences(told: AppraisalRecord) -> list[str]:
+    """Return how far each two photographs lie apart, there and back."""
+    return [f"{pair.first} to {pair.second} and back: {_apart_text(pair.apart_px)} pixels" for pair in told.pairs]
+
+
+def sentence(said: str, names: Collection[str]) -> str:
+    """Return what is said as a sentence; the name of a file stays as it is.
+
+    Args:
+        said: with neither a capital letter nor a full stop.
+        names: of files.
+
+    Examples:
+        >>> sentence("of the plan 1 mm is missing", ["a.png"]), sentence("a.png: all is there", ["a.png"])
+        ('Of the plan 1 mm is missing.', 'a.png: all is there.')
+    """
+    begun = said if any(said.startswith(name) for name in names) else f"{said[0].upper()}{said[1:]}"
+    return f"{begun}."
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def _breaks(each: PhotographRecord) -> int:
+    return sum(len(line.breaks_px) for line in each.lines)
+
+
+def _run_row(run: RunRecord) -> tuple[str, ...]:
+    return (
+        str(run.run + 1), f"{run.length_mm:.1f}", f"{run.judged_mm / run.length_mm:.0%}", f"{run.missing_mm:.1f}",
+        _photographed_estimate(run.width_mm, "{:.3f}"), f"{run.width_planned_mm:.3f}",
+        _NONE if run.of_usual is None else f"{run.of_usual.value:.2f}", _number(run.width_cv, "{:.1%}"),
+        _photographed_estimate(run.offset_mm, "{:+.3f}"), _number(run.offset_rms_mm, "{:.3f}"), _faults(run),
+    )  # fmt: skip
+
+
+def _photographed_estimate(found: EstimateRecord | None, form: str) -> str:
+    return _NONE if found is None else f"{form.format(found.value)} +/- {found.deviation:.3f}"
+
+
+def _faults(run: RunRecord) -> str:
+    """Return what is wrong with a run: all of it, then where."""
+    kinds = (("gap", run.gaps_mm), ("blob", run.blobs_mm), ("thin", run.thin_mm))
+    named = [f"{kind} {_stretches(stretches)}" for kind, stretches in kinds if stretches]
+    return "; ".join([*([] if run.whole is None else [f"{run.whole} all along"]), *named]) or _NONE
+
+
+def _number(value: float | None, form: str) -> str:
+    return _NONE if value is None else form.format(value)
+
+
+def _stretches(stretches: Sequence[Stretch]) -> str:
+    named = [f"{start:.1f}-{end:.1f}" for start, end in stretches[:MOST_NAMED]]
+    more = len(stretches) - len(named)
+    return ", ".join([*named, *([f"{more} more"] if more else [])]) or _NONE
+
+
+def apart_by_numbers(told: AppraisalRecord) -> dict[tuple[int, int], ApartRecord]:
+    """Return how far each two photographs lie apart, by their numbers from 0, the lower first.
+
+    Their names may be alike, as of files in two folders.
+    """
+    numbers = combinations(range(len(told.photographs)), 2)
+    return {both: pair.apart_px for both, pair in zip(numbers, told.pairs, strict=True)}
+
+
+def _matrix(told: AppraisalRecord) -> list[str]:
+    """Return the Hausdorff distances of each two photographs, as the paper's Table II, and what they hide."""
+    names = [each.file for each in told.photographs]
+    cells = [["0"] * len(names) for _ in names]
+    for (one, other), apart in apart_by_numbers(told).items():
+        cells[one][other] = cells[other][one] = f"{apart.hausdorff:.4f}"
+    rows = [(name, *row) for name, row in zip(names, cells, strict=True)]
+    lines = ["Hausdorff distances of the lines [pixels]", *grid(("", *names), rows), ""]
+    return lines + pair_sentences(told)
+
+
+def _apart_text(apart: ApartRecord) -> str:
+    return (
+        f"Hausdorff {apart.hausdorff:.3f} ({apart.there.largest:.3f} there, {apart.back.largest:.3f} back), 95 % "
+        f"within {apart.p95:.3f}, mean {apart.mean:.3f}"
+    )
+
+
+def grid(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return a heading, a line below it, and the rows; the first column to the left."""
+    widths = [max(len(row[column]) for row in (header, *rows)) for column in range(len(header))]
+
+    def line(cells: Sequence[str]) -> str:
+        fitted = [cell.rjust(width) for cell, width in zip(cells, widths, strict=True)]
+        return _GAP.join([cells[0].ljust(widths[0]), *fitted[1:]]).rstrip()
+
+    return [line(header), "-" * (sum(widths) + len(_GAP) * (len(widths) - 1)), *map(line, rows)]
+
+
+# What a person reads of appraised scans: the runs of the plan, how thick the print is, and how sure that is.
+
+SCANNED_COLUMNS = ("run", "length mm", "seen", "missing mm", "volume", "crest mm", "offset mm")
+# Standard deviations to either side that hold 95 of 100.
+TWO_SIDED = 1.96
+# Less bare part than this among the points says little of where the part's surface is.
+LEAST_BARE = 0.03
+# A volume farther from the planned one than this is worth a word.
+NOTABLE_VOLUME = 0.03
+
+
+def scan_text(told: ScanAppraisalRecord) -> str:
+    """Return tables and sentences on a scan of a print."""
+    lines = grid(SCANNED_COLUMNS, scanned_run_rows(told.runs))
+    return "\n".join([*lines, "", *scan_sentences(told)])
+
+
+def scan_sentences(told: ScanAppraisalRecord) -> list[str]:
+    """Return what a scan shows of a print in sentences, then notes and warnings."""
+    off, ratio = told.from_plan, told.volume_ratio
+    volume = (
+        f"{told.scan.file}: the print has {_said(ratio, '{:.1%}')} of the planned volume where it is seen, and is "
+        f"{_said(told.thickness_mm, '{:.3f}')} mm thick in the mean"
+    )
+    covered = (
+        f"of the area to be covered {told.seen:.1%} is seen, and {_said(told.covered, '{:.1%}')} of that has material: "
+        f"{_said(told.volume_seen_mm3, '{:.0f}')} mm3 of {told.volume_planned_mm3:.0f} mm3 planned in all"
+    )
+    thickness = (
+        f"thickness minus the planned one: {_said(off.mean, '{:+.3f}')} mm in the mean, {off.rms_mm:.3f} mm root mean "
+        f"square ({off.noise_mm:.3f} mm of it by the scan), 90 % between {off.p5_mm:+.3f} and {off.p95_mm:+.3f} mm"
+    )
+    beads = (
+        f"beads are {told.registration.bead_width:.2f} times as wide as their flow over the layer's height, and lie "
+        f"{told.registration.offset_mm:+.3f} mm to the left of their paths"
+    )
+    lines = [volume, covered, thickness, *_placed(told.scan, told.registration), beads]
+    if told.bare < LEAST_BARE:
+        lines.append(
+            f"note: only {told.bare:.1%} of the points show the part bare, so that thickness hangs on beads being "
+            "parabolas across; scan what lies around the print as well, or leave a margin"
+        )
+    if abs(ratio.value - 1.0) > max(NOTABLE_VOLUME, TWO_SIDED * ratio.deviation):
+        lines.append(
+            f"warning: {abs(ratio.value - 1.0):.0%} {'more' if ratio.value > 1.0 else 'less'} material than planned; "
+            "fit the flow anew with `geoprint fit-flow`, or check pressure and material"
+        )
+    return [*lines, *shift_sentences(told.scan.file, told.shift)]
+
+
+def lying_text(told: LyingRecord) -> str:
+    """Return sentences on a part before it is printed on."""
+    lies = (
+        f"{told.part} lies {told.offset_mean_mm:+.3f} mm off its file in the mean, {told.offset_rms_mm:.3f} mm root "
+        f"mean square, {told.offset_least_mm:+.3f} to {told.offset_most_mm:+.3f} mm (+/- "
+        f"{TWO_SIDED * told.deviation_mm:.3f}), over {told.seen:.0%} of its area; allowed are {told.allowed_mm:g} mm"
+    )
+    fitted = (
+        f"fitted smoothly over {told.smoothing_mm:.2g} mm, from which {told.scan.used} points are off by "
+        f"{told.residual_mm:.3f} mm (standard deviation)"
+    )
+    mesh = f"{told.mesh} is the surface that is there: plan on it with `geoprint plan {told.mesh} --unit mm`"
+    return "\n".join([lies, fitted, *_placed(told.scan, told.registration), mesh])
+
+
+def scanned_run_rows(runs: Sequence[ScannedRunRecord]) -> list[tuple[str, ...]]:
+    """Return the rows of the table of runs, below `COLUMNS`."""
+    return [_run(run) for run in runs]
+
+
+def _placed(scan: ScanFileRecord, found: RegistrationRecord) -> list[str]:
+    """Return how well a scan lies on its part."""
+    shift, turn = TWO_SIDED * found.shift_deviation_mm, TWO_SIDED * found.turn_deviation_deg
+    placed = (
+        f"{scan.file}: {scan.used} points lie over the part, {scan.points} are in the file; they have "
+        f"{found.noise_mm:.3f} mm noise, and their pose is known to {shift:.3f} mm and {turn:.3f} degrees"
+    )
+    lines = [placed]
+    if found.scale is not None:
+        larger = 1.0 / found.scale.value - 1.0
+        lines.append(
+            f"warning: {scan.file} is {abs(larger):.2%} too {'large' if larger > 0.0 else 'small'}; its coordinates "
+            f"are multiplied by {_said(found.scale, '{:.4f}')} here; calibrate the scanner"
+        )
+    if found.loose:
+        lines.append(
+            f"note: {found.loose} of six directions of that pose are fixed by nothing in the scan, and "
+            f"{'as given' if found.given else 'as the scan had them'}"
+        )
+    return lines
+
+
+def _run(run: ScannedRunRecord) -> tuple[str, ...]:
+    return (
+        str(run.run + 1), f"{run.length_mm:.1f}", f"{run.seen_mm / run.length_mm:.0%}", f"{run.missing_mm:.1f}",
+        _estimate(run.ratio, "{:.1%}"), _estimate(run.crest_mm, "{:.3f}"), _estimate(run.offset_mm, "{:+.3f}"),
+    )  # fmt: skip
+
+
+def _estimate(found: EstimateRecord | None, form: str) -> str:
+    return _NONE if found is None else _said(found, form)
+
+
+def _said(found: EstimateRecord, form: str) -> str:
+    """Return a figure with what 95 of 100 lie within."""
+    return f"{form.format(found.value)} +/- {form.replace('+', '').format(TWO_SIDED * found.deviation)}"

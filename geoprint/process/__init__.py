@@ -1,0 +1,40 @@
+"""The process: how much material flows, what bead it makes, how wide it shall be, what cures it, what a path needs."""
+
+from typing import TYPE_CHECKING
+
+from geoprint.lazy import attached
+from geoprint.process.bead import (
+    Bead as Bead,
+    bead as bead,
+    flow_for as flow_for,
+    following_flow as following_flow,
+    strand_diameter as strand_diameter,
+)
+from geoprint.process.curing import (
+    Exposure as Exposure,
+    bottom_doses as bottom_doses,
+    cured_depth as cured_depth,
+    dose_of_pass as dose_of_pass,
+    dose_of_passes as dose_of_passes,
+    exposure as exposure,
+    fastest_curing as fastest_curing,
+)
+from geoprint.process.rheology import (
+    Bore as Bore,
+    PressureBudget as PressureBudget,
+    bore_of as bore_of,
+    flow_through as flow_through,
+    pressure_for as pressure_for,
+    starting_pressure as starting_pressure,
+)
+from geoprint.process.widths import (
+    WidthRule as WidthRule,
+    WidthsAbout as WidthsAbout,
+    WidthsAlong as WidthsAlong,
+    WidthsBetween as WidthsBetween,
+    WidthsOver as WidthsOver,
+    between as between,
+)
+
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = attached(__name__, modules="fitting")

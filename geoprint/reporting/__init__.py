@@ -1,0 +1,111 @@
+"""What is said of a result: plan.json and compare.json, tables, verdict, run sheet, report and figures."""
+
+from geoprint.reporting.calibration import (
+    calibration_summary as calibration_summary,
+    calibration_text as calibration_text,
+)
+from geoprint.reporting.chart_figure import (
+    FlattenedPart as FlattenedPart,
+    chart_figure as chart_figure,
+    inspection_figure as inspection_figure,
+)
+from geoprint.reporting.check import (
+    Checked as Checked,
+    CheckedComparison as CheckedComparison,
+    Finding as Finding,
+    also_seen as also_seen,
+)
+from geoprint.reporting.comparison import (
+    comparison_report as comparison_report,
+    comparison_table as comparison_table,
+    tell_comparison as tell_comparison,
+)
+from geoprint.reporting.evenness import record_evenness as record_evenness
+from geoprint.reporting.figures import (
+    CoveragePanel as CoveragePanel,
+    coverage_figure as coverage_figure,
+    lines_figure as lines_figure,
+    switching_figure as switching_figure,
+)
+from geoprint.reporting.measurement import (
+    measure_table as measure_table,
+    record_measure_timings as record_measure_timings,
+    record_measurement as record_measurement,
+)
+from geoprint.reporting.mesh_files import (
+    inspection_summary as inspection_summary,
+    inspection_text as inspection_text,
+    remeshing_summary as remeshing_summary,
+    remeshing_text as remeshing_text,
+)
+from geoprint.reporting.page import html_report as html_report
+from geoprint.reporting.placement import proposal_summary as proposal_summary, proposal_text as proposal_text
+from geoprint.reporting.plan import (
+    again_text as again_text,
+    outcome_text as outcome_text,
+    patch_summary as patch_summary,
+    patch_text as patch_text,
+    peak_memory as peak_memory,
+    record_plan as record_plan,
+    record_timings as record_timings,
+    summary as summary,
+)
+from geoprint.reporting.records.comparison import (
+    CheckedComparisonRecord as CheckedComparisonRecord,
+    CheckRecord as CheckRecord,
+    ComparisonRecord as ComparisonRecord,
+    MeasurementRecord as MeasurementRecord,
+    ToldComparison as ToldComparison,
+)
+from geoprint.reporting.records.evidence import STAGES as STAGES, SeenFile as SeenFile
+from geoprint.reporting.records.plan import PlanRecord as PlanRecord
+from geoprint.reporting.records.rounding import as_json as as_json, read_record as read_record
+from geoprint.reporting.records.stack import StackComparisonRecord as StackComparisonRecord, StackRecord as StackRecord
+from geoprint.reporting.robot_summary import program_digest as program_digest
+from geoprint.reporting.run_sheet import check_summary as check_summary, run_sheet as run_sheet
+from geoprint.reporting.slice_figure import (
+    SlicedView as SlicedView,
+    seams_figure as seams_figure,
+    sliced_figure as sliced_figure,
+    thickness_figure as thickness_figure,
+)
+from geoprint.reporting.stack import stack_text as stack_text
+from geoprint.reporting.stack_comparison import stack_comparison_text as stack_comparison_text
+from geoprint.reporting.stack_html import (
+    OF_BACKENDS as OF_BACKENDS,
+    OF_FLOWS as OF_FLOWS,
+    FlowView as FlowView,
+    StackPaths as StackPaths,
+    StackReport as StackReport,
+    stack_report as stack_report,
+)
+from geoprint.reporting.stack_sheet import check_text as check_text
+from geoprint.reporting.tables import (
+    csv_text as csv_text,
+    levels_table as levels_table,
+    runs_table as runs_table,
+    samples_table as samples_table,
+    save_table as save_table,
+)
+from geoprint.reporting.values import (
+    COVERED as COVERED,
+    GAP as GAP,
+    MOST_FRAMES as MOST_FRAMES,
+    OVERLAP as OVERLAP,
+    BackendView as BackendView,
+    Body as Body,
+    Machine as Machine,
+    MotionShades as MotionShades,
+    PartReport as PartReport,
+    PathDistances as PathDistances,
+    Picture as Picture,
+    Replay as Replay,
+    Row as Row,
+    TableReplay as TableReplay,
+)
+from geoprint.reporting.verdict import verdict as verdict
+from geoprint.reporting.view import (
+    ViewSurface as ViewSurface,
+    shading_normals as shading_normals,
+    view_surface as view_surface,
+)

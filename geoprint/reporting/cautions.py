@@ -1,0 +1,431 @@
+"""What a person should know of a plan, as plan.json carries it, by weight.
+
+A warning: the print will be wrong unless somebody acts. A note: what a person wants to know before printing. A detail:
+what is as it should be, or acts nowhere yet; it stands in the report and with --verbose.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
+from geoprint.config import common_needles
+from geoprint.distance import accuracy, backend, most_accurate_backend
+from geoprint.geometry import face_areas
+from geoprint.geometry.files import rebuilt_in_words, unit_hint
+from geoprint.model import Cell
+from geoprint.reporting.metrics import cover_text
+from geoprint.reporting.prints import feedback_notes, made_up_notes
+from geoprint.reporting.records.plan import FibresRecord, MotionRecord, PatchRecord, PlanRecord, RobotRecord, SideRecord
+from geoprint.reporting.records.rounding import how_many
+from geoprint.reporting.verdict import coverage_advice, covering, middle_sentences
+from geoprint.results import Plan, Workpiece
+from geoprint.robot.placing import NOTABLE_SHARE
+from geoprint.toolpath import creases
+
+# A nozzle that leans more than this from the surface normal [degrees] lays a visibly lopsided bead.
+NOTABLE_LEAN = 15.0
+# Paths whose spacing varies by more than this could be more even with a more accurate backend.
+NOTABLE_CV = 0.01
+# A share of a layer below this may stand out over the one below without a word: its rim, as triangles have it.
+LEAST_STANDING_OUT = 0.001
+# A tip nearer to the surface than this share of the stand-off lays a visibly thinner bead.
+NOTABLE_HEIGHT = 0.9
+# Times that differ by less than this [ms] are one.
+ROUNDING_MS = 1e-3
+# An arm that keeps the stand-off no better than the first share of it [95 % bound] halves the bead's height somewhere,
+# which is worth knowing; from the second on its tip may scratch the part.
+NOTABLE_INACCURACY, LARGEST_INACCURACY = 0.5, 1.0
+
+
+def warnings_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
+    """Return what a person should act on.
+
+    Args:
+        plan: as planned.
+        told: its figures.
+    """
+    workpiece = plan.workpiece
+    return (
+        *_unit(workpiece),
+        *([told.surface.side.sentence] if _is_doubtful(told.surface.side) else []),
+        *_unsearched(workpiece),
+        *coverage_warnings(told),
+        *([] if plan.job.place == "demo" else placement_texts(told.robot)),
+        *_pressure(told),
+        *_close_targets(told.robot, digested=False),
+        *(_wide_needle(plan, told, ploughing=True) if plan.robot else []),
+        *_uncertain(workpiece),
+        *(_inaccurate(told, least=LARGEST_INACCURACY) if plan.robot else ()),
+        *_unheld(workpiece),
+        *_unchanging(workpiece),
+        *([plan.light.lacking] if plan.light and plan.light.lacking else []),
+    )
+
+
+def _unchanging(workpiece: Workpiece) -> Iterator[str]:
+    """Yield that the cell cannot lay beads of more than one width, where they are wanted."""
+    if workpiece.widths is not None and workpiece.cell.signals.mode != "analog":
+        yield (
+            f"the cell {workpiece.cell.name} can only open and shut its valve, and these paths are of more than one "
+            'width: a program for them needs a cell with signals.mode "analog".'
+        )
+
+
+def notes_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
+    """Return what a person wants to know before printing: the printed side, repairs, what was left out.
+
+    Args:
+        plan: as planned.
+        told: its figures.
+    """
+    return (
+        *([] if _is_doubtful(told.surface.side) or _is_confirmed(told.surface.side) else [told.surface.side.sentence]),
+        *(placement_texts(told.robot) if plan.job.place == "demo" else []),
+        *(sentence for robot in told.robot for sentence in orientation_notes(robot.motion)),
+        *_inside(told.patches),
+        *(f"{file.name} is {said}." for file in plan.workpiece.files if (said := rebuilt_in_words(file))),
+        *_repairs(plan.workpiece),
+        *feedback_notes(told.feedback),
+        *_sources(told),
+        *_paths(told),
+        *evener_backends(told),
+        *_creases(plan),
+        *(_wide_needle(plan, told, ploughing=False) if plan.robot else []),
+        *made_up_notes(plan, told),
+        # A demonstration runs only dry, and not where the part will stand.
+        *([] if plan.job.place == "demo" else _near_borders(told.robot)),
+        *_close_targets(told.robot, digested=True),
+    )
+
+
+def details_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
+    """Return what is as it should be, and how it came to be so.
+
+    Args:
+        plan: as planned.
+        told: its figures.
+    """
+    return (
+        *([told.surface.side.sentence] if _is_confirmed(told.surface.side) else []),
+        *middle_sentences(told.middles),
+        *(_inaccurate(told, least=NOTABLE_INACCURACY, below=LARGEST_INACCURACY) if plan.robot else ()),
+        *(_near_borders(told.robot) if plan.job.place == "demo" else []),
+        *_of_each(told.robot, _bends),
+    )
+
+
+def said_once(texts: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return what is said of several backends, each sentence once; what does not hold for all names whose it is."""
+    every = dict.fromkeys(text for said in texts.values() for text in said)
+    whose = {text: [name for name, said in texts.items() if text in said] for text in every}
+    return [text if len(whose[text]) == len(texts) else f"{', '.join(whose[text])}: {text}" for text in every]
+
+
+def placement_texts(robots: Sequence[RobotRecord]) -> list[str]:
+    """Return what a person should know of where the part stands, if anything."""
+    missing = dict.fromkeys(what for robot in robots for what in robot.motion.placement_missing)
+    unknown = "placement" if any(what.startswith("where") for what in missing) else "flow"
+    return [f"{unknown} not known: programs run only dry, until somebody states {' and '.join(missing)}."][
+        : len(missing)
+    ]
+
+
+def orientation_notes(motion: MotionRecord) -> list[str]:
+    """Return how a demonstration was turned and why, if it was."""
+    turned = motion.placement_orientation
+    if turned is None:
+        return []
+    rpy = ", ".join(f"{angle:g}" for angle in turned.rpy_deg)
+    return [
+        (
+            f"turned by demo_rpy_deg = [{rpy}], its mean normal {turned.tilt_deg:g} degrees from upright, which "
+            f"serves, of {turned.tried} orientations; with its mean normal up: {turned.start_refused}"
+        )
+    ]
+
+
+def near_borders(motion: MotionRecord) -> list[str]:
+    """Return where axes stand near borders of quadrants on deposit, if they do."""
+    near = [axis for axis in motion.quadrants if axis.targets_near]
+    if not near:
+        return []
+    least = min(near, key=lambda axis: axis.nearest_deg)
+    place = ", ".join(f"{mm:.1f}" for mm in least.place_mm)
+    axes = ", ".join(f"axis {axis.axis} at {axis.targets_near} targets" for axis in near)
+    told = f"{axes}, nearest axis {least.axis} in run {least.run + 1} at ({place}) mm"
+    risk = (
+        "an arm calibrated otherwise has another configuration there: where its controller stops, move or turn the part"
+    )
+    return [f"within 1 degree of a border of quadrants on deposit: {told}; {risk}."]
+
+
+def _near_borders(robots: Sequence[RobotRecord]) -> Iterator[str]:
+    return _of_each(robots, lambda robot: near_borders(robot.motion))
+
+
+def _wide_needle(plan: Plan, told: PlanRecord, *, ploughing: bool) -> list[str]:
+    """Say that the needle is wider than paths are apart, where it ploughs through the beads beside or passes over."""
+    cell, (layer,), widths = plan.workpiece.cell, told.layers, told.paths.widths_mm
+    nearest = told.settings.spacing_mm if widths is None else widths[0]
+    if ploughing is not (layer.standoff_mm < cell.process.layer_height):
+        return []
+    return wide_needle_notes(cell, nearest, standoff=layer.standoff_mm)
+
+
+def wide_needle_notes(cell: Cell, spacing: float, *, standoff: float) -> list[str]:
+    """Return that the needle passes over the beads beside its own, how high, and which needle would not, if it does.
+
+    Args:
+        cell: its tool and process.
+        spacing: of the paths, where they lie closest [mm].
+        standoff: of the tip over what the layer lies on [mm].
+    """
+    width, height = cell.tool.needle_diameter, standoff - cell.process.layer_height
+    if width <= spacing:
+        return []
+    passes = f"{height:.2g} mm above" if height > 0.0 else f"{-height:.2g} mm within" if height else "along the top of"
+    narrow = next((needle for needle in common_needles() if needle.outer <= spacing), None)
+    other = f"one of {narrow.gauge} gauge ({narrow.outer:g} mm) does not" if narrow else "no common one is thinner"
+    return [
+        (
+            f"the needle is {width:g} mm wide and the paths are {spacing:g} mm apart: its rim passes {passes} the "
+            f"beads beside its own; {other} (`geoprint guide fine-lines`)."
+        )
+    ]
+
+
+def coverage_warnings(told: PlanRecord) -> list[str]:
+    """Return that the paths leave holes or lay much twice and what to do, or nothing where they cover the part."""
+    measured = told.uniformity
+    if measured is None or covering(measured).covers:
+        return []
+    advice = " ".join(coverage_advice(measured, told.settings.spacing_mm))
+    return [f"{cover_text(measured)}. {advice}"]
+
+
+def fibres_text(told: FibresRecord) -> str:
+    """Return what is said of the angles of fibres."""
+    off = (
+        f"{told.off_mean_deg:.1f} degrees off the field's lines in the mean, 95 % of their length within "
+        f"{told.off_p95_deg:.1f}"
+    )
+    if told.helix_mean_deg is None or told.helix_deg is None:
+        return off
+    low, high = told.helix_deg
+    return (
+        f"{off}; helix angle {told.helix_mean_deg:+.1f} degrees to the direction around the axis, 90 % between "
+        f"{low:+.1f} and {high:+.1f}"
+    )
+
+
+def patch_evenness(patch: PatchRecord) -> str:
+    """Return how much the spacing of a patch varies, in words."""
+    return "- with one level" if patch.spacing.cv is None else f"{patch.spacing.cv:.2%}"
+
+
+def _is_doubtful(side: SideRecord) -> bool:
+    """Say whether the body below does not confirm the printed side."""
+    return side.agreeing is not None and side.source != "body"
+
+
+def _is_confirmed(side: SideRecord) -> bool:
+    """Say whether the body below confirms the printed side as the file has it."""
+    return side.source == "body" and not side.turned
+
+
+def _inside(patches: Sequence[PatchRecord]) -> list[str]:
+    """Return which side of a drawn curve was taken, patch by patch."""
+    return [
+        f"{f'patch {number}' if len(patches) > 1 else 'the patch'} lies inside {patch.inside}."
+        for number, patch in enumerate(patches, start=1)
+        if patch.inside is not None
+    ]
+
+
+def _repairs(workpiece: Workpiece) -> Iterator[str]:
+    """Say what preparing changed, patch by patch."""
+    for number, preparation in enumerate(workpiece.preparations, start=1):
+        if changes := preparation.repairs.changes():
+            yield f"{_which(number, workpiece)}the mesh was repaired: {'; '.join(changes)}."
+
+
+def _unit(workpiece: Workpiece) -> Iterator[str]:
+    """Say where the part is so small or large that its unit may be wrong; of a patch, the body that it was cut from."""
+    whole = workpiece.patches[0].body if workpiece.patches else workpiece.base
+    hint = unit_hint(whole, unit=workpiece.files[0].unit)
+    if hint is not None:
+        yield hint
+
+
+def _unsearched(workpiece: Workpiece) -> Iterator[str]:
+    """Say where nobody knows whether the surface passes through itself."""
+    for number, preparation in enumerate(workpiece.preparations, start=1):
+        if not preparation.crossings_checked:
+            yield (
+                f"{_which(number, workpiece)}not checked: whether the surface passes through itself, because its "
+                "triangles are so thin."
+            )
+
+
+def _which(number: int, workpiece: Workpiece) -> str:
+    """Return which of several patches is meant, as a sentence begins."""
+    return f"patch {number}: " if len(workpiece.preparations) > 1 else ""
+
+
+def _of_each(robots: Sequence[RobotRecord], said: Callable[[RobotRecord], Iterable[str]]) -> Iterator[str]:
+    """Yield what is said of each part of the robot, and of several in which attitude of a table that is."""
+    for number, robot in enumerate(robots, start=1):
+        which = f"attitude {number} of {len(robots)}: " if len(robots) > 1 else ""
+        yield from (f"{which}{sentence}" for sentence in said(robot))
+
+
+def _close_targets(robots: Sequence[RobotRecord], *, digested: bool) -> Iterator[str]:
+    """Say how many targets follow too soon, in all attitudes of a table together.
+
+    Args:
+        robots: its parts.
+        digested: whether to say it where all of them come late enough for a controller to take them at all, or where
+            not.
+    """
+    near = {number: one.motion.targets for number, one in enumerate(robots, start=1) if one.motion.targets.closer}
+    if not near:
+        return
+    soonest, count = min(near, key=lambda number: near[number].shortest_ms), sum(one.closer for one in near.values())
+    targets = near[soonest]
+    if digested != (targets.shortest_ms >= targets.least_ms - ROUNDING_MS):
+        return
+    whose = f" in attitude {soonest}" if len(robots) > 1 else ""
+    yield (
+        f"{count} target{'s follow' if count > 1 else ' follows'} the one before sooner than the controller digests "
+        f"{'them' if count > 1 else 'it'} (robot.target_period_ms is {targets.period_ms:g}; the soonest comes after "
+        f"{targets.shortest_ms:.1f} ms{whose}): the arm may slow down there."
+    )
+
+
+def _pressure(told: PlanRecord) -> Iterator[str]:
+    """Say that the pressure that the cell names is for another speed than that of the print, where it is."""
+    settings, flow = told.settings, told.deposition
+    ceiling = max((robot.motion.speed_ceiling_mm_s for robot in told.robot), default=settings.speed_mm_s)
+    if settings.pressure_kpa is None or flow is None or settings.speed_mm_s >= ceiling:
+        return
+    fitted = "" if flow.valve_kpa is None else f", by [material] {flow.valve_kpa:.3g} kPa"
+    yield (
+        f"the cell's {settings.pressure_kpa:g} kPa are for {ceiling:g} mm/s and this prints at "
+        f"{settings.speed_mm_s:g}: set the pressure that lets {flow.valve_mm3_s:.4g} mm3/s through{fitted}."
+    )
+
+
+def _bends(told: RobotRecord) -> Iterator[str]:
+    """Say in how many bends targets stand beside the path, and where they are closer than a controller takes."""
+    bends = told.motion.targets.bends
+    rounded = [bend for bend in bends if bend.kind == "rounded"]
+    if rounded:
+        yield (
+            f"in {how_many(len(rounded), 'tight bend')} targets stand up to "
+            f"{max(bend.offset_mm for bend in rounded):.2f} mm outside of the path, so "
+            "that the controller's rounded corners follow it (plan.json lists them)."
+        )
+    close = [bend for bend in bends if bend.kind == "close"]
+    if close:
+        worst = min(close, key=lambda bend: bend.shortest_ms)
+        x, y, z = worst.place_mm
+        yield (
+            f"in {how_many(len(close), 'place')} moves that lay material are shorter than "
+            f"{told.motion.targets.least_ms:g} ms, the shortest {worst.shortest_ms:.1f} ms in run "
+            f"{worst.run + 1} at ({x:.1f}, {y:.1f}, {z:.1f}) mm."
+        )
+
+
+def _uncertain(workpiece: Workpiece) -> Iterator[str]:
+    uncertainty, standoff = workpiece.uncertainty, workpiece.cell.process.standoff
+    if uncertainty is not None and uncertainty.bound > NOTABLE_SHARE * standoff:
+        yield (
+            f"by the touched points the surface may lie {uncertainty.bound:.2f} mm off along its normal (95 % bound), "
+            f"{uncertainty.bound / standoff:.0%} of the stand-off: `geoprint calibrate --part` says which point to "
+            "touch next."
+        )
+
+
+def _inaccurate(record: PlanRecord, *, least: float, below: float = math.inf) -> Iterator[str]:
+    """Say within what the arm keeps the stand-off, where that is from one share of it to another."""
+    printed = None if record.uniformity is None else record.uniformity.printed
+    found = None if printed is None else printed.standoff
+    share = 0.0 if found is None or found.within_mm is None else found.within_mm / found.wanted_mm
+    if found is not None and least <= share < below:
+        yield (
+            f"the arm keeps the stand-off of {found.wanted_mm:g} mm within {found.within_mm:.2f} mm (95 % bound), "
+            f"{share:.0%} of it: raise `standoff_mm`, or measure how far the paths of yours lie off "
+            "(`path_accuracy_mm` in [errors])."
+        )
+
+
+def _unheld(workpiece: Workpiece) -> Iterator[str]:
+    """Say of a layer within a target how much of it has nothing below, and how much is too narrow to print."""
+    place = workpiece.place
+    if place is None:
+        return
+    if place.standing_out > LEAST_STANDING_OUT * float(face_areas(workpiece.part).sum()):
+        yield (
+            f"{place.standing_out:.3g} mm2 of the layer stand out over the one below by more than {place.height:.3g} "
+            "mm, its own height: material may sag there."
+        )
+    if place.left_out > 0.0:
+        yield f"pieces too narrow for a path are left out, {place.left_out:.3g} mm2: choose a smaller spacing."
+
+
+def _sources(told: PlanRecord) -> Iterator[str]:
+    """Say which source was taken, and how the others would cover, patch by patch."""
+    for number in dict.fromkeys(source.patch for source in told.sources):
+        tried = [source for source in told.sources if source.patch == number]
+        each = (
+            f"{source.source} {source.gap:.1%} + {source.overlap:.1%} in {source.runs} runs"
+            for source in sorted(tried, key=lambda source: not source.taken)
+        )
+        of = f" of patch {number}" if told.sources[-1].patch > 1 else ""
+        (taken,) = (source.source for source in tried if source.taken)
+        yield f"measured from {taken}, which covers best{of}; area missed + covered twice: {', '.join(each)}."
+
+
+def _paths(told: PlanRecord) -> Iterator[str]:
+    """Say what was left out, where runs are split, and how far the nozzle leans."""
+    paths = told.paths
+    if paths.dropped_runs:
+        yield (
+            f"runs too short to be worth a start were left out: {paths.dropped_runs}, {paths.dropped_mm:.2f} mm and "
+            f"{paths.dropped_mm2:.2g} mm2 in all."
+        )
+    if paths.corners_split:
+        yield (
+            f"runs are split at {how_many(paths.corners_split, 'corner')} too sharp to be rounded at speed: the bead "
+            "ends and begins there."
+        )
+    lean = paths.largest_lean_deg
+    if lean >= NOTABLE_LEAN:
+        yield f"the nozzle leans up to {lean:.0f} degrees from the surface normal where the part bends fast."
+
+
+def evener_backends(told: PlanRecord) -> Iterator[str]:
+    """Say that another backend would be more even; where several are compared, their figures say so."""
+    levels = None if told.uniformity is None else told.uniformity.levels
+    # Fitted contours vary on purpose.
+    meant = any(each.taken and each.middle != "plain" for each in told.middles)
+    spacing, nearest = None if levels is None else levels.spacing, most_accurate_backend()
+    cv = 0.0 if spacing is None or meant else spacing.cv
+    if cv > NOTABLE_CV and accuracy(nearest) > accuracy(backend(told.settings.backend or nearest.name)):
+        yield f"spacing varies by {cv:.1%}; `--backend {nearest.name}` is nearer to the true distance."
+
+
+def _creases(plan: Plan) -> Iterator[str]:
+    """Say where the tip cannot follow a crease, and where it comes nearest to the surface."""
+    found, standoff = creases(plan.poses, plan.toolpath, plan.workpiece.surface), plan.poses.standoff
+    if not found.count:
+        return
+    nearest = int(found.distances.argmin())
+    row, distance = int(found.poses[nearest]), float(found.distances[nearest])
+    place, run = ", ".join(f"{mm:.1f}" for mm in plan.poses.tips[row]), int(plan.poses.runs[row]) + 1
+    close = f"; it comes as near as {distance:.2f} mm in run {run} at ({place}) mm"
+    yield (
+        f"runs cross creases too narrow for the stand-off of {standoff:g} mm, {found.count} times: the tip is led over "
+        f"them along smoothed normals{close if distance < NOTABLE_HEIGHT * standoff else ''}."
+    )

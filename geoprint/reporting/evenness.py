@@ -1,0 +1,417 @@
+"""From the measured evenness of paths to what files say of it: expected print and overhang included."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict
+from itertools import combinations
+
+import numpy as np
+
+from geoprint.metrics import (
+    DistanceErrors,
+    LevelSpacings,
+    Printed,
+    SpacingFigures,
+    Thickness,
+    Uniformity,
+    alike,
+    difference,
+    overhang,
+)
+from geoprint.reporting.records.comparison import PlannedRecord
+from geoprint.reporting.records.evenness import (
+    DistanceRecord,
+    EvennessRecord,
+    LevelRecord,
+    LevelSpacingsRecord,
+    OverhangPlaceRecord,
+    OverhangRecord,
+    PrintedApartRecord,
+    PrintedRecord,
+    SpacingRecord,
+    SpacingSideRecord,
+    StandoffRecord,
+    StraightRecord,
+    TableAttitudeRecord,
+    TableRecord,
+    ThicknessRecord,
+    VarianceRecord,
+    WorstPlaceRecord,
+)
+from geoprint.reporting.records.rounding import how_many, listed, place_of
+from geoprint.reporting.values import Row
+from geoprint.results import Plan, Tilting
+
+# From the measured evenness of paths to what files say of it.
+
+
+# Places listed where the spacing is farthest from wanted.
+WORST_PLACES = 5
+
+
+def record_evenness(
+    measured: Uniformity, *, distance: DistanceErrors | None = None, printed: PrintedRecord | None = None
+) -> EvennessRecord:
+    """Return the figures of `uniformity` and `measure_paths` as files carry them.
+
+    Args:
+        measured: evenness.
+        distance: how far the backend's level curves lie from what they promise.
+        printed: what is expected of prints.
+    """
+    return EvennessRecord(
+        thickness=_thickness(measured.thickness),
+        following=_thickness(measured.followed),
+        covered_once=measured.covered_once,
+        gap=measured.gap,
+        overlap=measured.overlap,
+        largest_hole_mm2=measured.hole,
+        area_unknown=measured.unknown,
+        fill=measured.fill,
+        width_cv=measured.width_cv,
+        distance=None if distance is None else _distance(distance),
+        printed=printed,
+        left=_side(measured.sides.left),
+        right=_side(measured.sides.right),
+        both=_side(measured.sides.both),
+        levels=None if measured.levels is None else _levels(measured.levels),
+    )
+
+
+def _distance(found: DistanceErrors) -> DistanceRecord:
+    return DistanceRecord(
+        mean=found.mean, deviation=found.deviation, largest=found.largest, samples=found.errors.size,
+        unknown=found.unknown,
+    )  # fmt: skip
+
+
+def _thickness(found: Thickness) -> ThicknessRecord:
+    return ThicknessRecord(**asdict(found))
+
+
+def _spacing(found: SpacingFigures) -> SpacingRecord | None:
+    if not found.measured:
+        return None
+    p1, p5, p50, p95, p99, largest = (found.percentile(share) for share in (1, 5, 50, 95, 99, 100))
+    return SpacingRecord(
+        mean=found.mean, cv=found.cv, p1=p1, p5=p5, p50=p50, p95=p95, p99=p99, max=largest,
+        within_5_percent=found.within_5_percent,
+    )  # fmt: skip
+
+
+def _side(found: SpacingFigures) -> SpacingSideRecord:
+    return SpacingSideRecord(
+        spacing=_spacing(found),
+        samples=found.ratios.size,
+        none=found.none,
+        oblique=found.oblique,
+        unknown=found.unknown,
+    )
+
+
+def _levels(found: LevelSpacings) -> LevelSpacingsRecord:
+    straight = found.straight
+    return LevelSpacingsRecord(
+        spacing=_spacing(found.figures),
+        straight=(
+            StraightRecord(mean=float(straight.mean()), cv=float(straight.std() / straight.mean()))
+            if found.ratios.size
+            else None
+        ),
+        samples=len(found.ratios),
+        samples_bounded=found.bounded,
+        largest_doubt=found.largest_doubt,
+        samples_unreached=found.unreached,
+        samples_where_fronts_meet=found.meeting,
+        each=tuple(
+            LevelRecord(level=level, mean=mean, cv=cv, worst=worst) for level, mean, cv, worst in found.by_level()
+        ),
+        worst_places=tuple(
+            WorstPlaceRecord(place_mm=place, level=level, ratio=ratio)
+            for place, level, ratio in found.worst(WORST_PLACES)
+        ),
+    )
+
+
+# What is said of thickness in print: its expected variation, which plans cannot be told apart, what to mend first.
+
+
+# What each error is in words, by its key in the cell without the unit.
+WORDS: Mapping[str, str] = {
+    "run_flow": "how the flow differs from run to run (`run_flow_share`)",
+    "repeatability": "how the arm repeats from run to run (`repeatability_mm`)",
+    "path_repeatability": "how the arm strays along a run (`path_repeatability_mm`)",
+    "placement": "where the part stands (`placement_mm`, or touched points)",
+    "needle_runout": "how the needle is bent (`needle_runout_mm`)",
+    "path_accuracy": "how far the arm's paths lie off (`path_accuracy_mm`)",
+}
+
+
+def record_printed(
+    found: Printed | None, *, of_cell: bool, standoff: StandoffRecord | None = None
+) -> PrintedRecord | None:
+    """Return what is said of the thickness in print; nothing where nobody expects one.
+
+    Args:
+        found: as sampled.
+        of_cell: whether the errors are those of a cell that was given.
+        standoff: what is expected of it; None for paths of a file.
+    """
+    if found is None:
+        return None
+    mean, low, high = found.cv
+    return PrintedRecord(
+        cv=mean,
+        low=low,
+        high=high,
+        shares=VarianceRecord(**found.shares),
+        mend_first=found.largest_error,
+        errors="cell" if of_cell else "packaged cell",
+        standoff=standoff,
+    )
+
+
+def says_errors(plan: Plan) -> bool:
+    """Return whether the cell of a plan was given and says how far a print strays."""
+    return plan.job.cell is not None and plan.workpiece.cell.errors is not None
+
+
+def record_apart(plans: Sequence[tuple[str, Plan]]) -> tuple[PrintedApartRecord, ...]:
+    """Return how far every two plans are apart in print."""
+    found = [(name, plan.printed) for name, plan in plans if plan.printed is not None]
+    return tuple(_apart(one, other) for one, other in combinations(found, 2))
+
+
+def expected_text(told: PrintedRecord | None, *, digits: int = 2) -> str:
+    """Return the variation in print and, in brackets, what 95 of 100 prints have; a dash where there is none."""
+    if told is None:
+        return "-"
+    return f"{told.cv:.{digits}%} ({100 * told.low:.{digits}f}-{100 * told.high:.{digits}f})"
+
+
+def unbroken(text: str) -> str:
+    """Return a text whose interval stays in one line of a page."""
+    return text.replace("-", "\N{NON-BREAKING HYPHEN}") if "(" in text else text
+
+
+def expected_rows(every: Sequence[PrintedRecord | None]) -> list[Row]:
+    """Return the rows of the report on thickness and stand-off in print."""
+    rows = [
+        Row(
+            "Evenness", "printed, expected variation (CV)", f"what 95 of 100 prints have; {_whose(every)}",
+            tuple(unbroken(expected_text(told)) for told in every), decides=True,
+        ),
+        Row(
+            "Evenness", "printed, made by", "shares of the variance: plan / flow / arm / placement and needle",
+            tuple(_shares(told) for told in every),
+        ),
+    ]  # fmt: skip
+    if any(told is not None and told.standoff is not None for told in every):
+        meaning = "95 of 100 places keep within, by the arm alone; of the stand-off"
+        rows.append(Row("Evenness", "printed, stand-off off by [mm]", meaning, tuple(map(_standoff, every))))
+    return rows
+
+
+def in_print(order: Sequence[PlannedRecord], apart: Sequence[PrintedApartRecord]) -> tuple[str, ...]:
+    """Return sentences on what the cell makes of paths: who cannot be told apart, and what to mend first.
+
+    Args:
+        order: backends, the best first.
+        apart: how far every two are apart in print.
+    """
+    told = [(row.backend, row.uniformity.printed) for row in order if row.uniformity.printed is not None]
+    if not told:
+        return ()
+    best, of_best = told[0]
+    varies = listed([f"{expected_text(printed, digits=1)} with {name}" for name, printed in told])
+    same = [best, *(name for name, _ in told[1:] if _indistinguishable(best, name, apart))]
+    verdict = ""
+    if len(told) > 1:
+        which = "they" if len(same) == len(told) else listed(same)
+        verdict = (
+            f": {which} are indistinguishable on this cell"
+            if len(same) > 1
+            else f": {best} can be told from {'the others' if len(told) > 2 else 'the other'}"
+        )
+    return (
+        f"In print the thickness is expected to vary by {varies}, in brackets what 95 of 100 prints have{verdict}.",
+        _mend(best, of_best),
+    )
+
+
+def _mend(name: str, told: PrintedRecord) -> str:
+    whose = "" if told.errors == "cell" else " Errors are those of the packaged cell; give yours in its [errors]."
+    if told.mend_first is None:
+        return f"What varies in print is the plan of {name}: {told.shares.plan:.0%} of the variance.{whose}"
+    share = dict(told.shares)[told.mend_first]
+    return f"To mend first: {WORDS[told.mend_first]}, {share:.0%} of the variance of {name} in print.{whose}"
+
+
+def _apart(one: tuple[str, Printed], other: tuple[str, Printed]) -> PrintedApartRecord:
+    mean, low, high = difference(one[1], other[1])
+    return PrintedApartRecord(
+        backends=(one[0], other[0]), mean=mean, low=low, high=high, indistinguishable=alike(one[1], other[1])
+    )
+
+
+def _indistinguishable(one: str, other: str, apart: Sequence[PrintedApartRecord]) -> bool:
+    return any(each.indistinguishable and set(each.backends) == {one, other} for each in apart)
+
+
+def _whose(every: Sequence[PrintedRecord | None]) -> str:
+    own = any(told is not None and told.errors == "cell" for told in every)
+    return "errors of the cell" if own else "errors of the packaged cell"
+
+
+def _shares(told: PrintedRecord | None) -> str:
+    if told is None:
+        return "-"
+    shares = told.shares
+    arm = shares.repeatability + shares.path_repeatability + shares.path_accuracy
+    rest = shares.placement + shares.needle_runout
+    return f"{shares.plan:.0%} / {shares.run_flow:.0%} / {arm:.0%} / {rest:.0%}"
+
+
+def _standoff(record: PrintedRecord | None) -> str:
+    if record is None or record.standoff is None:
+        return "-"
+    within, wanted = record.standoff.within_mm, record.standoff.wanted_mm
+    if within is None:
+        return "path accuracy not measured"
+    return f"\N{PLUS-MINUS SIGN}{within:.2f}, {within / wanted:.0%} of {wanted:g}"
+
+
+# What is said of overhang: as files record it, in a line, and in the rows of a report.
+#
+# Where the cell's [material] states no critical angle it is a detail, in the report and with --verbose; a table that
+# tilts by it is always stated.
+
+
+# Behind a critical angle that nobody has stated.
+ASSUMED = " (assumed: [material] states no overhang_deg)"
+
+
+def record_overhang(plan: Plan) -> OverhangRecord:
+    """Return what of a plan overhangs as its part stands; without a placement, with its mean normal up."""
+    poses, workpiece = plan.poses, plan.workpiece
+    # The base's z axis is up, and so is the row of the rotation that makes it.
+    found = overhang(poses, up=workpiece.upright[2], critical=workpiece.cell.critical_overhang)
+    return OverhangRecord(
+        critical_deg=float(np.degrees(found.critical)),
+        assumed=workpiece.cell.overhang is None,
+        share=found.share,
+        length_mm=found.length,
+        largest_deg=float(np.degrees(found.largest)),
+        worst_places=tuple(
+            OverhangPlaceRecord(run=int(poses.runs[row]), place_mm=place_of(place), angle_deg=float(np.degrees(angle)))
+            for row, place, angle in zip(found.rows, poses.surface_points[found.rows], found.angles, strict=True)
+        ),
+        table=None if plan.tilting is None else _table(plan.tilting),
+    )
+
+
+def _table(found: Tilting) -> TableRecord:
+    kept, by_attitude = found.moves
+    return TableRecord(
+        name=found.table,
+        rotary=found.rotary,
+        refused=found.refused,
+        order=found.order,
+        moves_kept=kept,
+        moves_gathered=by_attitude,
+        length_mm=found.overhanging,
+        missing_deg=float(np.degrees(found.missing)),
+        attitudes=tuple(
+            TableAttitudeRecord(
+                up=place_of(one.up),
+                axes=tuple((np.degrees(axes) if found.rotary else axes).tolist()),
+                slack=one.slack,
+                length_mm=length,
+                pieces=len(one.pieces),
+                move_s=seconds,
+            )
+            for one, axes, length, seconds in zip(
+                found.attitudes, found.axes, found.lengths, found.seconds, strict=True
+            )
+        ),
+    )
+
+
+def overhang_lines(record: OverhangRecord, *, verbose: bool) -> list[str]:
+    """Return the lines on how much overhangs and where most, and on the attitudes of a table that tilts."""
+    if not (record.stated or verbose):
+        return []
+    critical = f"{record.critical_deg:g} degrees{ASSUMED if record.assumed else ''}"
+    text = f"overhang: none beyond {critical}, the steepest bead at {record.largest_deg:.0f}"
+    if record.worst_places:
+        worst = record.worst_places[0]
+        place = ", ".join(f"{mm:.1f}" for mm in worst.place_mm)
+        text = (
+            f"overhang: {record.share:.1%} of the deposit, {record.length_mm:.0f} mm, beyond {critical} "
+            f"from upright; {worst.angle_deg:.0f} degrees in run {worst.run + 1} at ({place})"
+        )
+    return [text] if record.table is None else [text, table_text(record.table)]
+
+
+def table_text(told: TableRecord) -> str:
+    """Return the line on the attitudes of a table, and what still overhangs with them."""
+    left = "nothing overhangs then"
+    if told.length_mm > 0.0:
+        left = f"{told.length_mm:.0f} mm overhang still, by up to {told.missing_deg:.0f} degrees more"
+    count = how_many(len(told.attitudes), "attitude")
+    order = f"pieces of runs gathered by attitude; {told.moves_kept} in their own order"
+    kept = f"runs in their own order; {told.moves_gathered} with pieces of them gathered"
+    return (
+        f"{told.name}: {count}, {order if told.order == 'gathered' else kept}; {left}; "
+        f"moves take {sum(one.move_s for one in told.attitudes):.0f} s at least"
+    )
+
+
+def table_sentences(rows: Sequence[PlannedRecord]) -> list[str]:
+    """Return the sentence on what overhangs of each backend's paths, at rest and over the table; none without one."""
+    told = [(row.backend, row.overhang) for row in rows if row.overhang is not None]
+    with_tables = [(backend, one.length_mm, one.table) for backend, one in told if one.table is not None]
+    each = [f"{length:.0f} mm at rest with {backend} and {_left(table)}" for backend, length, table in with_tables]
+    return [f"Overhang: {'; '.join(each)}."] if each else []
+
+
+def _left(table: TableRecord) -> str:
+    count = len(table.attitudes)
+    over = f"over the {table.name} in {how_many(count, 'attitude')}"
+    if table.length_mm == 0.0:
+        return f"nothing {over}"
+    return f"{table.length_mm:.0f} mm {over}, up to {table.missing_deg:.0f} degrees beyond the critical angle"
+
+
+def overhang_rows(rows: Sequence[PlannedRecord]) -> list[Row]:
+    """Return the rows of a report on overhang; none where it was not measured.
+
+    Args:
+        rows: of compare.json, a column each.
+    """
+    told = [row.overhang for row in rows if row.overhang is not None]
+    if not told:
+        return []
+    critical = f"{told[0].critical_deg:g} degrees{ASSUMED if told[0].assumed else ''}"
+    meaning = f"outward normal farther than {critical} from upright, as the part stands"
+    found = [
+        _row(rows, "deposit that overhangs", meaning, lambda one: f"{one.share:.1%}, {one.length_mm:.0f} mm"),
+        _row(rows, "steepest bead [degrees]", "0 on level ground, 90 on a wall", lambda one: f"{one.largest_deg:.1f}"),
+    ]
+    if told[0].table is not None:
+        tilted = f"with the {told[0].table.name}: attitudes, and what overhangs still"
+        found.append(_row(rows, "attitudes of the table", tilted, _with_table))
+    return found
+
+
+def _with_table(told: OverhangRecord) -> str:
+    if told.table is None:
+        return "-"
+    return f"{len(told.table.attitudes)}; {told.table.length_mm:.0f} mm"
+
+
+def _row(rows: Sequence[PlannedRecord], quantity: str, meaning: str, text: Callable[[OverhangRecord], str]) -> Row:
+    return Row(
+        "Overhang", quantity, meaning, tuple("-" if row.overhang is None else text(row.overhang) for row in rows)
+    )

@@ -1,0 +1,88 @@
+"""How far a program has been proven, in words: what geoprint did itself, what people saw, what nobody has seen yet."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from geoprint.reporting.records.evidence import STAGES, EvidenceRecord, ExecutedRecord, ParsedRecord, SeenRecord, Stage
+
+# What each stage is called.
+WORDS: dict[Stage, str] = {
+    "loaded": "loaded on a virtual controller",
+    "dry": "run dry",
+    "printed": "printed",
+}
+
+# The row that is the same for every program.
+NOT_SIMULATED = "no simulation knows"
+
+
+def evidence_rows(told: EvidenceRecord, seen: Sequence[SeenRecord], *, program_sha256: str) -> list[tuple[str, str]]:
+    """Return stage and what is known of it, from what geoprint did itself to the print.
+
+    Args:
+        told: what plan.json says.
+        seen: what people recorded; what was seen of another program does not count, and that is said.
+        program_sha256: of the program that is meant.
+    """
+    parsed, executed = told.parsed, told.executed
+    rows = [
+        ("parsed", f"here: {parsed.modules} files, {parsed.lines} lines, {parsed.targets} targets as planned"),
+        *([("executed", "not yet")] if executed is None else _executed(executed)),
+    ]
+    return [*rows, *seen_rows(seen, program_sha256=program_sha256)]
+
+
+def of_all(told: Sequence[EvidenceRecord]) -> EvidenceRecord:
+    """Return how far the programs of all attitudes are proven together: sums of lines, and the largest deviations."""
+    first = told[0]
+    executed = [one.executed for one in told if one.executed is not None]
+    parsed = ParsedRecord(
+        modules=sum(one.parsed.modules for one in told),
+        lines=sum(one.parsed.lines for one in told),
+        targets=sum(one.parsed.targets for one in told),
+    )
+    if len(told) == 1 or len(executed) < len(told):
+        return first if len(told) == 1 else first.model_copy(update={"parsed": parsed, "executed": None})
+    update = {
+        "lines": sum(one.lines for one in executed),
+        "lines_executed": sum(one.lines_executed for one in executed),
+        "not_executed": tuple(each for one in executed for each in one.not_executed),
+        "largest_motion_mm": max(one.largest_motion_mm for one in executed),
+        "largest_move_time_s": max(one.largest_move_time_s for one in executed),
+        "largest_run_time_share": max(one.largest_run_time_share for one in executed),
+        "largest_output_mm": max(one.largest_output_mm for one in executed),
+    }
+    return first.model_copy(update={"parsed": parsed, "executed": executed[0].model_copy(update=update)})
+
+
+def seen_rows(seen: Sequence[SeenRecord], *, program_sha256: str) -> list[tuple[str, str]]:
+    """Return stage and what people saw of a program, as `evidence_rows` does behind what geoprint did itself."""
+    rows: list[tuple[str, str]] = []
+    for stage in STAGES:
+        of_it = [_said(one) for one in seen if one.stage == stage and one.program_sha256 == program_sha256]
+        rows.append((WORDS[stage], "seen " + "; ".join(of_it) if of_it else "not yet"))
+    others = [one for one in seen if one.program_sha256 != program_sha256]
+    if others:
+        listed = "; ".join(f"{WORDS[one.stage]} {_said(one)}" for one in others)
+        rows.append(("does not count", f"seen of another program: {listed}"))
+    return rows
+
+
+def _executed(found: ExecutedRecord) -> list[tuple[str, str]]:
+    """Return how a program was executed, how far that lies from the plan, and what nobody can tell."""
+    missed = sum(len(each.lines) for each in found.not_executed)
+    left = f", not executed {missed} (plan.json says why)" if missed else ""
+    lines = f"{found.lines_executed} of {found.lines} lines{left}"
+    how = f"here, on no controller, in {len(found.scenarios)} scenarios: {lines}"
+    off = (
+        f"at most {found.largest_motion_mm:.4f} mm, outputs {found.largest_output_mm:.4f} mm, a move "
+        f"{found.largest_move_time_s * 1e3:.2f} ms, a run {found.largest_run_time_share:.2%} of its time"
+    )
+    rows = [("executed", how), ("off the plan", off)]
+    return [*rows, (NOT_SIMULATED, "; ".join(found.not_known))] if found.not_known else rows
+
+
+def _said(one: SeenRecord) -> str:
+    where = "" if one.controller is None else f" on {one.controller}"
+    return f"{one.date[:10]}{where}: {one.note}"

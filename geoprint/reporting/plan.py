@@ -1,0 +1,516 @@
+"""What plan.json and a person's terminal say of a plan."""
+
+from __future__ import annotations
+
+import resource
+from collections.abc import Sequence
+from dataclasses import asdict
+from importlib.metadata import version
+
+import numpy as np
+
+from geoprint.distance import diagnostics, distortion, predicted_spacing
+from geoprint.geometry import PreparationReport, component_labels, describe, edge_lengths, face_areas, middle_of, pieces
+from geoprint.metrics import fibre_angles, standoff_within, thickness_within
+from geoprint.model import PASCAL_PER_KPA, PrintErrors, Surface
+from geoprint.postprocessor import Json
+from geoprint.process import bore_of, pressure_for
+from geoprint.reporting.cautions import details_of, fibres_text, notes_of, patch_evenness, warnings_of
+from geoprint.reporting.evenness import (
+    WORDS,
+    expected_text,
+    overhang_lines,
+    record_evenness,
+    record_overhang,
+    record_printed,
+    says_errors,
+)
+from geoprint.reporting.metrics import COVERED_ONCE, FOLLOWING, GAP, OFF, OFF_MOST, OVERLAP, THICKNESS
+from geoprint.reporting.prints import record_feedback, record_joined
+from geoprint.reporting.records.evenness import EvennessRecord, PrintedRecord, StandoffRecord
+from geoprint.reporting.records.plan import (
+    AreaScaleRecord,
+    ChartLevelRecord,
+    ChartRecord,
+    CutRecord,
+    DepositionRecord,
+    FibresRecord,
+    FieldRecord,
+    FileRecord,
+    InputRecord,
+    JoinedRecord,
+    LayerRecord,
+    LightRecord,
+    MeshRecord,
+    MiddleRecord,
+    MotionRecord,
+    PatchRecord,
+    PatchSpacingRecord,
+    PathsRecord,
+    PlanRecord,
+    PreparationRecord,
+    RefinementRecord,
+    RobotRecord,
+    SettingsRecord,
+    SideRecord,
+    SourceRecord,
+    SurfaceRecord,
+    TimingsRecord,
+)
+from geoprint.reporting.records.rounding import as_json, how_many, place_of
+from geoprint.reporting.robot_summary import LISTED_PLACES, record_robot
+from geoprint.reporting.tables import marked_lines
+from geoprint.results import Laid, Layer, Patch, Plan, TriedMiddle, TriedSource
+from geoprint.toolpath import largest_lean, mean_lean
+
+# What is said of a patch that was cut from a body: the lines that a person reads, and the object for programs.
+
+
+def record_cut(patch: Patch) -> CutRecord:
+    """Return how a patch was cut from its body."""
+    found = patch.preparation
+    return CutRecord(
+        body=patch.body.name,
+        topology=found.topology,
+        area_mm2=found.area,
+        rims_mm=found.boundary_lengths,
+        faces=found.faces,
+        outside=patch.outside,
+        inside=patch.inside,
+        point_off_body_mm=patch.missed,
+        changes=found.repairs.changes(),
+    )
+
+
+def patch_summary(patch: Patch) -> dict[str, Json]:
+    """Return what `geoprint patch --json` prints; lengths are mm."""
+    return as_json(record_cut(patch))
+
+
+def patch_text(patch: Patch) -> str:
+    """Return the lines that a person reads."""
+    told = record_cut(patch)
+    lengths = ", ".join(f"{length:.4g}" for length in told.rims_mm)
+    rims = f"rim{'s' if len(told.rims_mm) > 1 else ''} {lengths} mm"
+    lines = [
+        f"patch of {told.body}: {told.topology}, {told.area_mm2:.4g} mm2, {rims}, {told.faces} faces",
+        f"outside: {told.outside}",
+    ]
+    if told.inside is not None:
+        lines.append(f"inside: {told.inside}")
+    if told.changes:
+        lines.append(f"preparing changed: {'; '.join(told.changes)}")
+    return "\n".join(lines)
+
+
+# From a plan to what plan.json says of it; the robot's part stands beside, and so does what a person reads.
+
+
+# Version of the layout of plan.json; a change that breaks a reader raises it.
+PLAN_SCHEMA = 9
+# Runs shorter than this many spacings are little more than the marks of their start and their stop.
+FRAGMENT_SPACINGS = 5.0
+
+
+def record_plan(plan: Plan) -> PlanRecord:
+    """Return the content of plan.json."""
+    told = PlanRecord(
+        schema=PLAN_SCHEMA,
+        version=version("geoprint"),
+        input=_input(plan),
+        settings=_settings(plan),
+        surface=_surface(plan),
+        paths=_paths(plan),
+        layers=tuple(_layer(layer, plan) for layer in plan.layers),
+        field=_field(plan),
+        patches=_patches(plan),
+        chart=_chart(plan) if plan.flattenings else None,
+        uniformity=(
+            None
+            if plan.uniformity is None
+            else record_evenness(plan.uniformity, distance=plan.distance, printed=_printed(plan))
+        ),
+        sources=tuple(_source(tried) for tried in plan.workpiece.tried),
+        middles=tuple(_middle(tried) for tried in plan.middles),
+        deposition=None if plan.laid is None else _deposition(plan.laid, plan),
+        overhang=record_overhang(plan),
+        feedback=record_feedback(plan),
+        robot=tuple(record_robot(plan, robot) for robot in plan.robot),
+        joined=record_joined(plan),
+        not_printable=plan.not_printable,
+        warnings=(),
+    )
+    said = {"warnings": warnings_of(plan, told), "notes": notes_of(plan, told), "details": details_of(plan, told)}
+    return told.model_copy(update=said)
+
+
+def record_timings(plan: Plan) -> TimingsRecord:
+    """Return the content of timings.json."""
+    return TimingsRecord(timings_s=dict(plan.timings), peak_memory_mb=peak_memory())
+
+
+def peak_memory() -> int:
+    """Return the most memory that this process has taken so far [MB]."""
+    return round(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+
+
+def summary(plan: Plan) -> dict[str, Json]:
+    """Return the content of plan.json as the mapping that is written."""
+    return as_json(record_plan(plan))
+
+
+def _input(plan: Plan) -> InputRecord:
+    read, target = plan.workpiece.files, plan.workpiece.target
+    files = [FileRecord(name=file.name, sha256=file.digest, unit=file.unit) for file in read]
+    return InputRecord(
+        **dict(files[0]),
+        made=dict(read[0].notes) if read[0].notes else None,
+        body=files[1] if len(files) > 1 else None,
+        target=None if target is None else FileRecord(name=target.name, sha256=target.digest, unit=target.unit),
+    )
+
+
+def _settings(plan: Plan) -> SettingsRecord:
+    cell, process = plan.workpiece.cell, plan.workpiece.cell.process
+    return SettingsRecord.model_validate(
+        plan.job.settings()
+        | {
+            "spacing_mm": plan.contours.spacing,
+            "cell": cell.name,
+            "speed_mm_s": process.speed,
+            "travel_speed_mm_s": process.travel_speed,
+            "standoff_mm": process.standoff,
+            "clearance_mm": process.clearance,
+            "retract_mm": process.retract,
+            "layer_height_mm": process.layer_height,
+            "needle_mm": cell.tool.inner_diameter,
+            "flow_shares": (process.least_flow, process.most_flow),
+            "pressure_kpa": None if process.pressure is None else process.pressure / PASCAL_PER_KPA,
+            "flood_s": None if cell.flood is None else cell.flood.duration,
+        }
+    )
+
+
+def _surface(plan: Plan) -> SurfaceRecord:
+    part, preparations = plan.workpiece.part, plan.workpiece.preparations
+    return SurfaceRecord(
+        topology=describe(part),
+        area_mm2=float(face_areas(part).sum()),
+        size_mm=place_of(np.ptp(part.vertices, axis=0)),
+        prepared=_mesh(part),
+        refined=_mesh(plan.workpiece.surface),
+        preparation=record_preparation(preparations[0]) if len(preparations) == 1 else None,
+        side=SideRecord(**asdict(plan.workpiece.side)),
+    )
+
+
+def _source(tried: TriedSource) -> SourceRecord:
+    return SourceRecord.model_validate(asdict(tried))
+
+
+def _middle(tried: TriedMiddle) -> MiddleRecord:
+    return MiddleRecord.model_validate(asdict(tried))
+
+
+def _mesh(surface: Surface) -> MeshRecord:
+    mean_edge = float(edge_lengths(surface).mean())
+    return MeshRecord(vertices=len(surface.vertices), faces=len(surface.faces), mean_edge_mm=mean_edge)
+
+
+def _paths(plan: Plan) -> PathsRecord:
+    poses, toolpath = plan.poses, plan.toolpath
+    lengths = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)
+    of_runs = np.bincount(poses.runs[:-1][poses.laid], weights=lengths[poses.laid], minlength=toolpath.curves.count)
+    return PathsRecord(
+        runs=toolpath.curves.count,
+        levels=int(np.floor(toolpath.rows).max()) + 1,
+        poses=poses.count,
+        deposit_mm=float(lengths[poses.laid].sum()),
+        travel_mm=float(lengths[~poses.laid].sum()),
+        stops_while_laying=poses.stops_while_laying,
+        corners_rounded=len(toolpath.fillets),
+        corners_rounded_mm=tuple(place_of(place) for place in toolpath.fillets),
+        corners_split=len(toolpath.splits),
+        corners_split_mm=tuple(place_of(place) for place in toolpath.splits),
+        fragments=int((of_runs < FRAGMENT_SPACINGS * plan.contours.spacing).sum()),
+        dropped_runs=toolpath.dropped_runs,
+        dropped_mm=toolpath.dropped_length,
+        dropped_mm2=toolpath.dropped_area,
+        widths_mm=None
+        if plan.workpiece.widths is None
+        else (float(toolpath.spacings.min()), float(toolpath.spacings.max())),
+        fibres=_fibres(plan),
+        largest_distance_mm=plan.contours.distance.maximum,
+        largest_lean_deg=float(np.degrees(largest_lean(poses))),
+        mean_lean_deg=float(np.degrees(mean_lean(poses))),
+    )
+
+
+def _fibres(plan: Plan) -> FibresRecord | None:
+    """Return the angles of the paths to the lines that they follow; None where they follow none."""
+    if plan.followed is None:
+        return None
+    found = fibre_angles(plan.workpiece.surface, plan.toolpath.curves, plan.followed)
+    low, high = np.degrees(found.spread or (0.0, 0.0)).tolist()
+    return FibresRecord(
+        off_mean_deg=float(np.degrees(found.off)),
+        off_p95_deg=float(np.degrees(found.most_off)),
+        helix_mean_deg=None if found.helix is None else float(np.degrees(found.helix)),
+        helix_deg=None if found.spread is None else (low, high),
+    )
+
+
+def _layer(layer: Layer, plan: Plan) -> LayerRecord:
+    place = plan.workpiece.place
+    return LayerRecord(
+        number=layer.number,
+        count=1 if place is None else place.count,
+        bottom_mm=0.0 if place is None else place.bottom,
+        height_mm=layer.height,
+        pattern=str(plan.job.drawing) if plan.job.patterns else None,
+        standoff_mm=plan.workpiece.cell.process.standoff,
+        runs=(0, plan.toolpath.curves.count - 1),
+    )
+
+
+def _field(plan: Plan) -> FieldRecord:
+    workpiece = plan.workpiece
+    refinement = RefinementRecord(
+        edge_length_mm=workpiece.edge_length,
+        faces_before=len(workpiece.part.faces),
+        faces_after=len(workpiece.surface.faces),
+    )
+    return FieldRecord(refinement=refinement, **asdict(diagnostics(workpiece.surface, plan.contours.distance)))
+
+
+def _chart(plan: Plan) -> ChartRecord:
+    surface, contours, flat = plan.workpiece.surface, plan.contours, plan.flat_surface
+    coarsest = max(plan.flattenings, key=lambda flattening: flattening.largest_pixel)
+    found = distortion(surface, flat)
+    predicted = predicted_spacing(surface, flat, contours.curves.points)
+    levels = contours.point_levels
+    p1, p50, p99 = (found.scale_percentile(share) for share in (1, 50, 99))
+    each = ((int(level), predicted[levels == level]) for level in np.unique(levels))
+    return ChartRecord(
+        resolution=coarsest.resolution,
+        pixel_mm=coarsest.pixel,
+        largest_pixel_on_surface_mm=coarsest.largest_pixel,
+        area_scale=AreaScaleRecord(p1=p1, p50=p50, p99=p99),
+        mean_dilatation=found.mean_dilatation,
+        predicted_spacing=tuple(
+            ChartLevelRecord(level=level, mean=float(of.mean()), min=float(of.min()), max=float(of.max()))
+            for level, of in each
+        ),
+    )
+
+
+def _printed(plan: Plan) -> PrintedRecord | None:
+    within = standoff_within(plan.workpiece.cell.errors or PrintErrors())
+    standoff = StandoffRecord(wanted_mm=plan.workpiece.cell.process.standoff, within_mm=within)
+    return record_printed(plan.printed, of_cell=says_errors(plan), standoff=standoff)
+
+
+def _deposition(laid: Laid, plan: Plan) -> DepositionRecord:
+    cell = plan.workpiece.cell
+    errors, flow = cell.errors or PrintErrors(), laid.following_flow[laid.following_flow > 0.0]
+    rate = plan.poses.flow.max(keepdims=True) * cell.process.speed
+    return DepositionRecord(
+        flow="follows the width" if laid.mode == "analog" else "constant",
+        valve_mm3_s=float(rate[0]),
+        valve_kpa=None
+        if cell.material is None
+        else float(pressure_for(cell.material.fluid, bore_of(cell.tool), flows=rate).total[0]) / PASCAL_PER_KPA,
+        least_mm3_per_mm=float(flow.min()),
+        most_mm3_per_mm=float(flow.max()),
+        printed_mean_within=thickness_within(errors),
+        light=None if plan.light is None else LightRecord(**asdict(plan.light)),
+    )
+
+
+def _patches(plan: Plan) -> tuple[PatchRecord, ...]:
+    """Return what became of each patch of a plan, in the order of the job."""
+    if not plan.workpiece.patches:
+        return ()
+    curves, poses, measured = plan.toolpath.curves, plan.poses, plan.uniformity
+    piece_of_run = component_labels(plan.workpiece.surface)[curves.points.faces[curves.offsets[:-1]]]
+    lengths = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1) * poses.laid
+    found: list[PatchRecord] = []
+    for number, (patch, piece) in enumerate(zip(plan.workpiece.patches, pieces(plan.workpiece.part), strict=True)):
+        runs = np.flatnonzero(piece_of_run == number)
+        sides = np.empty((0, 2)) if measured is None else measured.sides.sides()[np.isin(measured.runs, runs)]
+        ratios = sides[np.isfinite(sides)]
+        found.append(
+            PatchRecord(
+                **dict(record_cut(patch)),
+                place_mm=place_of(middle_of(piece.surface)),
+                runs=(int(runs[0]), int(runs[-1])),
+                deposit_mm=float(lengths[np.isin(poses.runs[:-1], runs)].sum()),
+                spacing=PatchSpacingRecord(
+                    mean=float(ratios.mean()) if ratios.size else None,
+                    cv=float(ratios.std() / ratios.mean()) if ratios.size else None,
+                ),
+            )
+        )
+    return tuple(found)
+
+
+def record_preparation(found: PreparationReport) -> PreparationRecord:
+    """Return what preparing changed and found: its repairs, then what is left."""
+    told = asdict(found)
+    return PreparationRecord(**told.pop("repairs"), **told)
+
+
+# What a person reads of a plan: the few lines when it is done.
+
+
+def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
+    """Return the lines that a person reads when a plan is done.
+
+    Args:
+        told: what plan.json says.
+        verbose: whether to list details, and all that was not checked.
+    """
+    lines = _path_lines(told)
+    lines += [
+        f"layer {layer.number + 1} of {layer.count}: from {layer.bottom_mm:.3g} to "
+        f"{layer.bottom_mm + layer.height_mm:.3g} mm over the part, paths in its middle"
+        + (f", {layer.pattern}" if layer.pattern else "")
+        for layer in told.layers
+        if layer.count > 1
+    ]
+    if told.uniformity is not None:
+        lines.append(_evenness_text(told.uniformity, told.deposition))
+        if told.uniformity.distance is not None:
+            off, most = OFF.text(told.uniformity), OFF_MOST.text(told.uniformity)
+            lines.append(f"distance: level curves are off by {off} of a spacing (standard deviation), {most} at most")
+        lines += [] if told.uniformity.printed is None else [_printed_text(told.uniformity.printed)]
+    if len(told.patches) > 1:
+        lines += [
+            f"patch {number}: {patch.area_mm2:.4g} mm2, runs {patch.runs[0] + 1} to {patch.runs[1] + 1}, spacing "
+            f"varies by {patch_evenness(patch)} (CV)"
+            for number, patch in enumerate(told.patches, start=1)
+        ]
+    if told.overhang is not None:
+        lines += overhang_lines(told.overhang, verbose=verbose)
+    for robot in told.robot:
+        lines += _robot_text(robot, speed=told.settings.speed_mm_s)
+    if told.joined is not None:
+        lines.append(_joined_text(told.joined, count=len(told.robot)))
+    if told.not_printable is not None:
+        lines.append(f"no program: the robot cannot print this: {told.not_printable}")
+    unchecked = list(dict.fromkeys(text for robot in told.robot for text in robot.clearance.not_checked))
+    lines += marked_lines(
+        warnings=told.warnings, notes=told.notes, details=told.details, not_checked=unchecked, verbose=verbose
+    )
+    return "\n".join(lines)
+
+
+def _path_lines(told: PlanRecord) -> list[str]:
+    paths, settings = told.paths, told.settings
+    lines = [
+        (
+            f"{told.input.name}: {how_many(paths.runs, 'run')}, {paths.deposit_mm:.0f} mm of path at "
+            f"{settings.spacing_mm:.3g} mm "
+            f"spacing ({settings.backend})"
+        )
+    ]
+    if paths.widths_mm is not None:
+        least, most = paths.widths_mm
+        lines.append(f"width: {least:.3g} to {most:.3g} mm wanted; evenness, gaps and flow are over that")
+    if paths.fibres is not None:
+        lines.append(f"fibres: {fibres_text(paths.fibres)}")
+    return lines
+
+
+def again_text(folder: str, *, written_by: str, differing: Sequence[str], changed: Sequence[str]) -> str:
+    """Return the line on a bundle that was planned again.
+
+    Args:
+        folder: the bundle that it was made from.
+        written_by: the version of geoprint that wrote that one.
+        differing: files that have other bytes than there.
+        changed: keys of the job that were given another value.
+    """
+    again = f"planned again from {folder}"
+    if changed:
+        keys = ", ".join(name.replace("_", " ") for name in changed)
+        return f"{again}, with another {keys}: {len(differing)} files differ"
+    if not differing:
+        return f"{again}: all files have the same bytes"
+    now = version("geoprint")
+    why = "last digits of numbers may turn with the machine and its libraries"
+    other = why if written_by == now else f"geoprint {written_by} wrote that one, this is {now}"
+    return f"warning: {again}, but {len(differing)} files differ ({', '.join(differing[:3])} ...): {other}"
+
+
+def _printed_text(told: PrintedRecord) -> str:
+    """Return the line on the thickness in print."""
+    mend = "the plan itself makes most of it" if told.mend_first is None else f"mend first {WORDS[told.mend_first]}"
+    whose = "" if told.errors == "cell" else "; errors of the packaged cell"
+    return f"in print: thickness expected to vary by {expected_text(told)}, 95 of 100 prints in brackets; {mend}{whose}"
+
+
+def _evenness_text(told: EvennessRecord, flow: DepositionRecord | None) -> str:
+    """Return the line on how evenly the paths cover the part."""
+    covered = f"area covered once {COVERED_ONCE.text(told)}, missed {GAP.text(told)}, twice {OVERLAP.text(told)}"
+    here = "" if flow is None else f"; here the flow {'is constant' if flow.flow == 'constant' else 'follows'}"
+    return (
+        f"evenness: layer thickness varies by {THICKNESS.text(told)} with constant flow, {FOLLOWING.text(told)} with "
+        f"flow that follows the width (CV){here}; {covered}"
+    )
+
+
+def _robot_text(told: RobotRecord, *, speed: float) -> list[str]:
+    motion, found = told.motion, told.clearance
+    named = "" if told.table is None else f"attitude {told.table.attitude}, "
+    return [
+        (
+            f"{named}motion: {motion.duration_s:.0f} s, smallest wrist angle {motion.smallest_wrist_angle_deg:.1f} "
+            f"degrees, {told.program.targets} targets, {motion.targets.shortest_mm:.2g} mm and more apart"
+        ),
+        _attitude_text(motion),
+        _speed_text(motion, speed=speed),
+        f"clearance: {found.smallest_mm:.2f} mm at the closest ({found.at})",
+    ]
+
+
+def _joined_text(told: JoinedRecord, *, count: int) -> str:
+    """Return the line on the program of all attitudes."""
+    return (
+        f"program: {count} attitudes of the table one after another, {told.print_s:.0f} s with its own motions; it "
+        f"asks for each while the arm waits at home; executed in {len(told.scenarios)} scenarios: {told.file}"
+    )
+
+
+def _attitude_text(told: MotionRecord) -> str:
+    """Return the line on how the nozzle turns about itself, and where it leans."""
+    turned = told.rotation.most_deg - told.rotation.least_deg
+    if told.rotation.axial_nozzle:
+        turn = "on the flange's axis, its turn stays constant because it would move joint 6 only"
+    else:
+        turn = f"turns about itself over {turned:.0f} degrees along the way"
+    places = told.lean.places
+    more = " or more" if len(places) == LISTED_PLACES else ""
+    lean = (
+        f"leans in {how_many(len(places), 'place')}{more}, by up to {places[0].lean_deg:.1f} degrees"
+        if places
+        else "leans nowhere"
+    )
+    return f"nozzle: {turn}; joint 6 makes {told.joint_6_turns:.1f} turns; {lean}"
+
+
+def _speed_text(told: MotionRecord, *, speed: float) -> str:
+    """Return one line on the speed of the print, where it dips and why, and what is deposited."""
+    ceiling = f" (ceiling {told.speed_ceiling_mm_s:g})" if speed < told.speed_ceiling_mm_s else ""
+    line = f"speed: prints at {speed:g} mm/s{ceiling}, {told.share_at_speed:.1%} of the deposit within 1 % of it"
+    if told.slowdowns:
+        worst = min(told.slowdowns, key=lambda dip: dip.held_mm_s)
+        length = sum(dip.length_mm for dip in told.slowdowns)
+        why = f"the {worst.limit} of joint {worst.joint}" if worst.joint else "the spacing of its targets in a bend"
+        x, y, z = worst.place_mm
+        where = f"in run {worst.run + 1} by {why} at ({x:.1f}, {y:.1f}, {z:.1f})"
+        line += f"; down to {worst.held_mm_s:.3g} mm/s over {length:.3g} mm, {where}"
+    found = told.deposited
+    if found is None:
+        return line
+    return f"{line}; deposits {found.share:.1%}, runs {found.least_run:.1%} to {found.most_run:.1%}"

@@ -1,0 +1,232 @@
+"""The records of evenness: thickness, coverage, spacing, expected print and overhang."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from geoprint.model import GAP_SHARE, OVERLAP_SHARE
+from geoprint.reporting.records.rounding import Count, Place, Record, Rounded
+
+# What is said of thickness in print: how much it is expected to vary, and what makes it.
+
+
+class VarianceRecord(Record):
+    """Shares of the expected variance in print."""
+
+    plan: Rounded = Field(description="of the planned paths")
+    run_flow: Rounded = Field(description="of the flow from run to run")
+    repeatability: Rounded = Field(description="of the arm from run to run")
+    path_repeatability: Rounded = Field(description="of the arm along a run")
+    placement: Rounded = Field(description="of where the part stands")
+    needle_runout: Rounded = Field(description="of a bent needle; 0 where nobody knows how the tool stands")
+    path_accuracy: Rounded = Field(default=0.0, description="of an arm that lies off its paths; 0 in older versions")
+
+
+class StandoffRecord(Record):
+    """How well the arm keeps the tip over the surface."""
+
+    wanted_mm: Rounded = Field(description="of the tip over what the layer lies on")
+    within_mm: Rounded | None = Field(
+        description="95 of 100 places, by the arm alone; null where the cell has no path accuracy"
+    )
+
+
+class PrintedRecord(Record):
+    """The variation of the thickness that prints are expected to have."""
+
+    cv: Rounded = Field(description="mean of the prints: standard deviation over mean")
+    low: Rounded = Field(description="lower end of what 95 of 100 prints have")
+    high: Rounded = Field(description="upper end of it")
+    shares: VarianceRecord = Field(description="of the variance in print, by what makes it")
+    mend_first: str | None = Field(description="the error that makes most of it; null where the plan itself does")
+    errors: Literal["cell", "packaged cell"] = Field(description="whose errors these are")
+    standoff: StandoffRecord | None = Field(default=None, description="in print; left out for paths of a file")
+
+
+class PrintedApartRecord(Record):
+    """Two backends, a print of each on the same cell."""
+
+    backends: tuple[str, str] = Field(description="their names")
+    mean: Rounded = Field(description="by how much more the thickness of the first varies than that of the second")
+    low: Rounded = Field(description="lower end of what 95 of 100 pairs of prints have")
+    high: Rounded = Field(description="upper end of it")
+    indistinguishable: bool = Field(description="whether 0 lies between")
+
+
+# How evenly paths cover a part, as plan.json, compare.json, measure.json and `check --full --json` say it.
+
+
+class ThicknessRecord(Record):
+    """The thickness of the layer that a flow leaves, over the wanted one and over all of the area."""
+
+    mean: Rounded = Field(description="1 is as wanted")
+    cv: Rounded = Field(description="standard deviation over mean; 0 is perfectly even")
+    within_5_percent: Rounded = Field(description="share of the area")
+    within_10_percent: Rounded = Field(description="share of the area")
+    smallest: Rounded = Field(description="anywhere")
+    largest: Rounded = Field(description="anywhere")
+
+
+class SpacingRecord(Record):
+    """The measured spacing over the wanted one; 1 is ideal."""
+
+    mean: Rounded = Field(description="ratio")
+    cv: Rounded = Field(description="standard deviation over mean; 0 is perfectly even")
+    p1: Rounded = Field(description="ratio")
+    p5: Rounded = Field(description="ratio")
+    p50: Rounded = Field(description="ratio")
+    p95: Rounded = Field(description="ratio")
+    p99: Rounded = Field(description="ratio")
+    max: Rounded = Field(description="ratio")
+    within_5_percent: Rounded = Field(description="share of the samples")
+
+
+class SpacingSideRecord(Record):
+    """The spacing to the left, to the right or to both sides of the paths, as seen from outside along them."""
+
+    spacing: SpacingRecord | None = Field(description="over the wanted one; null where no path has a neighbour there")
+    samples: Count = Field(description="that have a neighbour there")
+    none: Rounded = Field(description="share of the samples without one within three spacings, as at a rim")
+    oblique: Rounded = Field(description="share with one only obliquely, at an open end or behind the path's own bend")
+    unknown: Rounded = Field(description="share for which the budget of work did not suffice")
+
+
+class StraightRecord(Record):
+    """The same through the air."""
+
+    mean: Rounded = Field(description="ratio")
+    cv: Rounded = Field(description="standard deviation over mean")
+
+
+class LevelRecord(Record):
+    """The spacing of a level to the one outside, over the wanted one."""
+
+    level: Count = Field(description="its number")
+    mean: Rounded = Field(description="ratio")
+    cv: Rounded = Field(description="standard deviation over mean")
+    worst: Rounded = Field(description="ratio farthest from 1")
+
+
+class WorstPlaceRecord(Record):
+    """A place where the spacing is far from wanted."""
+
+    place_mm: Place = Field(description="on the surface [mm]")
+    level: Count = Field(description="of the run there")
+    ratio: Rounded = Field(description="spacing over the wanted one")
+
+
+class LevelSpacingsRecord(Record):
+    """The exact distance of each level of paths to the one outside."""
+
+    spacing: SpacingRecord | None = Field(description="over the wanted one; null with a single level")
+    straight: StraightRecord | None = Field(description="the same through the air; null with a single level")
+    samples: Count = Field(description="along the runs")
+    samples_bounded: Rounded = Field(description="share whose ratio lies between bounds")
+    largest_doubt: Rounded = Field(description="between a ratio and its lower bound")
+    samples_unreached: Count = Field(description="left out: no way to the level outside was found")
+    samples_where_fronts_meet: Rounded = Field(description="share within one spacing of their own level")
+    each: tuple[LevelRecord, ...] = Field(description="each to the one outside")
+    worst_places: tuple[WorstPlaceRecord, ...] = Field(description="at most five, the worst first")
+
+
+class DistanceRecord(Record):
+    """How much farther from the source than they promise the level curves of the backend lie, in spacings."""
+
+    mean: Rounded = Field(description="of samples along all level curves")
+    deviation: Rounded = Field(description="standard deviation")
+    largest: Rounded = Field(description="to either side")
+    samples: Count = Field(description="along the curves")
+    unknown: Rounded = Field(description="share for which the budget of work did not suffice")
+
+
+class EvennessRecord(Record):
+    """How evenly the paths cover the part, measured over its surface."""
+
+    thickness: ThicknessRecord = Field(description="with a constant flow: the headline")
+    following: ThicknessRecord = Field(description="with a flow that follows the width of the strip")
+    covered_once: Rounded = Field(description="share of the area that is neither missed nor covered twice")
+    gap: Rounded = Field(description=f"share of the area farther than {GAP_SHARE:g} spacings from every path")
+    overlap: Rounded = Field(description=f"share of the area within {OVERLAP_SHARE:g} spacings of two stretches")
+    largest_hole_mm2: Rounded = Field(description="largest connected area that no path covers [mm2]")
+    area_unknown: Rounded = Field(description="share of the area that could not be judged")
+    fill: Rounded = Field(description="deposited length times spacing, over the area")
+    width_cv: Rounded = Field(description="of the strip that each stretch serves: standard deviation over mean")
+    distance: DistanceRecord | None = Field(
+        default=None, description="of the backend, before curves are fitted; left out where none is promised or known"
+    )
+    printed: PrintedRecord | None = Field(default=None, description="in print; left out where nobody expects one")
+    left: SpacingSideRecord = Field(description="to the left of the paths")
+    right: SpacingSideRecord = Field(description="to the right")
+    both: SpacingSideRecord = Field(description="all samples of both sides")
+    levels: LevelSpacingsRecord | None = Field(
+        default=None, description="from level to level; left out where runs have none"
+    )
+
+
+# What plan.json says of overhang: where the surface's outward normal is too far from upright for the material.
+
+
+class OverhangPlaceRecord(Record):
+    """A place where a bead overhangs."""
+
+    run: Count = Field(description="that it lies on")
+    place_mm: Place = Field(description="on the surface [mm]")
+    angle_deg: Rounded = Field(description="of the outward normal from upright [degrees]")
+
+
+class TableAttitudeRecord(Record):
+    """One attitude of the table, and what is printed in it."""
+
+    up: Place = Field(description="unit direction of the part that points up")
+    axes: tuple[Rounded, ...] = Field(
+        description="lengths of the six legs [mm], or angles of tilting and turning [degrees]"
+    )
+    slack: Rounded = Field(
+        description="share left of the critical angle, or of the table's range where less of that is; 0 at a limit"
+    )
+    length_mm: Rounded = Field(description="deposited in it [mm]")
+    pieces: Count = Field(description="of runs that are printed in it")
+    move_s: Rounded = Field(
+        description="that the table takes at least to come here, or where the program drives it, what that gives it [s]"
+    )
+
+
+class TableRecord(Record):
+    """How a table is to tilt the part, so that as little as possible overhangs."""
+
+    name: str = Field(description="of the table")
+    rotary: bool = Field(description="whether its axes turn, so that their values are angles; else they are lengths")
+    order: Literal["kept", "gathered"] = Field(
+        description="whether runs are printed as they come, or pieces of them gathered by attitude"
+    )
+    moves_kept: Count = Field(description="attitudes that runs as they come need")
+    moves_gathered: Count = Field(description="attitudes that pieces gathered by attitude need")
+    length_mm: Rounded = Field(description="deposited length that still overhangs [mm]")
+    missing_deg: Rounded = Field(description="largest angle beyond the critical one that is left [degrees]")
+    attitudes: tuple[TableAttitudeRecord, ...] = Field(description="in the order of printing")
+    refused: tuple[str, ...] = Field(
+        default=(), description="attitudes that the robot refused, whose pieces are printed in another one, and why"
+    )
+
+
+class OverhangRecord(Record):
+    """What of the deposit overhangs, as the part stands."""
+
+    critical_deg: Rounded = Field(
+        description="of the outward normal from upright, beyond which a bead may sag [degrees]"
+    )
+    assumed: bool = Field(
+        default=False, description="whether that is the paper's example, because the cell's [material] states none"
+    )
+    share: Rounded = Field(description="of the deposited length that overhangs")
+    length_mm: Rounded = Field(description="deposited length that overhangs [mm]")
+    largest_deg: Rounded = Field(description="angle of all that is deposited [degrees]")
+    worst_places: tuple[OverhangPlaceRecord, ...] = Field(description="at most five, the worst first, a stretch each")
+    table: TableRecord | None = Field(default=None, description="that tilts the part, where the cell has one")
+
+    @property
+    def stated(self) -> bool:
+        """Whether it is more than a detail: the material has an angle, or a table tilts the part by it."""
+        return self.table is not None or not self.assumed

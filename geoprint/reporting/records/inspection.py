@@ -1,0 +1,454 @@
+"""The schemas of appraisal.json, lying.json and simulated.json: what photographs, scans and simulations show."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from typing import Literal, TypeVar
+
+from pydantic import Field
+
+from geoprint.postprocessor import Json
+from geoprint.reporting.records.rounding import Count, Place, Record, Rounded, Thousandths, as_json
+
+# What appraisal.json says of the program that was printed, and plan.json of what that print changes in the next one.
+#
+# A print is held against what its own program deposits on its cell: so an appraisal carries that, and which
+# dispenser it was. Its seal is a hash of all of its figures, so that nothing is fed back that somebody has edited.
+
+
+_R = TypeVar("_R", bound=Record)
+# The key of an appraisal that a plan takes, and that of its seal.
+PRINTED, SEAL = "printed", "seal"
+
+
+class PrintedRunRecord(Record):
+    """A run that was printed."""
+
+    run: Count = Field(description="as poses.csv counts it")
+    length_mm: Rounded = Field(description="of the plan [mm]")
+    middle_mm: Place = Field(description="halfway along it [mm]")
+
+
+class PrintedPartRecord(Record):
+    """A part of a run, in the order of those that were measured."""
+
+    run: Count = Field(description="as poses.csv counts it")
+    factor: Rounded = Field(description="flow that was commanded over the planned one, by feedback")
+    deposited: Rounded = Field(description="volume that the program deposits, as executed, over the planned one")
+
+
+class PrintedRecord(Record):
+    """What was printed: a program on its cell."""
+
+    plan: str = Field(description="name of the bundle")
+    part: str = Field(description="name of the part's file")
+    part_sha256: str = Field(description="of that file", pattern="^[0-9a-f]{64}$")
+    executed: bool = Field(description="whether its program was executed; else it has none, and its paths count")
+    dispenser: dict[str, Rounded | str] = Field(description="what doses, by the keys of the cell file")
+    speed_mm_s: Rounded = Field(description="of the print [mm/s]")
+    opened_mm: Rounded = Field(description="by which the valve was opened earlier, by feedback [mm]")
+    shut_mm: Rounded = Field(description="by which the valve was shut earlier, by feedback [mm]")
+    runs: tuple[PrintedRunRecord, ...] = Field(description="in their order")
+    parts: tuple[PrintedPartRecord, ...] = Field(description="of the runs, in their order")
+    seal: str = Field(default="", description="SHA-256 of all figures of this file", pattern="^([0-9a-f]{64})?$")
+
+
+def sealed(record: _R) -> _R:
+    """Return an appraisal whose `printed` carries the hash of all of its figures; as it is without that."""
+    printed: PrintedRecord | None = getattr(record, PRINTED)
+    if printed is None:
+        return record
+    seal = seal_of(as_json(record))
+    return record.model_copy(update={PRINTED: printed.model_copy(update={SEAL: seal})})
+
+
+def seal_of(appraisal: Mapping[str, Json]) -> str:
+    """Return the SHA-256 of an appraisal as JSON carries it, but for its seal."""
+    printed = appraisal[PRINTED]
+    assert isinstance(printed, Mapping)  # noqa: S101  (as both callers have found)
+    content = {**appraisal, PRINTED: {key: value for key, value in printed.items() if key != SEAL}}
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode("utf-8")).hexdigest()
+
+
+class ChangeRecord(Record):
+    """A cause of errors that is taken out."""
+
+    cause: Literal["constant", "drift", "along runs", "opening", "shutting"] = Field(
+        description="of the flow: one share of all, what changes slowly over the print, what changes along runs; and "
+        "of the valve, at the beginning and at the end of runs"
+    )
+    least: Rounded = Field(description="volume that it made over the wanted one; of the valve, how late it was [mm]")
+    most: Rounded = Field(description="likewise, where it made most")
+    gain: Rounded = Field(description="by which it makes the measurement likelier, at least 8 [nats]")
+
+
+class FeedbackRecord(Record):
+    """What the last print changes."""
+
+    sha256: str = Field(description="of the appraisal", pattern="^[0-9a-f]{64}$")
+    plan: str = Field(description="name of the bundle that was printed")
+    seen_in: str = Field(description="name of the file of the scan or photograph")
+    changes: tuple[ChangeRecord, ...] = Field(description="the strongest first; none where nothing was significant")
+    least_factor: Rounded = Field(description="of the flow, over the wanted one")
+    most_factor: Rounded = Field(description="likewise")
+    speed_mm_s: Rounded | None = Field(
+        default=None, description="at which a valve lays that flow [mm/s]; left out where it prints as the cell says"
+    )
+    valve_opens_earlier_mm: Rounded = Field(description="than the cell says [mm of path]")
+    valve_shuts_earlier_mm: Rounded = Field(description="than the cell says [mm of path]")
+    gaps: Count = Field(description="parts of runs with hardly any material, which no flow mends")
+    held: Rounded = Field(description="share of the poses at which the cell's bounds hold the flow")
+    error_found: Rounded = Field(
+        description="root mean square of the volume of parts of runs off the wanted one, but for what the program that "
+        "was printed did by itself"
+    )
+    error_expected: Rounded = Field(description="of the next print, by the causes that are known")
+
+
+# The schema of appraisal.json of a scan: where it was taken, and how thick the print is, run by run.
+#
+# Deviations are standard deviations, by noise of the scan and by how well its pose is known. `parts` is what
+# corrects the next print: volume over the planned one along the runs.
+
+
+# A row of a rotation.
+Row = tuple[Rounded, Rounded, Rounded, Rounded]
+
+
+class ScanFileRecord(Record):
+    """The scan."""
+
+    file: str = Field(description="its name")
+    sha256: str = Field(description="of the file")
+    unit: str = Field(description="of its coordinates, as given")
+    points: Count = Field(description="that it holds; vertices of a mesh")
+    used: Count = Field(description="of these, thinned out, that lie over the part")
+
+
+class EstimateRecord(Record):
+    """A figure with its standard deviation."""
+
+    value: Rounded = Field(description="as measured")
+    deviation: Rounded = Field(description="standard deviation of that")
+
+
+class ShiftRecord(Record):
+    """By how much a whole print lies beside its plan: the part lies elsewhere than it was touched."""
+
+    by_mm: Place = Field(description="in the part's coordinates [mm]")
+    deviation_mm: Rounded = Field(description="standard deviation of its length [mm]")
+
+
+class RegistrationRecord(Record):
+    """Where a scan was taken."""
+
+    pose: tuple[Row, Row, Row, Row] = Field(
+        description="rows of the transform from the scan's coordinates to those of the part, the scale in it [mm]"
+    )
+    scale: EstimateRecord | None = Field(
+        description="by which the scan's coordinates are multiplied; null where they are true to scale"
+    )
+    middle_mm: Place = Field(description="of the scan, in the part's coordinates; turns are about it [mm]")
+    covariance: tuple[tuple[float, ...], ...] = Field(description="6 by 6, of turn [rad] and shift [mm]")
+    shift_deviation_mm: Rounded = Field(description="of the middle, along the worst direction [mm]")
+    turn_deviation_deg: Rounded = Field(description="about the worst axis [degrees]")
+    given: bool = Field(description="whether the pose it began from was given")
+    loose: Count = Field(description="directions that nothing in the scan fixes, and that are as given")
+    noise_mm: Rounded = Field(description="standard deviation of a point [mm]")
+    on_part: Rounded = Field(description="share of the points that lie on the part")
+    bead_width: Rounded = Field(description="width of the beads over that which their flow asks for")
+    offset_mm: Rounded = Field(description="of all beads to the left of their paths, as seen from outside [mm]")
+
+
+class FromPlanRecord(Record):
+    """How the thickness differs from the planned one, cell by cell of the surface, by area."""
+
+    mean: EstimateRecord = Field(description="of all that is seen [mm]")
+    rms_mm: Rounded = Field(description="root mean square [mm]")
+    p5_mm: Rounded = Field(description="5th percentile [mm]")
+    p95_mm: Rounded = Field(description="95th percentile [mm]")
+    noise_mm: Rounded = Field(description="what of the root mean square is the scan's own [mm]")
+
+
+class ScannedRunRecord(Record):
+    """A run of the plan, as printed."""
+
+    run: Count = Field(description="as poses.csv counts it")
+    length_mm: Rounded = Field(description="of the plan [mm]")
+    seen_mm: Rounded = Field(description="of it in the scan [mm]")
+    missing_mm: Rounded = Field(description="of that without material [mm]")
+    ratio: EstimateRecord | None = Field(description="volume over the planned one; null where nothing is seen")
+    crest_mm: EstimateRecord | None = Field(
+        description="height over the part along the middle of its bead; null where no points show that [mm]"
+    )
+    offset_mm: EstimateRecord | None = Field(description="of its middle to the left, as seen from outside [mm]")
+
+
+class PartOfRunRecord(Record):
+    """A part of a run, about two spacings long."""
+
+    run: Count = Field(description="as poses.csv counts it")
+    start_mm: Thousandths = Field(description="arc length from the start of the run at which it begins [mm]")
+    end_mm: Thousandths = Field(description="arc length at which it ends [mm]")
+    ratio: Rounded | None = Field(description="volume over the planned one; null where the scan does not show it")
+    deviation: Rounded | None = Field(description="standard deviation of that")
+    offset_mm: Rounded | None = Field(description="of the bead's middle to the left, as seen from outside [mm]")
+    offset_deviation_mm: Rounded | None = Field(description="standard deviation of that [mm]")
+
+
+class ScanAppraisalRecord(Record):
+    """The content of appraisal.json of a scan."""
+
+    layout: Literal[2] = Field(alias="schema", description="version of this layout")
+    version: str = Field(description="of geoprint")
+    kind: Literal["scan"] = Field(description="what was appraised")
+    printed: PrintedRecord = Field(description="the program that was printed, and what it deposits")
+    scan: ScanFileRecord = Field(description="the file")
+    registration: RegistrationRecord = Field(description="where it was taken")
+    layer_height_mm: Rounded = Field(description="of the plan [mm]")
+    seen: Rounded = Field(description="share of the area to be covered that the scan shows")
+    covered: EstimateRecord = Field(description="share of that which has material")
+    bare: Rounded = Field(description="share of the points over what the plan leaves bare")
+    volume_seen_mm3: EstimateRecord = Field(description="of the material that the scan shows [mm3]")
+    volume_ratio: EstimateRecord = Field(description="of that over the planned one there")
+    volume_planned_mm3: Rounded = Field(description="of the whole plan [mm3]")
+    thickness_mm: EstimateRecord = Field(description="mean over what is to be covered and seen [mm]")
+    from_plan: FromPlanRecord = Field(description="how the thickness differs from the planned one")
+    shift: ShiftRecord | None = Field(default=None, description="of all of it; left out where there is none")
+    runs: tuple[ScannedRunRecord, ...] = Field(description="in their order")
+    parts: tuple[PartOfRunRecord, ...] = Field(description="of the runs, in their order; at most 2000 and one a run")
+
+
+class LyingRecord(Record):
+    """The content of lying.json: the part as it lies there before it is printed on."""
+
+    layout: Literal[1] = Field(alias="schema", description="version of this layout")
+    version: str = Field(description="of geoprint")
+    part: str = Field(description="name of the part's file")
+    scan: ScanFileRecord = Field(description="scan or touched points")
+    registration: RegistrationRecord = Field(description="where it was taken")
+    seen: Rounded = Field(description="share of the part's area near its points")
+    offset_mean_mm: Rounded = Field(description="of the surface along its normal, over what is seen [mm]")
+    offset_rms_mm: Rounded = Field(description="root mean square of it [mm]")
+    offset_least_mm: Rounded = Field(description="the lowest [mm]")
+    offset_most_mm: Rounded = Field(description="the highest [mm]")
+    deviation_mm: Rounded = Field(description="standard deviation of the offset at a place [mm]")
+    residual_mm: Rounded = Field(description="standard deviation of the points from the surface found [mm]")
+    smoothing_mm: Rounded = Field(description="length over which the offset is smooth [mm]")
+    allowed_mm: Rounded = Field(description="largest offset that was allowed [mm]")
+    mesh: str = Field(description="name of the mesh of the surface that is there, which `geoprint plan` takes")
+
+
+# The schema of appraisal.json: what photographs show of prints, and how these lie beside their plan.
+#
+# Lengths are pixels of the photograph where they end in px, else mm on the surface.
+
+
+# Start and end, as arc length or in pixels.
+Stretch = tuple[Thousandths, Thousandths]
+
+
+class DirectedRecord(Record):
+    """Distances from every place of one set to the nearest of another."""
+
+    largest: Rounded = Field(description="of them")
+    p95: Rounded = Field(description="95th percentile")
+    mean: Rounded = Field(description="of them all")
+
+
+class ApartRecord(Record):
+    """How far two sets of lines lie apart."""
+
+    hausdorff: Rounded = Field(description="the larger of both largest distances: eq. 3 of the paper")
+    p95: Rounded = Field(description="the larger of both 95th percentiles")
+    mean: Rounded = Field(description="mean of both means")
+    there: DirectedRecord = Field(description="from the first to the second; from the plan to the print")
+    back: DirectedRecord = Field(description="from the second to the first; from the print to the plan")
+
+
+class LineRecord(Record):
+    """A line of material in a photograph."""
+
+    length_px: Rounded = Field(description="of what is seen of it [pixels]")
+    width_mean_px: Rounded = Field(description="between its edges [pixels]")
+    width_cv: Rounded = Field(description="standard deviation of the width over its mean")
+    closed: bool = Field(description="whether its end meets its start")
+    breaks_px: tuple[Stretch, ...] = Field(description="stretches without material, by arc length along it [pixels]")
+
+
+class OutlineRecord(Record):
+    """How the outline of the part placed the camera."""
+
+    within_px: Rounded = Field(
+        description="places of the part are seen within this of where they are, with 95 % confidence [pixels]"
+    )
+    within_mm: Rounded = Field(description="that on the part, by what a pixel covers [mm]")
+    alike: Count = Field(description="from how many places of the camera the outline looks alike")
+    clearer: Rounded | None = Field(
+        description="how many times nearer to the plan the lines lie than from the next of these; null for one"
+    )
+
+
+class CameraRecord(Record):
+    """The camera that took a photograph."""
+
+    place_mm: Place = Field(description="of the pinhole, in the part's coordinates [mm]")
+    fiducials: Count = Field(description="that it was placed by; 0 where the part's outline placed it")
+    outline: OutlineRecord | None = Field(default=None, description="left out where fiducials placed it")
+    residual_px: Rounded = Field(
+        description="root mean square distance of fiducials, or the outline, from where they are seen [pixels]"
+    )
+    lens_residual_px: Rounded = Field(description="of the checkerboard's corners; 0 where the lens was given [pixels]")
+    mm_per_px: Rounded = Field(description="that a pixel covers on the beads, in the mean [mm]")
+
+
+class RunRecord(Record):
+    """A run of the plan, as printed."""
+
+    run: Count = Field(description="as poses.csv counts it")
+    length_mm: Rounded = Field(description="of the plan [mm]")
+    judged_mm: Rounded = Field(description="of it in sight [mm]")
+    seen_mm: Rounded = Field(description="of that, neither corner nor joint, of which width and offset are known [mm]")
+    missing_mm: Rounded = Field(description="of what is judged without material [mm]")
+    width_mm: EstimateRecord | None = Field(description="mean of its bead [mm]; null where it is not known")
+    width_planned_mm: Rounded = Field(description="flow over the height of the layer, in the mean [mm]")
+    of_usual: EstimateRecord | None = Field(
+        default=None,
+        description="its width over the planned one, over what is usual in the print; null where widths do not compare",
+    )
+    whole: Literal["too wide", "too narrow"] | None = Field(
+        description="where its width over the planned one is a quarter of volume off what is usual in the print"
+    )
+    width_cv: Rounded | None = Field(
+        description="standard deviation of the width over its mean; where the plan's flow differs, over that"
+    )
+    offset_mm: EstimateRecord | None = Field(description="to the left of where it is planned, seen from outside [mm]")
+    offset_rms_mm: Rounded | None = Field(description="root mean square of it [mm]")
+    gaps_mm: tuple[Stretch, ...] = Field(description="stretches without material, by arc length [mm]")
+    blobs_mm: tuple[Stretch, ...] = Field(description="stretches wider than 1.3 medians of the run [mm]")
+    thin_mm: tuple[Stretch, ...] = Field(description="stretches narrower than 0.7 medians of the run [mm]")
+
+
+class PhotographedPartRecord(Record):
+    """A part of a run, about two spacings long."""
+
+    run: Count = Field(description="as poses.csv counts it")
+    start_mm: Thousandths = Field(description="arc length from the start of the run at which it begins [mm]")
+    end_mm: Thousandths = Field(description="arc length at which it ends [mm]")
+    width_mm: Rounded | None = Field(description="of the bead [mm]; null where it is not known")
+    width_deviation_mm: Rounded | None = Field(description="standard deviation of that [mm]")
+    width_planned_mm: Rounded = Field(description="flow over the height of the layer [mm]")
+    offset_mm: Rounded | None = Field(description="of its middle to the left, as seen from outside [mm]")
+    offset_deviation_mm: Rounded | None = Field(description="standard deviation of that [mm]")
+
+
+class OnPlanRecord(Record):
+    """A photograph held against the plan."""
+
+    camera: CameraRecord = Field(description="that took it")
+    reach_mm: Rounded = Field(description="how far from a run its material may lie [mm]")
+    judged: Rounded = Field(description="share of the plan's length in sight")
+    missing: Rounded = Field(description="share of what is judged without material")
+    usual: Rounded | None = Field(
+        description="width over the planned one that is usual: a photograph cannot tell spread from volume"
+    )
+    width_mean_mm: Rounded | None = Field(description="of all beads [mm]; null where it is not known")
+    width_planned_mm: Rounded = Field(description="mean of the planned widths [mm]")
+    width_cv: Rounded | None = Field(description="as of a run, of all runs together")
+    offset_mean_mm: Rounded | None = Field(description="of all beads to the left of their runs [mm]")
+    offset_rms_mm: Rounded | None = Field(description="root mean square of it [mm]")
+    shift: ShiftRecord | None = Field(default=None, description="of the whole print; left out where there is none")
+    offset_deviation_common_mm: Rounded = Field(description="standard deviation that all offsets share: the camera's")
+    blur_px: Rounded = Field(description="standard deviation of the unsharpness, as edges have it [pixels]")
+    gamma: Rounded = Field(description="of the tone curve, as edges have it")
+    white: Rounded = Field(description="share of the beads that is white, and left out")
+    darker: bool = Field(description="whether beads are darker than what they lie on")
+    doubts: tuple[str, ...] = Field(description="what to know before the figures are trusted")
+    strays: Rounded = Field(description="share of the places of beads farther than the reach from every run")
+    apart_mm: ApartRecord = Field(description="plan and print [mm]")
+    runs: tuple[RunRecord, ...] = Field(description="in their order")
+    parts: tuple[PhotographedPartRecord, ...] = Field(description="of the runs, in their order")
+
+
+class PhotographRecord(Record):
+    """A photograph, appraised."""
+
+    file: str = Field(description="its name")
+    sha256: str = Field(description="of the file")
+    size_px: tuple[int, int] = Field(description="width and height, upright [pixels]")
+    turned: bool = Field(description="whether it was turned upright, as the camera noted")
+    bead_width_px: Rounded = Field(description="that lines were looked for with [pixels]")
+    threshold: Rounded = Field(description="of their contrast, over the spread of the grey values around them")
+    length_px: Rounded = Field(description="of all lines [pixels]")
+    width_mean_px: Rounded = Field(description="of all lines, by length [pixels]")
+    width_cv: Rounded = Field(description="standard deviation of the width over its mean, of all lines together")
+    lines: tuple[LineRecord, ...] = Field(description="the longest first")
+    on_plan: OnPlanRecord | None = Field(default=None, description="left out without a plan")
+
+
+class PairRecord(Record):
+    """Two photographs, one over the other."""
+
+    first: str = Field(description="name of the file")
+    second: str = Field(description="name of the file")
+    apart_px: ApartRecord = Field(description="the middles of their lines [pixels]")
+
+
+class AppraisalRecord(Record):
+    """The content of appraisal.json."""
+
+    layout: Literal[2] = Field(alias="schema", description="version of this layout")
+    version: str = Field(description="of geoprint")
+    kind: Literal["photographs"] = Field(description="what was appraised")
+    plan: str | None = Field(default=None, description="name of the bundle; left out without one")
+    part: str | None = Field(default=None, description="name of the part's file; left out without a plan")
+    printed: PrintedRecord | None = Field(
+        default=None,
+        description="the program that was printed, and what it deposits; left out without a plan, and of several "
+        "photographs",
+    )
+    shade: Literal["lighter", "darker"] = Field(description="what beads are, beside what they lie on")
+    width_chosen: bool = Field(description="whether the width that lines were looked for with was chosen, not given")
+    threshold_chosen: bool = Field(description="whether the threshold was chosen (Otsu), not given")
+    photographs: tuple[PhotographRecord, ...] = Field(description="in the order of the command")
+    pairs: tuple[PairRecord, ...] = Field(description="each two photographs; empty for one")
+
+
+# The schema of simulated.json: what a bundle lays in silico, run by run, and what was put in besides.
+
+
+# A change that breaks a reader raises it.
+SIMULATED_SCHEMA = 1
+
+
+class SimulatedRunRecord(Record):
+    """One run of the plan that lays material."""
+
+    run: Count = Field(description="as poses.csv counts it")
+    wanted_mm3: Rounded = Field(description="volume that its path asks for")
+    laid_mm3: Rounded = Field(description="volume that lies along it")
+    beside_mm3: Rounded = Field(
+        description="of that, what lies farther than half a spacing before the run's beginning or behind its end"
+    )
+    longest_bare_mm: Rounded = Field(description="longest stretch of the run without material")
+
+
+class SimulatedRecord(Record):
+    """All that simulated.json says."""
+
+    schema_version: Literal[1] = Field(alias="schema", description="version of this layout")
+    version: str = Field(description="of geoprint")
+    plan: str = Field(description="folder of the bundle")
+    laid_by: Literal["program", "paths"] = Field(
+        description="whether its program was executed; paths where the bundle has none"
+    )
+    flow: Rounded = Field(description="volume that flows, over that of the plan")
+    spread: Rounded = Field(description="width of beads over what their flow asks for")
+    width_noise: Rounded = Field(description="standard deviation of the width along a bead, over its mean")
+    offset_mm: Rounded = Field(description="by which all beads lie to the left of their paths")
+    seed: Count = Field(description="of all noise")
+    wanted_mm3: Rounded = Field(description="volume that the paths ask for")
+    laid_mm3: Rounded = Field(description="volume that lies on the part")
+    runs: tuple[SimulatedRunRecord, ...] = Field(description="in the order of printing")

@@ -1,0 +1,587 @@
+"""The schema of plan.json: what is said of a plan, from the file that was read to the warnings.
+
+Lengths are mm, angles degrees, times s, and another unit stands in the name; a share or a ratio is of 1. Runs, levels
+and layers count from 0.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field, create_model
+
+from geoprint.config.job import Job, PatchRegion
+from geoprint.config.strict import keys_of
+from geoprint.geometry import PreparationReport, Repairs, described
+from geoprint.reporting.records.evenness import EvennessRecord, OverhangRecord
+from geoprint.reporting.records.evidence import EvidenceRecord
+from geoprint.reporting.records.inspection import FeedbackRecord
+from geoprint.reporting.records.rounding import Count, Pair, Place, Record, Rounded, Thousandths
+
+# What is said of what was tried: sources of a part, and what becomes of contours where fronts meet.
+
+
+class SourceRecord(Record):
+    """A source that was tried, because the best one was asked for."""
+
+    patch: int = Field(description="from 1")
+    source: str = Field(description="as `--from` takes it")
+    gap: Rounded = Field(description="share of the area that is missed")
+    overlap: Rounded = Field(description="share of the area that is covered twice")
+    cv: Rounded = Field(description="of the thickness that a constant flow leaves")
+    runs: Count = Field(description="how many")
+    taken: bool = Field(description="whether it is the one that covers best")
+
+
+class MiddleRecord(Record):
+    """What was tried where fronts meet."""
+
+    middle: str = Field(description="as `--middle` takes it")
+    gap: Rounded = Field(description="share of the area that is missed")
+    overlap: Rounded = Field(description="share of the area that is covered twice")
+    cv: Rounded = Field(description="of the thickness that a constant flow leaves")
+    runs: Count = Field(description="how many")
+    taken: bool = Field(description="whether it is the one that covers best")
+
+
+# The schema of one of the robot's parts in plan.json: motion, clearance and program for one placement of the part.
+
+
+class RotationRecord(Record):
+    """How the nozzle turns about itself."""
+
+    axial_nozzle: bool = Field(description="whether its axis is the flange's: then a turn moves joint 6 only")
+    least_deg: Thousandths = Field(description="from the attitude of the path [degrees]")
+    most_deg: Thousandths = Field(description="from the attitude of the path [degrees]")
+
+
+class TiltRecord(Record):
+    """The angle between nozzle and surface normal on deposit."""
+
+    largest_deg: Thousandths = Field(description="[degrees]")
+    mean_deg: Thousandths = Field(description="[degrees]")
+
+
+class LeanPlaceRecord(Record):
+    """A stretch in which the nozzle leans from the attitude of the path, where it does most."""
+
+    run: int = Field(description="from 0")
+    place_mm: tuple[Thousandths, Thousandths, Thousandths] = Field(description="tip in the part's coordinates [mm]")
+    lean_deg: Thousandths = Field(description="[degrees]")
+    deposit: bool = Field(description="whether material is laid there")
+
+
+class RunLeanRecord(Record):
+    """A run on which the nozzle leans from the attitude of the path, and what turning it for the speed bought."""
+
+    run: int = Field(description="from 0")
+    mean_deg: Thousandths = Field(description="along the run [degrees]")
+    largest_deg: Thousandths = Field(description="[degrees]")
+    eased_mm: Rounded = Field(description="length in which the tool was turned for the speed of the tip [mm]")
+    lacking_mm: Rounded = Field(description="length whose joints would not hold the set speed without that [mm]")
+    left_mm: Rounded = Field(description="length of it whose joints still do not [mm]")
+
+
+class LeanRecord(Record):
+    """Where the nozzle leans from the attitude of the path."""
+
+    deposit_share: Thousandths = Field(description="of the deposited length")
+    runs: tuple[RunLeanRecord, ...] = Field(default=(), description="that lean, in the order of printing")
+    places: tuple[LeanPlaceRecord, ...] = Field(description="at most 20, the largest leans first")
+
+
+class SlowdownRecord(Record):
+    """A stretch of deposit on which the joints do not hold the print's speed."""
+
+    run: int = Field(description="from 0")
+    place_mm: Place = Field(description="tip where the least is held [mm]")
+    arc_mm: Rounded = Field(description="of that place, from the start of the run [mm]")
+    length_mm: Rounded = Field(description="of the stretch [mm]")
+    set_mm_s: float = Field(description="speed that was asked for [mm/s]")
+    held_mm_s: Rounded = Field(description="smallest speed on the stretch [mm/s]")
+    joint: int = Field(description="that limits it there, 1 to 6; 0 where it is the targets")
+    limit: Literal["speed", "acceleration", "targets"] = Field(description="of that joint, or how near targets are")
+
+
+class SlowedRecord(Record):
+    """Shares of the deposit not laid within 1 % of the set speed, away from the ramps, by what limits them."""
+
+    speed: Rounded = Field(description="of a joint")
+    acceleration: Rounded = Field(description="of a joint")
+    targets: Rounded = Field(description="of a bend would be closer in time than a controller takes")
+
+
+class BendRecord(Record):
+    """A bend of the path that straight moves between its poses do not follow within tolerance and period."""
+
+    run: int = Field(description="from 0")
+    kind: Literal["rounded", "close"] = Field(
+        description="targets stand outside of the bend, so that rounded corners pass it; or they are closer in time"
+        " than a controller takes"
+    )
+    place_mm: Place = Field(description="tip in its middle [mm]")
+    arc_mm: Rounded = Field(description="of that place, from the start of the run [mm]")
+    radius_mm: Rounded | None = Field(description="of the path there [mm]; null where it is straight")
+    targets: Count = Field(description="in the bend")
+    offset_mm: Rounded = Field(description="largest, of a target from the path [mm]")
+    shortest_ms: Rounded = Field(description="least time of a move there [ms]")
+
+
+class TargetsRecord(Record):
+    """How the targets that the program names follow each other."""
+
+    period_ms: Rounded = Field(description="that the controller takes without slowing down [ms]")
+    closer: Count = Field(description="targets that come sooner than that after the one before")
+    shortest_ms: Rounded = Field(description="between two [ms]")
+    shortest_mm: Rounded = Field(description="move between two [mm]")
+    least_ms: Rounded = Field(description="time of a move that lays material [ms]; what is shorter is a 'close' bend")
+    bends: tuple[BendRecord, ...] = Field(description="that straight moves do not follow, in the order of printing")
+    dry_run_other_configuration: Count = Field(description="targets whose configuration differs in the dry run")
+
+
+class QuadrantRecord(Record):
+    """How near an axis whose quarter turns the configuration data count comes to a border of these on deposit."""
+
+    axis: int = Field(description="1, 4 or 6")
+    targets_near: Count = Field(description="targets on deposit within 1 degree of a border")
+    crossings: Count = Field(description="of borders between poses on deposit")
+    nearest_deg: Thousandths = Field(description="of a target on deposit to a border [degrees]")
+    run: int = Field(description="where that is, from 0")
+    place_mm: Place = Field(description="of the tip there, in the part's coordinates [mm]")
+
+
+class OrientationRecord(Record):
+    """How a demonstration was turned about its centroid, because with its mean normal up it is refused."""
+
+    rpy_deg: tuple[Thousandths, Thousandths, Thousandths] = Field(
+        description="roll, pitch, yaw about the base's fixed axes, after its mean normal was turned up; demo_rpy_deg in"
+        " a cell [degrees]"
+    )
+    tilt_deg: Thousandths = Field(description="of its mean normal from upright [degrees]")
+    margin_deg: Thousandths = Field(description="of the search's motion from limits and singularities [degrees]")
+    tried: Count = Field(description="orientations")
+    start_refused: str = Field(description="why it is refused with its mean normal up")
+    others_refused: tuple[str, ...] = Field(description="why those before it in the search's order are")
+
+
+class DepositedRecord(Record):
+    """Volume that the program deposits as it was executed, over the planned one; short runs count as dots."""
+
+    share: Rounded = Field(description="of all runs together")
+    least_run: Rounded = Field(description="of the run that gets least")
+    most_run: Rounded = Field(description="of the run that gets most")
+
+
+class MotionRecord(Record):
+    """The arm's motion from home to home."""
+
+    duration_s: Rounded = Field(description="of the motion, without what it waits for a flow or the lamp [s]")
+    branch: int = Field(description="of the eight inverse solutions, from 0")
+    rotation: RotationRecord = Field(description="of the nozzle about itself")
+    joint_6_turns: Thousandths = Field(description="over the whole motion")
+    tilt: TiltRecord = Field(description="from the surface normal")
+    lean: LeanRecord = Field(description="from the attitude of the path")
+    smallest_wrist_angle_deg: Rounded = Field(description="of joint 5 [degrees]")
+    slowest_deposit_mm_s: Rounded = Field(description="of the bead, beside the ramps [mm/s]")
+    off_moves_mm: Rounded = Field(description="largest distance of the timed path from the moves, all along [mm]")
+    off_moves_deg: Rounded = Field(description="and turn [degrees]")
+    stretched_pieces: Count = Field(description="of the motion that had to be slower than planned")
+    largest_jerk_m_s3: Rounded = Field(description="of the tip on deposit, over steps of 10 ms [m/s3]")
+    share_at_speed: Rounded = Field(description="of the deposit within 1 % of the print's speed")
+    share_on_ramps: Rounded = Field(description="of the deposit, at the ends of runs")
+    share_slowed: SlowedRecord | None = Field(default=None, description="of the deposit: the rest")
+    speed_ceiling_mm_s: float = Field(description="that was allowed; settings name the one that prints [mm/s]")
+    deposited: DepositedRecord | None = Field(default=None, description="left out where nothing is deposited")
+    slowdowns: tuple[SlowdownRecord, ...] = Field(description="beside the ramps")
+    placement_calibrated: bool = Field(description="whether touched points say where the fixture stands")
+    placement_missing: tuple[str, ...] = Field(description="what nobody stated; then programs run only dry")
+    placement_orientation: OrientationRecord | None = Field(
+        default=None, description="that was found for a demonstration; left out where it stands as the cell says"
+    )
+    largest_touch_miss_mm: Rounded | None = Field(description="of the touched points [mm]")
+    T_base_work: tuple[tuple[Rounded, ...], ...] = Field(description="from the part's to the robot's base [mm]")
+    surface_uncertainty_mm: Rounded | None = Field(default=None, description="standard deviation along the normal [mm]")
+    surface_within_mm: Rounded | None = Field(default=None, description="in 95 of 100 calibrations [mm]")
+    surface_uncertain_at_mm: Place | None = Field(default=None, description="where that is most [mm]")
+    targets: TargetsRecord = Field(description="of the program")
+    quadrants: tuple[QuadrantRecord, ...] = Field(description="of axes 1, 4 and 6")
+
+
+class DryRunRecord(Record):
+    """What the dry run passes."""
+
+    lift_mm: float = Field(description="above the printed path [mm]")
+    smallest_mm: Rounded = Field(description="clearance [mm]")
+    at: str = Field(description="where, and what comes near what")
+
+
+class ClearanceRecord(Record):
+    """What the collision check of the motion found."""
+
+    smallest_mm: Rounded = Field(description="of the tool [mm]")
+    at: str = Field(description="where, and what comes near what")
+    arm_smallest_mm: Rounded | None = Field(description="of the arm [mm]")
+    arm_at: str | None = Field(description="where, and what comes near what")
+    kept_mm: float = Field(description="everywhere [mm]")
+    tip_margin_mm: Rounded = Field(description="of the tip on travel and its rim on deposit [mm]")
+    checks: Count = Field(description="places of the motion that were looked at")
+    checked: tuple[str, ...] = Field(description="what against what")
+    not_checked: tuple[str, ...] = Field(description="what nobody looked at")
+    dry_run: DryRunRecord = Field(description="likewise")
+
+
+class RunSwitchingRecord(Record):
+    """When one run is laid."""
+
+    run: int = Field(description="from 0")
+    deposit_s: tuple[float, ...] = Field(description="from and to, on the path [s]")
+    material_s: tuple[float, ...] = Field(description="from and to, as it leaves the nozzle [s]")
+
+
+class SwitchingRecord(Record):
+    """What flows and shines when, simulated from the program as it was read back."""
+
+    largest_error_mm: Rounded = Field(description="of the material from each run's ends [mm]")
+    lamp_alone_s: Rounded = Field(description="that the lamp shines where nothing is laid [s]")
+    runs: tuple[RunSwitchingRecord, ...] = Field(description="in the order of printing")
+    lamp_s: tuple[tuple[float, ...], ...] = Field(description="on, from and to [s]")
+    vacuum_s: tuple[tuple[float, ...], ...] = Field(description="drawing, from and to [s]")
+
+
+class ProgramRecord(Record):
+    """The program that was written."""
+
+    modules: tuple[str, ...] = Field(description="its files in the folder rapid")
+    targets: Count = Field(description="that it names")
+    dry_run_only: bool = Field(description="because nobody stated where the part stands")
+    switching: SwitchingRecord = Field(description="of valve, lamp and vacuum")
+
+
+class TablePoseRecord(Record):
+    """How a table holds the part while this is printed."""
+
+    attitude: Count = Field(description="from 1, in the order of printing")
+    axes: tuple[Rounded, ...] = Field(
+        description="lengths of the six legs [mm], or angles of tilting and turning [degrees]"
+    )
+    kept_mm: Rounded = Field(
+        description="distance of the table, and of all on it, from the arm at home as it comes here [mm]; the true one "
+        "may be larger"
+    )
+
+
+class JoinedRecord(Record):
+    """The one program of several attitudes, and what was executed of it."""
+
+    file: str = Field(description="list of the modules that a person loads; attitudes are loaded by the program")
+    print_s: Rounded = Field(description="time of all attitudes and of the table's own motions, loading left out [s]")
+    table_s: Rounded = Field(
+        description="that the table moves of these: at its largest speeds, or as the program drives it [s]"
+    )
+    scenarios: tuple[str, ...] = Field(
+        description="in which it was executed, each attitude with the moves and switchings of its own program"
+    )
+    refused: tuple[str, ...] = Field(description="scenarios in which it ended before anything moved, as it must")
+    lines_with_statements: Count = Field(description="of its main module")
+    lines_executed: Count = Field(description="of these, in at least one scenario")
+
+
+class RobotRecord(Record):
+    """The robot's part of a plan for one placement of the part."""
+
+    table: TablePoseRecord | None = Field(
+        default=None, description="that holds it; left out where the part stands still"
+    )
+
+    motion: MotionRecord = Field(description="of the arm")
+    clearance: ClearanceRecord = Field(description="of the motion")
+    program: ProgramRecord = Field(description="that runs it")
+    evidence: EvidenceRecord = Field(description="how far geoprint itself has proven the program")
+
+
+class FileRecord(Record):
+    """A file as it was read."""
+
+    name: str = Field(description="of the file, without its folder")
+    sha256: str = Field(description="of its bytes", pattern="^[0-9a-f]{64}$")
+    unit: str = Field(description="of its lengths")
+
+
+class InputRecord(FileRecord):
+    """The part's file, and those of the body and of what layers fill if the job names them."""
+
+    made: dict[str, str | float | int] | None = Field(
+        default=None, description="how the mesh was made, where the file holds something else"
+    )
+    body: FileRecord | None = Field(default=None, description="what the part lies on")
+    target: FileRecord | None = Field(default=None, description="what layers fill: a shape, or a table of thicknesses")
+
+
+def _asked() -> dict[str, Any]:
+    """Return what keys of a job become here: their names in plan.json with type and, as description, their help."""
+    return {
+        key.told or name: (
+            field.annotation,
+            Field(description=key.help) if key.always else Field(default=field.default, description=key.help),
+        )
+        for name, key, field in keys_of(Job)
+        if key.told != ""
+    }
+
+
+class SettingsRecord(create_model("AskedRecord", __base__=Record, **_asked())):
+    """What was asked for, which is every key of a job that tells itself, and with which cell."""
+
+    backend: str | None = Field(default=None, description="that planned; left out where several are compared")
+    spacing_mm: float = Field(description="wanted distance between neighbouring paths [mm]")
+    patches: list[PatchRegion] = Field(description="where on the body the part lies")
+    cell: str = Field(description="name of the cell")
+    speed_mm_s: float = Field(description="at which it prints [mm/s]")
+    travel_speed_mm_s: float = Field(description="of the tip on travel [mm/s]")
+    standoff_mm: float = Field(description="of the tip over what the layer lies on [mm]")
+    clearance_mm: float = Field(description="that the tool keeps [mm]")
+    retract_mm: float = Field(description="height of travel above the surface [mm]")
+    layer_height_mm: float = Field(description="of the layer [mm]")
+    needle_mm: float = Field(description="inner diameter of the needle [mm]")
+    flow_shares: tuple[float, float] = Field(
+        description="least and most of flow that follows, over that of a strip one spacing wide"
+    )
+    pressure_kpa: float | None = Field(description="of the air [kPa]")
+    flood_s: float | None = Field(description="final exposure of the whole part [s]")
+
+
+class MeshRecord(Record):
+    """A mesh."""
+
+    vertices: Count = Field(description="how many")
+    faces: Count = Field(description="how many")
+    mean_edge_mm: Rounded = Field(description="mean length of an edge [mm]")
+
+
+def _prepared() -> dict[str, Any]:
+    """Return what fields of a report on preparing become here, the repairs first: their types and descriptions."""
+    return {
+        name: (Count if kind is int else kind, Field(description=what))
+        for name, kind, what in (*described(Repairs), *described(PreparationReport))
+    }
+
+
+class PreparationRecord(create_model("PreparedRecord", __base__=Record, **_prepared())):
+    """What preparing the mesh changed, and what it found."""
+
+
+class SideRecord(Record):
+    """Which side is printed on."""
+
+    source: str = Field(description="what told it: closed, winding, flip or body")
+    turned: bool = Field(description="whether the file's winding was turned")
+    agreeing: float | None = Field(description="share of the area that faces as the body below it does")
+    sentence: str = Field(description="for the person who prints")
+
+
+class SurfaceRecord(Record):
+    """The part's surface."""
+
+    topology: str = Field(description="in words")
+    area_mm2: Rounded = Field(description="[mm2]")
+    size_mm: Place = Field(description="of its box along x, y, z [mm]")
+    prepared: MeshRecord = Field(description="before refinement")
+    refined: MeshRecord = Field(description="planned on")
+    preparation: PreparationRecord | None = Field(description="null for several patches: each says what changed")
+    side: SideRecord = Field(description="that is printed on")
+
+
+class FibresRecord(Record):
+    """The angles of fibres, by their length."""
+
+    off_mean_deg: Rounded = Field(description="mean angle to the lines that they follow [degrees]")
+    off_p95_deg: Rounded = Field(description="95th percentile of that [degrees]")
+    helix_mean_deg: Rounded | None = Field(
+        default=None,
+        description="mean angle to the direction around the axis, positive where they rise to the right, seen from "
+        "outside with the axis up [degrees]; left out where the lines have no axis",
+    )
+    helix_deg: tuple[Rounded, Rounded] | None = Field(
+        default=None, description="5th and 95th percentile of that [degrees]; left out with it"
+    )
+
+
+class PathsRecord(Record):
+    """The paths as they are printed."""
+
+    runs: Count = Field(description="how many; each starts and stops the dispenser")
+    levels: Count = Field(description="how many")
+    poses: Count = Field(description="rows of poses.csv")
+    deposit_mm: Rounded = Field(description="length of the tip's path on deposit [mm]")
+    travel_mm: Rounded = Field(description="length of the tip's path on travel [mm]")
+    stops_while_laying: Count = Field(description="at sharp corners, with the valve open")
+    corners_rounded: Count = Field(description="how many")
+    corners_rounded_mm: tuple[Place, ...] = Field(description="where [mm]")
+    corners_split: Count = Field(description="too sharp to be rounded at speed")
+    corners_split_mm: tuple[Place, ...] = Field(description="where [mm]")
+    fragments: Count = Field(description="runs shorter than five spacings, little more than a start and a stop")
+    dropped_runs: Count = Field(
+        description="too short to be worth a start: shorter than one spacing or than the valve needs, fibres than three"
+    )
+    dropped_mm: Rounded = Field(description="their length in all [mm]")
+    dropped_mm2: Rounded = Field(description="what they would have filled, length by width [mm2]")
+    widths_mm: tuple[Rounded, Rounded] | None = Field(
+        default=None, description="least and most that is wanted; left out where paths are one spacing wide [mm]"
+    )
+    fibres: FibresRecord | None = Field(default=None, description="left out where they follow no lines")
+    largest_distance_mm: Rounded = Field(description="from the seed [mm]")
+    largest_lean_deg: Rounded = Field(description="of the nozzle from the normal [degrees]")
+    mean_lean_deg: Rounded = Field(description="of the nozzle from the normal [degrees]")
+
+
+class LayerRecord(Record):
+    """One skin of material."""
+
+    number: Count = Field(description="from 0, from the part outwards")
+    count: Count = Field(default=1, description="of all layers of the thickness")
+    bottom_mm: float = Field(default=0.0, description="height over the part at which it begins [mm]")
+    height_mm: float = Field(description="that it shall have [mm]")
+    pattern: str | None = Field(
+        default=None, description="of its paths, with the angle of rows in degrees, where patterns take turns"
+    )
+    standoff_mm: Rounded = Field(description="of the tip over what the layer lies on [mm]")
+    runs: Pair = Field(description="first and last that make it")
+
+
+class RefinementRecord(Record):
+    """How finely the surface was cut."""
+
+    edge_length_mm: Rounded = Field(description="that the backend asked for [mm]")
+    faces_before: Count = Field(description="of the prepared surface")
+    faces_after: Count = Field(description="of the surface that was planned on")
+
+
+class FieldRecord(Record):
+    """How true the distance is that the paths follow: its slope is 1 where it is exact."""
+
+    refinement: RefinementRecord = Field(description="of the surface")
+    mean_slope_error: Rounded = Field(description="off 1, away from where fronts meet")
+    p95_slope_error: Rounded = Field(description="its 95th percentile")
+    cut_locus_share: Rounded = Field(description="of the area, where fronts meet")
+
+
+class PatchSpacingRecord(Record):
+    """The spacing on one patch, over the wanted one."""
+
+    mean: Rounded | None = Field(description="null with one level")
+    cv: Rounded | None = Field(description="standard deviation over mean; null with one level")
+
+
+class CutRecord(Record):
+    """How a patch was cut from its body."""
+
+    body: str = Field(description="that it was cut from")
+    topology: str = Field(description="in words")
+    area_mm2: Rounded = Field(description="[mm2]")
+    rims_mm: tuple[Rounded, ...] = Field(description="length of each rim, the longest first [mm]")
+    faces: Count = Field(description="how many")
+    outside: str = Field(description="how it is known which side is outside")
+    inside: str | None = Field(description="what a drawn curve encloses, and which side of it was taken")
+    point_off_body_mm: Rounded | None = Field(description="how far given points lie off the body at most [mm]")
+    changes: tuple[str, ...] = Field(description="that preparing made")
+
+
+class PatchRecord(CutRecord):
+    """A patch: how it was cut, and what became of it."""
+
+    place_mm: Place = Field(description="about its middle [mm]")
+    runs: Pair = Field(description="first and last that lie on it")
+    deposit_mm: Rounded = Field(description="length on deposit [mm]")
+    spacing: PatchSpacingRecord = Field(description="over the wanted one")
+
+
+class ChartLevelRecord(Record):
+    """The spacing that the chart predicts for one level, over the wanted one."""
+
+    level: Count = Field(description="from 0, the outermost")
+    mean: Rounded = Field(description="ratio")
+    min: Rounded = Field(description="ratio")
+    max: Rounded = Field(description="ratio")
+
+
+class AreaScaleRecord(Record):
+    """Percentiles of the chart's area over that on the surface; 1 everywhere on a plane."""
+
+    p1: Rounded = Field(description="ratio")
+    p50: Rounded = Field(description="ratio")
+    p99: Rounded = Field(description="ratio")
+
+
+class ChartRecord(Record):
+    """What flattening does to lengths and areas; of several patches over all, with the coarsest raster."""
+
+    resolution: int = Field(description="pixels along the longer side of the raster")
+    pixel_mm: Rounded = Field(description="side of a pixel in the chart [mm]")
+    largest_pixel_on_surface_mm: Rounded = Field(description="side of the largest one on the surface [mm]")
+    area_scale: AreaScaleRecord = Field(description="of the chart")
+    mean_dilatation: Rounded = Field(description="longest over shortest scale of length; 1 is conformal")
+    predicted_spacing: tuple[ChartLevelRecord, ...] = Field(description="one over the scale of length, level by level")
+
+
+class LightRecord(Record):
+    """What the lamp gives on its path over the part."""
+
+    one_pass: float = Field(description="dose when the spot passes once [mJ/cm2]")
+    all_passes: float = Field(description="mean dose of all passes together [mJ/cm2]")
+    wanted: float | None = Field(description="dose that cures the material [mJ/cm2]")
+    fastest: float | None = Field(description="speed up to which one pass gives it [mm/s]")
+    flood: float | None = Field(description="final exposure of the whole part [s]")
+
+
+class DepositionRecord(Record):
+    """What flows along the paths, and what light falls on it."""
+
+    flow: Literal["constant", "follows the width"] = Field(
+        description="that is printed; constant over the wanted width where that differs"
+    )
+    valve_mm3_s: Rounded = Field(description="that a valve lets through which only opens and shuts [mm3/s]")
+    valve_kpa: Rounded | None = Field(
+        default=None, description="pressure that lets it through, of a [material] whose flow is fitted [kPa]"
+    )
+    least_mm3_per_mm: Rounded = Field(description="of a flow that follows the width [mm3/mm]")
+    most_mm3_per_mm: Rounded = Field(description="of a flow that follows the width [mm3/mm]")
+    printed_mean_within: Rounded = Field(description="share off the mean thickness that 95 of 100 prints keep within")
+    light: LightRecord | None = Field(description="null where nobody measured the lamp")
+
+
+class TimingsRecord(Record):
+    """The content of timings.json, which no manifest lists: what varies from run to run."""
+
+    timings_s: dict[str, Thousandths] = Field(description="of each stage [s]")
+    peak_memory_mb: Count = Field(description="of the whole process so far [MB]")
+
+
+class PlanRecord(Record):
+    """The content of plan.json; what varies from run to run stands in timings.json."""
+
+    layout: Literal[9] = Field(alias="schema", description="version of this layout")
+    version: str = Field(description="of geoprint")
+    input: InputRecord = Field(description="file of the part")
+    settings: SettingsRecord = Field(description="what was asked for, and with which cell")
+    surface: SurfaceRecord = Field(description="of the part")
+    paths: PathsRecord = Field(description="as printed")
+    layers: tuple[LayerRecord, ...] = Field(description="from the part outwards")
+    field: FieldRecord = Field(description="of distance that the paths follow")
+    patches: tuple[PatchRecord, ...] = Field(default=(), description="where the part was cut from a body")
+    sources: tuple[SourceRecord, ...] = Field(default=(), description="that were tried, where the best was asked for")
+    middles: tuple[MiddleRecord, ...] = Field(default=(), description="that were tried, where the best was sought")
+    chart: ChartRecord | None = Field(default=None, description="of a backend that works in the plane")
+    uniformity: EvennessRecord | None = Field(default=None, description="left out where it was not measured")
+    deposition: DepositionRecord | None = Field(default=None, description="of material")
+    overhang: OverhangRecord | None = Field(default=None, description="of beads; older versions did not measure it")
+    feedback: FeedbackRecord | None = Field(default=None, description="what the last print taught")
+    robot: tuple[RobotRecord, ...] = Field(
+        description="one a placement of the part, in the order of printing; none without a robot"
+    )
+    joined: JoinedRecord | None = Field(
+        default=None, description="the program of all attitudes; left out where there is one or none"
+    )
+    not_printable: str | None = Field(default=None, description="why the robot cannot print what was compared")
+    warnings: tuple[str, ...] = Field(description="what a person should act on")
+    notes: tuple[str, ...] = Field(default=(), description="what a person wants to know before printing")
+    details: tuple[str, ...] = Field(default=(), description="what is as it should be, and how it came to be so")

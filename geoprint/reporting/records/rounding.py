@@ -1,0 +1,136 @@
+"""How figures appear in JSON: frozen records with rounded numbers, and how a file was read."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Annotated, TypeAlias, TypeVar, cast, get_args
+
+import numpy as np
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+
+from geoprint.config.strict import describe
+from geoprint.errors import VerificationError
+from geoprint.model import Reading, described
+from geoprint.postprocessor import Json
+
+# How figures appear in what geoprint tells: frozen records with rounded numbers, written to JSON and read back.
+
+
+# Decimals of lengths [mm] and angles [degrees]: finer than any machine, short enough to read.
+DECIMALS = 6
+
+_R = TypeVar("_R", bound="Record")
+
+
+def rounded(value: float | np.floating) -> float:
+    """Return a number as JSON carries it; zero has no sign."""
+    return round(float(value), DECIMALS) + 0.0
+
+
+def how_many(count: int, noun: str) -> str:
+    """Return a number of things in words: '1 run', '2 runs'."""
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def listed(phrases: Sequence[str]) -> str:
+    """Return phrases as a list in a sentence: 'a', 'a and b', 'a, b and c'."""
+    return phrases[0] if len(phrases) == 1 else f"{', '.join(phrases[:-1])} and {phrases[-1]}"
+
+
+def _thousandths(value: float) -> float:
+    return round(value, 3)
+
+
+# A figure with six decimals, and one with three.
+Rounded: TypeAlias = Annotated[float, AfterValidator(rounded)]
+Thousandths: TypeAlias = Annotated[float, AfterValidator(_thousandths)]
+Count: TypeAlias = Annotated[int, Field(ge=0)]
+Place: TypeAlias = tuple[Rounded, Rounded, Rounded]
+# First and last of what follows each other.
+Pair: TypeAlias = tuple[int, int]
+
+
+class Record(BaseModel):
+    """Figures that belong together, each with its name and, in its description, its unit.
+
+    What has a default is left out of the JSON where it has that value; everything else always stands there.
+    """
+
+    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+    __repr__ = __str__ = described
+
+
+def place_of(values: Iterable[float | np.floating]) -> tuple[float, float, float]:
+    """Return a (3,) place [mm] as records take it."""
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+def as_json(record: Record) -> dict[str, Json]:
+    """Return a record as JSON carries it, its keys in the order of the fields."""
+    return cast("dict[str, Json]", record.model_dump(mode="json", by_alias=True, exclude_defaults=True))
+
+
+def read_record(path: Path | str, kind: type[_R]) -> _R:
+    """Return the record that a JSON file holds.
+
+    Raises:
+        VerificationError: it cannot be read, or a key is unknown, missing or wrong; the sentence says which.
+    """
+    path = Path(path)
+    try:
+        # Parsed first: the sentence on what is no JSON at all names its line.
+        parsed = json.loads(content := path.read_bytes())
+        _check_layout(path.name, parsed, kind)
+        return kind.model_validate_json(content)
+    except ValidationError as error:
+        raise VerificationError(
+            f"{path.name}: {describe(error)}; restore the file as it was written, or write it again."
+        ) from error
+    except (OSError, ValueError, RecursionError) as error:
+        raise VerificationError(f"{path.name} cannot be read ({error}); write it again.") from error
+
+
+def _check_layout(name: str, parsed: object, kind: type[Record]) -> None:
+    """Refuse a record whose layout is a whole number, but another one than is read."""
+    layout = kind.model_fields.get("layout")
+    found = cast("dict[str, object]", parsed).get("schema") if isinstance(parsed, dict) else None
+    if layout is None or not isinstance(found, int) or found in get_args(layout.annotation):
+        return
+    raise VerificationError(
+        f"{name} has layout {found} of another version of geoprint, this one reads {get_args(layout.annotation)[0]}; "
+        "read it with that version, or write it again with this one."
+    )
+
+
+def verify_record(path: Path, told: Record) -> None:
+    """Check that a JSON file holds a record as it was told.
+
+    Raises:
+        VerificationError: it does not.
+    """
+    if read_record(path, type(told)) != told:
+        raise VerificationError(f"{path.name} does not read back as it was told; the disk may be faulty: write again.")
+
+
+# What JSON says of how a file was read: what its reader used, skipped and assumed.
+
+
+class ReadingRecord(Record):
+    """What a reader used of a file, what it skipped and what it assumed."""
+
+    used: dict[str, Count] = Field(description="how often each kind was used")
+    skipped: dict[str, Count] = Field(description="how often each kind was skipped: none can change what was read")
+    assumed: tuple[str, ...] = Field(description="what the file leaves open, and what it was taken for")
+
+
+def record_reading(reading: Reading) -> ReadingRecord:
+    """Return the record of a reader as JSON carries it."""
+    return ReadingRecord(used=dict(reading.used), skipped=dict(reading.skipped), assumed=reading.assumed)
+
+
+def reading_text(record: ReadingRecord) -> str:
+    """Return it in one line, as `Reading.text` says it."""
+    return Reading(tuple(record.used.items()), tuple(record.skipped.items()), record.assumed).text

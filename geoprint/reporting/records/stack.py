@@ -1,0 +1,194 @@
+"""The schemas of stack.json and stacks.json: layers of a thickness, by one backend or several."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from geoprint.reporting.records.rounding import Count, Record, Rounded
+
+# The schema of stack.json: what is said of the layers of a thickness, each with a bundle of its own beside it.
+#
+# Units and counting are those of plan.json.
+
+
+class LayerCureRecord(Record):
+    """The light at the bottom of a layer."""
+
+    own_mj_cm2: float = Field(description="dose after the passes of the layer itself [mJ/cm2]")
+    whole_mj_cm2: float = Field(description="dose after those of all layers above it, too [mJ/cm2]")
+
+
+class CureRecord(Record):
+    """What the light within a stack is held against."""
+
+    needed_mj_cm2: float = Field(description="dose that cures the material [mJ/cm2]")
+    penetration_mm: float = Field(description="depth at which 1/e of the light is left [mm]")
+    speed_mm_s: float = Field(description="of the lamp over the layers [mm/s]")
+    flood_s: float | None = Field(description="final exposure, which is not counted [s]")
+
+
+class StackedLayerRecord(Record):
+    """A layer, in short; the plan.json in its folder says all of it."""
+
+    folder: str = Field(description="of its bundle")
+    bottom_mm: Rounded = Field(description="height over the part at which it begins [mm]")
+    height_mm: Rounded = Field(description="its own [mm]")
+    area_mm2: Rounded = Field(description="of the surface in its middle [mm2]")
+    pattern: str = Field(default="contours", description="of its paths, with the angle of rows in degrees")
+    runs: Count = Field(description="how many")
+    deposit_mm: Rounded = Field(description="length of the tip's path on deposit [mm]")
+    gap: float | None = Field(description="share of its area that no path covers")
+    overlap: float | None = Field(description="share of its area that is covered twice")
+    thickness_cv: float | None = Field(
+        description="variation of its own thickness, with the flow to print; null where it was not measured"
+    )
+    helix_deg: Rounded | None = Field(
+        default=None,
+        description="mean angle of its fibres to the direction around the axis [degrees]; left out where there is none",
+    )
+    speed_mm_s: float = Field(
+        description="at which its valve lets through what that of all layers does, before its missing volume is made"
+        " up [mm/s]"
+    )
+    laid_mm3: Rounded = Field(
+        description="volume that is laid, as the program was executed; without a robot, as the path has it [mm3]"
+    )
+    wanted_mm3: Rounded = Field(description="volume of the layer: area times height [mm3]")
+    print_s: Rounded | None = Field(
+        description="time of the program, with the table's own motions [s]; null without a robot"
+    )
+    attitudes: Count | None = Field(
+        default=None, description="of the table in which it is printed; left out where the part stands still"
+    )
+    clearance_mm: Rounded | None = Field(
+        description="smallest that the tool keeps [mm]; null without a robot, or where nothing is near"
+    )
+    not_printable: str | None = Field(description="why the robot cannot print it, where that does not end the planning")
+    dose_mj_cm2: float | None = Field(
+        default=None, description="mean dose of its own passes at its top [mJ/cm2]; left out where the lamp is unknown"
+    )
+    cure: LayerCureRecord | None = Field(default=None, description="left out where StackRecord's is")
+    warnings: tuple[str, ...] = Field(description="what a person should act on")
+    not_checked: tuple[str, ...] = Field(description="what nobody looked at")
+
+
+class FinishedRecord(Record):
+    """How the stack comes out with one flow: thickness of all layers together over the wanted one, by simulation."""
+
+    mean: Rounded = Field(description="mean thickness over the wanted one")
+    cv: Rounded = Field(description="standard deviation of the thickness over its mean")
+    p1: Rounded = Field(description="1st percentile")
+    p99: Rounded = Field(description="99th percentile")
+    within_5_percent: Rounded = Field(description="share of the area within 5 % of the wanted thickness")
+    judged: Rounded = Field(description="share of the area that these figures are of")
+    creased: Rounded = Field(description="share of it over which a hollow is filled before it is as high as wanted")
+    under_sides: Rounded = Field(
+        description="share of it over which sides lean in before it is as high as wanted; judged up to these"
+    )
+    volume: Rounded = Field(description="volume laid over the wanted one")
+
+
+class FinishedFlowsRecord(Record):
+    """The finished stack with each flow; null where nothing of it can be judged."""
+
+    constant_flow: FinishedRecord | None = Field(description="with constant flow")
+    following_flow: FinishedRecord | None = Field(description="with flow that follows the width")
+    printed: FinishedRecord | None = Field(
+        description="as the programs were executed; without a robot as the cell's signals allow"
+    )
+
+
+class LeftOutRecord(Record):
+    """A layer at the top of a target in which there is nothing to print."""
+
+    number: int = Field(description="of the layer, from 1", ge=1)
+    reason: str = Field(description="why not")
+
+
+class StackProgramRecord(Record):
+    """The program that prints the layers one after another, and what was executed of it."""
+
+    file: str = Field(description="list of the modules that a person loads; the layers are loaded by the program")
+    pause_s: Rounded = Field(description="that the arm waits at home between two layers [s]; 0 for none")
+    print_s: Rounded = Field(
+        description="time of all layers, of a table's motions and of the pauses between layers, loading left out [s]"
+    )
+    table_kept_mm: float | None = Field(
+        default=None,
+        description="smallest distance that is proven from the arm at home to what a table moves while it goes from "
+        "one layer to the next; left out where the part stands still [mm]",
+    )
+    runs_dry_only: bool = Field(description="because nobody has stated where the part stands")
+    scenarios: tuple[str, ...] = Field(
+        description="in which it was executed, each layer with the moves and switchings of its own program"
+    )
+    refused: tuple[str, ...] = Field(description="scenarios in which it ended before anything moved, as it must")
+    lines_with_statements: Count = Field(description="of its main module")
+    lines_executed: Count = Field(description="of these, in at least one scenario")
+
+
+class StackRecord(Record):
+    """The content of stack.json."""
+
+    layout: Literal[3] = Field(alias="schema", description="version of this layout")
+    version: str = Field(description="of geoprint")
+    part: str = Field(description="file that the lowest layer lies on")
+    thickness_mm: Rounded = Field(description="of all layers together, where it is largest [mm]")
+    target: str | None = Field(description="file of what the layers fill; null for a thickness")
+    target_mm3: Rounded | None = Field(
+        description="volume of what of that shape is over the part [mm3]; null without one"
+    )
+    finished: FinishedFlowsRecord = Field(description="how all layers together come out")
+    layers: tuple[StackedLayerRecord, ...] = Field(description="the lowest first: the order in which they are printed")
+    program: StackProgramRecord | None = Field(
+        description="of all layers, over a table of all their attitudes; null without a robot"
+    )
+    cure: CureRecord | None = Field(default=None, description="left out where the lamp or the material is unknown")
+    not_checked: tuple[str, ...] = Field(default=(), description="of the stack as one, what nobody looked at")
+    left_out: tuple[LeftOutRecord, ...] = Field(description="layers above these in which there is nothing to print")
+
+
+# The schema of stacks.json: whole stacks of layers that several backends planned.
+#
+# Units and counting are those of stack.json.
+
+
+class ComparedStackRecord(Record):
+    """A backend that planned every layer."""
+
+    backend: str = Field(description="its name, and that of the folder of its stack")
+    gap: Rounded = Field(description="share of the area of all layers that no path covers")
+    overlap: Rounded = Field(description="share of it that is covered twice")
+    thickness_cv: Rounded = Field(description="variation of the layers' own thickness, of all by area")
+    worst_cv: Rounded = Field(description="that of the layer where it is largest")
+    finished: FinishedRecord | None = Field(description="how all layers together come out, as printed")
+    runs: int = Field(description="of all layers", ge=0)
+    deposit_mm: Rounded = Field(description="length of the tip's path on deposit [mm]")
+    print_s: Rounded | None = Field(description="time of all programs [s]; null without a robot")
+    clearance_mm: Rounded | None = Field(description="smallest distance of the tool [mm]; null without a robot")
+    printable: bool | None = Field(description="null where that was not asked")
+    not_printable: str | None = Field(description="why the robot cannot print a layer")
+    warnings: tuple[str, ...] = Field(description="what to act on, with the layer that it is said of")
+    not_checked: tuple[str, ...] = Field(description="what nobody looked at")
+
+
+class RefusedStackRecord(Record):
+    """A backend that cannot plan a layer."""
+
+    backend: str = Field(description="its name")
+    refused: str = Field(description="why")
+
+
+class StackComparisonRecord(Record):
+    """The content of stacks.json."""
+
+    layout: Literal[2] = Field(alias="schema", description="version of this layout")
+    version: str = Field(description="of geoprint")
+    part: str = Field(description="file that the lowest layer lies on")
+    thickness_mm: Rounded = Field(description="of all layers together, where it is largest [mm]")
+    layers: int = Field(description="in which it falls", ge=1)
+    verdict: tuple[str, ...] = Field(description="sentences; the first one decides")
+    best: str = Field(description="the backend that covers the layers best: coverage counts first, then spacing")
+    backends: tuple[ComparedStackRecord | RefusedStackRecord, ...] = Field(description="in the order of the command")

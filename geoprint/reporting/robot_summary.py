@@ -1,0 +1,334 @@
+"""What plan.json says of the robot's part of a plan: motion with turn and lean, clearance, program and switching."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict
+from hashlib import sha256
+from pathlib import PurePosixPath
+
+import numpy as np
+
+from geoprint.model import Bend, FloatArray, IntArray, JointPath, PoseStream, Program, Slowdown, Targets
+from geoprint.postprocessor.rapid import CELL_MODULE, STACK_MODULE, Executed, Timeline, as_new
+from geoprint.reporting.prints import record_deposited, record_table_pose
+from geoprint.reporting.records.evidence import EvidenceRecord, ExecutedRecord, NotExecutedRecord, ParsedRecord
+from geoprint.reporting.records.plan import (
+    BendRecord,
+    ClearanceRecord,
+    DryRunRecord,
+    LeanPlaceRecord,
+    LeanRecord,
+    MotionRecord,
+    OrientationRecord,
+    ProgramRecord,
+    QuadrantRecord,
+    RobotRecord,
+    RotationRecord,
+    RunLeanRecord,
+    RunSwitchingRecord,
+    SlowdownRecord,
+    SlowedRecord,
+    SwitchingRecord,
+    TargetsRecord,
+    TiltRecord,
+)
+from geoprint.reporting.records.rounding import place_of
+from geoprint.results import Orientation, Plan, RobotPlan
+from geoprint.robot.arm import BORDER_MARGIN, BORDERED, Arm, border_distances, is_axial, tilts, unconfirmed_kinematics
+from geoprint.robot.controller import LIFT, SHORTEST_TIME, close_targets
+from geoprint.robot.reach import laying
+from geoprint.robot.timing import largest_jerk, slowed_shares, unconfirmed_speeds
+
+# A nozzle that leans less than this from the attitude of the path does not lean [rad].
+NOTABLE_LEAN = float(np.radians(0.05))
+# Places of lean that are listed, those with the largest lean first.
+LISTED_PLACES = 20
+
+
+def record_robot(plan: Plan, robot: RobotPlan) -> RobotRecord:
+    """Return what plan.json says of one of the robot's parts."""
+    program = robot.program
+    return RobotRecord(
+        table=record_table_pose(plan, robot),
+        motion=_motion(plan, robot),
+        clearance=_clearance(robot),
+        program=ProgramRecord(
+            modules=tuple(name for name, _ in program.modules),
+            targets=program.targets,
+            dry_run_only=program.dry_run,
+            switching=record_switching(robot.switching),
+        ),
+        evidence=record_evidence(program, robot.executed),
+    )
+
+
+def record_evidence(program: Program, executed: Executed) -> EvidenceRecord:
+    """Return how far geoprint itself has proven a program: one that exists was read, executed and compared."""
+    return EvidenceRecord(
+        program_sha256=program_digest(program.modules),
+        parsed=ParsedRecord(
+            modules=len(program.modules),
+            lines=sum(len(text.splitlines()) for _, text in program.modules),
+            targets=program.targets,
+        ),
+        executed=record_executed(executed),
+    )
+
+
+def record_executed(found: Executed) -> ExecutedRecord:
+    """Return what was executed of a program that moves target by target as planned, so that its figures are finite."""
+    return ExecutedRecord(
+        scenarios=found.scenarios,
+        lines=found.statements,
+        lines_executed=found.executed,
+        not_executed=tuple(
+            NotExecutedRecord(file=file, lines=tuple(lines), reason=reason)
+            for (file, reason), lines in _by_reason(found).items()
+        ),
+        largest_motion_mm=found.motion,
+        largest_move_time_s=found.move_time,
+        largest_run_time_share=found.run_time,
+        largest_output_mm=found.outputs,
+        not_known=found.not_known,
+    )
+
+
+def _by_reason(found: Executed) -> dict[tuple[str, str], list[int]]:
+    """Return the lines that were not executed by their module and reason."""
+    lines: dict[tuple[str, str], list[int]] = {}
+    for file, line, reason in found.not_executed:
+        lines.setdefault((file, reason), []).append(line)
+    return lines
+
+
+def program_digest(modules: Iterable[tuple[str, str]]) -> str:
+    """Return the SHA-256 of a program, of a part or of a stack.
+
+    Names and texts of its files count, in order, and its switches as they were written; capitals do not, as in RAPID.
+    """
+    digest = sha256()
+    for name, text in modules:
+        written = as_new(text) if PurePosixPath(name).name in (CELL_MODULE, STACK_MODULE) else text
+        digest.update(f"{name}\0{written.lower()}\0".encode("latin-1"))
+    return digest.hexdigest()
+
+
+def record_switching(switching: Timeline) -> SwitchingRecord:
+    """Return what flows and shines when, as plan.json and `geoprint check --json` carry it."""
+    runs = zip(switching.runs, switching.deposits, switching.material, strict=True)
+    return SwitchingRecord(
+        largest_error_mm=float(switching.errors.max(initial=0.0)),
+        lamp_alone_s=switching.lamp_alone,
+        runs=tuple(
+            RunSwitchingRecord(run=int(run), deposit_s=_moments(deposit), material_s=_moments(material))
+            for run, deposit, material in runs
+        ),
+        lamp_s=tuple(_moments(each) for each in switching.lamp),
+        vacuum_s=tuple(_moments(each) for each in switching.vacuum),
+    )
+
+
+def record_quadrants(path: JointPath, targets: Targets) -> tuple[QuadrantRecord, ...]:
+    """Return how near axes 1, 4 and 6 come to borders of quadrants; nothing where nothing is laid."""
+    rows = targets.poses[laying(path.poses)[targets.poses]]
+    if not rows.size:
+        return ()
+    distances = border_distances(path.joints[rows])
+    crossed = (np.diff(path.configuration[:, :3], axis=0) != 0)[path.poses.laid].sum(axis=0)
+    nearest = distances.argmin(axis=0)
+    return tuple(
+        QuadrantRecord(
+            axis=joint + 1,
+            targets_near=int((distances[:, column] < BORDER_MARGIN).sum()),
+            crossings=int(crossed[column]),
+            nearest_deg=_degrees(distances[nearest[column], column]),
+            run=int(path.poses.runs[rows[nearest[column]]]),
+            place_mm=place_of(path.poses.tips[rows[nearest[column]]]),
+        )
+        for column, joint in enumerate(BORDERED)
+    )
+
+
+def _moments(times: FloatArray) -> tuple[float, ...]:
+    """Return times [s] as they are told: to a tenth of a millisecond."""
+    return tuple(times.round(4).tolist())
+
+
+def _motion(plan: Plan, robot: RobotPlan) -> MotionRecord:
+    path, trajectory, placement = robot.joint_path, robot.trajectory, robot.placement
+    uncertainty = plan.workpiece.uncertainty
+    lengths = _laid_lengths(path.poses)
+    return MotionRecord(
+        duration_s=trajectory.duration,
+        branch=path.branch,
+        rotation=RotationRecord(
+            axial_nozzle=is_axial(plan.workpiece.cell.tool.T_flange_tool),
+            least_deg=_degrees(path.rotations.min()),
+            most_deg=_degrees(path.rotations.max()),
+        ),
+        joint_6_turns=path.turns_of_joint_6,
+        tilt=_tilt(path, lengths),
+        lean=_lean(path, lengths),
+        smallest_wrist_angle_deg=_degrees(path.smallest_wrist_angle),
+        slowest_deposit_mm_s=trajectory.slowest_deposit,
+        off_moves_mm=robot.off_moves.distance,
+        off_moves_deg=_degrees(robot.off_moves.turn),
+        stretched_pieces=trajectory.stretched,
+        largest_jerk_m_s3=largest_jerk(trajectory, _arm(plan), T_base_work=placement.T_base_work),
+        share_at_speed=trajectory.share_at_speed,
+        share_on_ramps=trajectory.share_on_ramps,
+        share_slowed=SlowedRecord(**asdict(slowed_shares(trajectory))),
+        speed_ceiling_mm_s=robot.ceiling,
+        deposited=record_deposited(robot, plan.workpiece.cell),
+        slowdowns=tuple(_slowdown(slowdown) for slowdown in trajectory.slowdowns),
+        placement_calibrated=placement.calibrated,
+        placement_missing=tuple(placement.missing),
+        placement_orientation=_orientation(plan.workpiece.orientation),
+        largest_touch_miss_mm=float(placement.misses.max()) if placement.calibrated else None,
+        T_base_work=tuple(tuple(row) for row in placement.T_base_work.tolist()),
+        surface_uncertainty_mm=None if uncertainty is None else uncertainty.deviation,
+        surface_within_mm=None if uncertainty is None else uncertainty.bound,
+        surface_uncertain_at_mm=None if uncertainty is None else place_of(uncertainty.place),
+        targets=_targets(plan, robot),
+        quadrants=record_quadrants(path, robot.targets),
+    )
+
+
+def _orientation(found: Orientation | None) -> OrientationRecord | None:
+    if found is None:
+        return None
+    roll, pitch, yaw = np.degrees(found.rpy).tolist()
+    return OrientationRecord(
+        rpy_deg=(roll, pitch, yaw),
+        tilt_deg=_degrees(found.tilt),
+        margin_deg=_degrees(found.margin),
+        tried=found.tried,
+        start_refused=found.start,
+        others_refused=found.refused,
+    )
+
+
+def _arm(plan: Plan) -> Arm:
+    cell = plan.workpiece.cell
+    return Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+
+
+def _targets(plan: Plan, robot: RobotPlan) -> TargetsRecord:
+    period = plan.workpiece.cell.robot.target_period
+    closer, shortest = close_targets(robot.targets, robot.trajectory, period=period)
+    return TargetsRecord(
+        period_ms=1e3 * period,
+        closer=closer,
+        shortest_ms=1e3 * shortest,
+        shortest_mm=robot.orders.shortest_move,
+        least_ms=1e3 * SHORTEST_TIME,
+        bends=tuple(_bend(bend) for bend in robot.targets.bends),
+        dry_run_other_configuration=robot.orders.lifted_otherwise,
+    )
+
+
+def _bend(bend: Bend) -> BendRecord:
+    return BendRecord(
+        run=bend.run,
+        kind=bend.kind,
+        place_mm=bend.place,
+        arc_mm=bend.arc,
+        radius_mm=bend.radius if np.isfinite(bend.radius) else None,
+        targets=bend.targets,
+        offset_mm=bend.offset,
+        shortest_ms=1e3 * bend.shortest,
+    )
+
+
+def _tilt(path: JointPath, lengths: FloatArray) -> TiltRecord:
+    """Return the tilt from the surface normal where (p,) lengths are laid [mm]."""
+    laid = lengths > 0.0
+    tilt = tilts(path.poses)[laid]
+    return TiltRecord(
+        largest_deg=_degrees(tilt.max(initial=0.0)), mean_deg=_degrees(float(tilt @ lengths[laid]) / _total(lengths))
+    )
+
+
+def _lean(path: JointPath, lengths: FloatArray) -> LeanRecord:
+    """Return where the nozzle leans, the largest leans first, and over which share of (p,) laid lengths [mm]."""
+    leans = np.linalg.norm(path.leans, axis=1)
+    peaks = [int(rows[leans[rows].argmax()]) for rows in _stretches(leans)]
+    return LeanRecord(
+        deposit_share=float(lengths[leans > NOTABLE_LEAN].sum()) / _total(lengths),
+        runs=tuple(
+            _run_lean(path, run, leans=leans, lengths=lengths)
+            for run in np.unique(path.poses.runs[(leans > NOTABLE_LEAN) & (lengths > 0.0)]).tolist()
+        ),
+        places=tuple(
+            LeanPlaceRecord(
+                run=int(path.poses.runs[row]),
+                place_mm=place_of(path.poses.tips[row]),
+                lean_deg=_degrees(leans[row]),
+                deposit=bool(path.poses.deposit[row]),
+            )
+            for row in sorted(peaks, key=lambda row: -leans[row])[:LISTED_PLACES]
+        ),
+    )
+
+
+def _run_lean(path: JointPath, run: int, *, leans: FloatArray, lengths: FloatArray) -> RunLeanRecord:
+    rows = np.flatnonzero((path.poses.runs == run) & (lengths > 0.0))
+    eased = [each for each in path.eased if each.run == run]
+    return RunLeanRecord(
+        run=run,
+        mean_deg=_degrees(float(leans[rows] @ lengths[rows]) / _total(lengths[rows])),
+        largest_deg=_degrees(leans[rows].max()),
+        eased_mm=sum(each.length for each in eased),
+        lacking_mm=sum(each.lacking for each in eased),
+        left_mm=sum(each.left for each in eased),
+    )
+
+
+def _stretches(leans: FloatArray) -> Sequence[IntArray]:
+    """Return the rows of each stretch in which the nozzle leans."""
+    rows = np.flatnonzero(leans > NOTABLE_LEAN)
+    return np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1) if rows.size else []
+
+
+def _laid_lengths(poses: PoseStream) -> FloatArray:
+    """Return the (p,) deposited length that belongs to each pose [mm]."""
+    steps = np.where(poses.laid, np.linalg.norm(np.diff(poses.tips, axis=0), axis=1), 0.0) / 2.0
+    return np.append(steps, 0.0) + np.append(0.0, steps)
+
+
+def _total(lengths: FloatArray) -> float:
+    return max(float(lengths.sum()), float(np.finfo(np.float64).tiny))
+
+
+def _degrees(angle: float | np.floating) -> float:
+    return float(np.degrees(angle))
+
+
+def _slowdown(slowdown: Slowdown) -> SlowdownRecord:
+    return SlowdownRecord(
+        run=slowdown.run,
+        place_mm=slowdown.place,
+        arc_mm=slowdown.arc,
+        length_mm=slowdown.length,
+        set_mm_s=slowdown.set_speed,
+        held_mm_s=slowdown.held_speed,
+        joint=slowdown.joint,
+        limit=slowdown.limit,
+    )
+
+
+def _clearance(robot: RobotPlan) -> ClearanceRecord:
+    found, dry = robot.clearance, robot.dry_clearance
+    return ClearanceRecord(
+        smallest_mm=found.smallest,
+        at=found.at,
+        arm_smallest_mm=found.arm_smallest,
+        arm_at=found.arm_at,
+        kept_mm=found.kept,
+        tip_margin_mm=found.tip_margin,
+        checks=found.checks,
+        checked=tuple(found.checked),
+        not_checked=(*found.not_checked, *unconfirmed_kinematics(), *unconfirmed_speeds()),
+        dry_run=DryRunRecord(lift_mm=LIFT, smallest_mm=dry.smallest, at=dry.at),
+    )

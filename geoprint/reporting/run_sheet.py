@@ -1,0 +1,479 @@
+"""The run sheet: what to read at the robot before pressing start, attitudes of a table included."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+from dataclasses import asdict
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from geoprint import transforms
+from geoprint.geometry import in_words
+from geoprint.model import PASCAL_PER_KPA, FloatArray, Process
+from geoprint.postprocessor import Json, Orders, Setup, waits
+from geoprint.postprocessor.rapid import Settings, StackSettings, Timeline
+from geoprint.reporting.cautions import near_borders, orientation_notes
+from geoprint.reporting.check import Checked, CheckedComparison, CheckedJoined, Repeated
+from geoprint.reporting.evidence import evidence_rows, seen_rows
+from geoprint.reporting.metrics import COVERED_ONCE
+from geoprint.reporting.records.comparison import (
+    AttitudeSettingsNow,
+    CheckedComparisonRecord,
+    CheckRecord,
+    FindingRecord,
+    RepeatedRecord,
+    SettingsNow,
+    StackSettingsNow,
+)
+from geoprint.reporting.records.evenness import TableRecord
+from geoprint.reporting.records.evidence import EvidenceRecord
+from geoprint.reporting.records.plan import (
+    ClearanceRecord,
+    DepositionRecord,
+    JoinedRecord,
+    MotionRecord,
+    PatchRecord,
+    PlanRecord,
+    RobotRecord,
+)
+from geoprint.reporting.records.rounding import as_json, how_many
+from geoprint.reporting.robot_summary import record_executed, record_switching
+
+# The run sheet of a program over a tilting table: its attitudes in order, what to bring the table to, what to set.
+
+
+def attitude_rows(checked: Checked, told: PlanRecord) -> list[tuple[str, list[str]]]:
+    """Return label and texts of the page of a bundle with several attitudes; none where it has no program of all.
+
+    Args:
+        checked: the bundle, with nothing found wrong.
+        told: its plan.json.
+    """
+    joined, now = told.joined, checked.joined
+    table = None if told.overhang is None else told.overhang.table
+    if joined is None or now is None or table is None:
+        return []
+    dry_only = any(robot.program.dry_run_only for robot in told.robot)
+    seen = [f"{stage}: {what}" for stage, what in seen_rows(checked.seen, program_sha256=now.program_sha256)]
+    unchecked = dict.fromkeys(text for robot in told.robot for text in robot.clearance.not_checked)
+    return [
+        ("program", _joined_program(joined, told.robot, dry_only=dry_only)),
+        ("attitudes", [_attitude(robot, table) for robot in told.robot]),
+        ("table", table_lines(table.name)),
+        ("is set to", [] if now.settings is None else [_joined_settings(now.settings, dry_only=dry_only)]),
+        ("to print", _printing(dry_only=dry_only)),
+        ("to stop", [_stopping(len(told.robot))]),
+        ("to resume", [] if dry_only else [_resuming()]),
+        ("not checked", ["; ".join(unchecked) + "; the real cell."]),
+        ("executed", [_executed(joined, now)]),
+        ("evidence", seen),
+    ]
+
+
+def _joined_program(joined: JoinedRecord, robots: Sequence[RobotRecord], *, dry_only: bool) -> list[str]:
+    count = len(robots)
+    dry = "; RUNS DRY ONLY" if dry_only else ""
+    return [
+        f"{count} attitudes, {joined.print_s:.0f} s at full speed, the table's {joined.table_s:.0f} s among them{dry}",
+        f"copy the folders part-1 to part-{count} of rapid/ to the controller's HOME folder, then load {joined.file}",
+    ]
+
+
+def _attitude(robot: RobotRecord, table: TableRecord) -> str:
+    """Return the line of one attitude: what the table is brought to, and what the arm does in it."""
+    pose = robot.table
+    assert pose is not None  # noqa: S101  # Every part of a plan with several has its attitude.
+    axes = ", ".join(f"{value:.2f}" for value in pose.axes)
+    held = f"tilt and turn {axes} degrees" if table.rotary else f"legs {axes} mm"
+    return (
+        f"{pose.attitude}  {held}; {robot.motion.duration_s:.0f} s, {robot.program.targets} targets; closest approach "
+        f"{robot.clearance.smallest_mm:.2f} mm; on its course here the table keeps {pose.kept_mm:.1f} mm from the arm"
+    )
+
+
+def table_lines(name: str) -> list[str]:
+    """Return what a person must know who brings a table to its attitudes.
+
+    Args:
+        name: of the table.
+    """
+    return [
+        f"the {name} moves only while the arm waits at home and you are asked: look, bring it or let it, answer",
+        "nothing but you notices a wrong attitude, or a driven table's wrong zero: the tool would run into the part",
+    ]
+
+
+def _joined_settings(settings: StackSettings, *, dry_only: bool) -> str:
+    attitudes = f"attitudes {settings.first_layer} to {settings.last_layer}"
+    if settings.dry_run or dry_only:
+        dry = str(settings.dry_run).upper()
+        return f"run {attitudes} dry at {settings.speed_pct:g} % of the speed (geoDryRun {dry})"
+    return (
+        f"PRINT {attitudes} at {settings.speed_pct:g} % of the speed, from run {settings.first_run} of the first on "
+        "(geoDryRun FALSE)"
+    )
+
+
+def _printing(*, dry_only: bool) -> list[str]:
+    first = "run it as written first: dry, 20 mm higher, at 25 %, with the table in each attitude (geoDryRun TRUE)"
+    full = "then geoDryRun FALSE, and at a fixed pressure geoSpeedPct 100 and the speed override 100 %"
+    return [first] if dry_only else [first, full]
+
+
+def _stopping(count: int) -> str:
+    return (
+        f"geoLastAttitude, 1 to {count}, ends it behind that attitude, at home, with everything shut off; it may be "
+        "lowered while an attitude is printed"
+    )
+
+
+def _resuming() -> str:
+    return (
+        "geoFirstAttitude stands at the attitude that was begun and not finished: clean the nozzle, set geoFirstRun to "
+        "the run that the pendant names, start from main"
+    )
+
+
+def _executed(joined: JoinedRecord, now: CheckedJoined) -> str:
+    return (
+        f"{', '.join(now.scenarios)}; each attitude moved and switched as by itself, and the table was asked for "
+        f"before each; refused before anything moved: {', '.join(joined.refused)}"
+    )
+
+
+# What whoever stands at the robot should read before pressing start: one page about a bundle that was checked.
+
+
+WIDTH, NARROW = 100, 60
+_LABEL = 18
+# Bends that are listed where targets stand beside the path, the farthest first.
+LISTED_BENDS = 3
+
+
+def check_summary(checked: Checked | CheckedComparison) -> dict[str, Json]:
+    """Return the result object of `geoprint check`: lengths mm, angles degrees, times s."""
+    if isinstance(checked, Checked):
+        return as_json(_record(checked, checked.folder.name))
+    return as_json(_comparison_record(checked, checked.folder.name))
+
+
+def _comparison_record(checked: CheckedComparison, name: str) -> CheckedComparisonRecord:
+    stack = checked.stack
+    settings = None if stack is None else stack.settings
+    tilted = stack is not None and stack.told is not None and stack.told.layers[0].attitudes is not None
+    return CheckedComparisonRecord(
+        comparison=name,
+        agrees=not checked.findings,
+        findings=tuple(FindingRecord(**asdict(finding)) for finding in checked.own),
+        bundles=tuple(_record(one, inner) for inner, one in checked.bundles),
+        set_to=None if settings is None or tilted else StackSettingsNow(**asdict(settings)),
+        attitudes_set_to=_attitudes_now(settings) if settings is not None and tilted else None,
+        executed=() if stack is None else stack.scenarios,
+        program_sha256=None if stack is None else stack.program_sha256 or None,
+        seen=() if stack is None else stack.seen,
+        stacks=tuple(_comparison_record(one, inner) for inner, one in checked.stacks),
+    )
+
+
+def _record(checked: Checked, name: str) -> CheckRecord:
+    setup, orders, settings, switching = checked.setup, checked.orders, checked.settings, checked.switching
+    extent = None if setup is None or orders is None else _extent(setup, orders)
+    robot = checked.told.robot if checked.told is not None and len(checked.told.robot) == 1 else ()
+    joined = checked.joined
+    return CheckRecord(
+        bundle=name,
+        agrees=not checked.findings,
+        program=checked.program,
+        findings=tuple(FindingRecord(**asdict(finding)) for finding in checked.findings),
+        set_to=None if settings is None else SettingsNow(**asdict(settings)),
+        switching=None if switching is None else record_switching(switching),
+        extent_base_mm=None if extent is None else tuple(tuple(corner.round(3).tolist()) for corner in extent),
+        repeated=None if checked.repeated is None else _repeated(checked.repeated),
+        evidence=_executed_now(checked, robot[0].evidence) if robot else None,
+        attitudes=tuple(_record(one, one.folder.name) for one in checked.attitudes),
+        attitudes_set_to=None if joined is None or joined.settings is None else _attitudes_now(joined.settings),
+        executed=() if joined is None else joined.scenarios,
+        seen=checked.seen,
+        not_derived=checked.not_derived,
+    )
+
+
+def _attitudes_now(found: StackSettings) -> AttitudeSettingsNow:
+    return AttitudeSettingsNow(
+        dry_run=found.dry_run,
+        speed_pct=found.speed_pct,
+        first_attitude=found.first_layer,
+        first_run=found.first_run,
+        last_attitude=found.last_layer,
+    )
+
+
+def _repeated(found: Repeated) -> RepeatedRecord:
+    printing, dry = found.printing, found.dry
+    return RepeatedRecord(
+        smallest_mm=None if printing is None else printing.smallest,
+        arm_smallest_mm=None if printing is None else printing.arm_smallest,
+        tip_margin_mm=None if printing is None else printing.tip_margin,
+        dry_run_smallest_mm=None if dry is None else dry.smallest,
+        uniformity=found.uniformity,
+        seconds=found.seconds,
+        peak_memory_mb=found.memory,
+    )
+
+
+def run_sheet(checked: Checked, *, width: int | None = None) -> str:
+    """Return the page; where something was found, only that.
+
+    Args:
+        checked: a bundle.
+        width: letters in a line, where they are counted; the page is never wider than 100.
+    """
+    setup, orders, settings, switching = checked.setup, checked.orders, checked.settings, checked.switching
+    told = checked.told
+    if checked.attitudes and told is not None and not checked.findings:
+        head = [f"RUN SHEET  {told.input.name}, attitude by attitude  ({checked.folder.name})", ""]
+        rows = [
+            *attitude_rows(checked, told),
+            ("checked again", repeated_texts(checked)),
+            ("not derived", underived_texts(checked)),
+        ]
+        return "\n".join(
+            [*head, *(line for label, texts in rows if texts for line in entry(label, texts, width=width))]
+        )
+    if checked.findings or told is None or not (setup and orders and settings and switching):
+        return "\n".join(f"{each.file}, line {each.line}: {each.reason}" for each in checked.findings)
+    robot = told.robot[0]
+    lines = [f"RUN SHEET  {told.input.name}  ({checked.folder.name})", ""]
+    for label, texts in (
+        ("program", _program(setup, orders, modules=robot.program.modules)),
+        ("is set to", _settings(setup, settings)),
+        ("patches", _patches(told.patches)),
+        ("placement", [*_placement(setup), *orientation_notes(robot.motion)]),
+        ("extent", _reach(setup, orders, robot.motion)),
+        ("closest approach", _closest(robot.clearance)),
+        ("signals", _signals(setup, switching)),
+        ("process", _process(setup, told)),
+        ("limits", _limits(setup, robot.motion)),
+        ("targets", _targets(robot.motion)),
+        ("before start", _steps(setup, orders)),
+        ("not checked", ["; ".join(robot.clearance.not_checked) + "; the real cell."]),
+        ("checked again", repeated_texts(checked)),
+        ("not derived", underived_texts(checked)),
+        ("evidence", _evidence(checked, robot.evidence)),
+    ):
+        lines += entry(label, texts, width=width) if texts else []
+    return "\n".join(lines)
+
+
+def repeated_texts(checked: Checked) -> list[str]:
+    """Return what `--full` found as it was planned, or nothing without it."""
+    again = checked.repeated
+    if again is None:
+        return []
+    clear = [] if again.printing is None else [f"{again.printing.smallest:.2f} mm clear"]
+    clear += [] if again.dry is None else [f"{again.dry.smallest:.2f} mm in the dry run"]
+    even = again.uniformity
+    clear += [] if even is None else [f"{COVERED_ONCE.text(even)} of the area covered once"]
+    return [f"{', '.join(clear)}: as in plan.json ({again.seconds:.1f} s, {again.memory} MB)"]
+
+
+def underived_texts(checked: Checked) -> list[str]:
+    """Return which files of a bundle nothing was held against, or nothing where something is wrong already."""
+    return ["; ".join(checked.not_derived)] if checked.not_derived else []
+
+
+def _evidence(checked: Checked, told: EvidenceRecord) -> list[str]:
+    rows = evidence_rows(_executed_now(checked, told), checked.seen, program_sha256=checked.program_sha256)
+    return [f"{stage}: {what}" for stage, what in rows]
+
+
+def _executed_now(checked: Checked, told: EvidenceRecord) -> EvidenceRecord:
+    """Return what plan.json says, but executed in this check; not at all where it goes to other targets."""
+    found = checked.executed
+    same = found is not None and np.isfinite([found.motion, found.outputs]).all()
+    return told.model_copy(update={"executed": record_executed(found) if found is not None and same else None})
+
+
+def entry(label: str, texts: Sequence[str], *, width: int | None) -> list[str]:
+    """Return a label with its texts beside it, or below it where a line is short.
+
+    Args:
+        label: of a few letters.
+        texts: that are broken into lines.
+        width: letters in a line, where they are counted; it is never longer than 100.
+    """
+    width = min(width or WIDTH, WIDTH)
+    if width < NARROW:
+        return [
+            label,
+            *(
+                line
+                for text in texts
+                for line in textwrap.wrap(text, width, initial_indent="  ", subsequent_indent="    ")
+            ),
+        ]
+    wrapped = [line for text in texts for line in textwrap.wrap(text, width - _LABEL)]
+    return [f"{name:<{_LABEL}}{line}" for name, line in zip([label, *[""] * len(wrapped)], wrapped, strict=False)]
+
+
+def _program(setup: Setup, orders: Orders, *, modules: Sequence[str]) -> list[str]:
+    loaded = sum(name.startswith("GeoPath") for name in modules)
+    copies = f"; copy the {loaded} GeoPath modules to the controller's HOME folder" if loaded else ""
+    dry = "; RUNS DRY ONLY" if setup.placement.missing else ""
+    return [
+        (
+            f"{how_many(int(orders.runs[-1]) + 1, 'run')}, {orders.count} targets "
+            f"({orders.shortest_move:.2g} mm and more apart), "
+            f"{orders.duration + waits(orders, setup.cell.signals).sum():.0f} s at full speed{dry}"
+        ),
+        f"load GeoPrint.pgf ({len(modules) - 1 - loaded} modules){copies}",
+    ]
+
+
+def _settings(setup: Setup, settings: Settings) -> list[str]:
+    """Say how the program would run now, by its three switches."""
+    if settings.dry_run or setup.placement.missing:
+        return [f"run dry at {settings.speed_pct:g} % of the speed (geoDryRun {str(settings.dry_run).upper()})"]
+    texts = [f"PRINT at {settings.speed_pct:g} % of the speed, from run {settings.first_run} on (geoDryRun FALSE)"]
+    if setup.cell.signals.mode == "io" and settings.speed_pct != 100.0:
+        texts.append("it will refuse to: at a fixed pressure it prints only with geoSpeedPct 100")
+    return texts
+
+
+def _patches(patches: Sequence[PatchRecord]) -> list[str]:
+    """Name each of several patches by its runs, numbered as the controller does, so that printing can begin at one."""
+    if len(patches) < 2:
+        return []
+    return [
+        f"{number}: runs {patch.runs[0] + 1} to {patch.runs[1] + 1}, {patch.area_mm2:.4g} mm2 about "
+        f"{in_words(np.array(patch.place_mm, dtype=np.float64))}, spacing CV "
+        + ("none (one level)" if patch.spacing.cv is None else f"{patch.spacing.cv:.2%}")
+        for number, patch in enumerate(patches, start=1)
+    ]
+
+
+def _placement(setup: Setup) -> list[str]:
+    placement = setup.placement
+    texts = [f"NOT KNOWN: nobody has stated {' and '.join(placement.missing)}"] if placement.missing else []
+    if placement.calibrated:
+        texts.append(f"fixture calibrated, touched points miss by at most {placement.misses.max(initial=0.0):.2f} mm")
+    if placement.part_stated:
+        texts.append(f"part on the fixture, as stated: {_frame(placement.T_fixture_work)}")
+    if setup.surface_within is not None:
+        texts.append(f"surface known within {setup.surface_within:.2f} mm along its normal (95 %)")
+    return [*texts, f"part in base coordinates: {_frame(placement.T_base_work)}"]
+
+
+def _frame(T: FloatArray) -> str:
+    x, y, z = T[:3, 3]
+    roll, pitch, yaw = Rotation.from_matrix(T[:3, :3]).as_euler("xyz", degrees=True)
+    return f"its origin at ({x:.2f}, {y:.2f}, {z:.2f}) mm, turned ({roll:.2f}, {pitch:.2f}, {yaw:.2f}) degrees"
+
+
+def _extent(setup: Setup, orders: Orders) -> tuple[np.ndarray, np.ndarray]:
+    tips = transforms.apply(setup.placement.T_base_work, orders.tips)
+    return tips.min(axis=0), tips.max(axis=0)
+
+
+def _reach(setup: Setup, orders: Orders, motion: MotionRecord) -> list[str]:
+    low, high = _extent(setup, orders)
+    spans = ", ".join(f"{axis} {a:.1f} to {b:.1f}" for axis, a, b in zip("xyz", low, high, strict=True))
+    tip = f"tip in base coordinates: {spans} mm; wrist never below {motion.smallest_wrist_angle_deg:.1f} degrees"
+    return [tip, *near_borders(motion)]
+
+
+def _closest(clearance: ClearanceRecord) -> list[str]:
+    dry = clearance.dry_run
+    texts = [f"{clearance.smallest_mm:.2f} mm, {clearance.at}; kept everywhere: {clearance.kept_mm} mm"]
+    if clearance.arm_smallest_mm is not None:
+        texts.append(f"arm: {clearance.arm_smallest_mm:.1f} mm, {clearance.arm_at}")
+    return [*texts, f"dry run, {dry.lift_mm:g} mm higher: {dry.smallest_mm:.2f} mm, {dry.at}"]
+
+
+def _signals(setup: Setup, switching: Timeline) -> list[str]:
+    signals = setup.cell.signals
+    flow = "" if signals.flow is None else f", flow {signals.flow} ({signals.flow_per_mm3_s:g} for 1 mm3/s)"
+    vacuum = "" if signals.vacuum is None else f", vacuum {signals.vacuum} while the valve is shut"
+    settling = f"the arm waits {signals.settle:g} s at each start until the flow is even; " if signals.settle else ""
+    return [
+        f"mode {signals.mode}: valve {signals.dispenser}, lamp {signals.uv_lamp}{flow}{vacuum}; safe values 0",
+        (
+            f"lags: valve opens {signals.valve_open:g} s and closes {signals.valve_close:g} s late; lamp leads "
+            f"{signals.uv_lead:g} s and trails {signals.uv_tail:g} s; {settling}material "
+            f"{switching.errors.max(initial=0.0):.3f} mm from each run's ends"
+        ),
+    ]
+
+
+def _process(setup: Setup, told: PlanRecord) -> list[str]:
+    """Say what a person sets beside the robot, and what the lamp gives."""
+    process, flood = setup.cell.process, setup.cell.flood
+    (layer,) = told.layers
+    below = " over the layer below" if layer.bottom_mm else ""
+    flow = told.deposition
+    light = None if flow is None else flow.light
+    texts = [] if flow is None else [f"air pressure: {_pressure(process, flow, told.robot)}"]
+    texts.append(f"layer {process.layer_height:g} mm, stand-off {layer.standoff_mm:g} mm{below}")
+    if setup.cell.purge is not None:
+        texts.append(f"nozzle primed by the program before its first run: {setup.cell.purge.duration:g} s at [purge]")
+    if light is not None:
+        texts.append(f"light: {light.one_pass:.3g} mJ/cm2 in one pass, {light.all_passes:.3g} in all together")
+    if flood is not None:
+        who = "by hand" if flood.joints is None else "by the program, after the last run"
+        texts.append(f"final exposure of the whole part: {flood.duration:g} s, {who}")
+    return texts
+
+
+def _pressure(process: Process, flow: DepositionRecord, robots: Sequence[RobotRecord]) -> str:
+    """Say which pressure is set: the one that lets the flow of the print through."""
+    wanted = f"that which lets {flow.valve_mm3_s:.4g} mm3/s through at {process.speed:g} mm/s"
+    if flow.valve_kpa is not None:
+        wanted += f", by [material] {flow.valve_kpa:.3g} kPa"
+    if process.pressure is None:
+        return wanted
+    ceiling = robots[0].motion.speed_ceiling_mm_s
+    return f"{wanted}; the cell names {process.pressure / PASCAL_PER_KPA:g} kPa for {ceiling:g} mm/s"
+
+
+def _limits(setup: Setup, motion: MotionRecord) -> list[str]:
+    process = setup.cell.process
+    laying = f"prints at {process.speed:g} mm/s (slowest {motion.slowest_deposit_mm_s:.1f})"
+    joints = f"joints from and to home at {process.joint_speed_share:.0%} of their speeds"
+    return [f"{laying}, {process.travel_speed:g} mm/s travelling; {joints}"]
+
+
+def _targets(motion: MotionRecord) -> list[str]:
+    """Say how hard the targets are for the controller: close ones, the jerk, bends where they leave the path."""
+    targets = motion.targets
+    beside = sorted((bend for bend in targets.bends if bend.offset_mm > 0.0), key=lambda bend: -bend.offset_mm)
+    texts = [
+        (
+            f"shortest move {targets.shortest_ms:.1f} ms ({targets.closer} below {targets.period_ms:g} ms, which a "
+            f"controller takes without slowing down); largest jerk of the tip while laying "
+            f"{motion.largest_jerk_m_s3:.0f} m/s3"
+        )
+    ]
+    if beside:
+        texts.append(f"beside the path in {len(beside)} tight bends, farthest (plan.json lists all):")
+    for bend in beside[:LISTED_BENDS]:
+        place = ", ".join(f"{mm:.1f}" for mm in bend.place_mm)
+        texts.append(f"  {bend.offset_mm:.3f} mm in run {bend.run + 1} at ({place}) mm, {bend.targets} targets")
+    return texts
+
+
+def _steps(setup: Setup, orders: Orders) -> list[str]:
+    signals = setup.cell.signals
+    texts = ["1. before the first load on a controller: rapid/controller/first_load.md; nothing runs without it"]
+    if signals.mode == "analog" and signals.flow_lag > 0.0:
+        texts.append(f"   set the system parameter Event Preset Time to {signals.flow_lag:g} s or more, for TriggSpeed")
+    texts.append("2. run as written: dry, 20 mm higher, at 25 % (geoDryRun TRUE, geoSpeedPct 25)")
+    if orders.lifted_otherwise:
+        texts.append(
+            f"   {orders.lifted_otherwise} targets have other configuration data there: only the print proves theirs"
+        )
+    if not setup.placement.missing:
+        full = " and geoSpeedPct 100, speed override 100 %" if signals.mode == "io" else ""
+        texts.append(f"3. to print: geoDryRun FALSE{full}; to resume at run k: clean the nozzle, geoFirstRun k, main")
+    return texts

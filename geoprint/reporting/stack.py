@@ -1,0 +1,302 @@
+"""What stack.json and a person's terminal say of a stack of layers, cure included."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from geoprint.model import Cell, Material
+from geoprint.process import bottom_doses, cured_depth
+from geoprint.reporting.records.plan import PlanRecord
+from geoprint.reporting.records.stack import (
+    CureRecord,
+    FinishedFlowsRecord,
+    FinishedRecord,
+    LayerCureRecord,
+    StackedLayerRecord,
+    StackRecord,
+)
+from geoprint.reporting.stack_sheet import behind_layer, stack_steps
+from geoprint.reporting.tables import marked_lines
+from geoprint.results import FinishedStack, StackedLayer
+
+# What is said of the light within a stack: the dose at the bottom of each layer, and what nobody knows of it.
+
+
+def with_cure(told: StackRecord, cell: Cell) -> StackRecord:
+    """Return what is said of a stack with the light within it, or with what must be known of the material for that.
+
+    Args:
+        told: without a word of it.
+        cell: that prints the stack.
+    """
+    found = cell.material
+    needed, penetration = (None, None) if found is None else (found.dose, found.penetration)
+    doses = [layer.dose_mj_cm2 for layer in told.layers if layer.dose_mj_cm2 is not None]
+    if needed is None or penetration is None or len(doses) < len(told.layers):
+        lacking = ", ".join(_lacking(found))
+        text = f"whether layers are cured through: for that the cell's [material] needs {lacking}"
+        return told.model_copy(update={"not_checked": (*told.not_checked, text)})
+    heights = np.array([layer.height_mm for layer in told.layers])
+    own, whole = bottom_doses(np.array(doses), heights, penetration=penetration)
+    layers = tuple(
+        _lit(layer, *pair)
+        for layer, pair in zip(told.layers, zip(own.tolist(), whole.tolist(), strict=True), strict=True)
+    )
+    cure = CureRecord(
+        needed_mj_cm2=needed,
+        penetration_mm=penetration,
+        speed_mm_s=told.layers[0].speed_mm_s,
+        flood_s=None if cell.flood is None else cell.flood.duration,
+    )
+    return told.model_copy(update={"layers": layers, "cure": cure})
+
+
+def _lit(layer: StackedLayerRecord, own: float, whole: float) -> StackedLayerRecord:
+    return layer.model_copy(update={"cure": LayerCureRecord(own_mj_cm2=own, whole_mj_cm2=whole)})
+
+
+def _lacking(material: Material | None) -> list[str]:
+    """Return the keys of a material, as a cell file has them, without which nobody knows the light within it."""
+    keys = {
+        "uv_irradiance_mw_cm2": None if material is None else material.irradiance,
+        "uv_spot_mm": None if material is None else material.spot_diameter,
+        "uv_dose_mj_cm2": None if material is None else material.dose,
+        "uv_penetration_mm": None if material is None else material.penetration,
+    }
+    return [key for key, value in keys.items() if value is None]
+
+
+# What stack.json says of the layers of a stack and of all of them together.
+
+
+def layer_record(
+    told: PlanRecord,
+    kept: StackedLayer,
+    *,
+    folder: str,
+    area: float,
+    pattern: str,
+    speed: float,
+    not_printable: str | None,
+) -> StackedLayerRecord:
+    """Return what is said of a planned layer.
+
+    Args:
+        told: what its plan.json says.
+        kept: what is kept of it.
+        folder: of its bundle.
+        area: of the surface in its middle [mm2].
+        pattern: that its paths have.
+        speed: at which it prints, before its missing volume is made up [mm/s].
+        not_printable: why the robot cannot print it, or None.
+    """
+    even, robots, laid = told.uniformity, told.robot, told.deposition
+    layer = None if even is None or laid is None else even.thickness if laid.flow == "constant" else even.following
+    return StackedLayerRecord(
+        folder=folder,
+        bottom_mm=kept.bottom,
+        height_mm=kept.height,
+        area_mm2=area,
+        pattern=pattern,
+        runs=told.paths.runs,
+        deposit_mm=told.paths.deposit_mm,
+        gap=None if even is None else even.gap,
+        overlap=None if even is None else even.overlap,
+        thickness_cv=None if layer is None else layer.cv,
+        helix_deg=None if told.paths.fibres is None else told.paths.fibres.helix_mean_deg,
+        speed_mm_s=speed,
+        laid_mm3=float(kept.volumes[kept.printed]),
+        wanted_mm3=area * kept.height,
+        print_s=_seconds(told),
+        attitudes=len(robots) if any(robot.table is not None for robot in robots) else None,
+        clearance_mm=min((robot.clearance.smallest_mm for robot in robots), default=None),
+        not_printable=not_printable,
+        dose_mj_cm2=None if laid is None or laid.light is None else laid.light.all_passes,
+        warnings=told.warnings,
+        not_checked=tuple(dict.fromkeys(text for robot in robots for text in robot.clearance.not_checked)),
+    )
+
+
+def _seconds(told: PlanRecord) -> float | None:
+    """Return how long a layer prints, with the motions of a table; None without a robot [s]."""
+    if told.joined is not None:
+        return told.joined.print_s
+    return sum(robot.motion.duration_s for robot in told.robot) if told.robot else None
+
+
+def finished_record(stack: FinishedStack, *, wanted: float) -> FinishedFlowsRecord:
+    """Return how a stack comes out.
+
+    Args:
+        stack: all of its layers.
+        wanted: the volume that it shall have [mm3].
+    """
+    told = [
+        None
+        if found is None
+        else FinishedRecord(
+            mean=found.mean,
+            cv=found.cv,
+            p1=found.p1,
+            p99=found.p99,
+            within_5_percent=found.within_5_percent,
+            judged=found.judged,
+            creased=found.creased,
+            under_sides=found.under_sides,
+            volume=sum(float(layer.volumes[flow]) for layer in stack.layers) / wanted,
+        )
+        for flow, found in enumerate(stack.flows)
+    ]
+    return FinishedFlowsRecord(constant_flow=told[0], following_flow=told[1], printed=told[stack.printed])
+
+
+# What a person reads of the cure of a stack: doses at the bottoms of layers, and what to do where they are too low.
+
+
+def cure_warnings(told: StackRecord) -> Iterator[str]:
+    """Yield which layers are not cured through, and what to do.
+
+    Within a target layers end below others, so that a layer is the topmost somewhere: there its own passes must do.
+    """
+    if told.cure is None:
+        return
+    needed, alone = told.cure.needed_mj_cm2, told.target_mm3 is not None
+    doses = [(layer.cure.own_mj_cm2 if alone else layer.cure.whole_mj_cm2) for layer in told.layers if layer.cure]
+    lacking = [number for number, dose in enumerate(doses, start=1) if dose < needed]
+    if not lacking:
+        return
+    worst = min(lacking, key=lambda number: doses[number - 1])
+    where = "its bottom" if len(lacking) == 1 else f"the bottom of layer {worst}"
+    passes = "its own passes give, where it is the topmost," if alone else "all passes give"
+    yield (
+        f"{_which(lacking)} not cured through: at {where} {passes} {doses[worst - 1]:.3g} of "
+        f"{needed:.3g} mJ/cm2: {_remedy(told.cure, told.layers[worst - 1], doses[worst - 1])}."
+    )
+
+
+def cure_notes(told: StackRecord) -> Iterator[str]:
+    """Yield which layers are cured through only by the passes for those above them."""
+    if told.cure is None or told.target_mm3 is not None:
+        return
+    needed = told.cure.needed_mj_cm2
+    cures = [(number, layer.cure) for number, layer in enumerate(told.layers, start=1) if layer.cure is not None]
+    later = [(number, cure) for number, cure in cures if cure.own_mj_cm2 < needed <= cure.whole_mj_cm2]
+    if later:
+        least = min(cure.own_mj_cm2 for _, cure in later)
+        yield (
+            f"{_which([number for number, _ in later])} soft at the bottom until the passes for layers above: "
+            f"their own give {least:.3g} of {needed:.3g} mJ/cm2 there."
+        )
+
+
+def dose_text(layer: StackedLayerRecord) -> str:
+    """Return the light at the bottom of a layer, as its line says it; nothing where nobody knows it."""
+    if layer.cure is None:
+        return ""
+    return f", {layer.cure.own_mj_cm2:.3g} then {layer.cure.whole_mj_cm2:.3g} mJ/cm2 at its bottom"
+
+
+def _which(numbers: Sequence[int]) -> str:
+    return (
+        f"layer{'s' if len(numbers) > 1 else ''} {', '.join(map(str, numbers))} {'are' if len(numbers) > 1 else 'is'}"
+    )
+
+
+def _remedy(cure: CureRecord, layer: StackedLayerRecord, dose: float) -> str:
+    """Return what to do about a layer whose bottom gets a dose that is too low [mJ/cm2]."""
+    slower = f"print at up to {cure.speed_mm_s * dose / cure.needed_mj_cm2:.3g} mm/s"
+    top = layer.dose_mj_cm2 or 0.0
+    height = cured_depth(top, needed=cure.needed_mj_cm2, penetration=cure.penetration_mm)
+    thinner = f", in layers up to {height:.2g} mm high" if height > 0.0 else ""
+    flooded = (
+        "or name a final exposure ([flood])"
+        if cure.flood_s is None
+        else f"or trust the final exposure of {cure.flood_s:g} s, which is not counted"
+    )
+    return f"{slower}{thinner}, {flooded}"
+
+
+# What a person reads of a stack: a line a layer, and the whole.
+
+
+# Less of the area than this is not worth a line.
+TOLD_SHARE = 0.0005
+
+
+def stack_text(told: StackRecord, *, verbose: bool = False) -> str:
+    """Return the lines that a person reads when all layers of a thickness are planned.
+
+    Args:
+        told: what stack.json says.
+        verbose: whether to list all that was not checked.
+    """
+    lines = [
+        stack_sentence(told),
+        *finished_sentences(told),
+        *(_layer_line(number, layer) + behind_layer(number, told) for number, layer in enumerate(told.layers, start=1)),
+    ]
+    lines += [f"  left out: {each.reason}" for each in told.left_out]
+    unchecked = [*told.not_checked, *(text for layer in told.layers for text in layer.not_checked)]
+    warnings = [*stack_warnings(told), *cure_warnings(told)]
+    lines += stack_steps(told)
+    lines += marked_lines(warnings=warnings, notes=cure_notes(told), not_checked=unchecked, verbose=verbose)
+    return "\n".join(lines)
+
+
+def stack_sentence(told: StackRecord) -> str:
+    """Return what was planned and how much of it is laid, without a stop."""
+    laid = sum(layer.laid_mm3 for layer in told.layers)
+    wanted = sum(layer.wanted_mm3 for layer in told.layers)
+    said = (
+        f"{told.part}: {told.thickness_mm:.3g} mm in {len(told.layers)} layers of {told.layers[0].height_mm:.3g} mm, "
+        f"{laid / 1000.0:.4g} cm3 laid, {laid / wanted - 1.0:+.2%} of what they hold"
+    )
+    return (
+        said
+        if told.target_mm3 is None
+        else f"{said}, which is {wanted / told.target_mm3:.1%} of what {told.target} has over the part"
+    )
+
+
+def finished_sentences(told: StackRecord) -> Iterator[str]:
+    """Yield how all layers together come out, without stops; nothing where nobody can say."""
+    found = told.finished
+    if found.printed is None or found.constant_flow is None or found.following_flow is None:
+        return
+    yield (
+        f"finished thickness {found.printed.mean:.1%} of what is wanted, varies by {found.printed.cv:.2%}: 98 of 100 "
+        f"places have {found.printed.p1:.1%} to {found.printed.p99:.1%} of it (variation with flow that follows "
+        f"{found.following_flow.cv:.2%}, constant {found.constant_flow.cv:.2%})"
+    )
+    if found.printed.judged < 1.0:
+        low = max(1.0 - found.printed.judged - found.printed.creased, 0.0)
+        parts = [(found.printed.creased, "fills a hollow before it is so high"), (low, "is lower than a layer")]
+        said = " and ".join(f"{share:.1%} of the area {why}" for share, why in parts if share >= TOLD_SHARE)
+        if said:
+            yield f"  not judged: {said}"
+    if found.printed.under_sides >= TOLD_SHARE:
+        yield f"  judged up to sides that lean in over it: {found.printed.under_sides:.1%} of the area"
+
+
+def stack_warnings(told: StackRecord) -> Iterator[str]:
+    """Yield what to act on, each once, with the layers that it is said of where that is not all of them."""
+    count = len(told.layers)
+    for text in dict.fromkeys(text for layer in told.layers for text in layer.warnings):
+        of = [str(number) for number, layer in enumerate(told.layers, start=1) if text in layer.warnings]
+        whose = "" if len(of) == count else f"layer{'s' if len(of) > 1 else ''} {', '.join(of)}: "
+        yield whose + text
+
+
+def _layer_line(number: int, layer: StackedLayerRecord) -> str:
+    """Return the line of one layer."""
+    even = "" if layer.thickness_cv is None else f", thickness CV {layer.thickness_cv:.2%}"
+    gap = "" if layer.gap is None else f", missed {layer.gap:.2%}"
+    helix = "" if layer.helix_deg is None else f", fibres at {layer.helix_deg:+.1f} degrees"
+    time = "" if layer.print_s is None else f", {layer.print_s:.0f} s"
+    clear = "" if layer.clearance_mm is None else f", {layer.clearance_mm:.2f} mm clear"
+    return (
+        f"  {number:2} from {layer.bottom_mm:.3g} mm: {layer.pattern}, {layer.runs} runs, {layer.deposit_mm:.0f} mm of "
+        f"path, {layer.laid_mm3 / 1000.0:.3g} cm3{even}{gap}{helix}{dose_text(layer)}{time}{clear}"
+    )

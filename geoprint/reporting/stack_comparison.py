@@ -1,0 +1,233 @@
+"""What stacks.json, the terminal and the report page say of stacks that several backends planned."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from geoprint.config import Job
+from geoprint.metrics import EVEN_ENOUGH, MOST_MISSED, Covering, equally_good, ranked
+from geoprint.reporting.cautions import said_once
+from geoprint.reporting.records.rounding import listed
+from geoprint.reporting.records.stack import ComparedStackRecord, RefusedStackRecord, StackComparisonRecord, StackRecord
+from geoprint.reporting.stack import stack_warnings
+from geoprint.reporting.stack_html import OF_BACKENDS, StackReport, stack_report
+from geoprint.reporting.stack_page import (
+    VIEWED_FACES,
+    base_view,
+    made_with,
+    printed_view,
+    sliced_pictures,
+    stack_paths,
+    thickness_settings,
+)
+from geoprint.reporting.tables import Cells, fitting, grid, left_out, marked_lines
+from geoprint.results import FinishedStack
+
+# What is said of whole stacks that several backends planned: a row each, the best, and in words what it means.
+
+
+def compared_stack(backend: str, told: StackRecord | str, *, asked: bool) -> ComparedStackRecord | RefusedStackRecord:
+    """Return the row of a backend.
+
+    Args:
+        backend: its name.
+        told: what its stack.json says, or why it cannot plan a layer.
+        asked: whether the robot was.
+    """
+    if isinstance(told, str):
+        return RefusedStackRecord(backend=backend, refused=told)
+    layers = told.layers
+    areas = np.array([layer.area_mm2 for layer in layers])
+    uneven = np.array([layer.thickness_cv or 0.0 for layer in layers])
+    refused = [
+        f"layer {number}: {text}" for number, text in enumerate((each.not_printable for each in layers), 1) if text
+    ]
+    times = [layer.print_s for layer in layers if layer.print_s is not None]
+    whole = len(times) == len(layers)
+    return ComparedStackRecord(
+        backend=backend,
+        gap=float(np.average([layer.gap or 0.0 for layer in layers], weights=areas)),
+        overlap=float(np.average([layer.overlap or 0.0 for layer in layers], weights=areas)),
+        thickness_cv=float(np.sqrt(np.average(uneven**2, weights=areas))),
+        worst_cv=float(uneven.max()),
+        finished=told.finished.printed,
+        runs=sum(layer.runs for layer in layers),
+        deposit_mm=sum(layer.deposit_mm for layer in layers),
+        print_s=sum(times) if whole else None,
+        clearance_mm=min((layer.clearance_mm for layer in layers if layer.clearance_mm is not None), default=None),
+        printable=whole if asked else None,
+        not_printable=refused[0] if refused else None,
+        warnings=tuple(stack_warnings(told)),
+        not_checked=tuple(dict.fromkeys(text for layer in layers for text in layer.not_checked)),
+    )
+
+
+def best_stack(rows: Sequence[ComparedStackRecord | RefusedStackRecord]) -> list[ComparedStackRecord]:
+    """Return the backends that planned, the best first, as coverings of a part are ranked."""
+    planned = [row for row in rows if isinstance(row, ComparedStackRecord)]
+    return [planned[index] for index in ranked([_covering(row) for row in planned])]
+
+
+def stack_verdict(rows: Sequence[ComparedStackRecord | RefusedStackRecord], *, part: str) -> tuple[str, ...]:
+    """Return sentences that say which backend covers all layers best, how the stack comes out, and what prints.
+
+    Args:
+        rows: a backend each, at least one that planned.
+        part: its name.
+    """
+    order = best_stack(rows)
+    return (
+        _decision(order, part=part),
+        *(
+            f"With {row.backend} the finished thickness is {row.finished.mean:.1%} of what is wanted and varies by "
+            f"{row.finished.cv:.2%}."
+            for row in order
+            if row.finished is not None
+        ),
+        *_printing(order),
+        *(f"{row.backend} could not plan: {row.refused}" for row in rows if isinstance(row, RefusedStackRecord)),
+    )
+
+
+def _decision(order: Sequence[ComparedStackRecord], *, part: str) -> str:
+    best, *others = order
+    found = [_covering(row) for row in order]
+    missed = f"{best.gap:.1%} of their area is missed and {best.overlap:.1%} covered twice"
+    if not found[0].covers:
+        return f"No backend covers the layers over {part}: at best, with {best.backend}, {missed}."
+    if not others:
+        return f"{best.backend} covers the layers over {part}: {missed}; their thickness varies by {found[0].cv:.1%}."
+    spacings = " and ".join(f"{each.cv:.2%} with {row.backend}" for row, each in zip(order, found, strict=True))
+    if any(not each.is_alike(found[0]) for each in found):
+        shares = " and ".join(
+            f"{each.fault:.1%} with {row.backend}{', which leaves holes,' if each.gap > MOST_MISSED else ''}"
+            for row, each in zip(order, found, strict=True)
+        )
+        return (
+            f"{best.backend} covers the layers over {part} best: missed or covered twice are {shares} of their area; "
+            f"their thickness varies by {spacings}."
+        )
+    leading = [row.backend for row in order[: equally_good(found)]]
+    how = "equally well" if len(leading) == len(order) else "most evenly"
+    enough = " All of them are even enough to print." if all(each.cv <= EVEN_ENOUGH for each in found) else ""
+    verb = "covers" if len(leading) == 1 else "cover"
+    return f"{listed(leading)} {verb} the layers over {part} {how}: their thickness varies by {spacings}.{enough}"
+
+
+def _printing(order: Sequence[ComparedStackRecord]) -> Iterator[str]:
+    if order[0].printable is None:
+        yield "Whether the robot can print them was not asked."
+        return
+    taken = [f"{row.print_s:.0f} s with {row.backend}" for row in order if row.print_s is not None]
+    if taken:
+        yield f"Printing takes {' and '.join(taken)}."
+    yield from (f"{row.backend} cannot be printed: {row.not_printable}" for row in order if row.not_printable)
+
+
+def _covering(row: ComparedStackRecord) -> Covering:
+    return Covering(row.gap, row.overlap, row.thickness_cv)
+
+
+# What a person reads of compared stacks: a row a backend, and in words what it means.
+
+
+# What the columns show, and how much each matters: where the terminal is narrow, the highest numbers go first.
+COLUMNS = {
+    "backend": 0, "thickness CV": 3, "volume": 6, "layer CV": 1, "worst CV": 5, "gap": 2, "overlap": 4, "runs": 9,
+    "length mm": 10, "print s": 7, "printable": 8, "clear mm": 11,
+}  # fmt: skip
+_LEFT = {"backend", "printable"}
+_NONE = "-"
+
+
+def stack_comparison_text(told: StackComparisonRecord, *, width: int | None = None, verbose: bool = False) -> str:
+    """Return the table and, below it, what it means and what to mind.
+
+    Layer CV is that of the layers' own thickness, of all by area; worst CV that of the layer where it is largest;
+    thickness CV and volume are those of all layers together, as they are printed, over what is wanted.
+
+    Args:
+        told: what stacks.json says.
+        width: letters in a line, where they are counted; columns that do not fit are left out.
+        verbose: whether to list all that was not checked.
+    """
+    rows = [*map(stack_cells, told.backends)]
+    names = fitting([*COLUMNS], rows, width=width, weights=COLUMNS)
+    lines = [f"{told.part}: {told.thickness_mm:.3g} mm in {told.layers} layers, all of them compared", ""]
+    lines += [*grid(names, [rows], left=_LEFT), ""]
+    if len(names) < len(COLUMNS):
+        lines += [f"left out at this width, told in stacks.json: {left_out([*COLUMNS], names, COLUMNS)}", ""]
+    planned = [row for row in told.backends if isinstance(row, ComparedStackRecord)]
+    warnings = said_once({row.backend: row.warnings for row in planned})
+    unchecked = [text for row in planned for text in row.not_checked]
+    return "\n".join([*lines, *told.verdict, *marked_lines(warnings=warnings, not_checked=unchecked, verbose=verbose)])
+
+
+def stack_cells(row: ComparedStackRecord | RefusedStackRecord) -> Cells:
+    """Return what the columns say of a backend."""
+    if isinstance(row, RefusedStackRecord):
+        return {**dict.fromkeys(COLUMNS, _NONE), "backend": row.backend, "printable": "refused"}
+    finished = row.finished
+    return {
+        "backend": row.backend,
+        "thickness CV": _NONE if finished is None else f"{finished.cv:.2%}",
+        "volume": _NONE if finished is None else f"{finished.volume:.2%}",
+        "layer CV": f"{row.thickness_cv:.2%}",
+        "worst CV": f"{row.worst_cv:.2%}",
+        "gap": f"{row.gap:.2%}",
+        "overlap": f"{row.overlap:.2%}",
+        "runs": str(row.runs),
+        "length mm": f"{row.deposit_mm:.0f}",
+        "print s": _NONE if row.print_s is None else f"{row.print_s:.0f}",
+        "printable": "not asked" if row.printable is None else "yes" if row.printable else "no",
+        "clear mm": _NONE if row.clearance_mm is None else f"{row.clearance_mm:.2f}",
+    }
+
+
+# The report page of compared stacks: how that of each backend comes out, side by side.
+
+
+def compared_stacks_page(
+    stacks: Mapping[str, tuple[StackRecord, FinishedStack]], told: StackComparisonRecord, job: Job, *, page: str
+) -> bytes:
+    """Return report.html of compared stacks, in one page that opens offline beside their folders.
+
+    Args:
+        stacks: what stack.json of each backend that planned says, and how its stack comes out.
+        told: what stacks.json says.
+        job: that was planned.
+        page: name of the page in the folder of each stack.
+    """
+    names = [told.best, *(name for name in stacks if name != told.best)]
+    record, first = stacks[told.best]
+    view = base_view(first, faces=VIEWED_FACES // len(names))
+    shown = StackReport(
+        name=told.part,
+        verdict=told.verdict,
+        cautions=_cautions(told),
+        surface=view.surface,
+        R_view_work=first.upright,
+        spacing=first.layers[0].spacing,
+        words=OF_BACKENDS,
+        flows=tuple(printed_view(stacks[name][1], stacks[name][0], view, backend=name) for name in names),
+        paths=tuple(stack_paths(stacks[name][1]) for name in names),
+        columns=tuple(COLUMNS),
+        rows=tuple(tuple(stack_cells(row)[column] for column in COLUMNS) for row in told.backends),
+        pages=tuple((name, f"{name}/{page}") for name in names),
+        pictures=tuple((f"Sliced open: {name}", tuple(sliced_pictures(stacks[name][1]))) for name in names),
+        settings=thickness_settings(job, record),
+        inputs=first.inputs,
+        versions=made_with(),
+    )
+    return stack_report(shown, title=f"geoprint compare: {told.part}, {told.thickness_mm:g} mm")
+
+
+def _cautions(told: StackComparisonRecord) -> tuple[str, ...]:
+    planned = [row for row in told.backends if isinstance(row, ComparedStackRecord)]
+    unchecked = dict.fromkeys(text for row in planned for text in row.not_checked)
+    return (
+        *(f"Warning: {text}" for text in said_once({row.backend: row.warnings for row in planned})),
+        *([f"Not checked: {'; '.join(unchecked)}."] if unchecked else []),
+    )

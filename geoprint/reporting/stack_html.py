@@ -1,0 +1,293 @@
+"""The report page of stacks as HTML, with the data of its scene."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import final
+
+import numpy as np
+
+from geoprint.errors import InputError
+from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
+from geoprint.reporting.histogram import histograms
+from geoprint.reporting.html import (
+    Json,
+    Markup,
+    choice,
+    element,
+    fact_table,
+    figure,
+    joined,
+    row_table,
+    said,
+    scene_block,
+    view,
+)
+from geoprint.reporting.page import page
+from geoprint.reporting.scene import numbers, step, thinned, turned, with_breaks
+from geoprint.reporting.values import Picture
+
+# What the page of a stack, or of several that are compared, shows as plain frozen values; no stage is known here.
+
+
+# Finished thickness over the wanted one at the ends of the colour scale.
+THICKNESS_RANGE = (0.9, 1.1)
+
+
+@final
+@frozen
+class StackPaths:
+    """The paths of all layers of a stack.
+
+    Attributes:
+        places: (k, 3) run after run, the lowest layer first [mm].
+        offsets: (r + 1,) run i is `places[offsets[i]:offsets[i + 1]]`.
+        layers: (l,) how many runs end with each layer.
+    """
+
+    places: FloatArray
+    offsets: IntArray
+    layers: IntArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, places="float: k 3", offsets="int: o", layers="int: l")
+        if (
+            not self.layers.size
+            or np.diff(self.layers, prepend=0).min() < 1
+            or self.layers[-1] != self.offsets.size - 1
+        ):
+            raise InputError("the page of a stack: each layer needs a run, and each run a layer.")
+
+
+@final
+@frozen
+class StackWords:
+    """What a page calls that which its views show.
+
+    Attributes:
+        view: what the views differ in.
+        table: heading of the table.
+        rows: what its rows are, in the plural.
+        mark: of the first view, in a word.
+        marked: what this means.
+    """
+
+    view: str
+    table: str
+    rows: str
+    mark: str
+    marked: str
+
+
+OF_FLOWS = StackWords(
+    "Flow", "Layer by layer", "Layers", "printed", "what is printed; it is shown where there is room for one"
+)
+OF_BACKENDS = StackWords(
+    "Backend",
+    "Backend by backend",
+    "Backends",
+    "best",
+    "covers the layers best; it is shown where there is room for one",
+)
+
+
+@final
+@frozen
+class FlowView:
+    """A finished stack with one flow, on the n vertices of the view surface.
+
+    Attributes:
+        name: of the flow, or of the backend that planned it.
+        title: in a few words.
+        figures: name and value of what decides.
+        thickness: (n,) finished thickness over the wanted one; NaN where it is not judged.
+        ratios: (k,) the same at places that stand for equal areas; NaN likewise.
+        still: its map; stands in where no 3D is drawn, and in print.
+    """
+
+    name: str
+    title: str
+    figures: tuple[tuple[str, str], ...]
+    thickness: FloatArray
+    ratios: FloatArray
+    still: Picture
+
+
+@final
+@frozen
+class StackReport:
+    """Everything the page says of a stack, or of several over one part.
+
+    Attributes:
+        name: of the part, usually its file's.
+        verdict: sentences in plain words; the first one decides and is set large.
+        cautions: what nobody may overlook.
+        surface: the part to draw on, with no more faces than a page bears (`view_surface`).
+        R_view_work: (3, 3) rotation to the view: z up.
+        spacing: of the paths [mm].
+        words: what the views and the table are called.
+        flows: the one that is printed, or the best, first.
+        paths: of each flow, or one that all of them have.
+        columns: headings of the table.
+        rows: its cells, a row a layer or a stack.
+        pages: (name, address beside this page) of the stacks that are compared.
+        pictures: under their headings: the stack sliced open, its seams.
+        settings: (name, value), as asked for.
+        inputs: (file, SHA-256).
+        versions: (program, version).
+    """
+
+    name: str
+    verdict: tuple[str, ...]
+    cautions: tuple[str, ...]
+    surface: Surface
+    R_view_work: FloatArray
+    spacing: float
+    words: StackWords
+    flows: tuple[FlowView, ...]
+    paths: tuple[StackPaths, ...]
+    columns: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    pages: tuple[tuple[str, str], ...]
+    pictures: tuple[tuple[str, tuple[Picture, ...]], ...]
+    settings: tuple[tuple[str, str], ...]
+    inputs: tuple[tuple[str, str], ...]
+    versions: tuple[tuple[str, str], ...]
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, R_view_work="float: 3 3")
+        if not self.verdict or not self.flows:
+            raise InputError(f"the page of the stack on {self.name} needs a verdict and at least one flow.")
+        if len(self.paths) not in {1, len(self.flows)}:
+            raise InputError(f"the page of the stack on {self.name}: every flow needs its paths, or all of them one.")
+        if any(len(row) != len(self.columns) for row in self.rows):
+            raise InputError(f"the page of the stack on {self.name}: every row needs {len(self.columns)} cells.")
+        for flow in self.flows:
+            if flow.thickness.shape != (len(self.surface.vertices),):
+                raise InputError(
+                    f"the page of the stack on {self.name}: {flow.name} has {flow.thickness.size} values for "
+                    f"{len(self.surface.vertices)} vertices of the view surface."
+                )
+
+
+# The page of a stack as HTML: verdict, the finished thickness in 3D with the layers that make it, and every layer.
+
+
+def stack_section(stack: StackReport, *, key: str) -> Markup:
+    """Return the section of a stack.
+
+    Args:
+        stack: what to show.
+        key: makes the ids in the page unique.
+    """
+    blocks = [
+        element("p", stack.verdict[0], class_="verdict"),
+        _scene(stack, key),
+        said(stack.verdict[1:], stack.cautions),
+        element("h2", stack.words.table),
+        _layers(stack),
+        _pages(stack),
+        element("h2", "How the finished thickness is distributed"),
+        element(
+            "p", "Share of the area by its finished thickness; shaded: within 5% of the wanted one. Each row has its "
+            "own height.", class_="note",
+        ),
+        histograms(
+            [(flow.name, flow.ratios) for flow in stack.flows], of="area",
+            axis="finished thickness / wanted thickness [1]",
+        ),
+        *(element("section", element("h2", head), *map(figure, some)) for head, some in stack.pictures if some),
+        element("h2", "How it was made"),
+        fact_table("Settings", stack.settings),
+        fact_table("Input, SHA-256", stack.inputs),
+        fact_table("Versions", stack.versions),
+    ]  # fmt: skip
+    return element("section", *blocks, id=key, class_="part", aria_label=stack.name)
+
+
+def _scene(stack: StackReport, key: str) -> Markup:
+    """Return the views of the flows side by side, and how many layers of paths are shown on them."""
+    names = [(str(place), flow.name) for place, flow in enumerate(stack.flows)]
+    count = max(paths.layers.size for paths in stack.paths)
+    shown = element(
+        "label", "Paths of layers up to ",
+        element("input", type="range", name=f"{key}-layers", min=0, max=count, value=0, step=1),
+        element("output", "none", class_="layers"),
+    )  # fmt: skip
+    controls = [
+        choice(key, "backend", stack.words.view, [("all", "Side by side"), *names] if len(names) > 1 else names),
+        choice(key, "colour", "Colour", [("thickness", "Finished thickness")]),
+        element(
+            "fieldset", element("legend", "Show"), shown, element("button", "Reset view", type="button", class_="reset")
+        ),
+    ]
+    views = [
+        view(
+            flow.still, key=key, place=place, name=flow.name, title=flow.title, figures=flow.figures,
+            label=f"3D view of {stack.name}, {flow.name}",
+            mark=(stack.words.mark, stack.words.marked) if place == 0 and len(names) > 1 else None,
+        )
+        for place, flow in enumerate(stack.flows)
+    ]  # fmt: skip
+    return scene_block(key, views, controls)
+
+
+def _layers(stack: StackReport) -> Markup:
+    return row_table(stack.columns, stack.rows, label=f"{stack.words.rows} over {stack.name}")
+
+
+def _pages(stack: StackReport) -> Markup:
+    if not stack.pages:
+        return Markup("")
+    links = joined(*(element("li", element("a", name, href=address)) for name, address in stack.pages))
+    return element("p", "Each of them, layer by layer:", element("ul", links), class_="note")
+
+
+# The report of stacks: one HTML file of the same form as that of a comparison, and the data of its scene.
+
+
+def stack_report(stack: StackReport, *, title: str) -> bytes:
+    """Return report.html of a stack: verdict, finished thickness in a 3D scene, and every layer.
+
+    Args:
+        stack: what to show.
+        title: of the page.
+
+    Returns:
+        UTF-8 HTML; the same for the same input.
+    """
+    key = "part0"
+    body = [element("h1", title), stack_section(stack, key=key)]
+    return page(title, body, {key: stack_scene_data(stack)})
+
+
+def stack_scene_data(stack: StackReport) -> Json:
+    """Return everything page.js needs to draw a stack: as `scene_data`, with the flows as backends.
+
+    Returns:
+        Beside what both have: of each flow its `thickness`, `path` of all layers, and `layers`, how much of it lies up
+        to the end of each; the latter two once where all flows have the same.
+    """
+    upright, head = turned(stack.surface, R_view_work=stack.R_view_work, spacing=stack.spacing)
+    paths = [_path(one, upright) for one in stack.paths]
+    same = len(paths) == 1
+    return {
+        **head,
+        "winner": 0,
+        "thicknesses": list(THICKNESS_RANGE),
+        "machine": None,
+        **(paths[0] if same else {}),
+        "backends": [
+            {"name": flow.name, "thickness": numbers(flow.thickness), **({} if same else paths[number])}
+            for number, flow in enumerate(stack.flows)
+        ],
+    }
+
+
+def _path(paths: StackPaths, upright: Callable[[FloatArray], FloatArray]) -> dict[str, Json]:
+    kept, offsets = thinned(paths.offsets, step=step(len(paths.places)))
+    return {
+        "path": numbers(with_breaks(upright(paths.places)[kept], offsets).T),
+        # Between two runs stands a break.
+        "layers": [int(offsets[runs]) + int(runs) - 1 for runs in paths.layers],
+    }

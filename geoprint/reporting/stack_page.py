@@ -1,0 +1,315 @@
+"""The report page of a stack: how it comes out, layer by layer, sliced open and over the part."""
+
+from __future__ import annotations
+
+import platform
+from importlib.metadata import version
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from geoprint.config import Job
+from geoprint.geometry import closest, face_areas, in_words, normals, refine
+from geoprint.metrics.stack_thickness import Finished
+from geoprint.model import FloatArray
+from geoprint.reporting.records.rounding import listed
+from geoprint.reporting.records.stack import FinishedRecord, StackedLayerRecord, StackRecord
+from geoprint.reporting.slice_figure import SlicedView, seams_figure, sliced_figure, thickness_figure
+from geoprint.reporting.stack import finished_sentences, stack_sentence, stack_warnings
+from geoprint.reporting.stack_html import OF_FLOWS, FlowView, StackPaths, StackReport, stack_report
+from geoprint.reporting.stack_sheet import attitudes_of
+from geoprint.reporting.values import Picture
+from geoprint.reporting.view import ViewSurface, view_surface
+from geoprint.results import FinishedStack, StackedLayer
+
+# Faces in all views: finer than can be seen, and every one costs time when the page opens.
+VIEWED_FACES = 60_000
+# Packages whose version changes figures.
+PACKAGES = ("geoprint", "numpy", "scipy", "numba")
+PLANES = ("across", "along")
+# A layer lays more than it should at a place from this share of its height on.
+MORE = 1.05
+# Paths lie closer than they should below this share of the spacing, and turn sharply by more than this [rad].
+CLOSE, TURN = 0.8, np.pi / 3.0
+# What makes a place thick, in words.
+ENDS, CLOSER, TURNS = (
+    "a run starts or ends within a spacing of it", f"runs lie closer together than {CLOSE:g} spacings",
+    f"a run turns by more than {np.degrees(TURN):.0f} degrees",
+)  # fmt: skip
+CAUSES = (ENDS, CLOSER, TURNS)
+COLUMNS = (
+    "layer", "from [mm]", "height [mm]", "area [mm2]", "runs", "path [mm]", "missed", "covered twice",
+    "thickness CV", "fibres [degrees]", "laid / held", "seams apart [mm]", "time [s]", "attitudes", "clearance [mm]",
+)  # fmt: skip
+_NONE = "-"
+
+
+class _Flow(NamedTuple):
+    """A flow in words, what is told of it and what was found; None where nothing can be judged."""
+
+    name: str
+    title: str
+    told: FinishedRecord | None
+    found: Finished | None
+
+
+def stack_page(stack: FinishedStack, told: StackRecord, job: Job) -> bytes:
+    """Return report.html of a stack, in one page that opens offline.
+
+    Args:
+        stack: how it comes out.
+        told: what stack.json says.
+        job: that was planned.
+    """
+    flows = _flows(stack, told)
+    view = base_view(stack, faces=VIEWED_FACES // len(flows))
+    table = _table(stack, told)
+    how = [each.strip() for each in finished_sentences(told)]
+    said = [*(each[0].upper() + each[1:] for each in how), *_thickest(stack), stack_sentence(told)]
+    page = StackReport(
+        name=told.part,
+        verdict=tuple(f"{each}." for each in said),
+        cautions=_cautions(told),
+        surface=view.surface,
+        R_view_work=stack.upright,
+        spacing=stack.layers[0].spacing,
+        words=OF_FLOWS,
+        flows=tuple(_flow_view(stack, view, flow) for flow in flows),
+        paths=(stack_paths(stack),),
+        columns=tuple(column for column, _ in table),
+        rows=tuple(zip(*(cells for _, cells in table), strict=True)),
+        pages=(),
+        pictures=(("Sliced open", tuple(sliced_pictures(stack))), ("Where runs start", (_seams(stack, view),))),
+        settings=(*thickness_settings(job, told), ("backend", job.backend)),
+        inputs=stack.inputs,
+        versions=made_with(),
+    )
+    return stack_report(page, title=f"geoprint plan: {told.part}, {told.thickness_mm:g} mm")
+
+
+def sliced_pictures(stack: FinishedStack) -> list[Picture]:
+    """Return the stack sliced open in both of its middle planes."""
+    pictures: list[Picture] = []
+    for number, (name, (ground, offsets)) in enumerate(zip(PLANES, stack.ground, strict=True)):
+        slices = [layer.slices[number] for layer in stack.layers]
+        if not ground.size or not any(one.line.size for one in slices):
+            continue
+        view = SlicedView(
+            ground=ground,
+            ground_offsets=offsets,
+            lines=tuple(one.line for one in slices),
+            offsets=tuple(one.offsets for one in slices),
+            beads=tuple(one.beads for one in slices),
+            along=tuple(one.along for one in slices),
+            widths=tuple(one.widths for one in slices),
+            heights=tuple(layer.height for layer in stack.layers),
+        )
+        caption = (
+            f"Cut {name} through the middle of the part: beads where paths cross the plane, layers in turns blue and "
+            "orange, each with the line of its middle. Where a path runs along the plane its bead is cut lengthwise."
+        )
+        pictures.append(Picture(caption, "png", sliced_figure(view, title=f"cut {name} through the middle")))
+    return pictures
+
+
+def base_view(stack: FinishedStack, *, faces: int) -> ViewSurface:
+    """Return the part as fine as the thickness over it varies, as far as so many faces allow."""
+    # Of as many equilateral triangles as there may be.
+    edge = float(np.sqrt(4.0 / np.sqrt(3.0) * face_areas(stack.base).sum() / faces))
+    return view_surface(refine(stack.base, edge_length=max(edge, stack.layers[0].spacing)), faces=faces)
+
+
+def _flows(stack: FinishedStack, told: StackRecord) -> list[_Flow]:
+    """Return what is known of each flow, the printed one first."""
+    words = (
+        ("constant flow", "valve open or shut, at the set speed", told.finished.constant_flow),
+        ("following flow", "follows the width of each strip", told.finished.following_flow),
+        ("as executed", "what the programs lay when they are executed", told.finished.printed),
+    )
+    order = sorted(range(len(stack.flows)), key=lambda flow: flow != stack.printed)
+    return [_Flow(*words[flow], stack.flows[flow]) for flow in order]
+
+
+def _thickest(stack: FinishedStack) -> list[str]:
+    """Return a sentence on the thickest place of a stack and what makes it so; none where nothing can be judged."""
+    printed = stack.flows[stack.printed]
+    if printed is None or not np.isfinite(printed.ratios).any():
+        return []
+    column = int(np.nanargmax(printed.ratios))
+    ratio, place = float(printed.ratios[column]), stack.feet.places[column]
+    upright = normals(stack.base, closest(stack.base, place[None])[0])[0]
+    shares = [float(layer.laid[stack.printed, column]) / layer.height for layer in stack.layers]
+    thick = [number for number, share in enumerate(shares) if share > MORE]
+    said = f"Thickest is {in_words(place)} with {ratio:.1%} of what is wanted"
+    if not thick:
+        return [f"{said}: no layer lays more than {MORE:.0%} of its height there"]
+    causes = [
+        _causes(stack.layers[number], place + (stack.layers[number].bottom + stack.layers[number].height / 2) * upright)
+        for number in thick
+    ]
+    counted = {cause: sum(cause in each for each in causes) for cause in CAUSES}
+    named = [f"in {counted[cause]} {cause}" for cause in sorted(CAUSES, key=lambda c: -counted[c]) if counted[cause]]
+    most = max(thick, key=lambda number: shares[number])
+    sentence = (
+        f"{said}: {len(thick)} of {len(shares)} layers lay more than {MORE:.0%} of their height there, layer "
+        f"{most + 1} the most ({shares[most]:.0%}); {listed(named) if named else 'their paths say nothing of why'}"
+    )
+    even = stack.flows[0]
+    if stack.printed and even is not None and ratio - even.ratios[column] > (ratio - 1.0) / 2.0:
+        return [f"{sentence}; with a constant flow it would be {even.ratios[column]:.1%}, so most of it is the flow"]
+    return [sentence]
+
+
+def _causes(layer: StackedLayer, place: FloatArray) -> set[str]:
+    """Return which of CAUSES the paths of a layer have about a place [mm]."""
+    spacing = layer.spacing
+    away: FloatArray = np.linalg.norm(layer.places - place, axis=1)
+    nearest = int(away.argmin())
+    runs = np.searchsorted(layer.offsets, np.arange(len(away)), side="right") - 1
+    steps = np.append(0.0, np.linalg.norm(np.diff(layer.places, axis=0), axis=1))
+    arcs = np.cumsum(steps)
+    ends = np.concatenate([layer.offsets[:-1], layer.offsets[1:] - 1])
+    found = set[str]()
+    if away[ends].min() < spacing:
+        found.add(ENDS)
+    own = (runs == runs[nearest]) & (np.abs(arcs - arcs[nearest]) < 2.0 * spacing)
+    if (~own).any() and np.linalg.norm(layer.places[~own] - layer.places[nearest], axis=1).min() < CLOSE * spacing:
+        found.add(CLOSER)
+    rows = np.flatnonzero((runs == runs[nearest]) & (np.abs(arcs - arcs[nearest]) < spacing))
+    ways = np.diff(layer.places[rows], axis=0)
+    ways = ways[np.linalg.norm(ways, axis=1) > 0.0]
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    if len(ways) and (ways @ ways.T).min() < np.cos(TURN):
+        found.add(TURNS)
+    return found
+
+
+def stack_paths(stack: FinishedStack) -> StackPaths:
+    """Return the paths of all layers."""
+    lengths = np.concatenate([np.diff(layer.offsets) for layer in stack.layers])
+    return StackPaths(
+        places=np.concatenate([layer.places for layer in stack.layers]),
+        offsets=np.concatenate([[0], np.cumsum(lengths)]),
+        layers=np.cumsum([layer.offsets.size - 1 for layer in stack.layers]),
+    )
+
+
+def printed_view(stack: FinishedStack, told: StackRecord, view: ViewSurface, *, backend: str) -> FlowView:
+    """Return the view of a stack as a backend's program prints it."""
+    printed = _flows(stack, told)[0]
+    return _flow_view(stack, view, printed._replace(name=backend, title=printed.name))
+
+
+def _flow_view(stack: FinishedStack, view: ViewSurface, flow: _Flow) -> FlowView:
+    found, told = flow.found, flow.told
+    _, nearest = KDTree(stack.feet.places).query(view.surface.vertices)
+    ratios = np.full(len(stack.feet.places), np.nan) if found is None else found.ratios
+    thickness = ratios[np.asarray(nearest)]
+    figures = (
+        ()
+        if told is None
+        else (
+            ("thickness CV", f"{told.cv:.2%}"),
+            ("mean", f"{told.mean:.1%}"),
+            ("within 5%", f"{told.within_5_percent:.1%}"),
+            ("volume", f"{told.volume:.1%}"),
+        )
+    )
+    caption = (
+        f"{flow.name}: finished thickness over the wanted one. Blue: too thin, red: too thick, grey: not judged."
+        + (
+            ""
+            if told is None
+            else f" It varies by {told.cv:.2%}; 98 of 100 places have {told.p1:.1%} to {told.p99:.1%}."
+        )
+    )
+    drawn = thickness_figure(view.surface, thickness, R_view_work=stack.upright, title="")
+    return FlowView(
+        name=flow.name,
+        title=flow.title,
+        figures=figures,
+        thickness=thickness,
+        ratios=ratios,
+        still=Picture(caption, "png", drawn),
+    )
+
+
+def _table(stack: FinishedStack, told: StackRecord) -> list[tuple[str, tuple[str, ...]]]:
+    """Return the heading and the cells of each column of the table of layers, without those that say nothing."""
+    moved = _moved(stack)
+    rows = [
+        _row(number, layer, moved[number - 1], attitudes_of(number, told.layers) or _NONE)
+        for number, layer in enumerate(told.layers, start=1)
+    ]
+    columns = zip(COLUMNS, zip(*rows, strict=True), strict=True)
+    return [(name, cells) for name, cells in columns if any(cell != _NONE for cell in cells)]
+
+
+def _row(number: int, layer: StackedLayerRecord, moved: str, attitudes: str) -> tuple[str, ...]:
+    return (
+        str(number),
+        f"{layer.bottom_mm:.3g}",
+        f"{layer.height_mm:.3g}",
+        f"{layer.area_mm2:.1f}",
+        str(layer.runs),
+        f"{layer.deposit_mm:.0f}",
+        _percent(layer.gap),
+        _percent(layer.overlap),
+        _percent(layer.thickness_cv),
+        _NONE if layer.helix_deg is None else f"{layer.helix_deg:+.1f}",
+        f"{layer.laid_mm3 / layer.wanted_mm3:.2%}",
+        moved,
+        _NONE if layer.print_s is None else f"{layer.print_s:.0f}",
+        attitudes,
+        _NONE if layer.clearance_mm is None else f"{layer.clearance_mm:.2f}",
+    )
+
+
+def _percent(share: float | None) -> str:
+    return _NONE if share is None else f"{share:.2%}"
+
+
+def _moved(stack: FinishedStack) -> list[str]:
+    """Return how far the starts of each layer lie from the nearest ones below, in the middle of all [mm]."""
+    seams = [layer.seams for layer in stack.layers]
+    away: list[FloatArray] = [np.asarray(KDTree(below).query(above)[0]) for below, above in pairwise(seams)]
+    return [_NONE, *(f"{np.median(each):.2f}" for each in away)]
+
+
+def _seams(stack: FinishedStack, view: ViewSurface) -> Picture:
+    drawn = seams_figure(
+        view.surface, [layer.seams for layer in stack.layers], R_view_work=stack.upright, title="starts of all runs"
+    )
+    return Picture(
+        "Where the runs of all layers start: seams of one layer should not lie on those below.", "png", drawn
+    )
+
+
+def _cautions(told: StackRecord) -> tuple[str, ...]:
+    unchecked = dict.fromkeys(text for layer in told.layers for text in layer.not_checked)
+    return (
+        *(f"Warning: {text}" for text in stack_warnings(told)),
+        *(f"Left out: {each.reason}" for each in told.left_out),
+        *([f"Not checked: {'; '.join(unchecked)}."] if unchecked else []),
+    )
+
+
+def made_with() -> tuple[tuple[str, str], ...]:
+    """Return the names and versions of what figures depend on."""
+    return (("Python", platform.python_version()), *((name, version(name)) for name in PACKAGES))
+
+
+def thickness_settings(job: Job, told: StackRecord) -> tuple[tuple[str, str], ...]:
+    """Return the names and values of what was asked for, but for the backend."""
+    asked = (
+        ("thickness [mm]", f"{told.thickness_mm:g}"),
+        ("target", told.target),
+        ("feather [mm]", None if job.feather is None else f"{job.feather:g}"),
+        ("spacing [mm]", None if job.spacing is None else f"{job.spacing:g}"),
+        ("rounds", None if job.rounds is None else str(job.rounds)),
+        ("pattern", job.pattern),
+        ("robot", "yes" if job.robot else "no"),
+    )
+    return tuple((name, value) for name, value in asked if value is not None)

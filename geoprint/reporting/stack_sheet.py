@@ -1,0 +1,246 @@
+"""The run sheet of a whole stack, and what a person reads of a check."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from geoprint.postprocessor.rapid import StackSettings
+from geoprint.reporting.check import Checked, CheckedComparison, CheckedStack, Finding
+from geoprint.reporting.evidence import seen_rows
+from geoprint.reporting.metrics import THICKNESS
+from geoprint.reporting.records.rounding import how_many
+from geoprint.reporting.records.stack import StackedLayerRecord, StackProgramRecord, StackRecord
+from geoprint.reporting.run_sheet import entry, repeated_texts, run_sheet, table_lines, underived_texts
+
+# The run sheet of a whole stack: its layers in order, where it pauses, where it can be stopped and begun again.
+
+
+_HOME = "the controller's HOME folder"
+
+
+def stack_sheet(told: StackRecord, checked: CheckedStack, *, width: int | None = None) -> list[str]:
+    """Return the lines of the page; none without a program.
+
+    Args:
+        told: what stack.json says.
+        checked: how its program is set to run, and what people saw it do.
+        width: letters in a line, where they are counted; the page is never wider than 100.
+    """
+    program = told.program
+    if program is None:
+        return []
+    layers = [_layer(number, layer, told) for number, layer in enumerate(told.layers, start=1)]
+    before = [("program", _program(program, told.layers)), ("layers", layers)]
+    now = [] if checked.settings is None else [("is set to", [_settings(program, checked.settings, told.layers)])]
+    seen = [f"{stage}: {what}" for stage, what in seen_rows(checked.seen, program_sha256=checked.program_sha256)]
+    proven = (("executed", [_executed(program, told.layers)]), ("evidence", seen))
+    rows = (*before, *now, *_handling(program, told.layers), *proven)
+    return [line for label, texts in rows for line in entry(label, texts, width=width)]
+
+
+def stack_steps(told: StackRecord) -> list[str]:
+    """Return the lines of that page behind those of the layers: what to load, to set and to do.
+
+    Args:
+        told: what stack.json says.
+    """
+    program = told.program
+    if program is None:
+        return []
+    rows = (("program", _program(program, told.layers)), *_handling(program, told.layers))
+    return [line for label, texts in rows for line in entry(label, texts, width=None)]
+
+
+def behind_layer(number: int, told: StackRecord) -> str:
+    """Return what stands behind what a layer takes: its attitudes of a table, and a pause where one comes.
+
+    Args:
+        number: of the layer, from 1.
+        told: what stack.json says.
+    """
+    pause = 0.0 if told.program is None else told.program.pause_s
+    waits = f"; then {pause:g} s at home" if pause and number < len(told.layers) else ""
+    attitudes = attitudes_of(number, told.layers)
+    return (f", attitudes {attitudes}" if attitudes else "") + waits
+
+
+def attitudes_of(number: int, layers: Sequence[StackedLayerRecord]) -> str:
+    """Return in which attitudes of a table a layer is printed, counted on from layer to layer; nothing without one.
+
+    Args:
+        number: of the layer, from 1.
+        layers: of the stack, the lowest first.
+    """
+    own = layers[number - 1].attitudes
+    if own is None:
+        return ""
+    first = 1 + sum(layer.attitudes or 0 for layer in layers[: number - 1])
+    return str(first) if own == 1 else f"{first} to {first + own - 1}"
+
+
+def _parts(layers: Sequence[StackedLayerRecord]) -> tuple[str, int]:
+    """Return what the program loads one after another, and how many: layers, or attitudes of a table."""
+    attitudes = sum(layer.attitudes or 0 for layer in layers)
+    return ("attitude", attitudes) if attitudes else ("layer", len(layers))
+
+
+def _handling(program: StackProgramRecord, layers: Sequence[StackedLayerRecord]) -> list[tuple[str, list[str]]]:
+    """Return how it is printed, stopped and begun again."""
+    one, count = _parts(layers)
+    rows = [("table", table_lines("table"))] if one == "attitude" else []
+    rows.append(("to print", _printing(program)))
+    if count > 1:
+        rows.append(("to stop", [_stopping(one, count)]))
+    if not program.runs_dry_only:
+        rows.append(("to resume", _resuming(one)))
+    return rows
+
+
+def _program(program: StackProgramRecord, layers: Sequence[StackedLayerRecord]) -> list[str]:
+    count = len(layers)
+    pauses = f", {count - 1} pauses of {program.pause_s:g} s among them" if program.pause_s and count > 1 else ""
+    dry = "; RUNS DRY ONLY" if program.runs_dry_only else ""
+    first, last = layers[0].folder, layers[-1].folder
+    folders = f"the folder {first}" if count == 1 else f"the folders {first} to {last}"
+    runs, (one, parts) = sum(layer.runs for layer in layers), _parts(layers)
+    tilted = f" and {parts} attitudes of the table" if one == "attitude" else ""
+    return [
+        f"{runs} runs in {count} layers{tilted}, {program.print_s:.0f} s at full speed{pauses}{dry}",
+        f"copy {folders} of rapid/ to {_HOME}, then load {program.file}",
+    ]
+
+
+def _settings(program: StackProgramRecord, settings: StackSettings, layers: Sequence[StackedLayerRecord]) -> str:
+    one, _ = _parts(layers)
+    parts = f"{one}s {settings.first_layer} to {settings.last_layer}"
+    if settings.dry_run or program.runs_dry_only:
+        return f"run {parts} dry at {settings.speed_pct:g} % of the speed (geoDryRun {str(settings.dry_run).upper()})"
+    return (
+        f"PRINT {parts} at {settings.speed_pct:g} % of the speed, from run {settings.first_run} of the first on "
+        "(geoDryRun FALSE)"
+    )
+
+
+def _layer(number: int, layer: StackedLayerRecord, told: StackRecord) -> str:
+    """Return the line of one layer: what it takes, and what comes behind it."""
+    took = f"{layer.runs} runs, {layer.print_s or 0.0:.0f} s, {layer.laid_mm3 / 1000.0:.3g} cm3"
+    return f"{number}  {took}{behind_layer(number, told)}"
+
+
+def _printing(program: StackProgramRecord) -> list[str]:
+    texts = ["run it as written first: dry, 20 mm higher, at 25 % (geoDryRun TRUE, geoSpeedPct 25)"]
+    if program.runs_dry_only:
+        return texts
+    return [*texts, "then geoDryRun FALSE, and at a fixed pressure geoSpeedPct 100 and the speed override 100 %"]
+
+
+def _stopping(one: str, count: int) -> str:
+    return (
+        f"geoLast{one.title()}, 1 to {count}, ends it behind that {one}, at home, with everything shut off; it may be "
+        f"lowered while {'an' if one == 'attitude' else 'a'} {one} is printed"
+    )
+
+
+def _resuming(one: str) -> list[str]:
+    first = f"geoFirst{one.title()}"
+    begun = (
+        f"{first} stands at the {one} that was begun and not finished: clean the nozzle, set geoFirstRun to the "
+        "run that the pendant names, start from main"
+    )
+    return [begun, f"behind the last {one} {first} stands beyond it: set it to 1 for a new part"]
+
+
+def _executed(program: StackProgramRecord, layers: Sequence[StackedLayerRecord]) -> str:
+    one, _ = _parts(layers)
+    return (
+        f"{', '.join(program.scenarios)}; each {one} moved and switched as its own program does; refused before "
+        f"anything moved: {', '.join(program.refused)}"
+    )
+
+
+# What a person reads of a check: a run sheet, the page of a bundle without a program, a line a bundle of several.
+
+
+def check_text(checked: Checked | CheckedComparison, *, width: int | None = None) -> str:
+    """Return the page; of a bundle in which something was found only that.
+
+    Args:
+        checked: a bundle, or a comparison with its bundles.
+        width: letters in a line, where they are counted.
+    """
+    if isinstance(checked, CheckedComparison):
+        return _comparison(checked, width=width)
+    if checked.findings or checked.program:
+        return run_sheet(checked, width=width)
+    return _paths(checked, width=width)
+
+
+def _paths(checked: Checked, *, width: int | None) -> str:
+    """Return the page of a bundle that has paths alone."""
+    told = checked.told
+    if told is None:
+        return ""
+    why = "the robot was left out" if told.not_printable is None else f"the robot cannot print it: {told.not_printable}"
+    paths, even = told.paths, told.uniformity
+    spread = "" if even is None else f", thickness CV {THICKNESS.text(even)}"
+    lines = [f"PATHS ONLY  {told.input.name}  ({checked.folder.name})", ""]
+    for label, texts in (
+        ("program", [f"NONE: {why}"]),
+        (
+            "paths",
+            [f"{how_many(paths.runs, 'run')}, {paths.deposit_mm:.0f} mm at {told.settings.spacing_mm:.3g} mm{spread}"],
+        ),
+        ("checked", ["files as they were written, paths on their surface, as many and as long as plan.json says"]),
+        ("checked again", repeated_texts(checked)),
+        ("not derived", underived_texts(checked)),
+    ):
+        lines += entry(label, texts, width=width) if texts else []
+    return "\n".join(lines)
+
+
+def _comparison(checked: CheckedComparison, *, width: int | None) -> str:
+    """Return a line for each bundle, the best of a part or the lowest layer first, and below it what is wrong.
+
+    A stack in which nothing is wrong has its run sheet below.
+    """
+    if checked.stacks:
+        head = f"COMPARISON  {checked.folder.name}: {len(checked.stacks)} stacks"
+        pages = [page for _, stack in checked.stacks for page in ("", _comparison(stack, width=width))]
+        return "\n".join([head, "", *(f"  {_line(one)}" for one in checked.own), *pages])
+    longest = max((len(name) for name, _ in checked.bundles), default=0)
+    count = len(checked.bundles)
+    stack = checked.stack
+    word, what = ("STACK", "layers, the lowest") if stack else ("COMPARISON", "bundles, the best of a part")
+    lines = [f"{word}  {checked.folder.name}: {count} {what} first", ""]
+    lines += [f"  {_line(one)}" for one in checked.own]
+    for name, bundle in checked.bundles:
+        lines.append(f"{name:<{longest}}  {_outcome(bundle)}")
+        lines += [f"  {name}/{_line(one)}" for one in bundle.findings]
+    if stack is not None and stack.told is not None and not checked.findings:
+        sheet = stack_sheet(stack.told, stack, width=width)
+        lines += (
+            ["", f"RUN SHEET  {stack.told.part}, layer upon layer  ({checked.folder.name})", "", *sheet]
+            if sheet
+            else []
+        )
+    return "\n".join(lines)
+
+
+def _outcome(bundle: Checked) -> str:
+    """Return what is said of one of several bundles."""
+    if bundle.findings:
+        return f"is not the plan that was made: {how_many(len(bundle.findings), 'finding')}"
+    told, again = bundle.told, "".join(f"; {text}" for text in repeated_texts(bundle)[:1])
+    if told is None or not bundle.program or bundle.setup is None:
+        why = "" if told is None or told.not_printable is None else f": {told.not_printable}"
+        return f"as planned{again}; holds no program{why}"
+    dry = ", runs dry only" if bundle.setup.placement.missing else ""
+    of_it = [one.stage for one in bundle.seen if one.program_sha256 == bundle.program_sha256]
+    seen = f"; seen {', '.join(dict.fromkeys(of_it))}" if of_it else ""
+    targets = sum(robot.program.targets for robot in told.robot)
+    tilted = f" in {len(told.robot)} attitudes" if len(told.robot) > 1 else ""
+    return f"as planned{again}; {targets} targets{tilted}{dry}{seen}"
+
+
+def _line(one: Finding) -> str:
+    return f"{one.file}, line {one.line}: {one.reason}"

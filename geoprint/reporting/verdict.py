@@ -1,0 +1,187 @@
+"""What a comparison means, in plain words: which backend covers a part best, whether that is enough, and what to do.
+
+Coverage decides first and thickness second: a path that leaves holes is not even, whatever it leaves elsewhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from geoprint.metrics import EVEN_ENOUGH, MOST_MISSED, Covering, equally_good, ranked as ranking
+from geoprint.reporting.evenness import table_sentences
+from geoprint.reporting.metrics import COVERED_ONCE, GAP, THICKNESS, cover_text
+from geoprint.reporting.records.comparison import PlannedRecord, RefusedRecord
+from geoprint.reporting.records.evenness import EvennessRecord
+from geoprint.reporting.records.plan import MiddleRecord
+from geoprint.reporting.records.rounding import listed
+
+# Uncovered or overlapped area below this share is not worth a word.
+NOTABLE = 0.001
+# So many runs that are shorter than five spacings are worth a word.
+NOTABLE_FRAGMENTS = 3
+
+
+def verdict(
+    part: str, rows: Sequence[PlannedRecord | RefusedRecord], *, printed: Sequence[str] = ()
+) -> tuple[str, ...]:
+    """Return sentences that say which backend covers the part best, whether that is enough, and what prints.
+
+    The first one decides; where it finds no print, the second says what to do; the last ones name what is not
+    comparable.
+
+    Args:
+        part: its name.
+        rows: a backend each, at least one that planned.
+        printed: sentences on what the cell makes of the paths; they follow what decides.
+    """
+    refused = [row for row in rows if isinstance(row, RefusedRecord)]
+    order = ranked(rows)
+    return (
+        _decision(part, order, alone=not refused),
+        *coverage_advice(order[0].uniformity, order[0].spacing_mm),
+        *printed,
+        *_faults(order),
+        *_same_middle(order),
+        *(text for row in order for text in middle_sentences(row.middles, backend=row.backend)),
+        *table_sentences(order),
+        *_printing(order),
+        *_levels(order),
+        *(f"{row.backend} could not plan on this part: {row.refused}" for row in refused),
+    )
+
+
+def ranked(rows: Sequence[PlannedRecord | RefusedRecord]) -> list[PlannedRecord]:
+    """Return the backends that planned, the best first, as coverings are ranked."""
+    planned = [row for row in rows if isinstance(row, PlannedRecord)]
+    return [planned[index] for index in ranking([covering(row.uniformity) for row in planned])]
+
+
+def coverage_advice(measured: EvennessRecord, spacing: float) -> list[str]:
+    """Return what to do where paths do not cover a part, or nothing where they do.
+
+    Args:
+        measured: how they cover it.
+        spacing: that was wanted [mm].
+    """
+    if covering(measured).covers:
+        return []
+    what = f"a smaller spacing, such as `--spacing {spacing / 2.0:.3g}`, reaches into narrower places"
+    return [f"What to do: {what}, and `--from best` looks for a source that covers more."]
+
+
+def middle_sentences(middles: Sequence[MiddleRecord], *, backend: str | None = None) -> list[str]:
+    """Say what becomes of contours where fronts meet, and what would with the other kind; nothing where none was tried.
+
+    Args:
+        middles: that were tried.
+        backend: whose they are, where there are several.
+    """
+    taken, other = ([each for each in middles if each.taken is wanted] for wanted in (True, False))
+    if not taken or not other:
+        return []
+    found = [f"{each[0].gap:.1%} + {each[0].overlap:.1%} in {each[0].runs} runs" for each in (taken, other)]
+    whose = "" if backend is None else f" with {backend}"
+    covered = f"area missed + covered twice: {found[0]}, {found[1]} if {other[0].middle}"
+    return [f"Where fronts meet, contours{whose} are {taken[0].middle}; {covered} (`--middle {other[0].middle}`)."]
+
+
+def _same_middle(order: Sequence[PlannedRecord]) -> list[str]:
+    """Say which middle backends have, where one was chosen for several of them."""
+    chosen = [each.middle for row in order for each in row.middles if each.taken]
+    if len(chosen) < 2:
+        return []
+    kept = [row.backend for row in order if not row.middles]
+    besides = f"; there was nothing to choose with {listed(kept)}" if kept else ""
+    return [
+        f"Where fronts meet, backends are compared with {chosen[0]} contours, which suit the best of them{besides}."
+    ]
+
+
+def covering(told: EvennessRecord) -> Covering:
+    """Return that by which coverings are ranked."""
+    return Covering(told.gap, told.overlap, told.thickness.cv)
+
+
+def _decision(part: str, order: Sequence[PlannedRecord], *, alone: bool) -> str:
+    best, others = order[0], order[1:]
+    coverings = [covering(row.uniformity) for row in order]
+    if not coverings[0].covers:
+        missed = cover_text(best.uniformity)
+        return (
+            f"No backend covers {part}: at best, with {best.backend}, {missed}."
+            if others
+            else f"{best.backend} does not cover {part}: {missed}."
+        )
+    if not others:
+        # Alone, no other was asked.
+        return f"{'' if alone else 'Only '}{best.backend} covers {part}: {_thicknesses(order)}."
+    leading = order[: equally_good(coverings)]
+    who = f"{listed([row.backend for row in leading])} {'covers' if len(leading) == 1 else 'cover'} {part}"
+    leader = min(coverings, key=lambda each: (not each.covers, each.fault))
+    worse = [row for row, each in zip(order, coverings, strict=True) if not each.is_alike(leader)]
+    if worse:
+        holes = {row.backend: ", with holes" for row in worse if row.uniformity.gap > MOST_MISSED}
+        more = listed([f"{row.backend} {_once(row)}{holes.get(row.backend, '')}" for row in worse])
+        once = f"{_once(best)} of the area is covered once ({more})"
+        return f"{who} best: {once}; {_thicknesses(order)}.{_enough(order)}"
+    how = "equally well" if len(leading) == len(order) else "most evenly"
+    return f"{who} {how}: {_thicknesses(order)}.{_enough(order)}"
+
+
+def _once(row: PlannedRecord) -> str:
+    return COVERED_ONCE.text(row.uniformity, digits=1)
+
+
+def _thicknesses(order: Sequence[PlannedRecord]) -> str:
+    """Return how much the thickness of the layer varies with several backends, that of the first in full."""
+    varies = [THICKNESS.text(row.uniformity, digits=1) for row in order]
+    others = [f"{row.backend} {text}" for row, text in zip(order[1:], varies[1:], strict=True)]
+    brackets = "; ".join(["standard deviation over mean, constant flow", *([listed(others)] if others else [])])
+    return f"the thickness of its layer varies by {varies[0]} ({brackets})"
+
+
+def _enough(order: Sequence[PlannedRecord]) -> str:
+    """Return that all of them suffice, where they do and differ."""
+    coverings = [covering(row.uniformity) for row in order]
+    even = all(each.cv <= EVEN_ENOUGH and each.covers for each in coverings)
+    whole = all(row.paths.fragments < NOTABLE_FRAGMENTS for row in order)
+    return " All of them are even enough to print." if even and whole and coverings[-1].cv != coverings[0].cv else ""
+
+
+def _faults(order: Sequence[PlannedRecord]) -> list[str]:
+    """Say what each backend leaves, covers twice and tears apart, where that is worth a word."""
+    said: list[str] = []
+    for row in order:
+        gap, overlap, fragments = row.uniformity.gap, row.uniformity.overlap, row.paths.fragments
+        faults = [
+            *([f"leaves {gap:.1%} of the area {GAP.meaning}"] if gap >= NOTABLE else []),
+            *([f"covers {overlap:.1%} twice"] if overlap >= NOTABLE else []),
+            *(
+                [f"starts {row.paths.runs} runs, {fragments} of them shorter than five spacings"]
+                if fragments >= NOTABLE_FRAGMENTS
+                else []
+            ),
+        ]
+        said += [f"{row.backend} {listed(faults)}."] if faults else []
+    return said
+
+
+def _printing(ranked: Sequence[PlannedRecord]) -> list[str]:
+    if ranked[0].printable is None:
+        return ["Whether the robot can print them was not asked."]
+    taken = [f"{row.print_time_s:.0f} s with {row.backend}" for row in ranked if row.print_time_s is not None]
+    said = [f"Printing takes {listed(taken)}."] if taken else []
+    unprinted = [row for row in ranked if row.not_printable is not None]
+    return said + [f"{row.backend} cannot be printed: {row.not_printable}" for row in unprinted]
+
+
+def _levels(ranked: Sequence[PlannedRecord]) -> list[str]:
+    spacings = [row.spacing_mm for row in ranked]
+    if len({row.paths.levels for row in ranked}) > 1:
+        counted = listed([f"{row.paths.levels} with {row.backend}" for row in ranked])
+        why = "because each backend measures its own distance to the middle"
+        return [f"The number of levels differs ({counted}), {why}; what is compared is evenness, not level by level."]
+    if max(spacings) > 1.005 * min(spacings):
+        wanted = listed([f"{row.spacing_mm:.3g} mm with {row.backend}" for row in ranked])
+        return [f"Equal rounds mean different spacings ({wanted}): figures are ratios to each one's own."]
+    return []

@@ -1,0 +1,29 @@
+"""The arm: its URDF, forward and inverse kinematics, configuration data, and the load on its flange."""
+
+from geoprint.robot.arm.configuration import (
+    BORDER_MARGIN as BORDER_MARGIN,
+    BORDERED as BORDERED,
+    border_distances as border_distances,
+    check_load as check_load,
+    configuration_data as configuration_data,
+    require_abb_conventions as require_abb_conventions,
+    singularity_distances as singularity_distances,
+    wrist_angles as wrist_angles,
+)
+from geoprint.robot.arm.confirmation import unconfirmed_kinematics as unconfirmed_kinematics
+from geoprint.robot.arm.kinematics import Arm as Arm
+from geoprint.robot.arm.nozzle import (
+    about_nozzle as about_nozzle,
+    is_axial as is_axial,
+    tilts as tilts,
+    turned as turned,
+)
+from geoprint.robot.arm.ortho_parallel import BRANCHES as BRANCHES, JOINTS as JOINTS, solve_pose as solve_pose
+from geoprint.robot.arm.urdf import (
+    FLANGE_FRAME as FLANGE_FRAME,
+    MILLIMETRES_PER_METRE as MILLIMETRES_PER_METRE,
+    chain_of as chain_of,
+    origin_of as origin_of,
+    read_urdf as read_urdf,
+    read_urdf_file as read_urdf_file,
+)

@@ -1,0 +1,24 @@
+"""The motion as the controller runs it: targets, zones, interpolation, and the dry run above the part."""
+
+from geoprint.robot.controller.fitting import (
+    LARGEST_ZONE as LARGEST_ZONE,
+    apexes as apexes,
+    rounded_deviations as rounded_deviations,
+)
+from geoprint.robot.controller.interpolation import (
+    controller_path as controller_path,
+    there_and_back as there_and_back,
+    written_path as written_path,
+)
+from geoprint.robot.controller.lifted import (
+    ALOFT_STEP as ALOFT_STEP,
+    LIFT as LIFT,
+    aloft_configuration as aloft_configuration,
+    aloft_path as aloft_path,
+)
+from geoprint.robot.controller.targets import (
+    SHORTEST_TIME as SHORTEST_TIME,
+    SMALLEST_SPEED as SMALLEST_SPEED,
+    close_targets as close_targets,
+    written_targets as written_targets,
+)

@@ -1,0 +1,504 @@
+"""Waypoints: which poses are written as targets of the controller, few enough and close enough to the path."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import islice, product
+from typing import Literal, final
+
+import numpy as np
+
+from geoprint.errors import UsageError
+from geoprint.model import Bend, BoolArray, FloatArray, IntArray, JointPath, PoseStream, Process, Targets, Trajectory
+from geoprint.robot.controller.choice import TIME_ROUNDING, Weighed, cheapest_chain, chord_shares, weighed
+from geoprint.robot.controller.fitting import COINCIDENT, fitted_places, rounded_deviations, rounded_lengths, zones_of
+from geoprint.robot.reach import bead_steps, tip_lengths, turns
+from geoprint.transforms import same_sign
+
+# Bends in which targets stand beside the path, or closer than a controller takes: what is listed of them.
+
+
+def bends_of(
+    poses: PoseStream, chosen: IntArray, times: FloatArray, *, places: FloatArray, shortest: float
+) -> tuple[Bend, ...]:
+    """Return the bends with targets beside the path, and the stretches with moves that lay material in less time.
+
+    Args:
+        poses: p poses.
+        chosen: (t,) of them that are targets.
+        times: (p,) when they are passed [s].
+        places: (t, 3) where the targets stand [mm].
+        shortest: time of a move from which on nothing is said of it [s].
+    """
+    offsets, durations = np.linalg.norm(places - poses.tips[chosen], axis=1), np.diff(times[chosen])
+    close = np.append(poses.laid[chosen[:-1]] & (durations < shortest * (1.0 - TIME_ROUNDING)), np.False_)
+    kinds: tuple[tuple[Literal["rounded", "close"], BoolArray], ...] = (("rounded", offsets > 0.0), ("close", close))
+    found = [
+        _bend(poses, chosen, durations, offsets=offsets, first=first, last=last, kind=kind)
+        for kind, flags in kinds
+        for first, last in _stretches(flags, poses.runs[chosen])
+    ]
+    return tuple(sorted(found, key=lambda bend: (bend.run, bend.arc)))
+
+
+def _stretches(flags: BoolArray, runs: IntArray) -> Iterator[tuple[int, int]]:
+    """Yield first and last of each stretch of flags in one run."""
+    rows = np.flatnonzero(flags)
+    parts = np.split(rows, np.flatnonzero((np.diff(rows) > 1) | (np.diff(runs[rows]) != 0)) + 1)
+    return ((int(part[0]), int(part[-1])) for part in parts if part.size)
+
+
+def _bend(
+    poses: PoseStream,
+    chosen: IntArray,
+    durations: FloatArray,
+    *,
+    offsets: FloatArray,
+    first: int,
+    last: int,
+    kind: Literal["rounded", "close"],
+) -> Bend:
+    most = first + int(offsets[first : last + 1].argmax()) if kind == "rounded" else (first + last) // 2
+    x, y, z = poses.tips[chosen[most]].tolist()
+    return Bend(
+        run=int(poses.runs[chosen[most]]),
+        kind=kind,
+        place=(x, y, z),
+        arc=float(poses.arcs[chosen[most]]),
+        radius=_radius(poses.tips[chosen[max(most - 1, 0) : most + 2]]),
+        targets=last - first + 1,
+        offset=float(offsets[first : last + 1].max()),
+        shortest=float(durations[max(first - 1, 0) : last + 1].min()),
+    )
+
+
+def _radius(tips: FloatArray) -> float:
+    """Return the radius of the circle through three places; infinite where they lie in a line [mm]."""
+    sides = np.linalg.norm(tips - np.roll(tips, 1, axis=0), axis=1)
+    area = float(np.linalg.norm(np.cross(tips[1] - tips[0], tips[-1] - tips[0])))
+    return float(sides.prod()) / (2.0 * area) if len(tips) == 3 and area > 0.0 else float("inf")
+
+
+# The chain of targets of a whole path, with targets outside of the bends that are too tight for straight moves.
+
+
+# Where straight moves come too soon, a move may leave the path by so many tolerances, as far as the rounded corners at
+# its ends make up for it; so many moves about the one that comes too soon. What they do not make up for is halved.
+WIDEST = 8.0
+ABOUT = 3
+ROUNDS = 8
+
+# How far a pose may be turned from the move past it where that has a target beside the path [rad]: more than where
+# targets stand on it, and less than what the timed path may be off in all.
+MOST_TURNED = float(np.radians(0.15))
+
+# Where that is not enough, targets are tried at even times: so many periods apart, begun at so many shares of that.
+EVEN_PERIODS = (1.25, 1.0, 1.1, 1.45, 0.9, 1.7, 0.8, 0.95, 1.15, 0.85, 0.75, 0.7, 0.65, 0.61)
+EVEN_BEGINS = (0.0, 0.5, 0.25, 0.75, 0.125, 0.625, 0.375, 0.875)
+EVEN_FURTHER = 3
+# So many of these are tried in a bend, and only where moves are shorter than the least time once not more than this
+# share of the moves comes too soon.
+MOST_PATTERNS = 300
+# Targets to either side with which a stretch is looked at.
+CONTEXT = 8
+FEW_SHARE = 0.04
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class Course:
+    """The path of the tool without poses that go nowhere, and what moves along it may do.
+
+    Attributes:
+        tips: (k, 3) [mm].
+        quaternions: (k, 4) of one sign from pose to pose.
+        times: (k,) when they are passed [s].
+        required: rows that must be targets.
+        runs: (k,) run of each.
+        rests: (k,) where the tool stops.
+        laid: (k - 1,) whether material is laid to the next row.
+        tolerance: of the path [mm].
+        turn: tolerance of the attitude [rad].
+        periods: least time of a move, and the time that moves should have [s].
+    """
+
+    tips: FloatArray
+    quaternions: FloatArray
+    times: FloatArray
+    required: IntArray
+    runs: IntArray
+    rests: BoolArray
+    laid: BoolArray
+    tolerance: float
+    turn: float
+    periods: tuple[float, float]
+
+    def weighed(self, allowed: FloatArray, required: IntArray, *, known: Weighed | None = None) -> Weighed:
+        """Weigh the moves between rows through the required ones, given what each row may be off [mm]."""
+        return weighed(
+            self.tips, self.quaternions, self.times, required, allowed=allowed, turn=self.turn,
+            tolerance=self.tolerance, periods=self.periods, known=known,
+        )  # fmt: skip
+
+    def resting(self, rows: IntArray) -> BoolArray:
+        """Return at which targets the program stops: also at the ends of runs, where one resumes from elsewhere."""
+        borders = np.diff(self.runs[rows]) != 0
+        ends = (rows == 0) | (rows == len(self.tips) - 1)
+        return self.rests[rows] | ends | np.append(borders, np.False_) | np.insert(borders, 0, np.False_)
+
+    def soon(self, rows: IntArray) -> IntArray:
+        """Return the moves of a chain that lay material and come too soon."""
+        late = np.diff(self.times[rows]) >= self.periods[1] * (1.0 - TIME_ROUNDING)
+        return np.flatnonzero(self.laid[rows[:-1]] & ~late)
+
+    def short(self, rows: IntArray) -> tuple[int, int]:
+        """Return how many of these are shorter than the least time, and how many there are."""
+        soon = self.soon(rows)
+        least = np.diff(self.times[rows])[soon] < self.periods[0] * (1.0 - TIME_ROUNDING)
+        return int(least.sum()), soon.size
+
+
+def rounded_chain(course: Course) -> tuple[IntArray, FloatArray]:
+    """Return (t,) rows that are targets, and (t, 3) where these stand [mm]."""
+    moves = course.weighed(np.full(len(course.tips), course.tolerance), course.required)
+    rows = cheapest_chain(moves, course.required)
+    if not course.soon(rows).size:
+        return rows, course.tips[rows]
+    rows, moved = _relaxed(course, rows, moves)
+    rows, moved = _evened(course, rows, moved)
+    places = fitted_places(course.tips[rows], moved[rows], course.resting(rows))
+    return rows, places
+
+
+def _relaxed(course: Course, rows: IntArray, moves: Weighed) -> tuple[IntArray, BoolArray]:
+    """Let moves be wide about those that come too soon, where corners make up for it; return which rows are moved."""
+    last, allowed = rows.size - 1, np.full(len(course.tips), course.tolerance)
+    for move in course.soon(rows).tolist():
+        allowed[rows[max(move - ABOUT, 0)] : rows[min(move + 1 + ABOUT, last)] + 1] = WIDEST * course.tolerance
+    moved = np.zeros(len(course.tips), dtype=np.bool_)
+    for left in range(ROUNDS, -1, -1):
+        moves = course.weighed(allowed, course.required, known=moves)
+        rows = cheapest_chain(moves, course.required)
+        wide = chord_shares(course.tips, rows, tolerance=course.tolerance) > 1.0 + TIME_ROUNDING
+        moved[:] = False
+        moved[rows] = (np.append(wide, np.False_) | np.insert(wide, 0, np.False_)) & ~course.resting(rows)
+        off = _missing(course, rows, moved, wide=wide)
+        if not off.size:
+            break
+        about, last = (ABOUT if left <= 1 else 1), rows.size - 1
+        for move in off.tolist():
+            near = slice(rows[max(move - about, 0)], rows[min(move + 1 + about, last)] + 1)
+            allowed[near] = np.maximum(allowed[near] / 2.0, course.tolerance) if left > 1 else course.tolerance
+    return rows, moved
+
+
+def _missing(course: Course, rows: IntArray, moved: BoolArray, *, wide: BoolArray) -> IntArray:
+    """Return the moves that leave the tolerance or turn otherwise, of those that are wide or have a moved target."""
+    places = fitted_places(course.tips[rows], moved[rows], course.resting(rows))
+    zones = zones_of(places, course.resting(rows))
+    off = rounded_deviations(course.tips, rows, places, zones)
+    touched = wide | moved[rows[1:]] | moved[rows[:-1]]
+    return np.flatnonzero(touched & ((off > course.tolerance) | (_turned(course, rows, places, zones) > MOST_TURNED)))
+
+
+def _turned(course: Course, rows: IntArray, places: FloatArray, zones: FloatArray) -> FloatArray:
+    """Return (t - 1,) how far poses are turned at most from each move, where no corner is rounded [rad].
+
+    The attitude of a move counts from its targets, which stand farther out than the poses that they are passed at.
+    """
+    move = np.repeat(np.arange(rows.size - 1), np.diff(rows))
+    own: IntArray = np.arange(rows[0], rows[-1], dtype=np.int64)
+    steps = np.diff(places, axis=0)
+    lengths = np.maximum(np.linalg.norm(steps, axis=1), COINCIDENT)
+    along = np.einsum("ij,ij->i", course.tips[own] - places[move], steps[move]) / lengths[move]
+    straight = (along > zones[move]) & (along < lengths[move] - zones[move + 1])
+    move, own, along = move[straight], own[straight], along[straight]
+    share = (along / lengths[move])[:, None]
+    # Moves turn by a few degrees: between them the straight line is the arc.
+    meant = (1.0 - share) * course.quaternions[rows[move]] + share * course.quaternions[rows[move + 1]]
+    meant /= np.linalg.norm(meant, axis=1, keepdims=True)
+    found = np.zeros(rows.size - 1)
+    np.maximum.at(found, move, 2.0 * np.linalg.norm(course.quaternions[own] - meant, axis=1))
+    return found
+
+
+def _evened(course: Course, rows: IntArray, moved: BoolArray) -> tuple[IntArray, BoolArray]:
+    """Try targets at even times in the bends that are still too tight."""
+    done = -1
+    while (first := _next_soon(course, rows, after=done)) is not None:
+        soon, last = set(course.soon(rows).tolist()), first
+        while last + 1 in soon and not course.rests[rows[last + 1]]:
+            last += 1
+        done = int(rows[last])
+        low, high = max(first - 2 * ABOUT, 0), min(last + 1 + 2 * ABOUT, rows.size - 1)
+        sides = rows[max(low - CONTEXT, 0) : low], rows[high + 1 : high + 1 + CONTEXT]
+        bend = int(rows[first]), int(rows[last + 1])
+        part, moved = _improved(course, rows[low : high + 1], moved, bend=bend, sides=sides)
+        rows = np.concatenate([rows[:low], part, rows[high + 1 :]])
+    return rows, moved
+
+
+def _next_soon(course: Course, rows: IntArray, *, after: int) -> int | None:
+    """Return the next move that comes too soon; where few do, the next that is shorter than the least time."""
+    soon = course.soon(rows)
+    if soon.size <= FEW_SHARE * course.laid[rows[:-1]].sum():
+        soon = soon[np.diff(course.times[rows])[soon] < course.periods[0] * (1.0 - TIME_ROUNDING)]
+    left = soon[rows[soon] > after]
+    return int(left[0]) if left.size else None
+
+
+def _improved(
+    course: Course, part: IntArray, moved: BoolArray, *, bend: tuple[int, int], sides: tuple[IntArray, IntArray]
+) -> tuple[IntArray, BoolArray]:
+    """Return a stretch of a chain with the best of the patterns over its bend, or as it was; the sides stay."""
+    best, score = (part, moved), course.short(part)
+    patterns = _patterns(course, *bend, within=(int(part[0]), int(part[-1])))
+    for pattern in islice(patterns, MOST_PATTERNS):
+        found, shifted = _through(course, part, moved, pattern)
+        if course.short(found) < score and not _leaves(course, (sides[0], found, sides[1]), shifted):
+            best, score = (found, shifted), course.short(found)
+        if score[1] == 0:
+            break
+    return best
+
+
+def _patterns(course: Course, first: int, last: int, *, within: tuple[int, int]) -> Iterator[IntArray]:
+    """Yield rows at even times over a bend, from up to so many steps before its first row to behind its last one.
+
+    They lie in one stretch that is laid without a rest, and moved there, corners keep the tolerance all along.
+    """
+    rests = np.flatnonzero(course.rests)
+    low = max(within[0], int(rests[np.searchsorted(rests, first, side="right") - 1]))
+    high = min(within[1], int(rests[np.searchsorted(rests, last)]))
+    for share, periods in product(EVEN_BEGINS, EVEN_PERIODS):
+        step = periods * course.periods[1]
+        begin = course.times[first] - step * (share + EVEN_FURTHER)
+        count = int(np.ceil((course.times[last] - begin) / step)) + 1 + EVEN_FURTHER
+        rows = np.unique(_nearest(course.times, begin + step * np.arange(count)))
+        rows = rows[(rows > low) & (rows < high)]
+        if rows.size < 2:
+            continue
+        kept = _kept(course, rows)
+        start = max(int(np.searchsorted(rows, first, side="right")) - 1, 0)
+        end = min(int(np.searchsorted(rows, last)), rows.size - 1)
+        if not kept[start:end].all():
+            continue
+        starts = range(start, start - min(_run_of(kept[:start][::-1]), EVEN_FURTHER) - 1, -1)
+        ends = range(end, end + min(_run_of(kept[end:]), EVEN_FURTHER) + 1)
+        yield from (rows[i : j + 1] for i in starts for j in ends if j > i)
+
+
+def _kept(course: Course, rows: IntArray) -> BoolArray:
+    """Return which moves keep the tolerance where all targets are moved."""
+    rests = np.zeros(rows.size, dtype=np.bool_)
+    places = fitted_places(course.tips[rows], ~rests, rests)
+    return rounded_deviations(course.tips, rows, places, zones_of(places, rests)) <= course.tolerance
+
+
+def _run_of(flags: BoolArray) -> int:
+    """Return how many flags are set before the first that is not."""
+    return int(flags.argmin()) if not flags.all() else flags.size
+
+
+def _nearest(times: FloatArray, wanted: FloatArray) -> IntArray:
+    above = np.clip(np.searchsorted(times, wanted), 1, times.size - 1)
+    return above - (wanted - times[above - 1] < times[above] - wanted)
+
+
+def _through(course: Course, part: IntArray, moved: BoolArray, pattern: IntArray) -> tuple[IntArray, BoolArray]:
+    """Return a stretch of a chain that goes through a pattern, and which rows are moved then."""
+    first, last = int(pattern[0]), int(pattern[-1])
+    left, right = int(part[0]), int(part[-1])
+    fixed = part[moved[part] | course.rests[part]]
+    left = int(fixed[fixed < first].max(initial=left))
+    right = int(fixed[fixed > last].min(initial=right))
+    allowed = np.full(right + 1 - left, course.tolerance)
+    allowed[first - left : last + 1 - left] = WIDEST * course.tolerance
+    cut = slice(left, right + 1)
+    local = replace(
+        course, tips=course.tips[cut], quaternions=course.quaternions[cut], times=course.times[cut],
+        runs=course.runs[cut], rests=course.rests[cut], laid=course.laid[left:right],
+    )  # fmt: skip
+    required = np.concatenate([[left], pattern, [right]]) - left
+    rows = left + cheapest_chain(local.weighed(allowed, required), required)
+    shifted = moved.copy()
+    shifted[left + 1 : right] = False
+    shifted[pattern] = True
+    return np.concatenate([part[part < left], rows, part[part > right]]), shifted
+
+
+def _leaves(course: Course, parts: tuple[IntArray, IntArray, IntArray], moved: BoolArray) -> bool:
+    """Say whether a stretch of a chain, with what is beside it, is off where it is wide or has moved targets."""
+    rows = np.concatenate(parts)
+    wide = chord_shares(course.tips, rows, tolerance=course.tolerance) > 1.0 + TIME_ROUNDING
+    stays = wide & ~(moved[rows[:-1]] | moved[rows[1:]])
+    # Ends of the stretch that are moved are not fitted here; what that changes dies away towards its middle.
+    inner = slice(parts[0].size // 2, rows.size - 1 - parts[2].size // 2)
+    off = np.zeros(wide.size, dtype=np.bool_)
+    off[_missing(course, rows, moved, wide=wide)] = True
+    return bool((stays | off)[inner].any())
+
+
+# Which poses are written as targets: few enough for the controller, close enough to the path.
+#
+# All poses of `required_poses` are kept. Between them the straight move (slerp for the attitude) from one target to
+# the next stays within `tolerance` and 0.1 degrees of every pose left out, and turns by at most 90 degrees. Of all
+# such chains of moves that one is taken (`cheapest_chain`) in which no move is shorter than 12 ms, then fewest are
+# shorter than `period`, then fewest leave the poses by more than a quarter of the tolerances. Where a run begins in
+# the place where the one before ends (a run that was split, or a neighbour right beside it), that place is a target
+# once, of the run that begins: no move is shorter than 0.001 mm but for turns on the spot.
+#
+# Where material is laid in bends so tight that moves are still shorter than the period, moves may be longer and the
+# targets stand outside of the bend (`fitting`): the controller's rounded corner passes the pose that a target stands
+# for, and stays within `tolerance` of the poses left out. Such bends are listed, and those that stay closer than 12
+# ms.
+#
+# Zones are 0 at stops, which are fine points, and at the first and last target of each run, because whoever resumes
+# at a run comes from elsewhere; else half the distance to the nearer neighbour, at most 0.3 mm. A target with a
+# neighbour in the same place (a turn on the spot) has zone 0 as well. Speeds give the time of each move over the
+# length of the controller's path, and are at most those of the process; where a move holds the ramp at a stop, they
+# are its mean.
+
+
+# Largest angle [rad] between a pose left out and the attitude of the straight move past it: at the end of a 120 mm tool
+# it moves the flange by 0.2 mm.
+ANGLE_TOLERANCE = float(np.radians(0.1))
+
+# No move that lays material is shorter than this [s] where the path allows it: controllers answer shorter ones with
+# corner path failures.
+SHORTEST_TIME = 0.012
+
+# Speeds are rounded to so many digits, and never below the smallest [mm/s]: a controller needs one above zero.
+SPEED_DIGITS = 4
+SMALLEST_SPEED = 0.1
+
+# A corner that is cut is a shorter path; the tip is slowed for it by no more than to this share.
+EVEN_SHARE = 0.98
+
+# No move is written that neither goes as far as this [mm], a tenth of what an arm repeats, nor turns the tool by this
+# [rad], which moves the flange of a 120 mm tool by half of what an arm repeats.
+SHORTEST_MOVE = 1e-3
+SMALLEST_TURN = 5e-5
+
+
+def written_targets(
+    joint_path: JointPath,
+    trajectory: Trajectory,
+    *,
+    process: Process,
+    tolerance: float = 0.01,
+    period: float = 0.02,
+) -> Targets:
+    """Choose the poses that the program names, and how the controller passes them.
+
+    The module says how. The move to the first target has the travel speed.
+
+    Args:
+        joint_path: p poses.
+        trajectory: when they are passed.
+        process: speeds of the tip.
+        tolerance: largest distance of a pose from the written path [mm].
+        period: time between targets that the controller takes without slowing down [s].
+
+    Returns:
+        The targets.
+
+    Raises:
+        UsageError: tolerance or period are not positive.
+    """
+    if not (tolerance > 0.0 and period > 0.0):
+        raise UsageError(
+            f"targets need a positive tolerance and period, found {tolerance:g} mm and {period:g} s; the usual values "
+            "are 0.01 mm and 0.02 s.",
+            tolerance_mm=tolerance, period_s=period,
+        )  # fmt: skip
+    poses = joint_path.poses
+    kept = np.flatnonzero(~_repeated(poses))
+    course = _course(poses, kept, trajectory.pose_times, tolerance=tolerance, period=period)
+    rows, places = rounded_chain(course)
+    chosen, moved = kept[rows], np.flatnonzero((places != course.tips[rows]).any(axis=1))
+    zones = zones_of(places, course.resting(rows), moved=(places != course.tips[rows]).any(axis=1))
+    lengths = rounded_lengths(course.tips, rows, places, zones)
+    return Targets(
+        poses=chosen,
+        zones=zones,
+        speeds=_speeds(poses, chosen, trajectory.pose_times, lengths=lengths, process=process),
+        moved=moved,
+        places=places[moved],
+        bends=bends_of(poses, chosen, trajectory.pose_times, places=places, shortest=SHORTEST_TIME),
+    )
+
+
+def _course(poses: PoseStream, kept: IntArray, times: FloatArray, *, tolerance: float, period: float) -> Course:
+    """Return the course of the poses of a stream that go somewhere."""
+    return Course(
+        tips=poses.tips[kept],
+        quaternions=same_sign(poses.quaternions)[kept],
+        times=times[kept],
+        required=np.searchsorted(kept, required_poses(poses)),
+        runs=poses.runs[kept],
+        rests=(poses.stops | _switches(poses))[kept],
+        laid=poses.laid[kept[:-1]],
+        tolerance=tolerance,
+        turn=ANGLE_TOLERANCE,
+        periods=(min(SHORTEST_TIME, period), period),
+    )
+
+
+def close_targets(targets: Targets, trajectory: Trajectory, *, period: float) -> tuple[int, float]:
+    """Tell where the tolerance or a stop puts targets closer together in time than the controller digests.
+
+    Args:
+        targets: that are written.
+        trajectory: when their poses are passed.
+        period: time between targets that the controller takes without slowing down [s].
+
+    Returns:
+        How many targets come sooner than that after the one before, and the smallest time between two [s].
+    """
+    times = np.diff(trajectory.pose_times[targets.poses])
+    return int((times < period * (1.0 - TIME_ROUNDING)).sum()), float(times.min(initial=np.inf))
+
+
+def required_poses(poses: PoseStream) -> IntArray:
+    """Return the poses that must be targets: first, last, all stops, and where deposit begins or ends.
+
+    Where one of them follows another in the same place and attitude, as a run begins where the one before ended, only
+    the later one is meant.
+    """
+    required = poses.stops | _switches(poses)
+    required[[0, -1]] = True
+    return np.flatnonzero(required & ~_repeated(poses))
+
+
+def _repeated(poses: PoseStream) -> BoolArray:
+    """Tell which poses but the first one a stop or switch repeats right after it, so that a move would go nowhere."""
+    switches = _switches(poses)
+    same = (tip_lengths(poses) < SHORTEST_MOVE) & (turns(poses) < SMALLEST_TURN)
+    repeated = np.append(same & (poses.stops | switches)[1:], np.False_) & ~switches
+    repeated[0] = False
+    return repeated
+
+
+def _switches(poses: PoseStream) -> BoolArray:
+    """Tell at which poses laying begins or ends."""
+    laid = np.concatenate([[False], poses.laid, [False]])
+    return laid[1:] != laid[:-1]
+
+
+def _speeds(
+    poses: PoseStream, chosen: IntArray, times: FloatArray, *, lengths: FloatArray, process: Process
+) -> FloatArray:
+    """Return the speed of the move to each target [mm/s], given the lengths of the controller's path."""
+    passed, beads = (np.append([0.0], np.cumsum(each)) for each in (tip_lengths(poses), bead_steps(poses)))
+    paths, durations = np.diff(passed[chosen]), np.diff(times[chosen])
+    # Over a bulge the tip goes farther than the bead, whose speed is that of the process.
+    farther = np.where(paths < COINCIDENT, 1.0, paths / np.maximum(np.diff(beads[chosen]), COINCIDENT))
+    lengths = np.clip(lengths, EVEN_SHARE * paths, paths)
+    planned = np.where(poses.laid[chosen[:-1]], process.speed * farther, process.travel_speed)
+    turning = (lengths < COINCIDENT) | (durations <= 0.0)
+    mean = np.where(turning, planned, lengths / np.where(turning, 1.0, durations))
+    steps = 10.0 ** (SPEED_DIGITS - 1 - np.floor(np.log10(np.maximum(mean, SMALLEST_SPEED))))
+    rounded = np.round(mean * steps) / steps
+    return np.append([process.travel_speed], np.minimum(planned, np.maximum(rounded, SMALLEST_SPEED)))

@@ -1,0 +1,45 @@
+"""The interface that every pattern answers to, and that of what builds one.
+
+On its class a pattern states its `title`, a few words beside its name, and may state its `summary`, one sentence, and
+`beside_line`, whether its rows run beside a line, so that they may have an angle. Its options are the keyword-only
+arguments of its constructor.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+from geoprint.distance import Backend
+from geoprint.model import ScalarField, Seed, Strokes, Surface
+
+
+class Pattern(Protocol):
+    """Covers a surface with strokes."""
+
+    def strokes(self, surface: Surface, seed: Seed, *, backend: Backend, spacing: float | ScalarField) -> Strokes:
+        """Return the strokes; they know nothing of the order in which they are printed.
+
+        Args:
+            surface: to cover, in one piece or several; no stroke lies on two of them.
+            seed: where rows are counted from.
+            backend: measures distances on that surface.
+            spacing: wanted distance of neighbouring rows [mm], the same everywhere or one at each vertex.
+
+        Raises:
+            UsageError: the pattern cannot follow such a spacing.
+            FieldError: not one stroke lies on the surface, or on a piece of it.
+        """
+        ...
+
+
+class PatternFactory(Protocol):
+    """Builds a pattern. A pattern's class is one."""
+
+    @property
+    def title(self) -> str:
+        """What it is, in a few words."""
+        ...
+
+    def __call__(self, **options: Any) -> Pattern:
+        """Return the pattern with some of its options; the others have their defaults."""
+        ...

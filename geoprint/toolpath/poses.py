@@ -1,0 +1,667 @@
+"""The pose stream: runs lifted to the stand-off, attitudes along them, and the travel between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Literal, final
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from geoprint.errors import FieldError
+from geoprint.geometry import arc_lengths, closest, normals, positions, vertex_normals
+from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, Tool, Toolpath, freeze_arrays, frozen
+from geoprint.transforms import interpolate_poses, quaternion_of, rigid, rotation_of, same_sign, smallest_rotation
+
+# Normals along which a run is lifted to its stand-off: the surface's, and smoothed where those would fold the line.
+#
+# The tip stands at the stand-off along the normal. In a crease that bends over a shorter radius than the stand-off,
+# neighbouring normals cross: the tip runs back while the run goes on, and the tool turns on the spot, which no speed
+# allows. There the surface is too fine for the tip, and its normals are averaged along the run until the tip runs
+# on.
+
+
+# The tip advances along each step of its run by at least this share of the step. With a half, a turning normal moves
+# the tip back by no more than half a step: it turns by at most one radian a stand-off that the tip travels, as fast as
+# around a sharp edge, where the tip drives a circle.
+LEAST_ADVANCE = 0.5
+# The Gaussian window in a crease: its standard deviation in stand-offs where it is tried first, by how much it grows
+# while the tip does not advance, and by how much it shrinks per length of run away from there.
+FIRST_DEVIATION = 0.5
+GROWTH = 1.25
+TAPER = 0.5
+# Over windows so many times as long as run and stand-off all weigh the same: what does not advance then never does.
+LONGEST_WINDOW = 100.0
+# A mean of unit normals shorter than this has no direction: they cancel out.
+SHORTEST_MEAN = 1e-3
+# Steps shorter than this [mm] have no direction.
+SHORTEST = 1e-9
+
+
+@frozen
+class CrossedCreases:
+    """Poses on deposit in creases too narrow for the stand-off, where the tip is lifted along smoothed normals.
+
+    Attributes:
+        poses: (j,) rows of the stream, rising.
+        distances: (j,) from the tip to the nearest place of the surface [mm].
+        count: how often a run crosses one: stretches of these poses farther apart than a stand-off.
+    """
+
+    poses: IntArray
+    distances: FloatArray
+    count: int
+
+
+def lifting_normals(places: FloatArray, outward: FloatArray, *, closed: bool, standoff: float) -> FloatArray:
+    """Return the normals along which the samples of one run are lifted so that the tip always advances.
+
+    Where the tip advances at least half as far as the run anyway, they are the normals of the surface to the last bit.
+    Elsewhere each is the Gaussian mean of the normals along the run, over a window that is widest in the crease and
+    closes away from it.
+
+    Args:
+        places: (k, 3) samples of the run on the surface [mm], k >= 2.
+        outward: (k, 3) unit normals of the surface there.
+        closed: whether the run ends where it starts; then the window runs across the seam.
+        standoff: height of the tip over the surface [mm].
+
+    Returns:
+        (k, 3) unit vectors.
+
+    Raises:
+        FieldError: no window helps, because the normals of the run point at each other all around, as in a narrow pipe.
+    """
+    arcs = arc_lengths(places)
+    length = float(arcs[-1])
+    deviations, lifted = np.zeros(len(places)), outward
+    while (stuck := np.flatnonzero(advances(places, lifted, standoff=standoff) < LEAST_ADVANCE)).size:
+        ends = np.union1d(stuck, stuck + 1)
+        wider = np.maximum(FIRST_DEVIATION * standoff, GROWTH * deviations[ends])
+        away = _farther_than(arcs, arcs[ends], around=length if closed else np.inf)
+        deviations = np.maximum(deviations, (wider - TAPER * away).max(axis=1))
+        means = _means(outward, arcs, deviations, closed=closed)
+        lengths = np.linalg.norm(means, axis=1, keepdims=True)
+        if lengths.min() < SHORTEST_MEAN or deviations.max() > LONGEST_WINDOW * (length + standoff):
+            x, y, z = places[stuck[0]]
+            raise FieldError(
+                f"around ({x:.2f}, {y:.2f}, {z:.2f}) mm the part is so hollow that a tip {standoff:g} mm above it "
+                "could not follow a path: cut the hollow out of the part, fill it, or lower the stand-off.",
+                place=(float(x), float(y), float(z)),
+            )
+        lifted = np.where(deviations[:, None] > 0.0, means / lengths, outward)
+    return lifted
+
+
+def advances(places: FloatArray, outward: FloatArray, *, standoff: float) -> FloatArray:
+    """Return how far the tip advances along each step of a run, as a share of the step: below 0 where it goes back.
+
+    Args:
+        places: (k, 3) samples on the surface [mm].
+        outward: (k, 3) unit vectors along which they are lifted.
+        standoff: how far [mm].
+
+    Returns:
+        (k - 1,) shares; 1 on a plane, and where a step has no length.
+    """
+    steps, turned = np.diff(places, axis=0), np.diff(outward, axis=0)
+    squares = np.einsum("ij,ij->i", steps, steps)
+    shares = 1.0 + standoff * np.einsum("ij,ij->i", steps, turned) / np.maximum(squares, SHORTEST**2)
+    return np.where(squares > SHORTEST**2, shares, 1.0)
+
+
+def creases(poses: PoseStream, toolpath: Toolpath, surface: Surface) -> CrossedCreases:
+    """Return where a stream left the normals of the surface, and measure the tip's distance there.
+
+    Args:
+        poses: made of the toolpath.
+        toolpath: on the surface.
+        surface: what is printed on.
+    """
+    rows = np.flatnonzero(poses.deposit)
+    rows = rows[(poses.normals[rows] != normals(surface, toolpath.curves.points)).any(axis=1)]
+    if rows.size == 0:
+        return CrossedCreases(rows, np.zeros(0), 0)
+    apart = (np.diff(poses.runs[rows]) > 0) | (np.diff(poses.arcs[rows]) > poses.standoff)
+    return CrossedCreases(rows, closest(surface, poses.tips[rows])[1], 1 + int(np.count_nonzero(apart)))
+
+
+def _farther_than(arcs: FloatArray, others: FloatArray, *, around: float) -> FloatArray:
+    """Return the (k, j) distances along the run [mm]; `around` is the length of a closed one."""
+    apart = np.abs(arcs[:, None] - others)
+    return np.minimum(apart, around - apart)
+
+
+def _means(outward: FloatArray, arcs: FloatArray, deviations: FloatArray, *, closed: bool) -> FloatArray:
+    """Return the (k, 3) means of normals along the run, each over its own deviation [mm]; 0 leaves it alone."""
+    shares = np.gradient(arcs) + SHORTEST
+    shares[[0, -1]] /= 2.0
+    rows = np.flatnonzero(deviations > 0.0)
+    apart = _farther_than(arcs[rows], arcs, around=float(arcs[-1]) if closed else np.inf)
+    weights = np.exp(-0.5 * (apart / deviations[rows, None]) ** 2) * shares
+    means = outward.copy()
+    means[rows] = weights @ outward / weights.sum(axis=1, keepdims=True)
+    return means
+
+
+# Attitude of the tool along a run: nozzle against the smoothed surface normal, the rest by the smallest rotation.
+#
+# Normals interpolated on a triangle mesh carry its facets as noise. A tenth of a degree of it at half a millimetre
+# spacing would cost most of the print speed, because the wrist has to follow. So the axis is smoothed along the arc
+# before anything moves, and leans no farther from the normal than it may; the tip stays where it is.
+
+
+# Standard deviation of the smoothing along the arc [mm]: about an edge of a well-made part mesh. A shorter one leaves
+# so much of 0.05 degrees of noise that a print at 20 mm/s slows down, a longer one only leans more.
+SMOOTHING_LENGTH = 1.0
+# Even samples per standard deviation on which the filter works.
+SAMPLES_PER_DEVIATION = 8
+
+# The tool frame over a flat part: z straight down, x along the x axis of the base.
+STRAIGHT_DOWN = np.diag([1.0, -1.0, -1.0])
+
+
+def smoothed_axes(normals: FloatArray, arcs: FloatArray, *, closed: bool, max_tilt: float) -> FloatArray:
+    """Smooth unit normals along one run with a Gaussian window, and keep them in the cone about each normal.
+
+    An axis that the window leans too far from its normal, where the part bends fast, is turned back to the edge of the
+    cone by the smallest rotation.
+
+    Args:
+        normals: (k, 3) unit normals.
+        arcs: (k,) rising arc lengths from 0 [mm].
+        closed: whether the run ends where it starts; then the window runs across the seam.
+        max_tilt: largest angle between an axis and its normal [rad], in [0, pi / 2).
+
+    Returns:
+        (k, 3) unit vectors.
+    """
+    axes = _filtered(normals, arcs, deviation=SMOOTHING_LENGTH, closed=closed)
+    cosine = np.einsum("ij,ij->i", axes, normals)
+    aside = axes - cosine[:, None] * normals
+    aside /= np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), np.finfo(np.float64).tiny)
+    edge = np.cos(max_tilt) * normals + np.sin(max_tilt) * aside
+    return np.where((cosine < np.cos(max_tilt))[:, None], edge, axes)
+
+
+def tool_quaternions(axes: FloatArray, *, R_base_work: FloatArray) -> FloatArray:
+    """Return the attitude of the tool for nozzles that point against given axes.
+
+    The tool over a level surface has its z axis straight down in the base frame and its x axis along the base's; a
+    leaning one is turned from there by the smallest rotation.
+
+    Args:
+        axes: (k, 3) unit vectors in the work frame, out of the surface.
+        R_base_work: (3, 3) rotation from work to base frame.
+
+    Returns:
+        (k, 4) unit quaternions w x y z of the tool frame in the work frame, of one sign from row to row.
+    """
+    R_work_level = R_base_work.T @ STRAIGHT_DOWN
+    rotations = smallest_rotation(R_work_level[:, 2], -axes) @ R_work_level
+    return same_sign(quaternion_of(rotations))
+
+
+def slerp(start: FloatArray, end: FloatArray, shares: FloatArray) -> FloatArray:
+    """Return (k, 4) attitudes at (k,) shares of the shorter turn between two quaternions (4,)."""
+    T_start, T_end = (rigid(rotation_of(quaternion), np.zeros(3)) for quaternion in (start, end))
+    poses = np.broadcast_to(T_start, (shares.size, 4, 4)), np.broadcast_to(T_end, (shares.size, 4, 4))
+    return same_sign(quaternion_of(interpolate_poses(*poses, shares)[:, :3, :3]))
+
+
+def _filtered(normals: FloatArray, arcs: FloatArray, *, deviation: float, closed: bool) -> FloatArray:
+    """Return unit normals after a Gaussian filter of one standard deviation [mm] along the arc."""
+    length = float(arcs[-1])
+    count = int(np.ceil(length / deviation * SAMPLES_PER_DEVIATION))
+    even: FloatArray = np.linspace(0.0, length, count + 1)
+    sampled = np.column_stack([np.interp(even, arcs, normals[:, i]) for i in range(3)])
+    sigma = deviation / (length / count)
+    if closed:
+        around = gaussian_filter1d(sampled[:-1], sigma, axis=0, mode="wrap")
+        smooth = np.vstack([around, around[:1]])
+    else:
+        smooth = gaussian_filter1d(sampled, sigma, axis=0, mode="nearest")
+    axes = np.column_stack([np.interp(arcs, even, smooth[:, i]) for i in range(3)])
+    return axes / np.linalg.norm(axes, axis=1, keepdims=True)
+
+
+# Moves between runs: lift off along the nozzle, cross as low as part and body allow, come down along the nozzle.
+
+
+# Travel is sampled this finely [mm], so that the joints' spline follows the straight line.
+TRAVEL_STEP = 1.0
+# Points of part and body by which a crossing is planned are about this far apart [mm]: well below what it keeps.
+TERRAIN_STEP = 1.0
+# Faces that are cut into points at a time, so that a body of millions of them takes little memory.
+FACES_AT_A_TIME = 100_000
+# A crossing keeps this share of the retract height from everything.
+KEPT_SHARE = 0.5
+# A tool that leans farther than this from upright [cosine] is planned as if it leant no more.
+LEAST_UPRIGHT = 0.3
+# Shorter means of two unit vectors have no direction.
+LEAST_LENGTH = 1e-6
+
+
+@final
+@frozen
+class Terrain:
+    """What travel passes over, and the outline of the tool that passes.
+
+    Attributes:
+        points: (n, 3) of part and body in the work frame, TERRAIN_STEP apart [mm].
+        up: (3,) unit vector away from the table.
+        needle_radius: [mm].
+        cone_heights: (2,) where the cone begins and ends, over the tip [mm].
+        barrel_radius: [mm].
+        kept: distance that a crossing keeps from all points [mm]; infinite: it goes over everything.
+    """
+
+    points: FloatArray
+    up: FloatArray
+    needle_radius: float
+    cone_heights: tuple[float, float]
+    barrel_radius: float
+    kept: float
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, points="float: n 3", up="float: 3")
+
+    @property
+    def top(self) -> float:
+        """Highest coordinate of all points along `up` [mm]."""
+        return float((self.points @ self.up).max())
+
+    def lift(self, tip: FloatArray, axis: FloatArray) -> float:
+        """Return how far a tip has to go up so that needle, cone and barrel keep their distance [mm], or less than 0.
+
+        A point at a distance d from the tool's axis may be as high over the tip as the tool is as thick as d there, but
+        for the kept distance, which is taken off both.
+
+        Args:
+            tip: (3,) [mm].
+            axis: (3,) unit vector from the tip into the tool.
+        """
+        if not np.isfinite(self.kept):
+            return np.inf
+        offsets = self.points - tip
+        heights: FloatArray = offsets @ axis
+        aside: FloatArray = np.linalg.norm(offsets - heights[:, None] * axis, axis=1) - self.kept
+        free: FloatArray = np.interp(aside, [self.needle_radius, self.barrel_radius], self.cone_heights)
+        free[aside <= self.needle_radius] = 0.0
+        needed: FloatArray = (heights - free + self.kept)[aside <= self.barrel_radius]
+        return float(needed.max(initial=-np.inf)) / max(float(axis @ self.up), LEAST_UPRIGHT)
+
+
+def terrain_points(surfaces: Sequence[Surface]) -> FloatArray:
+    """Return (m, 3) points of part and, where there is one, body by which travel over them is planned [mm]."""
+    return _apart(np.concatenate([_points(surface) for surface in surfaces]))
+
+
+def terrain(points: FloatArray, *, beside: FloatArray, tool: Tool, up: FloatArray, kept: float) -> Terrain:
+    """Return what travel passes over.
+
+    Args:
+        points: as `terrain_points`.
+        beside: (b, 3) corners of what else stands there [mm].
+        tool: that passes.
+        up: (3,) unit vector away from the table.
+        kept: distance to keep [mm]; infinite to go over everything.
+    """
+    return Terrain(
+        points=_apart(np.concatenate([points, beside])),
+        up=up,
+        needle_radius=tool.needle_diameter / 2,
+        cone_heights=(tool.needle_length, tool.needle_length + tool.cone_length),
+        barrel_radius=tool.barrel_diameter / 2,
+        kept=kept,
+    )
+
+
+def crossing(start: FloatArray, end: FloatArray, *, axes: FloatArray, terrain: Terrain, retract: float) -> FloatArray:
+    """Return the corners of the travel between two lifted points: the lowest one that does not bob.
+
+    It runs over the straight line on the ground, like a string over the heights that the tool needs there while it
+    turns from one attitude to the other, and at most over everything.
+
+    Args:
+        start: (3,) lifted end of the last run [mm].
+        end: (3,) lifted start of the next one [mm].
+        axes: (2, 3) unit vectors from the tip into the tool, at both.
+        terrain: what is to be kept clear.
+        retract: height of lifted points over the surface [mm].
+
+    Returns:
+        (c, 3) corners, c >= 2; first is start, last is end. Two where the straight line is free.
+    """
+    line, _ = sampled_polyline(np.stack([start, end]))
+    shares = np.linspace(0.0, 1.0, len(line))
+    turned = axes[0] + shares[:, None] * (axes[1] - axes[0])
+    lengths: FloatArray = np.linalg.norm(turned, axis=1)
+    turned /= np.maximum(lengths, np.finfo(np.float64).tiny)[:, None]
+    top = terrain.top
+    most = np.array([over(tip, up=terrain.up, retract=retract, top=top) for tip in line])
+    highest = (most - line) @ terrain.up
+    lifts = np.array([terrain.lift(tip, axis) for tip, axis in zip(line, turned, strict=True)])
+    # In the middle between opposite attitudes the tool may lie in any direction.
+    lifts = np.where(lengths > LEAST_LENGTH, np.minimum(lifts, highest), highest)
+    lifts[[0, -1]] = 0.0
+    if np.isfinite(terrain.kept):
+        rows = _string_over(shares, lifts)
+        return line[rows] + lifts[rows, None] * terrain.up
+    return np.stack([start, most[0], most[-1], end])
+
+
+def over(point: FloatArray, *, up: FloatArray, retract: float, top: float) -> FloatArray:
+    """Return the (3,) place straight above a point from where everything is below by two retract heights [mm]."""
+    return point + max(top + 2.0 * retract - float(point @ up), 0.0) * up
+
+
+def sampled_polyline(corners: FloatArray, *, step: float = TRAVEL_STEP) -> tuple[FloatArray, IntArray]:
+    """Sample a polyline evenly between its corners, corners included.
+
+    Args:
+        corners: (c, 3) [mm], c >= 2.
+        step: largest distance between neighbouring samples [mm].
+
+    Returns:
+        (k, 3) samples, and (c,) the rows of the corners among them.
+    """
+    arcs = arc_lengths(corners)
+    counts = np.maximum(np.ceil(np.diff(arcs) / step).astype(np.int64), 1)
+    rows = np.concatenate([[0], np.cumsum(counts)])
+    pieces = np.repeat(np.arange(counts.size), counts)
+    share = (np.arange(int(rows[-1])) - rows[pieces]) / counts[pieces]
+    samples = corners[pieces] + share[:, None] * (corners[pieces + 1] - corners[pieces])
+    return np.vstack([samples, corners[-1:]]), rows
+
+
+def _string_over(shares: FloatArray, heights: FloatArray) -> IntArray:
+    """Return the rows at which a string bends that is stretched over heights from the first to the last."""
+    rows: list[int] = []
+    for row in range(len(shares)):
+        while len(rows) > 1:
+            (x, y), (u, v) = ((shares[k] - shares[rows[-2]], heights[k] - heights[rows[-2]]) for k in (rows[-1], row))
+            if y * u > v * x:
+                break
+            rows.pop()
+        rows.append(row)
+    return np.array(rows)
+
+
+def _apart(points: FloatArray) -> FloatArray:
+    """Return the first of (n, 3) points in each cell of a grid, in the order of the cells."""
+    cells = np.floor(points / TERRAIN_STEP)
+    # Several times as fast as NumPy's unique rows.
+    order = np.lexsort(cells.T[::-1])
+    other = np.append(np.True_, (np.diff(cells[order], axis=0) != 0.0).any(axis=1))
+    return points[order[other]]
+
+
+def _points(surface: Surface) -> FloatArray:
+    """Return points on every face of a surface, about TERRAIN_STEP apart."""
+    blocks = range(0, len(surface.faces), FACES_AT_A_TIME)
+    return np.concatenate([
+        surface.vertices,
+        *(_inner_points(surface.vertices[surface.faces[first : first + FACES_AT_A_TIME]]) for first in blocks),
+    ])  # fmt: skip
+
+
+def _inner_points(triangles: FloatArray) -> FloatArray:
+    """Return points between the corners of (m, 3, 3) triangles, about TERRAIN_STEP apart from one another and these."""
+    found, rest = [np.empty((0, 3))], triangles
+    while len(rest):
+        sides = np.linalg.norm(rest - np.roll(rest, -1, axis=1), axis=2).max(axis=1)
+        rest = rest[sides > TERRAIN_STEP]
+        a, b, c = rest[:, 0], rest[:, 1], rest[:, 2]
+        ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
+        found += [ab, bc, ca]
+        rest = np.concatenate(
+            [np.stack(three, axis=1) for three in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
+        )
+    return np.concatenate(found)
+
+
+# A bend sharper than this [rad] at one sample is a corner: no curve rounds it within the chord error, so the tool
+# stops there for an instant.
+CORNER_ANGLE = np.radians(30.0)
+# Corners of what stands beside a part that stands alone.
+NOTHING = np.empty((0, 3))
+NOTHING.setflags(write=False)
+
+
+@final
+@frozen
+class PosedSurface:
+    """What poses on a surface need of it however it stands.
+
+    Attributes:
+        normals: (n, 3) of its vertices.
+        points: (m, 3) of it, and of the body that it lies on, over which travel passes [mm].
+    """
+
+    normals: FloatArray
+    points: FloatArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, normals="float: n 3", points="float: m 3")
+
+
+@frozen
+class _Stretch:
+    """Rows of the stream that belong together: one run, or the travel to it."""
+
+    tips: FloatArray
+    quaternions: FloatArray
+    normals: FloatArray
+    stops: BoolArray
+    deposit: bool
+    run: int
+
+
+def posed_surface(surface: Surface, body: Surface | None) -> PosedSurface:
+    """Prepare a surface and the body that it lies on for several streams of poses.
+
+    Raises:
+        MeshError: a vertex has no normal.
+    """
+    return PosedSurface(vertex_normals(surface), terrain_points([surface] if body is None else [surface, body]))
+
+
+def poses(
+    toolpath: Toolpath,
+    surface: Surface,
+    *,
+    R_base_work: FloatArray,
+    standoff: float,
+    retract: float,
+    layer_height: float,
+    max_tilt: float,
+    tool: Tool,
+    body: Surface | None,
+    beside: FloatArray = NOTHING,
+    travel: Literal["low", "high"] = "low",
+    known: PosedSurface | None = None,
+) -> PoseStream:
+    """Orient the tool along a toolpath and join the runs by travel.
+
+    On deposit the tip stands `standoff` above the surface along its normal, or in a crease too narrow for that along
+    one that `lifting_normals` smoothed; the nozzle points against the further smoothed normal, and leans from the one
+    along which it is lifted by no more than `max_tilt`. Between runs the tool lifts off along the nozzle, crosses as
+    low as part and body allow, and comes down along the nozzle of the next run.
+
+    Args:
+        toolpath: runs in printing order.
+        surface: what they lie on.
+        R_base_work: (3, 3) how the part stands; `tool_quaternions` says what depends on it.
+        standoff: height of the tip over the surface on deposit [mm].
+        retract: lift between runs [mm].
+        layer_height: bead height that sets the flow: the spacing of a point times layer height [mm].
+        max_tilt: largest angle between nozzle and surface normal on deposit [rad].
+        tool: that has to pass while it crosses.
+        body: what the part lies on, or None.
+        beside: (b, 3) corners of what else the tool passes over, on its motion from home: a table's solids [mm].
+        travel: "high" crosses over everything, for where low travel turns out not to be clear.
+        known: of this surface and body, so that nothing is prepared twice.
+
+    Returns:
+        The stream in the work frame; it starts and ends above the whole part, and above what stands beside it.
+    """
+    up = R_base_work[2]
+    ready, kept = known or posed_surface(surface, body), KEPT_SHARE * retract if travel == "low" else np.inf
+    ground = terrain(ready.points, beside=beside, tool=tool, up=up, kept=kept)
+    top = float((np.concatenate([surface.vertices, beside]) @ up).max())
+    straight = normals(surface, toolpath.curves.points, at_vertices=ready.normals)
+    runs = _run_stretches(toolpath, surface, straight, R_base_work=R_base_work, standoff=standoff, max_tilt=max_tilt)
+    first = _approach(runs[0], up=up, retract=retract, top=top)
+    last = _retreat(runs[-1], up=up, retract=retract, top=top)
+    stretches = [first, *_with_crossings(runs, ground, retract=retract), last]
+    return _joined(stretches, toolpath, standoff=standoff, flow=toolpath.spacings * layer_height)
+
+
+def largest_lean(stream: PoseStream) -> float:
+    """Return the largest angle between nozzle and surface normal on deposit [rad]."""
+    return float(_leans(stream)[stream.deposit].max(initial=0.0))
+
+
+def mean_lean(stream: PoseStream) -> float:
+    """Return the mean angle between nozzle and surface normal over the deposited length [rad]; 0 without any."""
+    leans, lengths = _leans(stream), np.where(stream.laid, np.linalg.norm(np.diff(stream.tips, axis=0), axis=1), 0.0)
+    total = float(lengths.sum())
+    return float(lengths @ (leans[1:] + leans[:-1]) / (2.0 * total)) if total > 0.0 else 0.0
+
+
+def _leans(stream: PoseStream) -> FloatArray:
+    axes = -rotation_of(stream.quaternions)[:, :, 2]
+    across = np.linalg.norm(np.cross(axes, stream.normals), axis=1)
+    return np.arctan2(across, np.einsum("ij,ij->i", axes, stream.normals))
+
+
+def _run_stretches(
+    toolpath: Toolpath,
+    surface: Surface,
+    straight: FloatArray,
+    *,
+    R_base_work: FloatArray,
+    standoff: float,
+    max_tilt: float,
+) -> list[_Stretch]:
+    """Lift every run to the stand-off along the normals `straight` (k, 3), and point the nozzle along it."""
+    curves = toolpath.curves
+    everywhere = positions(surface, curves.points)
+    stretches: list[_Stretch] = []
+    for run, closed in enumerate(curves.closed.tolist()):
+        piece = slice(*curves.offsets[run : run + 2])
+        places = everywhere[piece]
+        outward = lifting_normals(places, straight[piece], closed=closed, standoff=standoff)
+        axes = smoothed_axes(outward, arc_lengths(places), closed=closed, max_tilt=max_tilt)
+        stretches.append(
+            _Stretch(
+                tips=places + standoff * outward,
+                quaternions=tool_quaternions(axes, R_base_work=R_base_work),
+                normals=outward,
+                stops=_ends(piece.stop - piece.start),
+                deposit=True,
+                run=run,
+            )
+        )
+    return stretches
+
+
+def _with_crossings(runs: list[_Stretch], ground: Terrain, *, retract: float) -> Iterator[_Stretch]:
+    """Yield the runs, and between two of them the travel from one to the next."""
+    for run, following in pairwise(runs):
+        start, end = _lifted(run, -1, retract=retract), _lifted(following, 0, retract=retract)
+        axes = -rotation_of(np.stack([run.quaternions[-1], following.quaternions[0]]))[:, :, 2]
+        corners = crossing(start, end, axes=axes, terrain=ground, retract=retract)
+        yield from (run, _travel(run, following, corners))
+    yield runs[-1]
+
+
+def _ends(count: int) -> BoolArray:
+    """Tell which of a run's poses are its ends, where the tool comes to rest."""
+    return np.isin(np.arange(count), [0, count - 1])
+
+
+def _corners(points: FloatArray) -> BoolArray:
+    """Tell where a polyline bends sharply; its ends always count."""
+    directions = np.diff(points, axis=0)
+    directions /= np.maximum(np.linalg.norm(directions, axis=1, keepdims=True), SHORTEST)
+    bend = np.einsum("ij,ij->i", directions[1:], directions[:-1]) < np.cos(CORNER_ANGLE)
+    return np.concatenate([[True], bend, [True]])
+
+
+def _lifted(stretch: _Stretch, row: int, *, retract: float) -> FloatArray:
+    """Return the tip's place above one row, moved back along the nozzle."""
+    return stretch.tips[row] - retract * rotation_of(stretch.quaternions[row])[:, 2]
+
+
+def _travel(run: _Stretch, following: _Stretch, bends: FloatArray) -> _Stretch:
+    """Lift off, cross, come down; the ends themselves are rows of the runs. The tool turns while it crosses."""
+    ends = np.vstack([run.tips[-1:], bends, following.tips[:1]])
+    tips, rows = sampled_polyline(ends)
+    arcs = arc_lengths(tips)
+    lifted, lowering = arcs[rows[1]], arcs[rows[-2]]
+    shares = np.clip((arcs - lifted) / max(lowering - lifted, 1e-9), 0.0, 1.0)
+    stops = np.zeros(arcs.size, dtype=np.bool_)
+    stops[rows] = _corners(ends)
+    stops[rows[[1, -2]]] = True
+    before: BoolArray = shares[:, None] < 0.5
+    inner = slice(1, -1)
+    return _Stretch(
+        tips=tips[inner],
+        quaternions=slerp(run.quaternions[-1], following.quaternions[0], shares)[inner],
+        normals=np.where(before, run.normals[-1:], following.normals[:1])[inner],
+        stops=stops[inner],
+        deposit=False,
+        run=following.run,
+    )
+
+
+def _approach(run: _Stretch, *, up: FloatArray, retract: float, top: float) -> _Stretch:
+    """Come down to the first run from over the whole part, where the robot arrives from home."""
+    lifted = _lifted(run, 0, retract=retract)
+    tips, corners = sampled_polyline(np.stack([over(lifted, up=up, retract=retract, top=top), lifted, run.tips[0]]))
+    return _straight(run, 0, tips[:-1], stops=corners[:-1])
+
+
+def _retreat(run: _Stretch, *, up: FloatArray, retract: float, top: float) -> _Stretch:
+    """Lift off from the last run and rise over the whole part, where the robot leaves for home."""
+    lifted = _lifted(run, -1, retract=retract)
+    tips, corners = sampled_polyline(np.stack([run.tips[-1], lifted, over(lifted, up=up, retract=retract, top=top)]))
+    return _straight(run, -1, tips[1:], stops=corners[1:] - 1)
+
+
+def _straight(run: _Stretch, row: int, tips: FloatArray, *, stops: IntArray) -> _Stretch:
+    count = tips.shape[0]
+    at_rest = np.zeros(count, dtype=np.bool_)
+    at_rest[stops] = True
+    return _Stretch(
+        tips=tips,
+        quaternions=np.tile(run.quaternions[row], (count, 1)),
+        normals=np.tile(run.normals[row], (count, 1)),
+        stops=at_rest,
+        deposit=False,
+        run=run.run,
+    )
+
+
+def _joined(stretches: list[_Stretch], toolpath: Toolpath, *, standoff: float, flow: FloatArray) -> PoseStream:
+    sizes = np.array([stretch.tips.shape[0] for stretch in stretches])
+    runs = np.repeat([stretch.run for stretch in stretches], sizes)
+    deposit = np.repeat([stretch.deposit for stretch in stretches], sizes)
+    levels, flows = np.full(runs.size, -1), np.zeros(runs.size)
+    levels[deposit], flows[deposit] = np.floor(toolpath.rows), flow
+    return PoseStream(
+        tips=np.concatenate([stretch.tips for stretch in stretches]),
+        quaternions=same_sign(np.concatenate([stretch.quaternions for stretch in stretches])),
+        normals=np.concatenate([stretch.normals for stretch in stretches]),
+        runs=runs,
+        levels=levels,
+        layers=toolpath.layers[runs],
+        deposit=deposit,
+        stops=np.concatenate([stretch.stops for stretch in stretches]),
+        arcs=np.concatenate([arc_lengths(stretch.tips) for stretch in stretches]),
+        flow=flows,
+        standoff=standoff,
+    )

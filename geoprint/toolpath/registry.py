@@ -1,0 +1,55 @@
+"""Every pattern that there is: built in, made known by a script, or from an installed package."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from geoprint.fibers.pattern import FibrePattern
+from geoprint.registry import Entry, Registry
+from geoprint.toolpath.contours import ContourPattern
+from geoprint.toolpath.guided import GuidedPattern
+from geoprint.toolpath.pattern import PatternFactory
+from geoprint.toolpath.spiral import SpiralPattern
+
+PATTERNS: Mapping[str, PatternFactory] = MappingProxyType(
+    {"contours": ContourPattern, "spiral": SpiralPattern, "guided": GuidedPattern, "fibres": FibrePattern}
+)
+
+_KNOWN = Registry("pattern", group="geoprint.toolpath", built_in=PATTERNS, members=("title", "strokes"))
+
+
+def register(name: str, factory: PatternFactory) -> None:
+    """Make a pattern known by a name for as long as the program runs; a package names it as an entry point instead.
+
+    Raises:
+        UsageError: the name is taken or no name, or the class lacks what a pattern has.
+
+    Examples:
+        >>> class Rows:
+        ...     title = "straight rows"
+        >>> register("rows", Rows)
+        Traceback (most recent call last):
+        geoprint.errors.UsageError: the pattern 'rows' that was registered cannot be used: its class lacks strokes; a
+        pattern is a class with title, strokes.
+    """
+    _KNOWN.register(name, factory)
+
+
+def pattern(name: str) -> Entry[PatternFactory]:
+    """Return a pattern by its name.
+
+    Raises:
+        UsageError: there is none of that name or more than one, or a package's cannot be loaded.
+    """
+    return _KNOWN.find(name)
+
+
+def pattern_names() -> tuple[str, ...]:
+    """Return the names of all patterns; those of packages are not loaded for it."""
+    return _KNOWN.names
+
+
+def runs_beside_line(entry: Entry[PatternFactory]) -> bool:
+    """Return whether the rows of a pattern run beside a line, as it states; most have none."""
+    return entry.fact("beside_line", default=False)

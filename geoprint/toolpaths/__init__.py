@@ -1,7 +1,0 @@
-"""Toolpaths of any program, read from files: tables, G-code, APT, RAPID, bundles; a format is one file."""
-
-from geoprint.toolpaths.path_file import (
-    MOST_POINTS as MOST_POINTS,
-    PathFile as PathFile,
-)
-from geoprint.toolpaths.reading import read_paths as read_paths

@@ -1,0 +1,318 @@
+"""Which backend, pattern and field a job names, and the options that it gives them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from functools import partial
+from math import radians
+from pathlib import Path
+
+import numpy as np
+
+from geoprint.config import FieldFile, Job, PreferenceTable, ThroughTable, WallTable, read_field
+from geoprint.distance import Backend, backend, backend_names, with_option
+from geoprint.errors import FieldError, InputError, UsageError
+from geoprint.fibers import (
+    AlongCurvature,
+    AlongDirection,
+    AlongRim,
+    AlongStroke,
+    DirectionField,
+    HelixRule,
+    Preference,
+    WallCoordinates,
+    WallVoxels,
+    carried_field,
+    prescribed_field,
+    singularities_near,
+    smoothest_field,
+)
+from geoprint.geometry import closest, edge_lengths, even_points, in_words, refine
+from geoprint.geometry.files import read_volume
+from geoprint.model import FloatArray, Surface, SurfaceCurves
+from geoprint.registry import Entry, OptionValue, Titled
+from geoprint.results import StackPlace, Workpiece
+from geoprint.toolpath import Pattern, PatternFactory, pattern, pattern_names, runs_beside_line
+
+# From what a field file says to the lines on a surface that fibres follow, and to those of a layer over it.
+
+
+# Fibres have no sense.
+LINES = 2
+# A place may miss the surface by this [mm]: what is read off a screen is rounded.
+PLACE_TOLERANCE = 1.0
+
+
+def lines_of(file: FieldFile, *, place: StackPlace | None = None) -> Callable[[Surface], DirectionField]:
+    """Return what makes the lines of a field file on a surface.
+
+    Args:
+        file: what was read.
+        place: of the layer whose middle the surface is: its lines are those of the part, carried up and turned, but
+            for a wall's, which has its own as far as it goes; None of a single skin.
+
+    What is returned raises:
+        FieldError: indices do not add up to what the surface demands, a place lies off it, or it has nothing of what
+            is preferred; or it lies off the wall, or labels make none.
+        InputError: two singularities have one vertex, or the volume of a wall cannot be read.
+    """
+
+    def lines(surface: Surface) -> DirectionField:
+        if file.wall is not None:
+            return _in_wall(file.wall, surface, part=None if place is None else place.base)
+        if place is None:
+            return _designed(file, surface)
+        # As fine as the layer, so that lines are as smooth there as on a single skin.
+        below = refine(place.base, edge_length=float(np.median(edge_lengths(surface))))
+        feet, heights = closest(below, surface.vertices[surface.faces].mean(axis=1))
+        turned = _turned(file.through, place, heights)
+        return carried_field(_designed(file, below), surface, feet=feet, turned=turned)
+
+    return lines
+
+
+def _designed(file: FieldFile, surface: Surface) -> DirectionField:
+    """Return the lines on the part itself."""
+    if file.helix is not None:
+        axis, angle = np.array(file.helix.axis), radians(file.helix.angle)
+        heights = surface.vertices @ (axis / np.linalg.norm(axis))
+        return HelixRule(angle, angle).field(surface, heights=heights, depths=np.zeros(heights.size))
+    preferences = [_preference(table, surface) for table in file.preferences]
+    if not file.singularities:
+        return smoothest_field(surface, symmetry=LINES, preferences=preferences)
+    places = _on(surface, np.array([table.place for table in file.singularities]), what="singularity")
+    indices = np.array([table.index for table in file.singularities])
+    return prescribed_field(
+        surface,
+        symmetry=LINES,
+        singularities=singularities_near(surface, places, indices=indices),
+        preferences=preferences,
+    )
+
+
+def _in_wall(table: WallTable, surface: Surface, *, part: Surface | None) -> DirectionField:
+    """Return the fibres of a wall on a surface within it, or on a layer over a part that is."""
+    path = Path(table.volume)
+    volume = read_volume(path.read_bytes(), name=path.name)
+    wall, cavity, base = (np.isin(volume.labels, labels) for labels in (table.labels, table.cavity, table.base))
+    rule = HelixRule(radians(table.epicardial_deg), radians(table.endocardial_deg))
+    coordinates = WallCoordinates(WallVoxels(wall, cavity, base, volume.affine, path.name))
+    return coordinates.field(surface, rule, part=part)
+
+
+def _turned(table: ThroughTable | None, place: StackPlace, heights: FloatArray) -> FloatArray:
+    """Return by what lines of a layer are turned at (m,) heights over the part [mm], counter-clockwise [rad]."""
+    if table is None:
+        return np.zeros(heights.size)
+    if table.inner_deg is None or table.outer_deg is None:
+        return np.radians(table.turn_deg_per_mm or 0.0) * heights
+    share = (place.number - 0.5) / place.count
+    return np.full(heights.size, radians(table.inner_deg + share * (table.outer_deg - table.inner_deg)))
+
+
+def _preference(table: PreferenceTable, surface: Surface) -> Preference:
+    """Return what a table prefers on a surface."""
+    weighted = {} if table.weight is None else {"weight": table.weight}
+    if table.direction is not None:
+        return AlongDirection(np.array(table.direction), **weighted)
+    if table.curvature is not None:
+        return AlongCurvature(table.curvature, **weighted)
+    if table.stroke is not None:
+        corners = _on(surface, np.array(table.stroke), what="point of a stroke")
+        drawn = even_points(corners, step=float(np.median(edge_lengths(surface))))
+        points, _ = closest(surface, drawn)
+        return AlongStroke(SurfaceCurves(points, np.array([0, len(drawn)]), np.array([False])), **weighted)
+    return AlongRim(**weighted)
+
+
+def _on(surface: Surface, places: FloatArray, *, what: str) -> FloatArray:
+    """Return (k, 3) places after checking that they lie on a surface [mm].
+
+    Raises:
+        FieldError: one lies off it.
+    """
+    _, away = closest(surface, places)
+    worst = int(np.argmax(away))
+    if away[worst] > PLACE_TOLERANCE:
+        raise FieldError(
+            f"the {what} {worst + 1} of the field, {in_words(places[worst])}, lies {away[worst]:.3g} mm off "
+            f"{surface.name}, at most {PLACE_TOLERANCE:g} mm is allowed: give a place on it.",
+            distance=float(away[worst]),
+        )
+    return places
+
+
+# Which backend and pattern a job names, and the options that it gives them.
+
+
+# The option that `--resolution` stands for, of whichever backend has it.
+RESOLUTION = "resolution"
+# The option that `--middle` stands for, of whichever pattern has it, and the middle that pipeline chooses.
+MIDDLE, BEST_MIDDLE = "middle", "best"
+# The keys of a job that stand for an option of that name, and what those of patterns say.
+PATTERN_KEYS = {MIDDLE: "what becomes of contours where fronts meet", "contours": "how many contours go around rows"}
+KEYS = (RESOLUTION, *PATTERN_KEYS)
+# The option of a pattern whose lines a field file says, and the key of that.
+FIELD = "field"
+
+
+def check_part(job: Job) -> None:
+    """Check that there is a part at all, before anything else that may be wrong.
+
+    Raises:
+        InputError: there is no such file.
+    """
+    if not os.path.exists(job.surface):  # noqa: PTH110  (a name that no file can have is none, too)
+        raise InputError(f"there is no file `{job.surface}`; check its name and its folder.")
+
+
+def check_options(job: Job, backends: Sequence[str]) -> None:
+    """Check the options of a job, before the long work; those of what is not chosen just have to be right.
+
+    Raises:
+        UsageError: a backend, a pattern or one of their options is unknown, an option is missing or of another type,
+            or the resolution means none of the backends, the middle or the contours none of the patterns, or an angle
+            not its pattern.
+    """
+    chosen = [backend(name) for name in backends]
+    if job.resolution is not None and not any(RESOLUTION in entry.options for entry in chosen):
+        rastered = with_option(RESOLUTION)
+        raise UsageError(
+            f"`--resolution {job.resolution}` sets the raster of {', '.join(rastered)}, but {', '.join(backends)} has "
+            f"none: leave it out, or choose the backend {rastered[0]}."
+        )
+    for entry in chosen:
+        _options(job, entry)
+    drawings = [pattern(each.name) for each in job.drawings]
+    for key, said in (*PATTERN_KEYS.items(), (FIELD, "which lines fibres follow")):
+        if getattr(job, key) is not None and not any(key in drawing.options for drawing in drawings):
+            names = " and ".join(dict.fromkeys(drawing.name for drawing in drawings))
+            raise UsageError(
+                f"`--{key} {getattr(job, key)}` says {said}, but the pattern {names} has none: leave it out."
+            )
+    for drawing in drawings:
+        _options(job, drawing)
+        _lines(job, drawing)
+    _check_angles(job)
+    for name in job.options:
+        _options(job, _named(name))
+
+
+def _check_angles(job: Job) -> None:
+    """Check that layers whose rows run beside a line have one where patterns take turns, and others no angle."""
+    for each in job.drawings if job.patterns else ():
+        beside = runs_beside_line(pattern(each.name))
+        if each.angle_deg is not None and not beside:
+            raise UsageError(
+                f"`--patterns`: {each} gives an angle, but rows of the pattern {each.name} run beside no line: write "
+                f"{each.name} alone."
+            )
+        if each.angle_deg is None and beside and job.source is None:
+            raise UsageError(
+                f"`--patterns`: rows of {each.name} run beside a line: give their angle in degrees, as {each.name}:45, "
+                "or a drawn curve with `--from curve.csv`."
+            )
+
+
+def backend_of(job: Job) -> Callable[[Surface], Backend]:
+    """Return what builds the backend of a job on a surface, with the options of the job.
+
+    Raises:
+        UsageError: as `check_options`.
+    """
+    entry = backend(job.backend)
+    return partial(entry.factory, **_options(job, entry))
+
+
+def pattern_of(job: Job, place: StackPlace | None = None) -> Pattern:
+    """Return the pattern of a job, with the options of the job.
+
+    Args:
+        job: that names it.
+        place: of the layer that it covers; None of a single skin.
+
+    Raises:
+        UsageError: as `check_options`.
+    """
+    entry = pattern(job.drawing.name)
+    return entry.factory(**_options(job, entry), **_lines(job, entry, place))
+
+
+def follows_field(job: Job) -> bool:
+    """Return whether the paths of a job follow the lines of a field."""
+    return FIELD in pattern(job.drawing.name).options
+
+
+def check_lines(job: Job, workpiece: Workpiece) -> None:
+    """Check that there are lines on a workpiece where the paths of a job follow some.
+
+    Raises:
+        GeoprintError: as what `lines_of` returns.
+    """
+    for lines in _lines(job, pattern(job.drawing.name), workpiece.place).values():
+        lines(workpiece.surface)
+
+
+def seeks_middle(job: Job) -> bool:
+    """Return whether the best middle of a job's pattern is to be found: where it has one, and no other is asked for."""
+    entry = pattern(job.drawing.name)
+    return (
+        MIDDLE in entry.options and MIDDLE not in job.options.get(entry.name, {}) and job.middle in {None, BEST_MIDDLE}
+    )
+
+
+def with_backend(job: Job, name: str) -> Job:
+    """Return the same job for another backend; without the resolution where that has no raster."""
+    resolution = job.resolution if RESOLUTION in backend(name).options else None
+    return job.model_copy(update={"backend": name, "resolution": resolution})
+
+
+def _lines(
+    job: Job, entry: Entry[PatternFactory], place: StackPlace | None = None
+) -> dict[str, Callable[[Surface], DirectionField]]:
+    """Return the lines that a pattern follows as its option; none where it follows none.
+
+    Raises:
+        UsageError: it follows lines, and the job names no field file, or one that cannot be read or turns them through
+            layers that the job does not have.
+    """
+    if FIELD not in entry.options:
+        return {}
+    if job.field is None:
+        raise UsageError(
+            f"the pattern {entry.name} follows a field of lines: give `--field field.toml`; `geoprint init` writes one."
+        )
+    file = read_field(job.field)
+    if file.through is not None and not job.layered:
+        raise UsageError(
+            f"{job.field.name}: [through] turns lines from layer to layer, but there is a single skin: give "
+            "`--thickness` or `--target`, or leave [through] out."
+        )
+    return {FIELD: lines_of(file, place=place)}
+
+
+def _named(name: str) -> Entry[Titled]:
+    if name in backend_names():
+        return backend(name)
+    if name in pattern_names():
+        return pattern(name)
+    raise UsageError(
+        f"options are given for '{name}', but there is no backend or pattern of that name; choose one of: "
+        f"{', '.join([*backend_names(), *pattern_names()])}."
+    )
+
+
+def _options(job: Job, entry: Entry[Titled]) -> dict[str, OptionValue]:
+    given = job.options.get(entry.name, {})
+    for key in KEYS:
+        asked = getattr(job, key)
+        if asked is None or asked == BEST_MIDDLE or key not in entry.options:
+            continue
+        if key in given:
+            raise UsageError(
+                f"the {key} of {entry.name} is given twice, as `--{key} {asked}` and as its option {given[key]}: leave "
+                "one of them out."
+            )
+        given = given | {key: asked}
+    return entry.checked(given)

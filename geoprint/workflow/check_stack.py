@@ -1,0 +1,439 @@
+"""stack.json and stacks.json, held against the bundles of the layers, their program and the table's motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from importlib.metadata import version
+from itertools import pairwise
+from pathlib import Path, PurePosixPath
+from typing import cast, final
+
+import numpy as np
+
+from geoprint.config import Job, job_cell, job_of
+from geoprint.errors import GeoprintError, naming
+from geoprint.metrics.stack_thickness import laid_volume
+from geoprint.model import PoseStream, frozen
+from geoprint.positioner import table_machine
+from geoprint.postprocessor import Json, read_setup
+from geoprint.postprocessor.rapid.stack_verifying import OwnProgram, judge_stack
+from geoprint.postprocessor.rapid.stack_writing import together
+from geoprint.reporting.check import Checked, CheckedStack, Finding
+from geoprint.reporting.prints import JOINED_LIST
+from geoprint.reporting.records.plan import PlanRecord
+from geoprint.reporting.records.rounding import as_json, read_record
+from geoprint.reporting.records.stack import StackedLayerRecord, StackProgramRecord, StackRecord
+from geoprint.reporting.robot_summary import program_digest
+from geoprint.reporting.stack import finished_record, with_cure
+from geoprint.results import StackedLayer
+from geoprint.workflow.bundles import (
+    RAPID_FOLDER,
+    STACK,
+    own_program,
+    program_finding,
+    program_modules,
+    resident_findings,
+    stream_of,
+)
+from geoprint.workflow.check_figures import VOLUME_SHARE, controller_files_findings, figures, joined_header_findings
+from geoprint.workflow.check_inputs import planned_cell, planned_job
+from geoprint.workflow.check_replan import record_findings
+from geoprint.workflow.replan import JOB
+from geoprint.workflow.stack_thickness import finished_stack
+from geoprint.workflow.table_motion import move_clearance, sweep_seconds
+from geoprint.workflow.tilting import part_folder
+from geoprint.workflow.workpiece import read_part, read_stack
+
+# The table's motion from one layer to the next: from the last attitude of the one to the first of the other.
+#
+# A layer is planned by itself, as if the table came to its first attitude from rest. In the program of all layers it
+# comes from where the layer below has left it, so that this motion is proven here, with all that lies on the part
+# then.
+
+
+@final
+@frozen
+class LayerMove:
+    """How the table comes to a layer.
+
+    Attributes:
+        kept: distance that is kept from the arm at home [mm].
+        seconds: from the last attitude of the layer below [s].
+        from_rest: from rest, as it is planned and told for the layer by itself [s].
+    """
+
+    kept: float
+    seconds: float
+    from_rest: float
+
+
+def layer_moves(jobs: Sequence[Job], own: Sequence[OwnProgram]) -> tuple[LayerMove, ...]:
+    """Return how a table comes to each layer but the lowest; nothing where the part stands still.
+
+    Args:
+        jobs: of each layer, the lowest first.
+        own: the programs of all attitudes, in the order of printing.
+
+    Raises:
+        ClearanceError: the table cannot be proven to keep clear of the arm at home; the sentence names the layer.
+        GeoprintError: as `read_part`, and as `move_clearance`.
+    """
+    between = [(one, other) for one, other in pairwise(own) if one.layer != other.layer]
+    return tuple(_move(jobs[other.layer - 1], one, other) for one, other in between if other.cell.table is not None)
+
+
+def _move(job: Job, one: OwnProgram, other: OwnProgram) -> LayerMove:
+    part = read_part(job)
+    with naming(f"layer {other.layer}, which comes upon layer {one.layer} without a rest of the table"):
+        kept = move_clearance(
+            other.cell,
+            before=one.placement,
+            stands=other.placement,
+            surfaces=(part.base,) if part.body is None else (part.base, part.body),
+            place=part.place,
+            to=f"attitude 1 of layer {other.layer}",
+        )
+    before, after, noun = one.placement.table, other.placement.table, other.cell.table
+    assert before is not None  # noqa: S101  # As `move_clearance` has asked.
+    assert after is not None  # noqa: S101  # As above.
+    assert noun is not None  # noqa: S101  # As above.
+    table = table_machine(noun)
+    rest, last, first = np.eye(4)[None], before.T_table_plate[None], after.T_table_plate[None]
+    (seconds,) = sweep_seconds(other.cell, table, Ts_from=last, Ts_to=first)
+    (from_rest,) = sweep_seconds(other.cell, table, Ts_from=rest, Ts_to=first)
+    return LayerMove(kept, seconds, from_rest)
+
+
+# What stack.json and stacks.json say, held against the bundles of the layers and the program of all of them.
+#
+# Each figure of a layer is that of its own plan.json, which is checked by itself; those of the whole follow from
+# them and from the program as it was executed. How the finished thickness comes out is simulated again with
+# `--full`.
+
+
+# Speeds of layers that are equal to so many mm/s are one.
+SPEED = 1e-4
+
+
+def stack_findings(
+    stack: CheckedStack,
+    layers: Sequence[tuple[str, Checked]],
+    own: Sequence[OwnProgram],
+    moves: Sequence[LayerMove],
+    *,
+    names: Mapping[str, Mapping[str, str]],
+) -> Iterator[Finding]:
+    """Yield what stack.json says that its layers and its program do not.
+
+    Args:
+        stack: with stack.json, and with what its program did in this check.
+        layers: folder and bundle of each, the lowest first, without a finding.
+        own: their programs; none without a robot.
+        moves: how a table comes to each but the lowest; none where the part stands still.
+        names: of the files of each bundle, by its folder.
+    """
+    told = stack.told
+    if told is None:
+        return
+    folders: list[Json] = [name for name, _ in layers]
+    yield from figures(STACK, "", {"layers": [one.folder for one in told.layers]}, {"layers": folders})
+    plans = [one.told for _, one in layers]
+    if len(plans) != len(told.layers) or any(plan is None for plan in plans):
+        return
+    held = cast("Sequence[PlanRecord]", plans)
+    jobs = [planned_job(one.folder, names[name]) for name, one in layers]
+    for number, (of, plan, (_, one), job) in enumerate(zip(told.layers, held, layers, jobs, strict=True)):
+        yield from figures(STACK, f"layers.{number}", as_json(of), _layer(plan, one, job), near=SPEED)
+        yield from _volume(of, plan, one, number=number)
+    yield from figures(STACK, "", as_json(told), _whole(told, held, jobs))
+    yield from _finished_volume(told)
+    untold = told.model_copy(
+        update={
+            "cure": None,
+            "not_checked": (),
+            "layers": tuple(layer.model_copy(update={"cure": None}) for layer in told.layers),
+        }
+    )
+    lit = with_cure(untold, job_cell(jobs[0]))
+    for key in ("cure", "not_checked"):
+        yield from figures(STACK, "", {key: as_json(told).get(key)}, {key: as_json(lit).get(key)})
+    program = None if told.program is None else as_json(told.program)
+    if (program is None) is not (not own):
+        yield Finding(STACK, 1, f"it tells of {'no' if program is None else 'a'} program of all layers")
+    if program is not None and own:
+        yield from figures(STACK, "program", program, _program(stack, held, own, moves))
+
+
+def _layer(plan: PlanRecord, one: Checked, job: Job) -> dict[str, Json]:
+    """Return what is said of a layer, by its own bundle."""
+    (layer,) = plan.layers
+    even, laid, robots = plan.uniformity, plan.deposition, plan.robot
+    thickness = None if even is None or laid is None else even.thickness if laid.flow == "constant" else even.following
+    seconds = plan.joined.print_s if plan.joined is not None else sum(one.motion.duration_s for one in robots)
+    found: dict[str, Json] = {
+        "bottom_mm": layer.bottom_mm,
+        "height_mm": layer.height_mm,
+        "area_mm2": plan.surface.area_mm2,
+        "pattern": str(job.drawing),
+        "runs": plan.paths.runs,
+        "deposit_mm": plan.paths.deposit_mm,
+        "gap": None if even is None else even.gap,
+        "overlap": None if even is None else even.overlap,
+        "thickness_cv": None if thickness is None else thickness.cv,
+        "helix_deg": None if plan.paths.fibres is None else plan.paths.fibres.helix_mean_deg,
+        "wanted_mm3": plan.surface.area_mm2 * layer.height_mm,
+        "print_s": seconds if robots else None,
+        "attitudes": len(robots) if any(robot.table is not None for robot in robots) else None,
+        "clearance_mm": min((robot.clearance.smallest_mm for robot in robots), default=None),
+        "not_printable": plan.not_printable,
+        "dose_mj_cm2": None if laid is None or laid.light is None else laid.light.all_passes,
+        "warnings": [*plan.warnings],
+        "not_checked": list(dict.fromkeys(text for robot in robots for text in robot.clearance.not_checked)),
+    }
+    # What a layer is slowed down by is its own missing volume: the rest is the speed of all layers.
+    asked = planned_cell(job, plan).process.speed
+    share = one.setup.cell.process.speed / robots[0].motion.speed_ceiling_mm_s if robots and one.setup else 1.0
+    found["speed_mm_s"] = asked * share
+    if "pattern" in found and found["pattern"] == "contours":
+        # Left out where it is that.
+        del found["pattern"]
+    return {key: value for key, value in found.items() if value is not None}
+
+
+def _volume(of: StackedLayerRecord, plan: PlanRecord, one: Checked, *, number: int) -> Iterator[Finding]:
+    """Yield the volume of a layer that is not what its program deposits."""
+    count = len(plan.robot)
+    folders = [part_folder(each, count) for each in range(1, count + 1)] or [""]
+    shares = [robot.motion.deposited.share if robot.motion.deposited else 0.0 for robot in plan.robot] or [1.0]
+    streams: list[PoseStream] = [stream_of(one.folder / folder, plan) for folder in folders]
+    laid = sum(share * laid_volume(each, each.flow) for share, each in zip(shares, streams, strict=True))
+    found: dict[str, Json] = {"laid_mm3": laid}
+    yield from figures(STACK, f"layers.{number}", as_json(of), found, near=VOLUME_SHARE * laid)
+
+
+def _whole(told: StackRecord, plans: Sequence[PlanRecord], jobs: Sequence[Job]) -> dict[str, Json]:
+    """Return what is said of all layers together, by their own bundles."""
+    first, job = plans[0], jobs[0]
+    (layer,) = first.layers
+    found: dict[str, Json] = {
+        "part": first.input.name,
+        "target": None if first.input.target is None else first.input.target.name,
+        "thickness_mm": layer.count * layer.height_mm if job.thickness is None else job.thickness,
+    }
+    found["version"] = first.version if all(plan.version == first.version for plan in plans) else version("geoprint")
+    if job.target is None:
+        found["target_mm3"] = None
+        found["left_out"] = []
+    numbers: list[Json] = [each.number for each in told.left_out]
+    if numbers != [*range(len(plans) + 1, len(plans) + 1 + len(numbers))] or len(plans) + len(numbers) != layer.count:
+        found["left_out (numbers)"] = [*range(len(plans) + 1, layer.count + 1)]
+    return found
+
+
+def _finished_volume(told: StackRecord) -> Iterator[Finding]:
+    """Yield that the volume of the finished stack is not that of its layers."""
+    finished = told.finished.printed
+    wanted = told.target_mm3 or sum(layer.wanted_mm3 for layer in told.layers)
+    if finished is not None and wanted > 0.0:
+        volume: dict[str, Json] = {"volume": sum(layer.laid_mm3 for layer in told.layers) / wanted}
+        yield from figures(STACK, "finished.printed", as_json(finished), volume)
+
+
+def _program(
+    stack: CheckedStack, plans: Sequence[PlanRecord], own: Sequence[OwnProgram], moves: Sequence[LayerMove]
+) -> dict[str, Json]:
+    """Return what is said of the program of all layers, as it was executed in this check."""
+    pause = own[0].cell.process.layer_pause
+    printing = sum(
+        plan.joined.print_s if plan.joined is not None else sum(one.motion.duration_s for one in plan.robot)
+        for plan in plans
+    )
+    moving = sum(move.seconds - move.from_rest for move in moves)
+    found: dict[str, Json] = {
+        "file": JOINED_LIST,
+        "pause_s": pause,
+        "print_s": printing + moving + pause * (len(plans) - 1),
+        "runs_dry_only": bool(own[0].placement.missing),
+    }
+    if stack.proof is not None:
+        found |= {
+            "scenarios": [*stack.proof.scenarios],
+            "refused": [*stack.proof.refused],
+            "lines_with_statements": stack.proof.statements,
+            "lines_executed": stack.proof.executed,
+        }
+    return found
+
+
+def finished_findings(folder: Path, stack: CheckedStack, kept: Sequence[StackedLayer]) -> list[Finding]:
+    """Return what is said of the finished thickness that its layers, planned again, do not leave.
+
+    Args:
+        folder: of the stack.
+        stack: with stack.json.
+        kept: what a stack takes of each layer that was planned again.
+    """
+    told = stack.told
+    if told is None or len(kept) != len(told.layers):
+        return []
+    try:
+        job = job_of(surface=folder / told.layers[0].folder / JOB).model_copy(update={"layer": None})
+        whole = read_stack(job)
+        finished = finished_stack(job, whole, kept)
+    except GeoprintError as error:
+        return [Finding(STACK, 1, f"simulated again: {error}")]
+    target = None if whole.target is None else whole.target.volume
+    wanted = sum(layer.wanted_mm3 for layer in told.layers) if target is None else target
+    again: dict[str, Json] = {
+        "finished": as_json(finished_record(finished, wanted=wanted)),
+        "thickness_mm": whole.thickness,
+        "target_mm3": target,
+    }
+    said: dict[str, Json] = {**as_json(told)}
+    return [*record_findings(STACK, {key: said.get(key) for key in again}, again)]
+
+
+# The program of a stack, made of what its layers' bundles hold, and read back from the folder in which it lies.
+
+
+# Distances that are checked again agree with those that are told to this [mm].
+NEAR = 0.01
+
+
+def own_programs(folder: Path, layers: Sequence[StackedLayerRecord]) -> list[OwnProgram]:
+    """Return the own programs of all layers, over a table of all attitudes of each, in the order of printing.
+
+    There are none without a robot.
+
+    Args:
+        folder: in which the bundles of the layers stand.
+        layers: what is said of them, the lowest first.
+
+    Raises:
+        VerificationError: as `own_program`.
+    """
+    if any(layer.print_s is None for layer in layers):
+        return []
+    return [
+        own_program(folder, str(PurePosixPath(layer.folder, part_folder(attitude, layer.attitudes or 1))), layer=number)
+        for number, layer in enumerate(layers, start=1)
+        for attitude in range(1, (layer.attitudes or 1) + 1)
+    ]
+
+
+def stack_program(
+    own: Sequence[OwnProgram], layers: Sequence[StackedLayerRecord], moves: Sequence[LayerMove], *, part_name: str
+) -> tuple[dict[str, bytes], StackProgramRecord | None]:
+    """Return name and content of the files of a stack's program, and what is told of it; nothing without a robot.
+
+    Args:
+        own: as `own_programs`.
+        layers: what is said of the layers, the lowest first.
+        moves: how a table comes to each but the lowest; none where the part stands still.
+        part_name: for the header.
+
+    Raises:
+        VerificationError: the program, read back and executed, is not what its layers are.
+    """
+    if not own:
+        return {}, None
+    modules, beside, proof = together(own, part_name=part_name)
+    files = {f"{RAPID_FOLDER}/{name}": text.encode("ascii") for name, text in (modules | beside).items()}
+    pause = own[0].cell.process.layer_pause
+    printing = sum(layer.print_s or 0.0 for layer in layers) + sum(move.seconds - move.from_rest for move in moves)
+    return files, StackProgramRecord(
+        file=JOINED_LIST,
+        pause_s=pause,
+        print_s=printing + pause * (len(layers) - 1),
+        table_kept_mm=_kept(moves),
+        runs_dry_only=bool(own[0].placement.missing),
+        scenarios=proof.scenarios,
+        refused=proof.refused,
+        lines_with_statements=proof.statements,
+        lines_executed=proof.executed,
+    )
+
+
+def check_stack(
+    folder: Path, names: Iterable[str], layers: Sequence[tuple[str, Checked]]
+) -> tuple[list[Finding], CheckedStack]:
+    """Check the record and the program of a stack on the disk against those of its layers, executed.
+
+    No layer's bundle tells how a table comes from layer to layer, so that this is proven to be clear of the arm anew.
+
+    Args:
+        folder: of the stack.
+        names: of all that its manifest lists.
+        layers: folder and bundle of each, checked; nothing is held against those that are not as they were planned.
+
+    Returns:
+        What is wrong, and what a person reads of it.
+    """
+    told: StackRecord | None = None
+    try:
+        told = read_record(folder / STACK, StackRecord)
+        if any(one.findings for _, one in layers):
+            reason = "a layer is not as it was planned, so that nothing of the stack was held against it"
+            return [Finding(STACK if told.program is None else JOINED_LIST, 1, reason)], CheckedStack(told)
+        own = own_programs(folder, told.layers)
+        findings: list[Finding] = []
+        stack, moves = CheckedStack(told), ()
+        if own:
+            found, stack, moves = _program_findings(folder, names, told, own)
+            findings += found
+        of_each = {name: _below(names, name) for name, _ in layers}
+        findings += stack_findings(stack, layers, own, moves, names=of_each)
+    except GeoprintError as error:
+        return [Finding(STACK, 1, str(error))], CheckedStack(told)
+    return findings, stack
+
+
+def _below(names: Iterable[str], folder: str) -> dict[str, str]:
+    """Return the names below a folder, without it."""
+    return {name.removeprefix(f"{folder}/"): "" for name in names if name.startswith(f"{folder}/")}
+
+
+def _program_findings(
+    folder: Path, names: Iterable[str], told: StackRecord, own: Sequence[OwnProgram]
+) -> tuple[list[Finding], CheckedStack, tuple[LayerMove, ...]]:
+    """Return what is wrong with the program of a stack, what it did, and how a table comes to its layers."""
+    modules = dict(program_modules(folder, names))
+    judged = judge_stack(modules, own)
+    findings = [*resident_findings(folder, own[0]), *map(program_finding, judged.findings)]
+    moves: tuple[LayerMove, ...] = ()
+    try:
+        moves = layer_moves([job_of(surface=folder / layer.folder / JOB) for layer in told.layers], own)
+    except GeoprintError as error:
+        findings.append(Finding(JOINED_LIST, 1, str(error)))
+    else:
+        findings += _kept_findings(told, moves)
+    last = read_setup(folder / own[-1].folder / "setup.json")
+    placed = replace(last, placement=own[0].placement)
+    loading = any(PurePosixPath(name).name.startswith("GeoPath") for name in modules)
+    findings += controller_files_findings(
+        folder, dict.fromkeys(names, ""), placed, loading=loading, folders=[one.folder for one in own]
+    )
+    findings += joined_header_findings(
+        folder,
+        part=told.part,
+        version=told.version,
+        cell=last.cell,
+        layers=[one.layer for one in own],
+        tilted=own[0].placement.table is not None,
+    )
+    digest = program_digest(modules.items())
+    stack = CheckedStack(told, settings=judged.settings, proof=judged.proof, program_sha256=digest)
+    return findings, stack, moves
+
+
+def _kept_findings(told: StackRecord, moves: Sequence[LayerMove]) -> Iterator[Finding]:
+    """Yield that a table comes otherwise than is told from layer to layer."""
+    said, kept = None if told.program is None else told.program.table_kept_mm, _kept(moves)
+    if (said is None) is not (kept is None) or abs((said or 0.0) - (kept or 0.0)) > NEAR:
+        yield Finding(STACK, 1, f"program.table_kept_mm is {said}, checked again it is {kept}")
+
+
+def _kept(moves: Sequence[LayerMove]) -> float | None:
+    """Return what a table keeps from the arm at least as it comes to a layer [mm]; None where the part stands still."""
+    return min((move.kept for move in moves), default=None)

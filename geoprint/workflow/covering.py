@@ -1,0 +1,153 @@
+"""What becomes of contours where fronts meet: plain ones and fitted ones are measured, and the better ones taken."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TypeAlias
+
+from geoprint.config import Job
+from geoprint.distance import Piecewise
+from geoprint.errors import FieldError
+from geoprint.metrics import Covering, DistanceErrors, Uniformity, distance_errors, ranked, uniformity
+from geoprint.model import Contours, ScalarField
+from geoprint.results import Layer, Plan, TriedMiddle, Workpiece
+from geoprint.toolpath import arrange, seams_of
+from geoprint.workflow.backend_choice import backend_of, pattern_of, seeks_middle
+from geoprint.workflow.placement import pose_stream
+from geoprint.workflow.stages import Stages
+
+# A workpiece covered with strokes, and these turned into poses; the robot does not count yet.
+
+
+def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
+    """Cover the workpiece with strokes and turn them into poses; evenness and the robot are left out."""
+    surface = workpiece.surface
+    with stage("contours"):
+        backend, seed = Piecewise(surface, backend_of(job)), workpiece.seed
+        spacing = job.spacing or backend.distance(seed).maximum / (job.rounds or 1)
+        widths = workpiece.widths
+        strokes = pattern_of(job, workpiece.place).strokes(
+            surface, seed, backend=backend, spacing=spacing if widths is None else ScalarField(widths(surface.vertices))
+        )
+        contours = Contours(strokes.curves, strokes.levels, spacing, backend.distance(seed))
+        flattenings = backend.shown(spacing=spacing)
+    with stage("path"):
+        process = workpiece.cell.process
+        place = workpiece.place
+        seams = None if place is None else seams_of(place.base, layer=place.number - 1)
+        toolpath = arrange(
+            strokes, surface, speed=process.speed, standoff=workpiece.standoff, seams=seams,
+            shortest=workpiece.cell.shortest_run,
+        )  # fmt: skip
+        stream = pose_stream(toolpath, workpiece, max_tilt_deg=job.max_tilt)
+    layers = (Layer(surface, 0 if place is None else place.number - 1, process.layer_height),)
+    return Plan(
+        job, workpiece, contours, toolpath, stream, None, layers, (), tuple(stage.timings), flattenings,
+        followed=strokes.followed, promised=strokes.promised,
+    )  # fmt: skip
+
+
+def evenness_of(paths: Plan) -> Uniformity:
+    """Measure how evenly the paths of a plan cover its part."""
+    workpiece = paths.workpiece
+    return uniformity(
+        paths.poses,
+        workpiece.part,
+        spacing=paths.contours.spacing,
+        wanted=workpiece.widths,
+        flow_shares=workpiece.cell.process.flow_shares,
+    )
+
+
+def distance_errors_of(paths: Plan) -> DistanceErrors | None:
+    """Measure how far the curves of a plan lie from the distance that they promise; None where they promise none."""
+    workpiece, contours = paths.workpiece, paths.contours
+    if paths.promised is None:
+        return None
+    return distance_errors(
+        workpiece.part,
+        workpiece.seed,
+        contours.curves,
+        paths.promised,
+        surface=workpiece.surface,
+        spacing=contours.spacing,
+    )
+
+
+# Paths with what was measured of them, and that by itself.
+Measured: TypeAlias = tuple[Plan, Uniformity]
+PLAIN, FITTED = "plain", "fitted"
+# Where less of the area than this is missed or covered twice there is nothing to gain.
+NEGLIGIBLE_FAULT = 0.003
+
+
+def measured_covers(job: Job, workpiece: Workpiece, stage: Stages) -> tuple[Measured, ...]:
+    """Cover a workpiece and measure how evenly; where the best middle is sought, with each of them.
+
+    Returns:
+        What was asked for alone; or plain contours, and fitted ones where plain ones miss or cover twice more than next
+        to nothing and fitted ones can be made.
+
+    Raises:
+        FieldError: the backend cannot plan on this part.
+    """
+    if not seeks_middle(job):
+        return (_measured(job, job, workpiece, stage),)
+    plain = _measured(job, job.model_copy(update={"middle": PLAIN}), workpiece, stage)
+    if _covering(plain[1]).fault <= NEGLIGIBLE_FAULT:
+        return (plain,)
+    try:
+        fitted, fits = _measured(job, job.model_copy(update={"middle": FITTED}), workpiece, stage)
+    except FieldError:
+        return (plain,)
+    return plain, (replace(fitted, distance=plain[0].distance), fits)
+
+
+def taken_alike(each: Sequence[tuple[Measured, ...]]) -> list[Measured]:
+    """Return one covering of each of several backends, all with the middle of the best of those that have a choice.
+
+    Like is compared with like so. A backend for which plain contours alone were measured keeps them, and has no say in
+    what becomes of the others.
+
+    Args:
+        each: what `measured_covers` returned, a backend each.
+    """
+    choices = [(kind, measured) for covers in each if len(covers) > 1 for kind, measured in enumerate(covers)]
+    order = ranked([_covering(found) for _, (_, found) in choices])
+    taken = choices[order[0]][0] if choices else 0
+    return [_of_kind(covers, taken) for covers in each]
+
+
+def _of_kind(covers: tuple[Measured, ...], kind: int) -> Measured:
+    """Return one of the coverings with what is said of both, or the only one."""
+    if len(covers) == 1:
+        return covers[0]
+    tried = [_tried(name, *covers[k], taken=k == kind) for k, name in enumerate((PLAIN, FITTED))]
+    paths, found = covers[kind]
+    return replace(paths, middles=(tried[kind], tried[1 - kind])), found
+
+
+def taken_job(paths: Plan) -> Job:
+    """Return the job of a plan with the middle that was taken for it: covering with it makes the same paths again."""
+    if not seeks_middle(paths.job):
+        return paths.job
+    taken = next((tried.middle for tried in paths.middles if tried.taken), PLAIN)
+    return paths.job.model_copy(update={"middle": taken})
+
+
+def _measured(asked: Job, job: Job, workpiece: Workpiece, stage: Stages) -> Measured:
+    """Return the paths of a job, kept as those of what was asked for, and how even they are."""
+    paths = cover(job, workpiece, stage)
+    with stage("evenness"):
+        measured = evenness_of(paths)
+        distance = distance_errors_of(paths)
+    return replace(paths, job=asked, uniformity=measured, distance=distance), measured
+
+
+def _covering(measured: Uniformity) -> Covering:
+    return Covering(measured.gap, measured.overlap, measured.thickness.cv)
+
+
+def _tried(middle: str, paths: Plan, found: Uniformity, *, taken: bool) -> TriedMiddle:
+    return TriedMiddle(middle, *_covering(found), paths.toolpath.curves.count, taken)

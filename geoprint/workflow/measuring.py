@@ -1,0 +1,149 @@
+"""Files of toolpaths, of geoprint or anybody else, read, laid onto a part and measured side by side."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from geoprint.config import Job, job_cell
+from geoprint.errors import UsageError, naming
+from geoprint.geometry import prepare, united, upright_of
+from geoprint.geometry.files import MeshFile, load_file
+from geoprint.metrics import measure_paths, moved, printed, rigid_fit
+from geoprint.model import PrintErrors, Surface
+from geoprint.postprocessor import json_bytes, write_bundle
+from geoprint.reporting.measurement import measure_csv, record_measurement
+from geoprint.reporting.measurement_page import measure_picture, measure_report
+from geoprint.reporting.records.comparison import MeasurementRecord
+from geoprint.reporting.records.rounding import as_json, verify_record
+from geoprint.results import MeasuredFile, Measurement
+from geoprint.toolpath_files import read_paths
+from geoprint.workflow.patches import patches_of
+
+RECORD = "measure.json"
+# More are no comparison any more.
+MOST_FILES = 20
+
+
+def measure_files(
+    job: Job,
+    paths: Sequence[Path | str],
+    *,
+    offset_up_to: float | None = None,
+    fit: bool = False,
+    deposit: str | None = None,
+    dialect: str | None = None,
+    observe: Callable[[str], None] = lambda _: None,
+) -> Measurement:
+    """Measure how evenly files of toolpaths cover a part.
+
+    Args:
+        job: its part, unit, label, patches, spacing and cell count; of the cell the errors of a print.
+        paths: files of toolpaths or bundles, one or more.
+        offset_up_to: how far a path may lie off the part [mm]; a tenth of the spacing if not given.
+        fit: whether each is first laid onto the part by a rigid motion.
+        deposit: what deposits, where files do not tell: M-codes as M3/M5, an axis that extrudes as A, or the name of an
+            output.
+        dialect: of G-code; None to guess it.
+        observe: told the name of each stage as it starts.
+
+    Raises:
+        UsageError: no spacing is given, or there are too many files.
+        InputError: a file cannot be read, or does not lie on the part.
+    """
+    if job.spacing is None:
+        raise UsageError("give `--spacing`: the distance in mm that neighbouring paths were meant to have.")
+    if not 1 <= len(paths) <= MOST_FILES:
+        raise UsageError(f"give 1 to {MOST_FILES} files of toolpaths, found {len(paths)}.")
+    if offset_up_to is not None and not (np.isfinite(offset_up_to) and offset_up_to > 0.0):
+        raise UsageError(f"`--offset-up-to {offset_up_to:g}`: it must be a positive number of mm.")
+    cell = job_cell(job)
+    observe("part")
+    part = load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold)
+    surface = _surface(job, part)
+    found: list[MeasuredFile] = []
+    for path, name in zip(paths, _names(paths), strict=True):
+        observe(name)
+        read = read_paths(path, deposit=deposit, dialect=dialect)
+        with naming(name):
+            fitted = rigid_fit(surface, read.curves) if fit else None
+            curves = read.curves if fitted is None else moved(read.curves, fitted)
+            begun = time.process_time()
+            measured = measure_paths(
+                surface, curves, spacing=job.spacing, offset_up_to=offset_up_to, flow_shares=cell.process.flow_shares
+            )
+            seconds = time.process_time() - begun
+        # How the tool stands nobody knows.
+        expected = printed(
+            *measured.layer(follows=cell.signals.mode == "analog"),
+            measured.sides,
+            cell.errors or PrintErrors(),
+        )
+        found.append(
+            MeasuredFile(
+                name,
+                read.format,
+                read.deposit,
+                read.points,
+                read.dropped,
+                read.reading,
+                fitted,
+                measured,
+                expected,
+                seconds,
+            )
+        )
+    own = job.cell is not None and cell.errors is not None
+    return Measurement(part, surface, upright_of(surface), job.spacing, tuple(found), own_errors=own)
+
+
+def save_measurement(found: Measurement, directory: Path | str, *, overwrite: bool = False) -> MeasurementRecord:
+    """Write measure.json, measure.csv, measure.png and report.html: all or nothing.
+
+    Args:
+        found: what was measured.
+        directory: where the result shall stand.
+        overwrite: whether an existing result may be replaced.
+
+    Returns:
+        What measure.json says.
+
+    Raises:
+        UsageError: the folder exists already.
+        ExportError: nothing can be written there.
+        VerificationError: what was written reads back otherwise.
+    """
+    told = record_measurement(found)
+    files = {
+        RECORD: json_bytes(as_json(told)),
+        "measure.csv": measure_csv(told).encode("utf-8"),
+        "measure.png": measure_picture(found, told),
+        "report.html": measure_report(found, told),
+    }
+
+    def verify(written: Path) -> None:
+        verify_record(written / RECORD, told)
+
+    write_bundle(directory, files, overwrite=overwrite, verify=verify)
+    return told
+
+
+def _surface(job: Job, part: MeshFile) -> Surface:
+    """Return the part, or the patches of it that are meant, ready to be measured on."""
+    cut = [patch.surface for patch in patches_of(job, part)] or [part.surface]
+    return united([prepare(one, longest_hole=job.fill_holes)[0] for one in cut])
+
+
+def _names(paths: Sequence[Path | str]) -> list[str]:
+    """Return the names of files, with their folders where two are alike, and numbered where these are."""
+    short = [Path(path).name or str(path) for path in paths]
+    alike = Counter(short)
+    names = [str(path) if alike[name] > 1 else name for path, name in zip(paths, short, strict=True)]
+    return [
+        f"{name} ({names[:place].count(name) + 1})" if names.count(name) > 1 else name
+        for place, name in enumerate(names)
+    ]

@@ -1,0 +1,470 @@
+"""Choosing the patch on a body: by point, box, direction, drawn curve or region of its file; cut with a smooth rim."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import combinations, pairwise
+from typing import final
+
+import numpy as np
+
+from geoprint.config import Job, PatchRegion
+from geoprint.distance.fast_marching import FastMarching
+from geoprint.errors import FieldError, InputError, naming
+from geoprint.geometry import (
+    Joined,
+    PolylineDistance,
+    PreparationReport,
+    SurfaceLine,
+    boundary_half_edges,
+    boundary_loops,
+    clipped,
+    closest,
+    closest_once,
+    connected_nodes,
+    contracted,
+    edge_faces,
+    edge_keys,
+    edge_lengths,
+    edges,
+    face_areas,
+    faces_within,
+    half_edges,
+    in_words,
+    inscribed,
+    join,
+    normals,
+    part_of,
+    piece_at,
+    point_seed,
+    positions,
+    prepare,
+    refine,
+    signed_volume,
+    trimmed,
+    triple,
+    turned_over,
+    united,
+    vertex_normals,
+    with_vertex,
+)
+from geoprint.geometry.files import MeshFile, region_faces
+from geoprint.geometry.topology import used_vertices
+from geoprint.metrics.oracle import shortest_way
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface, frozen
+from geoprint.results import Patch
+
+# A closed curve drawn on a body: points joined by the shortest lines over the triangles, and what it encloses.
+
+
+@final
+@frozen
+class Enclosed:
+    """What a closed curve encloses.
+
+    Attributes:
+        surface: with the curve along edges.
+        inside: (m,) which faces of it lie on the chosen side of the curve.
+        length: of the curve [mm].
+        share: of the surface's area that is inside.
+    """
+
+    surface: Surface
+    inside: BoolArray
+    length: float
+    share: float
+
+
+def enclosed(surface: Surface, points: FloatArray, *, at: FloatArray | None) -> Enclosed:
+    """Draw a closed curve into the triangles of a surface and choose one of its sides.
+
+    Args:
+        surface: manifold, in one piece.
+        points: (k, 3) on the surface [mm], in order round the curve; one that repeats its predecessor is left out, and
+            so is the last where it repeats the first.
+        at: (3,) on the side that is meant [mm]; None for the one with the smaller area.
+
+    Raises:
+        InputError: fewer than three different points, the curve meets itself, or it does not divide the surface.
+        FieldError: two neighbouring points have no connection that can be found.
+    """
+    corners: list[int] = []
+    for point in points:
+        surface, vertex = with_vertex(surface, point)
+        corners.append(vertex)
+    corners = [vertex for vertex, before in zip(corners, [corners[-1], *corners[:-1]], strict=True) if vertex != before]
+    if len(corners) < 3:
+        raise InputError(
+            f"a closed curve on {surface.name} needs three points or more, found {len(corners)} different ones.",
+            points=len(corners),
+        )
+    repeated = [vertex for index, vertex in enumerate(corners) if vertex in corners[:index]]
+    if repeated:
+        raise _meeting(surface, surface.vertices[repeated[0]])
+    surface, chain, length = _drawn(surface, corners)
+    left, right = _sides(surface, chain)
+    areas = face_areas(surface)
+    if at is None:
+        inside = left if areas[left].sum() <= areas[right].sum() else right
+    else:
+        inside = left if left[closest(surface, at[None, :])[0].faces[0]] else right
+    return Enclosed(surface, inside, length, float(areas[inside].sum() / areas.sum()))
+
+
+def _drawn(surface: Surface, corners: list[int]) -> tuple[Surface, IntArray, float]:
+    """Join vertices in turn; return the surface with these lines as edges, their vertices in turn and their length."""
+    chain, length = np.array(corners[:1]), 0.0
+    for first, last in pairwise([*corners, corners[0]]):
+        line = shortest_way(surface, first, last)
+        _refuse_meeting(surface, line, chain)
+        surface, vertices = inscribed(surface, line)
+        chain, length = np.concatenate([chain, vertices[1:]]), length + line.length
+    return surface, chain[:-1], length
+
+
+def _refuse_meeting(surface: Surface, line: SurfaceLine, chain: IntArray) -> None:
+    """Refuse a line that meets those drawn before it anywhere but at its own ends."""
+    count = len(surface.vertices)
+    drawn = edge_keys(np.column_stack([chain[:-1], chain[1:]]), vertices=count)
+    crossed = edge_keys(line.edges, vertices=count)
+    passes = (line.edges[:, 0] == line.edges[:, 1]) & np.isin(line.edges[:, 0], chain)
+    # It starts where the last line ended, and the closing one ends where the first began.
+    passes[0] = False
+    passes[-1] &= line.edges[-1, 0] != chain[0]
+    met = np.flatnonzero(passes | np.isin(crossed, drawn))
+    if met.size:
+        raise _meeting(surface, line.places(surface)[met[0]])
+
+
+def _meeting(surface: Surface, place: FloatArray) -> InputError:
+    return InputError(
+        f"the curve on {surface.name} meets itself at {in_words(place)}; give its points in order round the patch, "
+        "each once, and more of them where it turns sharply.",
+        place=triple(place),
+    )
+
+
+def _sides(surface: Surface, chain: IntArray) -> tuple[BoolArray, BoolArray]:
+    """Return (m,) which faces lie on the left and on the right of a closed chain of edges."""
+    ends, beside = edges(surface.faces), edge_faces(surface.faces)
+    count, following = len(surface.vertices), np.roll(chain, -1)
+    drawn = edge_keys(np.column_stack([chain, following]), vertices=count)
+    joined = beside[(beside[:, 1] >= 0) & ~np.isin(edge_keys(ends, vertices=count), drawn)]
+    labels = connected_nodes(*joined.T, nodes=len(surface.faces))
+    halves = half_edges(surface.faces) @ np.array([count, 1])
+    on_left = np.unique(labels[np.flatnonzero(np.isin(halves, chain * count + following)) // 3])
+    on_right = np.unique(labels[np.flatnonzero(np.isin(halves, following * count + chain)) // 3])
+    if np.intersect1d(on_left, on_right).size or min(on_left.size, on_right.size) == 0:
+        raise InputError(
+            f"the curve does not divide {surface.name} into an inside and an outside: it goes round a handle or along "
+            "the border; draw it round the patch."
+        )
+    return np.isin(labels, on_left), np.isin(labels, on_right)
+
+
+# A point may miss the body by this [mm], what is read off a screen being rounded, or by a share of the radius: the
+# thickness of the slices of a label volume.
+POINT_TOLERANCE = 1.0
+POINT_TOLERANCE_SHARE = 0.25
+# Edges for each radius: a circle cut through triangles that large is round to a thousandth of its radius.
+EDGES_PER_RADIUS = 12
+
+
+@final
+@frozen
+class PatchChoice:
+    """Where a patch lies on its body; what is given holds together, as within the radius and within the box.
+
+    Attributes:
+        at: (3,) point on or near the body [mm] that the patch holds, or None.
+        radius: greatest distance from it along the surface [mm], or None.
+        box: (2, 3) lowest and highest coordinates [mm], or None.
+        cone: greatest angle between the surface's normal and that at the point [rad], or None.
+        curve: (k, 3) points on or near the body [mm], in order round the patch, or None; the patch is the side that
+            holds the point, without one the smaller side.
+        region: faces of the body, as loaded, or None.
+    """
+
+    at: FloatArray | None
+    radius: float | None
+    box: FloatArray | None
+    cone: float | None
+    curve: FloatArray | None = None
+    region: IntArray | None = None
+
+
+def choice_of(region: PatchRegion, body: MeshFile) -> PatchChoice:
+    """Return a patch's place on a body as a job states it, with angles in rad.
+
+    Raises:
+        UsageError: the body's file has no such region.
+    """
+    return PatchChoice(
+        at=None if region.at is None else np.array(region.at),
+        radius=region.radius,
+        box=None if region.box is None else np.array(region.box).reshape(2, 3),
+        cone=None if region.cone_deg is None else float(np.radians(region.cone_deg)),
+        curve=None if region.curve is None else np.array(region.curve),
+        region=None if region.region is None else region_faces(body.regions, region.region, file=body.surface.name),
+    )
+
+
+def cut_patch(body: Surface, choice: PatchChoice, *, longest_hole: float | None = None) -> Patch:
+    """Cut a patch out of a body through its triangles.
+
+    Distance is geodesic and measured by fast marching. Only the surroundings of the patch are prepared and, where
+    triangles are coarse for the radius, refined, so that a defect elsewhere on the body does no harm; with a curve,
+    whose inside is not known before, all of the piece that it lies on. A region alone is cut out as it is; with a
+    radius or a curve, which are measured on the whole body, it bounds what they leave.
+
+    Args:
+        body: as loaded.
+        choice: where.
+        longest_hole: as for `prepare` [mm].
+
+    Raises:
+        InputError: the body cannot be prepared around the patch, a point lies off it, the curve encloses nothing, or
+            there is no surface in the box.
+        FieldError: the whole body lies within the radius, or points of the curve are too far apart.
+    """
+    joined = join(body)
+    whole, outside, turned = _facing_outward(joined.surface, at=_some_place(body, choice))
+    region = None if choice.region is None else _faces_of(body, choice.region)
+    near = whole
+    if region is not None and choice.radius is None and choice.curve is None:
+        # Nothing is measured beyond the region, so that only the region must be sound.
+        joined, region = join(region), None
+        near = turned_over(joined.surface) if turned else joined.surface
+    centre, curve, missed = _on_body(near, choice)
+    near = _surroundings(near, centre=centre, curve=curve, radius=choice.radius)
+    part, before = prepare(near, longest_hole=longest_hole)
+    if choice.radius is not None:
+        part = refine(part, edge_length=choice.radius / EDGES_PER_RADIUS)
+    kept, inside = np.ones(len(part.faces), dtype=np.bool_), None
+    if curve is not None:
+        drawn = enclosed(part, curve, at=centre)
+        part, kept, inside = drawn.surface, drawn.inside, _inside(drawn, points=len(curve), at=centre)
+    if region is not None:
+        kept = _within_region(part, kept, region, tolerance=joined.tolerance)
+    bounds = _bounds(part, choice, centre=centre)
+    cut = clipped(part_of(part, kept), bounds[used_vertices(part.faces[kept])])
+    if centre is not None:
+        cut = piece_at(cut, centre)
+    surface, after = prepare(trimmed(contracted(cut)))
+    return Patch(surface, _all_changes(joined, before, after), whole, outside, missed, inside)
+
+
+def _all_changes(joined: Joined, before: PreparationReport, after: PreparationReport) -> PreparationReport:
+    """Return the report of the cut patch with all changes that were made before it was cut."""
+    repairs = replace(
+        joined.repairs + before.repairs + after.repairs,
+        # Vertices that the patch leaves out are not told.
+        dropped_unreferenced_vertices=after.repairs.dropped_unreferenced_vertices,
+    )
+    return replace(after, repairs=repairs, crossings_checked=before.crossings_checked and after.crossings_checked)
+
+
+def _some_place(body: Surface, choice: PatchChoice) -> FloatArray | None:
+    """Return a (3,) place on or near the patch [mm], None where nothing but a box is given."""
+    if choice.at is not None:
+        return choice.at
+    if choice.curve is not None:
+        return choice.curve[0]
+    return None if choice.region is None else body.vertices[body.faces[choice.region[0]]].mean(axis=0)
+
+
+def _facing_outward(joined: Surface, *, at: FloatArray | None) -> tuple[Surface, str, bool]:
+    """Return a body, turned if it is closed and wound inward, how its outside is known, and whether it was turned."""
+    whole = joined if at is None else piece_at(joined, at)
+    if boundary_half_edges(whole.faces).size:
+        return whole, "as the file winds it", False
+    if signed_volume(whole) > 0:
+        return whole, "away from the inside of the closed body", False
+    return turned_over(whole), "away from the inside of the closed body, against the file's winding", True
+
+
+def _faces_of(body: Surface, chosen: IntArray) -> Surface:
+    kept = np.zeros(len(body.faces), dtype=np.bool_)
+    kept[chosen] = True
+    return part_of(body, kept)
+
+
+def _within_region(part: Surface, kept: BoolArray, region: Surface, *, tolerance: float) -> BoolArray:
+    """Return which of the kept faces of a surface lie on a region of the body that it was made from."""
+    within = kept.copy()
+    within[kept] = closest(region, part.vertices[part.faces[kept]].mean(axis=1))[1] <= tolerance
+    if not within.any():
+        raise InputError(f"nothing of the region of {part.name} lies within the other bounds; give fewer of them.")
+    return within
+
+
+def _on_body(body: Surface, choice: PatchChoice) -> tuple[FloatArray | None, FloatArray | None, float | None]:
+    """Return the points of the body nearest to the point and the curve of a choice, and the largest distance [mm]."""
+    given = [places for places in (choice.at, choice.curve) if places is not None]
+    if not given:
+        return None, None, None
+    places = np.vstack(given)
+    points, distances = closest_once(body, places)
+    nearest = positions(body, points)
+    worst = int(np.argmax(distances))
+    missed = float(distances[worst])
+    tolerance = max(POINT_TOLERANCE, POINT_TOLERANCE_SHARE * (choice.radius or 0.0))
+    if missed > tolerance:
+        raise InputError(
+            f"the point {in_words(places[worst])} lies {missed:.3g} mm off {body.name}, at most {tolerance:.3g} mm is "
+            f"allowed; the nearest point of its surface is {in_words(nearest[worst])}.",
+            distance=missed,
+            tolerance=tolerance,
+        )
+    curve = None if choice.curve is None else nearest[-len(choice.curve) :]
+    return None if choice.at is None else nearest[0], curve, missed
+
+
+def _surroundings(
+    body: Surface, *, centre: FloatArray | None, curve: FloatArray | None, radius: float | None
+) -> Surface:
+    """Return the piece of a body on which the patch lies, less what is farther from its point than the radius."""
+    if curve is not None:
+        return piece_at(body, curve[0])
+    if centre is None:
+        return body
+    if radius is not None:
+        # No point is nearer along the surface than straight.
+        body = part_of(body, faces_within(body, centre, radius=radius))
+    return piece_at(body, centre)
+
+
+def _inside(drawn: Enclosed, *, points: int, at: FloatArray | None) -> str:
+    curve = f"a curve of {points} points, {drawn.length:.4g} mm long"
+    if at is not None:
+        return f"{curve}; the side of the point, {drawn.share:.0%} of the area"
+    return f"{curve}; the smaller side, {drawn.share:.0%} of the area: `--at X Y Z` chooses the other"
+
+
+def _bounds(part: Surface, choice: PatchChoice, *, centre: FloatArray | None) -> FloatArray:
+    """Return (n, k) functions that are positive outside the patch."""
+    columns: list[FloatArray] = []
+    if choice.radius is not None and centre is not None:
+        seed = point_seed(part, centre, tolerance=POINT_TOLERANCE)
+        distances = FastMarching(part).distance(seed)
+        if distances.maximum <= choice.radius:
+            raise FieldError(
+                f"all of {part.name} lies within {choice.radius:g} mm of the point, the farthest place "
+                f"{distances.maximum:.3g} mm along the surface; choose a smaller radius, or plan the whole of it.",
+                farthest=distances.maximum,
+            )
+        columns.append(distances.values - choice.radius)
+    if choice.cone is not None and centre is not None:
+        axis = normals(part, closest(part, centre[None, :])[0])[0]
+        columns.append(np.arccos(np.clip(vertex_normals(part) @ axis, -1.0, 1.0)) - choice.cone)
+    if choice.box is not None:
+        lowest, highest = choice.box
+        columns += [*(lowest - part.vertices).T, *(part.vertices - highest).T]
+    return np.column_stack([np.empty((len(part.vertices), 0)), *columns])
+
+
+# The patches of one job: cut from one body, kept apart, and put together to the part that is planned.
+
+
+# Patches may reach over each other's rim by this [mm], which no bead notices, or by this share of an edge: as far as a
+# cut slides vertices beside it.
+OVERLAP_TOLERANCE = 0.1
+OVERLAP_SHARE = 0.1
+# Patches are cut into triangles this many times smaller than they are to find where they overlap.
+TRIANGLES_ACROSS = 30
+
+
+@final
+@frozen
+class PreparedPart:
+    """The part of a job, on the side that the file is wound to.
+
+    Attributes:
+        surface: as prepared; of several patches their union, in their order.
+        preparations: what preparing changed, patch by patch.
+        patches: that it was cut as, none where the file is the part.
+        body: what they were cut from, or None.
+    """
+
+    surface: Surface
+    preparations: tuple[PreparationReport, ...]
+    patches: tuple[Patch, ...]
+    body: Surface | None
+
+
+def prepared_part(job: Job, loaded: MeshFile) -> PreparedPart:
+    """Prepare what a file holds, or cut the patches out of it that a job names.
+
+    Raises:
+        MeshError: the file cannot be prepared.
+        InputError: a patch cannot be cut, or two overlap; of several patches the sentence says which.
+    """
+    patches = patches_of(job, loaded)
+    if not patches:
+        surface, preparation = prepare(loaded.surface, longest_hole=job.fill_holes)
+        return PreparedPart(surface, (preparation,), (), None)
+    surface = united([patch.surface for patch in patches])
+    return PreparedPart(surface, tuple(patch.preparation for patch in patches), patches, _common_body(patches))
+
+
+def patches_of(job: Job, body: MeshFile) -> tuple[Patch, ...]:
+    """Return the patches that a job cuts from its body, in its order; none where the whole body is the part.
+
+    Raises:
+        UsageError: the body's file has no such region.
+        InputError: as `cut_patch`, and so the other errors; or two patches overlap. The sentence says which.
+    """
+    several = len(job.patches) > 1
+    patches: list[Patch] = []
+    for number, region in enumerate(job.patches, start=1):
+        place = "" if region.at is None else f" at {in_words(np.array(region.at))}"
+        with naming(f"patch {number}{place}" if several else ""):
+            patches.append(cut_patch(body.surface, choice_of(region, body), longest_hole=job.fill_holes))
+    _refuse_overlaps(patches)
+    return tuple(patches)
+
+
+def _refuse_overlaps(patches: Sequence[Patch]) -> None:
+    """Refuse patches of which one lies on another: there material would be laid twice."""
+    for (i, one), (j, other) in combinations(enumerate(patches, start=1), 2):
+        edge = max(float(edge_lengths(patch.surface).mean()) for patch in (one, other))
+        allowed = max(OVERLAP_TOLERANCE, OVERLAP_SHARE * edge)
+        for first, second, number in ((one, other, j), (other, one, i)):
+            depth, place = _deepest(first.surface, second.surface, near=allowed)
+            if depth > allowed:
+                raise InputError(
+                    f"patches {i} and {j} overlap at {in_words(place)}, {depth:.2g} mm inside the rim of patch "
+                    f"{number}, allowed are {allowed:.2g} mm: material would be laid there twice; move them apart or "
+                    "make one smaller.",
+                    depth=depth,
+                )
+
+
+def _deepest(surface: Surface, other: Surface, *, near: float) -> tuple[float, FloatArray]:
+    """Return how far inside the rim of another surface points of one lie on it at most [mm], and where; 0 for none.
+
+    Points on the other surface are those that are no farther from it than `near` [mm].
+    """
+    size = float(np.sqrt(face_areas(surface).sum())) / TRIANGLES_ACROSS
+    points = refine(surface, edge_length=size).vertices
+    low, high = other.vertices.min(axis=0) - near, other.vertices.max(axis=0) + near
+    points = points[((points >= low) & (points <= high)).all(axis=1)]
+    if len(points):
+        points = points[closest(other, points)[1] <= near]
+    if not len(points):
+        return 0.0, surface.vertices[0]
+    rims = [other.vertices[np.append(loop, loop[0])] for loop in boundary_loops(other)]
+    # A closed surface has no rim: all that lies on it lies inside.
+    depths = PolylineDistance(rims, step=size)(points) if rims else np.full(len(points), np.inf)
+    return float(depths.max()), points[int(depths.argmax())]
+
+
+def _common_body(patches: Sequence[Patch]) -> Surface:
+    """Return what patches were cut from: the piece of the file that they lie on, or all such pieces, each once."""
+    kept: list[Surface] = []
+    for body in sorted((patch.body for patch in patches), key=lambda body: -len(body.faces)):
+        corners = body.vertices[body.faces[0]]
+        if not any((one.vertices[:, None] == corners).all(axis=2).any(axis=0).all() for one in kept):
+            kept.append(body)
+    return united(kept)

@@ -1,0 +1,268 @@
+"""Where a demonstration stands: with its mean normal up where that can be printed, else as a search turns it.
+
+What changes with it: its placement, the poses that depend on it, and the room that it has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+from geoprint.config import standing
+from geoprint.errors import ClearanceError, Detail, PlanError, ReachError
+from geoprint.model import Cylinder, FloatArray, Placement, PoseStream, Surface, Toolpath
+from geoprint.positioner import obstacles_at
+from geoprint.results import Orientation, Plan, Workpiece
+from geoprint.robot.arm import Arm
+from geoprint.robot.collision import CheckedWorld, ClearanceCheck, obstacle_target, tool_solids
+from geoprint.robot.placing import (
+    LEAST_MEAN_NORMAL,
+    ROUND_SOLIDS,
+    OrientationSearch,
+    Oriented,
+    Room,
+    Scene,
+    Stand,
+    demo_placement,
+    search_orientation,
+)
+from geoprint.robot.reach import Leaning, NozzleRoom
+from geoprint.toolpath import PosedSurface, poses
+from geoprint.transforms import apply, inverse
+from geoprint.workflow.stages import Stages
+
+Chain = Callable[[Plan, Placement, Stages], Plan]
+
+# A surface with more corners is replaced by those of its convex hull: they alone decide what it stands on.
+MANY_POINTS = 1000
+# The part at the base's origin, its mean normal up.
+UPRIGHT = Stand(np.zeros(3), np.zeros(3))
+
+
+def placed(paths: Plan, placement: Placement, stage: Stages, *, chain: Chain) -> Plan:
+    """Plan the robot where the part stands, and where that is refused and nobody stated it, where a search turns it.
+
+    What prints with its mean normal up stays there.
+
+    Args:
+        paths: of the part as it stands.
+        placement: where that is.
+        stage: names and times the work.
+        chain: plans the robot at a placement.
+
+    Raises:
+        PlanError: as the chain; where a search was of no use, it says so.
+    """
+    try:
+        return chain(paths, placement, stage)
+    except (ReachError, ClearanceError) as error:
+        if not paths.workpiece.turnable or not _may_help(error, paths.workpiece):
+            raise
+        refusal = error
+    with stage("orientation"):
+        search = _search(paths)
+    refused: list[str] = []
+    alike, turned_at = "", None
+    for oriented in search.found:
+        turned, turned_placement = stood(paths, oriented.stand), stand_placement(paths.workpiece, oriented.stand)
+        try:
+            planned = chain(turned, turned_placement, stage)
+        except PlanError as error:
+            refused.append(str(error))
+            if not _may_help(error, paths.workpiece):
+                alike = f"; turned by {_in_words(oriented)} it fails at what turning hardly changes: {error}"
+                turned_at = error.details.get("place")
+                break
+            continue
+        orientation = Orientation(
+            rpy=oriented.stand.rpy,
+            tilt=oriented.tilt,
+            margin=oriented.margin,
+            tried=search.tried,
+            start=str(refusal),
+            refused=tuple(refused),
+        )
+        return replace(planned, workpiece=replace(planned.workpiece, orientation=orientation))
+    raise _refusal(refusal, search, paths.workpiece, alike=alike, turned_at=turned_at) from refusal
+
+
+def _may_help(error: PlanError, workpiece: Workpiece) -> bool:
+    """Say whether a part that is turned may be printed: needle, cone and barrel stand over it as they did."""
+    solid, against = error.details.get("solid"), str(error.details.get("against", ""))
+    around_the_axis = {each.name for each in tool_solids(workpiece.cell.tool)[:ROUND_SOLIDS]}
+    of_the_part = against.startswith(("part ", "body "))
+    return arm_of(workpiece).closed_form is not None and not (solid in around_the_axis and of_the_part)
+
+
+def _search(paths: Plan) -> OrientationSearch:
+    workpiece, cell = paths.workpiece, paths.workpiece.cell
+    return search_orientation(
+        paths.poses,
+        arm_of(workpiece),
+        T_fixture_work=stand_placement(workpiece, UPRIGHT).T_base_work,
+        position=cell.demo_position,
+        scene=Scene(cell.tool, cell.process, workpiece.part, workpiece.body, room_of(workpiece)),
+    )
+
+
+def _in_words(oriented: Oriented) -> str:
+    roll, pitch, yaw = np.degrees(oriented.stand.rpy).tolist()
+    return f"({roll:.4g}, {pitch:.4g}, {yaw:.4g}) degrees"
+
+
+def _refusal(
+    error: PlanError, search: OrientationSearch, workpiece: Workpiece, *, alike: str, turned_at: Detail
+) -> PlanError:
+    """Return the error of the start, with what was tried besides, and what is refused however it is turned."""
+    if alike:
+        return type(error)(f"{str(error).rstrip('.')}{alike}", **error.details, turned_place=turned_at)
+    x, y, z = workpiece.cell.demo_position.tolist()
+    planned = f", {len(search.found)} of them planned through" if search.found else ""
+    return type(error)(
+        f"{str(error).rstrip('.')}; so it is with its mean normal up, and of {search.tried} orientations about "
+        f"({x:g}, {y:g}, {z:g}) mm none serves either{planned}.",
+        **error.details,
+    )
+
+
+def stood(paths: Plan, stand: Stand) -> Plan:
+    """Return a plan of paths for a part that stands elsewhere; the cell's demonstration and its table go with it.
+
+    The deposits stay where they are on the part, with what flows on them; attitude and travel depend on how it stands.
+    """
+    cell = standing(paths.workpiece.cell, stand.T_base_fixture)
+    workpiece = replace(paths.workpiece, cell=cell, placement=stand_placement(paths.workpiece, stand))
+    stream = pose_stream(paths.toolpath, workpiece, max_tilt_deg=paths.job.max_tilt)
+    return replace(paths, workpiece=workpiece, poses=with_flow_of(stream, paths.poses))
+
+
+def with_flow_of(stream: PoseStream, before: PoseStream) -> PoseStream:
+    """Return a stream of the same deposits with the flow of another."""
+    flow = np.zeros(stream.count)
+    flow[stream.deposit] = before.flow[before.deposit]
+    return replace(stream, flow=flow)
+
+
+def stand_placement(workpiece: Workpiece, stand: Stand) -> Placement:
+    """Return the placement of a part at a stand; nobody has measured it."""
+    T_base_fixture = stand.T_base_fixture
+    found = demo_placement(
+        workpiece.part, position=T_base_fixture[:3, 3], rotation=T_base_fixture[:3, :3], least=LEAST_MEAN_NORMAL
+    )
+    return replace(found, flow_unstated=workpiece.cell.signals.flow_unstated)
+
+
+def pose_stream(
+    toolpath: Toolpath,
+    workpiece: Workpiece,
+    *,
+    max_tilt_deg: float,
+    travel: Literal["low", "high"] = "low",
+    known: PosedSurface | None = None,
+) -> PoseStream:
+    """Return the poses of a toolpath on a workpiece, as it stands; the nozzle leans by at most so many degrees.
+
+    What travel and what is known mean is said by `paths.poses`.
+    """
+    process = workpiece.cell.process
+    return poses(
+        toolpath,
+        workpiece.surface,
+        R_base_work=workpiece.upright,
+        standoff=workpiece.standoff,
+        retract=process.retract,
+        layer_height=process.layer_height,
+        max_tilt=float(np.radians(max_tilt_deg)),
+        tool=workpiece.cell.tool,
+        body=workpiece.body,
+        beside=_table(workpiece),
+        travel=travel,
+        known=known,
+    )
+
+
+def _table(workpiece: Workpiece) -> FloatArray:
+    """Return the (b, 3) corners of a table's solids as it holds the part, in its coordinates; none without a table."""
+    placement = workpiece.placement
+    if placement is None or placement.table is None:
+        return np.empty((0, 3))
+    T_work_base = inverse(placement.T_base_work)
+    solids = [one for one in obstacles_at(workpiece.cell, placement) if isinstance(one, Cylinder)]
+    return np.concatenate([obstacle_target(one, T_work_base=T_work_base).triangles.reshape(-1, 3) for one in solids])
+
+
+def arm_of(workpiece: Workpiece) -> Arm:
+    """Return the arm of a workpiece's cell, with its tool."""
+    return Arm(workpiece.cell.robot, T_flange_tool=workpiece.cell.tool.T_flange_tool)
+
+
+def clearance_check(
+    workpiece: Workpiece, placement: Placement, *, known: ClearanceCheck | None = None
+) -> ClearanceCheck:
+    """Return what proves that tool and arm of a workpiece's cell keep clear where it stands.
+
+    Args:
+        workpiece: the part, and the cell.
+        placement: where it stands.
+        known: the check of another placement, so that nothing is prepared twice.
+    """
+    return ClearanceCheck(
+        arm_of(workpiece),
+        tool=workpiece.cell.tool,
+        process=workpiece.cell.process,
+        T_base_work=placement.T_base_work,
+        part=workpiece.ground,
+        body=workpiece.body,
+        obstacles=obstacles_at(workpiece.cell, placement),
+        below=workpiece.below,
+        known=known,
+    )
+
+
+def scene_at(workpiece: Workpiece, placement: Placement) -> CheckedWorld:
+    """Return what the tool must not touch where a workpiece stands, as its `clearance_check` has it."""
+    return CheckedWorld(
+        workpiece.cell.tool,
+        process=workpiece.cell.process,
+        part=workpiece.ground,
+        body=workpiece.body,
+        obstacles=obstacles_at(workpiece.cell, placement),
+        T_work_base=inverse(placement.T_base_work),
+    )
+
+
+def leaning_of(paths: Plan, placement: Placement, scene: CheckedWorld) -> Leaning:
+    """Return how far the nozzle may lean, and what it must not touch where the part stands."""
+    cell = paths.workpiece.cell
+    room = NozzleRoom(
+        cell.tool,
+        process=cell.process,
+        standoff=cell.process.standoff,
+        scene=scene,
+        T_base_work=placement.T_base_work,
+    )
+    return Leaning(float(np.radians(paths.job.max_tilt)), room)
+
+
+def room_of(workpiece: Workpiece) -> Room:
+    """Return where part and body may stand, from the corners that decide it."""
+    T_fixture_work = stand_placement(workpiece, UPRIGHT).T_base_work
+    home = arm_of(workpiece).tool_poses(workpiece.cell.robot.home[None])[0]
+    body = np.empty((0, 3)) if workpiece.body is None else _corners(workpiece.body)
+    return Room(
+        part=apply(T_fixture_work, _corners(workpiece.part)),
+        body=apply(T_fixture_work, body),
+        obstacles=workpiece.cell.obstacles,
+        ceiling=float(home[2, 3]) - workpiece.cell.process.retract,
+    )
+
+
+def _corners(surface: Surface) -> FloatArray:
+    if len(surface.vertices) <= MANY_POINTS:
+        return surface.vertices
+    # Joggled, because a plate has no volume.
+    return surface.vertices[ConvexHull(surface.vertices, qhull_options="QJ").vertices]

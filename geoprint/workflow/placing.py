@@ -1,0 +1,186 @@
+"""Where a part should stand: the placement with the largest margin that passes every check of a plan."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from geoprint.config import STAND_DECIMALS, Job, job_cell
+from geoprint.errors import PlanError, UsageError
+from geoprint.model import Cell, FloatArray, PoseStream
+from geoprint.results import Plan, Proposal, Workpiece
+from geoprint.robot.placing import LEAST_MEAN_NORMAL, Candidate, Room, Stand, demo_placement, search_placement
+from geoprint.robot.reach import reach_map, reach_margin
+from geoprint.workflow.backend_choice import check_part
+from geoprint.workflow.placement import UPRIGHT, arm_of, room_of, stand_placement, stood
+from geoprint.workflow.planning import plan_paths, with_robot
+from geoprint.workflow.stages import Stages
+from geoprint.workflow.tilting import in_turn, poses_at_rest, seen_at_rest, table_stand, with_attitudes
+from geoprint.workflow.workpiece import prepare_workpiece, with_rounds
+
+# Rounds that stand for the paths where neither spacing nor rounds are given: reach hardly depends on them.
+DEFAULT_ROUNDS = 10
+# Candidates that are planned through before giving up.
+ATTEMPTS = 4
+
+
+def propose_placement(
+    job: Job, *, height: float | None = None, tilt_deg: float = 0.0, observe: Callable[[str], None] = lambda _: None
+) -> Proposal:
+    """Propose where a part stands with the largest margin, and prove it by planning there.
+
+    Args:
+        job: what to plan; it is placed as a demonstration whatever it says, because nobody has measured a proposal.
+        height: of the part's centroid in the base frame [mm], or None where any will do.
+        tilt_deg: how far from upright the part may be tilted [degrees].
+        observe: called with the name of each stage as it starts.
+
+    Returns:
+        The best candidate that passes every check.
+
+    Raises:
+        UsageError: the job or its cell is unclear or contradicts itself.
+        InputError: a file cannot be planned on, or the part finds no room in the cell.
+        PlanError: no candidate passes; says why.
+    """
+    if not 0.0 <= tilt_deg <= 90.0:
+        raise UsageError(f"`--tilt` is {tilt_deg:g} degrees; give 0 (upright) to 90.")
+    check_part(job)
+    cell = job_cell(job)
+    if cell.table is not None:
+        _check_table(cell, tilt_deg=tilt_deg)
+        # A table stands on something: it stays as high as it is, unless another height is asked for.
+        height = float(cell.demo_position[2]) if height is None else height
+    stage = Stages(observe)
+    paths = _covered(job, cell, stage)
+    workpiece, poses, room = paths.workpiece, _poses(paths), room_of(paths.workpiece)
+    with stage("search"):
+        candidates = _candidates(paths, poses, room, height=height, tilt=float(np.radians(tilt_deg)))
+    refused: list[str] = []
+    for candidate in candidates[:ATTEMPTS]:
+        stand = _rounded(candidate.stand)
+        try:
+            planned = _planned(paths, stand, stage)
+        except PlanError as error:
+            refused.append(str(error))
+            continue
+        return _proposal(paths, poses, planned, stand=stand, room=room, refused=tuple(refused))
+    # A candidate that the arm reaches is refused for another reason, which a higher home does not mend.
+    higher = higher_home(paths, room, height=height) if candidates[0].margin <= 0.0 else ""
+    raise PlanError(
+        f"{workpiece.name} finds no place in {workpiece.cell.name}{higher}; the best of {len(candidates)} candidates "
+        f"is refused: {refused[0]}",
+        margin_deg=float(np.degrees(candidates[0].margin)),
+    )
+
+
+def best_placed(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Job:
+    """Return a job whose place is 'best' as a demonstration where `propose_placement` puts it; others as they are.
+
+    Of layers the one on the part decides. Where no place is better than that of the cell the part stands there.
+
+    Raises:
+        GeoprintError: as `propose_placement`.
+    """
+    if job.place != "best" or not job.robot:
+        return job
+    first = job.model_copy(update={"layer": job.layer or 1}) if job.layered else job
+    found = propose_placement(first, observe=observe)
+    stand = [*found.stand.position.tolist(), *np.degrees(found.stand.rpy).round(STAND_DECIMALS).tolist()]
+    return job.model_copy(update={"place": "demo", "stand": stand if found.better else None})
+
+
+def _covered(job: Job, cell: Cell, stage: Stages) -> Plan:
+    """Return the paths that a plan of the part would take, as a demonstration, over a table with its attitudes."""
+    job = with_rounds(job, cell)
+    rounds = DEFAULT_ROUNDS if job.spacing is None and job.rounds is None else job.rounds
+    job = job.model_copy(update={"place": "demo", "robot": True, "rounds": rounds})
+    return plan_paths(job, prepare_workpiece(job, stage, backends=[job.backend]), stage)
+
+
+def _check_table(cell: Cell, *, tilt_deg: float) -> None:
+    if tilt_deg:
+        raise UsageError(
+            f"`--tilt` is {tilt_deg:g} degrees, but the cell {cell.name} has a table that tilts the part itself: leave "
+            "`--tilt` out."
+        )
+
+
+def _poses(paths: Plan) -> PoseStream:
+    """Return the poses by which a place is judged: over a table those of all attitudes, as one motion."""
+    placement = paths.workpiece.placement
+    assert placement is not None  # noqa: S101  # It was asked for as a demonstration.
+    return paths.poses if paths.tilting is None else poses_at_rest(paths, placement)
+
+
+def _planned(paths: Plan, stand: Stand, stage: Stages) -> Plan:
+    """Plan the robot for a part that stands elsewhere, over a table in all its attitudes."""
+    placement = stand_placement(paths.workpiece, stand)
+    if paths.tilting is None:
+        return with_robot(stood(paths, stand), placement, stage)
+    return with_attitudes(stood(paths, stand), placement, stage, chain=with_robot)
+
+
+def _candidates(
+    paths: Plan, poses: PoseStream, room: Room, *, height: float | None, tilt: float
+) -> tuple[Candidate, ...]:
+    workpiece, cell = paths.workpiece, paths.workpiece.cell
+    rpy = Rotation.from_matrix(cell.demo_turn).as_euler("xyz")
+    return search_placement(
+        poses,
+        arm_of(workpiece),
+        T_fixture_work=stand_placement(workpiece, UPRIGHT).T_base_work,
+        start=Stand(cell.demo_position, rpy),
+        room=room,
+        height=height,
+        tilt=tilt,
+    )
+
+
+def higher_home(paths: Plan, room: Room, *, height: float | None) -> str:
+    """Say where the part could be reached if home were higher; nothing where that does not help."""
+    if height is not None:
+        return ""
+    best = _candidates(paths, _poses(paths), replace(room, ceiling=np.inf), height=None, tilt=0.0)[0]
+    if best.margin <= 0.0:
+        return ""
+    x, y, z = best.stand.position
+    return (
+        f" below the tip at home, {room.ceiling:.0f} mm high; with a higher home it could be reached at ({x:.0f}, "
+        f"{y:.0f}, {z:.0f}) mm, yaw {np.degrees(best.stand.rpy[2]):.0f} degrees, {np.degrees(best.margin):.0f} degrees "
+        "inside every limit"
+    )
+
+
+def _proposal(
+    paths: Plan, poses: PoseStream, planned: Plan, *, stand: Stand, room: Room, refused: tuple[str, ...]
+) -> Proposal:
+    arm, before, table = arm_of(paths.workpiece), _placed(paths.workpiece), planned.workpiece.cell.table
+    placement = planned.workpiece.placement
+    assert placement is not None  # noqa: S101  # It stands there.
+    printed = [seen_at_rest(robot.joint_path.poses, robot.placement, placement) for robot in planned.robot]
+    return Proposal(
+        plan=planned,
+        placement=placement,
+        stand=stand,
+        table=None if table is None else table_stand(table),
+        before=reach_margin(poses, arm, T_base_work=before),
+        map_before=reach_map(poses, arm, T_base_work=before),
+        after=reach_margin(in_turn(printed), arm, T_base_work=placement.T_base_work),
+        above=room.lowest(stand),
+        refused=refused,
+    )
+
+
+def _placed(workpiece: Workpiece) -> FloatArray:
+    cell = workpiece.cell
+    return demo_placement(
+        workpiece.part, position=cell.demo_position, rotation=cell.demo_turn, least=LEAST_MEAN_NORMAL
+    ).T_base_work
+
+
+def _rounded(stand: Stand) -> Stand:
+    return Stand(stand.position.round(STAND_DECIMALS), np.radians(np.degrees(stand.rpy).round(STAND_DECIMALS)))

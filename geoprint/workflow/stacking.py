@@ -1,0 +1,273 @@
+"""A thickness, layer upon layer: each is planned by itself, as a part that lies on the one below.
+
+Layers do not wait for each other: what one lies on is a level of the distance from the part, not what was planned. So
+two are planned at a time, each in a process of its own, and nothing is written before all of them are verified.
+
+The processes are started afresh, alike on every platform: a script calls `plan_stack` under
+`if __name__ == "__main__":`, and what it registered itself (a backend, a pattern) is known there only where a package's
+entry point brings it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from importlib.metadata import version
+from pathlib import Path
+from typing import TypeAlias
+
+from geoprint.config import Job, job_cell
+from geoprint.errors import FieldError, ResourceError, UsageError, naming
+from geoprint.geometry import face_areas
+from geoprint.postprocessor import json_bytes, seal, staging
+from geoprint.reporting.records.rounding import Record, as_json, verify_record
+from geoprint.reporting.records.stack import LeftOutRecord, StackedLayerRecord, StackProgramRecord, StackRecord
+from geoprint.reporting.stack import finished_record, layer_record, with_cure
+from geoprint.reporting.stack_page import stack_page
+from geoprint.results import FinishedStack, StackedLayer, Workpiece
+from geoprint.workflow.backend_choice import check_lines, check_options
+from geoprint.workflow.bundles import REPORT, STACK
+from geoprint.workflow.check_stack import layer_moves, own_programs, stack_program
+from geoprint.workflow.feedback import check_single
+from geoprint.workflow.layering import EMPTY, Stack
+from geoprint.workflow.planning import compared_workpiece, plan
+from geoprint.workflow.processes import layer_processes, stopped_later
+from geoprint.workflow.saving import save_plan
+from geoprint.workflow.stack_thickness import finished_stack, stacked_layer
+from geoprint.workflow.stages import Stages
+from geoprint.workflow.workpiece import prepare_workpiece, read_stack
+
+# What is said and kept of a layer, or why there is nothing to print in it.
+_Found: TypeAlias = "tuple[StackedLayerRecord, StackedLayer] | LeftOutRecord"
+# Speeds of layers [mm/s] that are equal to so many digits are one.
+SPEED_DECIMALS = 6
+
+
+def plan_stack(
+    job: Job, directory: Path | str, *, overwrite: bool = False, observe: Callable[[str], None] = lambda _: None
+) -> StackRecord:
+    """Plan every layer of a thickness; write bundles, one program, stack.json and report.html: verified, or nothing.
+
+    Args:
+        job: with a thickness, without a layer.
+        directory: where the folder shall stand; layer 1 is in `layer-01`, and so on.
+        overwrite: whether an existing result may be replaced.
+        observe: called with what is being done.
+
+    Returns:
+        What stack.json says.
+
+    Raises:
+        UsageError: the job has no thickness or one layer alone, the folder exists already, or as `check_options`.
+        ExportError: nothing can be written there.
+        ResourceError: a process was ended from outside, as it is where memory runs out.
+        GeoprintError: as `plan`; the sentence names the layer.
+    """
+    check_stacked(job)
+    check_options(job, [job.backend])
+    with staging(directory, overwrite=overwrite) as folder:
+        told, _ = stack_into(job, folder, observe=observe)
+        verify_stacks(folder, {STACK: told})
+    return told
+
+
+def check_stacked(job: Job) -> None:
+    """Check that a job is of all layers.
+
+    Raises:
+        UsageError: it is not, or names feedback, which is of one plan.
+    """
+    if not job.layered or job.layer is not None:
+        raise UsageError("a stack needs a thickness or a target and no layer: `plan` plans one of them.")
+    check_single(job)
+
+
+def stack_into(job: Job, folder: Path, *, observe: Callable[[str], None]) -> tuple[StackRecord, FinishedStack]:
+    """Plan every layer of a thickness, and write all that a stack's folder holds into one that nobody sees yet.
+
+    Args:
+        job: of all layers.
+        folder: an empty one.
+        observe: called with what is being done.
+
+    Returns:
+        What stack.json says, and how the stack comes out.
+
+    Raises:
+        GeoprintError: as `plan_stack`.
+    """
+    found = _planned(job, folder, observe)
+    layers = [record for record, _ in _printed(found)]
+    observe("program of all layers")
+    own = own_programs(folder, layers)
+    jobs = [job.model_copy(update={"layer": number}) for number, _ in enumerate(layers, start=1)]
+    files, program = stack_program(own, layers, layer_moves(jobs, own), part_name=job.surface.name)
+    observe("finished thickness")
+    told, finished = _finished(job, read_stack(job), found, program=program)
+    page = stack_page(finished, told, job)
+    for name, content in {STACK: json_bytes(as_json(told)), REPORT: page, **files}.items():
+        place = folder / name
+        place.parent.mkdir(parents=True, exist_ok=True)
+        place.write_bytes(content)
+    return told, finished
+
+
+def verify_stacks(folder: Path, told: Mapping[str, Record]) -> None:
+    """List what was written into a folder that nobody sees yet, and read its records back before it appears.
+
+    Args:
+        folder: that is staged.
+        told: records that must read back, by the name of their file.
+
+    Raises:
+        ExportError: the list cannot be written.
+        VerificationError: a record does not read back.
+    """
+    seal(folder)
+    for name, record in told.items():
+        verify_record(folder / name, record)
+
+
+def _printed(found: Iterable[_Found]) -> list[tuple[StackedLayerRecord, StackedLayer]]:
+    """Return those of the planned layers in which something is printed."""
+    return [layer for layer in found if not isinstance(layer, LeftOutRecord)]
+
+
+def _finished(
+    job: Job, stack: Stack, found: Sequence[_Found], *, program: StackProgramRecord | None
+) -> tuple[StackRecord, FinishedStack]:
+    """Return what stack.json says when all layers are planned, and how they come out."""
+    printed = _printed(found)
+    finished = finished_stack(job, stack, [layer for _, layer in printed])
+    layers = tuple(record for record, _ in printed)
+    untold = StackRecord(
+        schema=3,
+        version=version("geoprint"),
+        part=job.surface.name,
+        thickness_mm=stack.thickness,
+        target=None if job.target is None else job.target.name,
+        target_mm3=None if stack.target is None else stack.target.volume,
+        finished=finished_record(finished, wanted=_wanted(stack, layers)),
+        layers=layers,
+        program=program,
+        left_out=tuple(layer for layer in found if isinstance(layer, LeftOutRecord)),
+    )
+    return with_cure(untold, job_cell(job)), finished
+
+
+def _wanted(stack: Stack, layers: Sequence[StackedLayerRecord]) -> float:
+    """Return the volume that a stack shall have [mm3]: that of its target where a formula has it."""
+    volume = None if stack.target is None else stack.target.volume
+    return sum(layer.wanted_mm3 for layer in layers) if volume is None else volume
+
+
+def _planned(job: Job, folder: Path, observe: Callable[[str], None]) -> list[_Found]:
+    """Plan the layers, two at a time, and return what is said and kept of each; the first refusal ends it.
+
+    Raises:
+        FieldError: a layer over one with nothing to print in it has something, or none has.
+    """
+    observe("layers")
+    with layer_processes() as pool:
+        try:
+            # This process waits while others plan: what it read itself it would hold beside them.
+            with stopped_later():
+                counted = pool.submit(_checked_count, job)
+            count = counted.result()
+            observe(f"{count} layers")
+            found = _all_of(range(1, count + 1), job, folder, observe, pool)
+            # One pressure deposits what is planned in all layers at one speed only.
+            while len(speeds := {record.speed_mm_s for record, _ in _printed(found.values())}) > 1:
+                slowest = min(speeds)
+                faster = [number for number, one in found.items() if not _prints_at(slowest, one)]
+                observe(f"{len(faster)} layers again at {slowest:g} mm/s")
+                slower = job.model_copy(update={"speed": slowest})
+                found |= _all_of(faster, slower, folder, observe, pool)
+        except BrokenProcessPool as error:
+            raise ResourceError(
+                "a process that planned a layer was ended from outside, most likely for want of memory: each takes "
+                "about a gigabyte. Plan layer by layer with `--layer`, or choose a larger spacing. (A script calls "
+                'this under `if __name__ == "__main__":`.)'
+            ) from error
+    layers = list(found.values())
+    printed = [not isinstance(layer, LeftOutRecord) for layer in layers]
+    holes = [layer for layer, above in zip(layers, printed[1:], strict=False) if above]
+    empty = next((layer for layer in (*holes, layers[0]) if isinstance(layer, LeftOutRecord)), None)
+    if empty is not None:
+        raise FieldError(empty.reason)
+    return layers
+
+
+def _all_of(
+    numbers: Iterable[int], job: Job, folder: Path, observe: Callable[[str], None], pool: ProcessPoolExecutor
+) -> dict[int, _Found]:
+    """Plan some layers, and return what is said and kept of each by its number."""
+    with stopped_later():
+        waiting = {
+            pool.submit(_layer, job, number, folder / f"layer-{number:02}"): number for number in sorted(numbers)
+        }
+    for done, future in enumerate(as_completed(waiting), start=1):
+        future.result()
+        observe(f"{len(waiting)} layers, {done} done")
+    return {number: future.result() for future, number in waiting.items()}
+
+
+def _prints_at(speed: float, found: _Found) -> bool:
+    return isinstance(found, LeftOutRecord) or found[0].speed_mm_s <= speed
+
+
+def _checked_count(job: Job) -> int:
+    """Return in how many layers a job falls, once the outermost one that holds something can be prepared.
+
+    What refuses a layer before its paths are planned, a level that meets itself, lines or widths that it does not have,
+    or where it stands, refuses the outermost one. So nobody waits for those below it first.
+
+    Raises:
+        GeoprintError: as `prepare_workpiece` and `check_lines`; the sentence names the layer.
+    """
+    count = read_stack(job).count
+    for number in range(count, 0, -1):
+        asked = job.model_copy(update={"layer": number})
+        try:
+            with naming(f"layer {number}"):
+                check_lines(asked, _workpiece(asked))
+        except FieldError as error:
+            if not error.details.get(EMPTY):
+                raise
+        else:
+            break
+    return count
+
+
+def _workpiece(job: Job) -> Workpiece:
+    """Return what a layer is planned on."""
+    stage = Stages(lambda _: None)
+    if job.compared:
+        return compared_workpiece(job, stage, backends=list(dict.fromkeys([*job.compared, job.backend])))[0]
+    return prepare_workpiece(job, stage, backends=[job.backend])
+
+
+def _layer(job: Job, number: int, folder: Path) -> _Found:
+    """Plan one layer and write its bundle, or say why there is nothing to print in it."""
+    try:
+        with naming(f"layer {number}"):
+            planned = plan(job.model_copy(update={"layer": number}))
+            told = save_plan(planned, folder, overwrite=True)
+    except FieldError as error:
+        if not error.details.get(EMPTY):
+            raise
+        return LeftOutRecord(number=number, reason=str(error))
+    workpiece, kept = planned.workpiece, stacked_layer(planned)
+    # What the whole print would be slower by: where the missing volume of a layer is made up, so much is its own.
+    asked = job_cell(job).process.speed
+    share = workpiece.cell.process.speed / planned.robot[0].ceiling if planned.robot else 1.0
+    return layer_record(
+        told,
+        kept,
+        folder=folder.name,
+        area=float(face_areas(workpiece.part).sum()),
+        pattern=str(planned.job.drawing),
+        speed=round(asked * share, SPEED_DECIMALS),
+        not_printable=planned.not_printable,
+    ), kept

@@ -1,0 +1,189 @@
+"""Point clouds: the surface lies where the points were sampled, ends where they end, and says its residual."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial import KDTree
+
+from geoprint.errors import InputError, UsageError
+from geoprint.geometry import closest, describe, face_areas, face_normals, prepare
+from geoprint.geometry.files import load, load_file, point_clouds
+from geoprint.geometry.files.point_clouds import estimated_normals
+from geoprint.model import FloatArray, Surface
+from tests.geometry.files.lasting_worker import LastingWorker
+from tests.meshes import sphere, spherical_cap
+from tests.shared_data import shared
+
+NOISE = 0.05
+
+
+def sampled(surface: Surface, count: int, *, noise: float = NOISE) -> FloatArray:
+    """Return points at random on a surface, each moved at random in every direction."""
+    random = np.random.default_rng(0)
+    areas = face_areas(surface)
+    faces = random.choice(len(areas), count, p=areas / areas.sum())
+    weights = random.dirichlet([1.0, 1.0, 1.0], count)
+    return np.einsum("kc,kcx->kx", weights, surface.vertices[surface.faces[faces]]) + random.normal(
+        0.0, noise, (count, 3)
+    )
+
+
+def saved(path: Path, table: FloatArray) -> Path:
+    np.savetxt(path, table, fmt="%.6f")
+    return path
+
+
+@pytest.mark.needs("open3d")
+@pytest.mark.usefixtures("in_one_process")
+def test_a_noisy_cap_becomes_the_cap(tmp_path: Path) -> None:
+    cap = spherical_cap(radius=30.0, angle=0.5, rings=40)
+    loaded = load_file(saved(tmp_path / "cap.xyz", sampled(cap, 2000)), unit="mm")
+    surface, report = prepare(loaded.surface)
+    assert report.topology == "disc"
+    assert closest(cap, surface.vertices)[1].mean() < NOISE / 2
+    assert report.area == pytest.approx(float(face_areas(cap).sum()), rel=0.05)
+    out = np.einsum("mx,mx->m", face_normals(surface), surface.vertices[surface.faces].mean(axis=1))
+    assert (out > 0.0).all()
+    notes = dict(loaded.notes)
+    assert notes["reconstructed_from_points"] == 2000
+    assert notes["normals"] == "estimated"
+    assert 0.5 * NOISE < float(notes["residual_mean"]) < 1.2 * NOISE
+
+
+@pytest.mark.needs("open3d")
+@pytest.mark.usefixtures("in_one_process")
+@pytest.mark.parametrize("kind", ["xyz", "pwn", "ascii.ply", "binary.ply"])
+def test_normals_are_taken_from_every_kind_of_file_and_closed_scans_are_closed(tmp_path: Path, kind: str) -> None:
+    points = sampled(sphere(radius=20.0, subdivisions=4), 3000, noise=0.01)
+    table = np.column_stack([points, points / np.linalg.norm(points, axis=1, keepdims=True)])
+    path = tmp_path / f"ball.{kind}"
+    if kind.endswith("ply"):
+        names = "".join(f"property double {name}\n" for name in ("x", "y", "z", "nx", "ny", "nz"))
+        form = "ascii" if kind.startswith("ascii") else "binary_little_endian"
+        header = f"ply\nformat {form} 1.0\nelement vertex {len(table)}\n{names}end_header\n".encode()
+        text = "".join(" ".join(f"{value:.9f}" for value in row) + "\n" for row in table.tolist()).encode()
+        path.write_bytes(header + (text if form == "ascii" else table.astype("<f8").tobytes()))
+    else:
+        saved(path, table)
+        if kind == "pwn":
+            path.write_text(f"{len(table)}\n" + path.read_text())
+    loaded = load_file(path, unit="mm")
+    assert dict(loaded.notes)["normals"] == "from the file"
+    surface, report = prepare(loaded.surface)
+    assert report.topology == "closed, genus 0"
+    assert np.abs(np.linalg.norm(surface.vertices, axis=1) - 20.0).max() < 0.2
+
+
+@pytest.mark.needs("open3d")
+def test_colours_are_not_taken_for_normals_and_the_same_file_gives_the_same_surface(
+    tmp_path: Path, worker: LastingWorker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    points = sampled(spherical_cap(radius=30.0, angle=0.4, rings=20), 1000)
+    path = saved(tmp_path / "cap.xyz", np.column_stack([points, np.full((len(points), 3), 200.0)]))
+    # In a process of its own, as every file is read.
+    one = load_file(path, unit="mm")
+    monkeypatch.setattr(point_clouds, "run_worker", worker.run)
+    other = load_file(path, unit="mm")
+    assert dict(one.notes)["normals"] == "estimated"
+    assert np.array_equal(one.surface.vertices, other.surface.vertices)
+    assert np.array_equal(one.surface.faces, other.surface.faces)
+
+
+@pytest.mark.needs("open3d")
+@pytest.mark.usefixtures("in_one_process")
+def test_a_hole_in_the_scan_stays_a_hole(tmp_path: Path) -> None:
+    cap = spherical_cap(radius=30.0, angle=0.5, rings=40)
+    points = sampled(cap, 2000)
+    around = points[np.linalg.norm(points - cap.vertices[0], axis=1) > 6.0]
+    assert describe(prepare(load(saved(tmp_path / "ring.xyz", around), unit="mm"))[0]) == "annulus"
+
+
+@pytest.mark.needs("open3d")
+@pytest.mark.parametrize("count", [300, 1000, 3000])
+def test_points_that_fill_a_block_are_refused(tmp_path: Path, count: int) -> None:
+    points = np.random.default_rng(1).uniform(0.0, 40.0, (count, 3))
+    with pytest.raises(InputError, match="they are too sparse or no surface"):
+        load(saved(tmp_path / "block.xyz", points), unit="mm")
+
+
+@pytest.mark.needs("open3d")
+@pytest.mark.usefixtures("in_one_process")
+def test_a_scan_whose_noise_is_as_large_as_its_spacing_is_read(tmp_path: Path) -> None:
+    cap = spherical_cap(radius=30.0, angle=0.5, rings=40)
+    loaded = load_file(saved(tmp_path / "cap.xyz", sampled(cap, 2000, noise=0.4)), unit="mm")
+    assert closest(cap, loaded.surface.vertices)[1].mean() < 0.2
+
+
+@pytest.mark.needs("open3d")
+@pytest.mark.usefixtures("in_one_process")
+def test_a_sheet_with_a_cloud_about_it_is_refused(tmp_path: Path) -> None:
+    random = np.random.default_rng(3)
+    sheet = random.uniform(0.0, 40.0, (2000, 3)) * [1.0, 1.0, 0.0]
+    dust = random.uniform(5.0, 45.0, (300, 3))
+    with pytest.raises(InputError, match=r"lie farther than .* too sparse or no surface"):
+        load(saved(tmp_path / "dusty.xyz", np.vstack([sheet, dust])), unit="mm")
+
+
+def test_estimated_normals_are_those_of_the_sphere_and_all_on_one_side() -> None:
+    points = sampled(sphere(radius=20.0, subdivisions=4), 2000, noise=0.0)
+    normals = estimated_normals(points, KDTree(points))
+    along = np.einsum("kx,kx->k", normals, points / np.linalg.norm(points, axis=1, keepdims=True))
+    assert along.min() > np.cos(np.radians(12.0))
+
+
+@pytest.mark.needs("open3d")
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        ("1 2\n" * 300, "has 2 numbers a line"),
+        ("1 2 3\n" * 300, "has 1 points at different places"),
+        ("1 2 nan\n" * 300, "NaN or infinite"),
+        ("1 2 3\n4 5\n", "line 2: found 2 cells"),
+        ("what is this", "has the columns what, is, this; points need one each of x, y and z"),
+    ],
+)
+def test_a_file_without_enough_points_is_refused(tmp_path: Path, content: str, sentence: str) -> None:
+    (tmp_path / "a.xyz").write_text(content)
+    with pytest.raises(InputError, match=sentence):
+        load(tmp_path / "a.xyz", unit="mm")
+
+
+@pytest.mark.needs("open3d")
+@pytest.mark.parametrize(
+    ("header", "sentence"),
+    [
+        (
+            "element vertex 900\nproperty float x\nproperty float y\nproperty float z\n",
+            "promises 900 of `vertex` in its header, at least 10800 bytes",
+        ),
+        ("element vertex 3\nproperty float x\nproperty float y\n", "has no vertices with x, y and z"),
+        ("element edge 1\nproperty int a\nelement vertex 5\nproperty float x\n", "has no vertices with x, y and z"),
+    ],
+)
+def test_a_ply_of_points_that_lies_is_refused(tmp_path: Path, header: str, sentence: str) -> None:
+    text = f"ply\nformat binary_little_endian 1.0\n{header}end_header\n"
+    (tmp_path / "a.ply").write_bytes(text.encode() + bytes(24))
+    with pytest.raises(InputError, match=sentence):
+        load(tmp_path / "a.ply", unit="mm")
+
+
+def test_a_missing_package_names_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def nothing(name: str) -> None:
+        assert name == "open3d"
+
+    path = saved(tmp_path / "a.xyz", sampled(sphere(radius=20.0), 300))
+    monkeypatch.setattr(importlib.util, "find_spec", nothing)
+    with pytest.raises(UsageError, match=r"pip install 'geoprint\[scan\]'"):
+        load(path, unit="mm")
+
+
+@pytest.mark.needs("open3d")
+@pytest.mark.usefixtures("in_one_process")
+def test_a_sampled_heart_patch_lies_within_a_twentieth_of_a_millimetre(tmp_path: Path) -> None:
+    patch = load(shared("patches/lv_lateral_disc_r15.ply"), unit="mm")
+    surface = load(saved(tmp_path / "patch.xyz", sampled(patch, 3000)), unit="mm")
+    assert closest(patch, surface.vertices)[1].mean() < 0.05

@@ -1,0 +1,179 @@
+"""The page of a stack says what its record says, also of one that nobody can judge."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from geoprint.config import Job, job_of
+from geoprint.layers import middle_planes, sliced, sliced_layer
+from geoprint.metrics.stack_thickness import column_feet, finished
+from geoprint.model import Surface
+from geoprint.reporting import stack_text
+from geoprint.reporting.records.stack import StackedLayerRecord, StackRecord
+from geoprint.reporting.stack import finished_record
+from geoprint.reporting.stack_page import stack_page
+from geoprint.results import FinishedStack, StackedLayer
+from tests.meshes import plate
+from tests.metrics.deposits import deposited, straight_line
+from tests.reporting.test_report_page import Reader
+
+HEIGHT, COUNT = 0.4, 500
+
+
+def made(*, met: bool = False, leaving: int = 0) -> FinishedStack:
+    """Return two layers on a plate, the upper one with nine tenths of its flow on one half, if that is constant.
+
+    So many columns leave through a side below the upper one.
+    """
+    part = plate((20.0, 10.0), (20, 10))
+    feet, planes = column_feet(part, count=COUNT), middle_planes(part, np.eye(3))
+    full = np.full((2, COUNT), HEIGHT)
+    less = full * np.where(np.arange(2)[:, None] + (feet.places[:, 0] < 10.0) == 1, 0.9, 1.0)
+    layers = [_layer(part, number, laid, met=met, leaving=leaving) for number, laid in enumerate((full, less))]
+    bottoms = np.array([0.0, HEIGHT])
+    wanted = np.full(COUNT, 2 * HEIGHT)
+    return FinishedStack(
+        base=part,
+        inputs=(("plate.ply", 64 * "a"),),
+        upright=np.eye(3),
+        planes=planes,
+        ground=tuple(sliced(part, plane) for plane in planes),
+        feet=feet,
+        wanted=wanted,
+        layers=tuple(layers),
+        flows=tuple(
+            finished(
+                np.stack(laid),
+                wanted,
+                met=np.full((2, COUNT), met),
+                within=np.stack([each.within for each in layers]),
+                bottoms=bottoms,
+                height=HEIGHT,
+            )
+            for laid in zip(*(layer.laid for layer in layers), strict=True)
+        ),
+        printed=0,
+    )
+
+
+def _layer(
+    part: Surface, number: int, laid: np.ndarray[tuple[int, int], np.dtype[np.float64]], *, met: bool, leaving: int
+) -> StackedLayer:
+    level = Surface(part.vertices + np.array([0.0, 0.0, (number + 0.5) * HEIGHT]), part.faces, "level")
+    stream = deposited([straight_line((0.0, y + number), (20.0, y + number)) for y in (1.0, 3.0, 5.0, 7.0)], range(4))
+    return StackedLayer(
+        bottom=number * HEIGHT,
+        height=HEIGHT,
+        spacing=2.0,
+        laid=laid,
+        printed=0,
+        met=np.full(COUNT, met),
+        within=np.arange(COUNT) >= number * leaving,
+        volumes=laid.mean(axis=1) * 200.0,
+        slices=tuple(sliced_layer(level, stream, plane, height=HEIGHT) for plane in middle_planes(part, np.eye(3))),
+        places=stream.surface_points,
+        offsets=101 * np.arange(5),
+    )
+
+
+def told(stack: FinishedStack) -> StackRecord:
+    layers = tuple(
+        StackedLayerRecord(
+            folder=f"layer-0{number}", bottom_mm=layer.bottom, height_mm=layer.height, area_mm2=200.0, runs=4,
+            deposit_mm=80.0, gap=0.0, overlap=0.0, thickness_cv=0.02, speed_mm_s=20.0, laid_mm3=layer.volumes[0],
+            wanted_mm3=80.0, print_s=None, clearance_mm=None, not_printable=None, warnings=("mind this",),
+            not_checked=("hoses",),
+        )
+        for number, layer in enumerate(stack.layers, start=1)
+    )  # fmt: skip
+    return StackRecord(
+        schema=3, version="0", part="plate.ply", thickness_mm=0.8, target=None, target_mm3=None,
+        finished=finished_record(stack, wanted=160.0), layers=layers, program=None, left_out=(),
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def job(tmp_path_factory: pytest.TempPathFactory) -> Job:
+    path = tmp_path_factory.mktemp("part") / "plate.ply"
+    path.touch()
+    return job_of(surface=path, unit="mm", spacing=2.0, thickness=0.8, robot=False)
+
+
+@pytest.fixture(scope="module")
+def written(job: Job) -> bytes:
+    stack = made()
+    return stack_page(stack, told(stack), job)
+
+
+def test_the_page_says_what_the_record_says(written: bytes) -> None:
+    record = told(made())
+    assert record.finished.constant_flow is not None
+    assert record.finished.following_flow is not None
+    # One half has 1.9 of 2 layers.
+    assert record.finished.constant_flow.mean == pytest.approx(0.975, abs=1e-3)
+    assert record.finished.constant_flow.volume == pytest.approx(0.975, abs=1e-3)
+    assert record.finished.following_flow.cv == record.finished.constant_flow.cv
+    assert record.finished.printed == record.finished.constant_flow
+    text = " ".join(Reader(written).text.split())
+    for said in (
+        "Finished thickness 97.5% of what is wanted, varies by 2.56%", "Warning: mind this", "Not checked: hoses.",
+        "seams apart [mm]", "1.00", "Cut across through the middle", "plate.ply", 64 * "a",
+    ):  # fmt: skip
+        assert said in text, said
+    # Without a robot there is no time and no clearance.
+    assert "time [s]" not in text
+    assert "varies by 2.56%" in stack_text(record)
+
+
+def test_of_columns_that_leave_through_a_side_the_share_is_told(job: Job) -> None:
+    record = told(made(leaving=50))
+    assert record.finished.printed is not None
+    assert (record.finished.printed.judged, record.finished.printed.under_sides) == (1.0, 0.1)
+    said = "udged up to sides that lean in over it: 10.0% of the area"
+    assert said in stack_text(record)
+    assert said in Reader(stack_page(made(leaving=50), record, job)).text
+    assert "sides" not in stack_text(told(made()))
+
+
+def test_a_stack_that_nobody_can_judge_has_its_page_all_the_same(job: Job) -> None:
+    stack = made(met=True)
+    record = told(stack)
+    assert record.finished.printed is None
+    assert "finished thickness" not in stack_text(record)
+    text = " ".join(Reader(stack_page(stack, record, job)).text.split())
+    assert "plate.ply: 0.8 mm in 2 layers" in text
+    assert "nothing measured" in text
+
+
+def test_the_page_is_the_same_again_and_another_of_another_stack(job: Job, written: bytes) -> None:
+    stack = made()
+    assert written == stack_page(stack, told(stack), job)
+    halved = replace(stack, layers=(stack.layers[0], replace(stack.layers[1], places=0.5 * stack.layers[1].places)))
+    assert written != stack_page(halved, told(halved), job)
+
+
+def test_the_page_names_the_cause_of_the_thickest_place(job: Job) -> None:
+    plain = made()
+    middle = int(np.argmin(np.linalg.norm(plain.feet.places - [10.0, 5.0, 0.0], axis=1)))
+    for first, said in ((2.0, "in 2 runs lie closer together than 0.8 spacings"), (1.0, "say nothing of why")):
+        layers: list[StackedLayer] = []
+        for layer in plain.layers:
+            laid = np.full_like(layer.laid, layer.height)
+            laid[:, middle] *= 1.5
+            # Two rows a spacing apart beside the place, and with the first at 2 mm only half of one.
+            rows = [np.linspace((0.0, y, layer.bottom + 0.2), (20.0, y, layer.bottom + 0.2), 101) for y in
+                    (first + 2.0, 5.0, 9.0)]  # fmt: skip
+            layers.append(replace(layer, laid=laid, places=np.concatenate(rows), offsets=101 * np.arange(4)))
+        flow = finished(
+            np.stack([each.laid[0] for each in layers]), plain.wanted,
+            met=np.stack([np.zeros(COUNT, dtype=np.bool_)] * len(layers)),
+            within=np.stack([np.ones(COUNT, dtype=np.bool_)] * len(layers)),
+            bottoms=np.array([each.bottom for each in layers]), height=HEIGHT,
+        )  # fmt: skip
+        stack = replace(plain, layers=tuple(layers), flows=(flow, flow))
+        text = " ".join(Reader(stack_page(stack, told(stack), job)).text.split())
+        assert "with 150.0% of what is wanted: 2 of 2 layers lay more than 105% of their height there" in text
+        assert said in text, first

@@ -1,0 +1,257 @@
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from geoprint import transforms
+from geoprint.errors import ClearanceError, InputError, VerificationError
+from geoprint.model import Box, Clearance, FloatArray, Surface
+from geoprint.robot.collision.clearance import check_placements
+from geoprint.robot.collision.contact import CollisionWorld, InflatedSolids
+from geoprint.robot.collision.surroundings import mesh_target
+from geoprint.robot.collision.sweep import Placements, find_hits
+from geoprint.robot.collision.tool_solids import tool_solids
+from tests.meshes import plate, spherical_cap
+from tests.robot.cells import straight_cell
+from tests.robot.placements import block, line, pointing_down, run_of
+
+CELL = straight_cell()
+STANDOFF = CELL.process.standoff
+KEPT = CELL.process.clearance
+# Over the middle of the plate, along y.
+LINE = line((20.0, 5.0, STANDOFF), (20.0, 25.0, STANDOFF))
+
+
+def check(
+    placements: Placements,
+    *,
+    part: Surface | None = None,
+    body: Surface | None = None,
+    obstacles: tuple[Box, ...] = (),
+    T_base_work: FloatArray | None = None,
+    kept: float = KEPT,
+) -> Clearance:
+    return check_placements(
+        placements,
+        tool=CELL.tool,
+        process=replace(CELL.process, clearance=kept),
+        standoff=STANDOFF,
+        part=plate() if part is None else part,
+        body=body,
+        obstacles=obstacles,
+        T_work_base=np.eye(4) if T_base_work is None else transforms.inverse(T_base_work),
+    )
+
+
+def over_plate(lean: float = 0.0) -> Placements:
+    return run_of(pointing_down(LINE, lean=lean))
+
+
+def post_beside_barrel(gap: float) -> Surface:
+    """Return a post whose flat side is a gap away from the side of the barrel [mm]; it begins above the plate."""
+    return block((20.0 + 10.0 + gap, 10.0, 5.0), (40.0, 14.0, 110.0), name="post")
+
+
+def test_plain_plate_is_clear_by_what_the_tip_zone_leaves():
+    found = check(over_plate())
+
+    assert found.smallest == pytest.approx(1.0 + STANDOFF, abs=0.01)
+    assert found.at.startswith("in run 1 at (20.00, ")
+    assert found.at.endswith("needle to part plate")
+    assert found.tip_margin == pytest.approx(STANDOFF, abs=1e-9)
+    assert (found.kept, found.checks) == (KEPT, len(LINE))
+    assert found.checked == (
+        "needle, cone, barrel, bracket against part plate",
+        "needle's tip on travel and its rim on deposit against part plate",
+        "tool where the controller rounds targets, at most 0.000 mm off its way",
+    )
+    assert set(found.not_checked) >= {"arm links", "UV lamp", "cables", "material already laid", "surroundings"}
+    assert any("the way to home" in sentence for sentence in found.not_checked)
+
+
+def test_body_is_checked_and_surroundings_are_then_not_missing():
+    body = block((-50.0, -50.0, -30.0), (90.0, 80.0, 0.0), name="slab")
+
+    found = check(over_plate(), body=body)
+
+    assert "surroundings" not in found.not_checked
+    assert "tool outside the closed body slab" in found.checked
+
+
+def test_barrel_that_enters_a_post_is_refused_by_its_depth():
+    with pytest.raises(ClearanceError, match=r"in run 1 at tip \(20.00, .* the barrel reaches 1.00 mm into") as caught:
+        check(over_plate(), body=post_beside_barrel(-1.0))
+
+    details = caught.value.details
+    assert details["distance"] == pytest.approx(-1.0, abs=0.05)
+    assert (details["solid"], details["against"], details["run"]) == ("barrel", "body post", 0)
+    assert isinstance(details["place"], tuple)
+    assert 10.0 <= details["place"][1] <= 14.0
+    assert isinstance(details["hits"], int)
+    assert 9 <= details["hits"] < len(LINE)
+    assert details["placements"] == len(LINE)
+
+
+def test_post_nearer_than_the_clearance_is_refused_by_its_distance():
+    with pytest.raises(
+        ClearanceError, match=r"barrel comes within 0.40 mm of the body post; at least 0.50 mm"
+    ) as caught:
+        check(over_plate(), body=post_beside_barrel(KEPT - 0.1))
+
+    assert caught.value.details["distance"] == pytest.approx(KEPT - 0.1, abs=0.01)
+
+
+def test_post_just_beyond_the_clearance_is_not_refused():
+    found = check(over_plate(), body=post_beside_barrel(KEPT + 0.1))
+
+    assert found.smallest == pytest.approx(KEPT + 0.1, abs=0.01)
+    assert found.at.endswith("barrel to body post")
+
+
+def test_tool_inside_a_closed_body_is_refused_although_no_surface_is_near():
+    hall = block((-900.0, -900.0, -900.0), (900.0, 900.0, 900.0), name="hall")
+    world = CollisionWorld(
+        InflatedSolids(tool_solids(CELL.tool), kept=(0.0,) * 5), targets=(mesh_target(hall, role="body"),)
+    )
+
+    assert find_hits(world, over_plate()) is None
+    with pytest.raises(ClearanceError, match="inside the closed body hall"):
+        check(over_plate(), body=hall)
+
+
+def test_body_wound_inside_out_hides_nothing():
+    hall = block((-900.0, -900.0, -900.0), (900.0, 900.0, 900.0), name="hall")
+
+    with pytest.raises(ClearanceError, match="inside the closed body hall"):
+        check(over_plate(), body=Surface(vertices=hall.vertices, faces=hall.faces[:, ::-1], name="hall"))
+
+
+def test_needle_in_the_part_is_refused():
+    poses = pointing_down(LINE - np.array([0.0, 0.0, STANDOFF + 4.0]))
+
+    with pytest.raises(ClearanceError, match=r"needle reaches 0.65 mm into the part plate; .* 41 of 41 placements"):
+        check(run_of(poses))
+
+
+def test_lean_that_brings_the_rim_down_is_refused():
+    with pytest.raises(
+        ClearanceError,
+        match=r"in run 1 .* rim of the needle has -0.0. mm of room over the part.* wrong side .* `--flip` turns it",
+    ) as caught:
+        check(over_plate(lean=np.radians(29.0)))
+
+    widened = np.hypot(CELL.tool.needle_diameter / 2, 0.25)
+    known = (STANDOFF - widened * np.sin(np.radians(29.0))) / np.cos(np.radians(29.0))
+    assert caught.value.details["room"] == pytest.approx(known, abs=1e-9)
+
+
+def test_lean_that_leaves_room_passes_with_its_known_margin():
+    found = check(over_plate(lean=np.radians(15.0)))
+
+    widened = np.hypot(CELL.tool.needle_diameter / 2, 0.25)
+    known = (STANDOFF - widened * np.sin(np.radians(15.0))) / np.cos(np.radians(15.0))
+    assert found.tip_margin == pytest.approx(known, abs=1e-9)
+
+
+def test_standoff_of_almost_nothing_is_refused():
+    with pytest.raises(ClearanceError, match=r"has 0.00 mm of room over the part plate"):
+        check(run_of(pointing_down(LINE - np.array([0.0, 0.0, STANDOFF - 0.003]))))
+
+
+@pytest.mark.parametrize(("top", "hit"), [(STANDOFF + 0.2, True), (STANDOFF - 0.05, False)])
+def test_tip_on_travel_must_not_touch_a_bump(top: float, hit: bool):  # noqa: FBT001
+    deposit = np.arange(len(LINE)) < len(LINE) // 2
+    bump = block((19.9, 19.9, 0.0), (20.1, 20.1, top), name="bump")
+    placements = run_of(pointing_down(LINE), deposit=deposit)
+
+    if not hit:
+        assert check(placements, body=bump).tip_margin == pytest.approx(STANDOFF, abs=1e-9)
+        return
+    with pytest.raises(ClearanceError, match=r"the needle's tip reaches 0.20 mm into the body bump; at least 0.00 mm"):
+        check(placements, body=bump)
+
+
+def test_retract_from_the_surface_raises_no_alarm():
+    bowl = spherical_cap(radius=15.0, angle=0.8, rings=30)
+    bowl = Surface(vertices=bowl.vertices * [1.0, 1.0, -1.0], faces=bowl.faces[:, ::-1], name="bowl")
+    lowest = -15.0 + STANDOFF
+    tips = np.concatenate(
+        [line((0.0, 0.0, lowest + 5.0), (0.0, 0.0, lowest)), line((0.0, 0.0, lowest), (0.0, 0.0, 0.0))]
+    )
+    deposit = np.arange(len(tips)) == 10
+
+    found = check(run_of(pointing_down(tips), deposit=deposit), part=bowl)
+
+    assert 0.2 < found.tip_margin < STANDOFF
+
+
+def test_needle_in_a_narrow_groove_is_refused():
+    left = block((-30.0, -30.0, -10.0), (19.0, 60.0, 20.0), name="left")
+    right = block((21.0, -30.0, -10.0), (60.0, 60.0, 20.0), name="right")
+    groove = Surface(
+        vertices=np.concatenate([left.vertices, right.vertices]),
+        faces=np.concatenate([left.faces, right.faces + 8]),
+        name="groove",
+    )
+
+    with pytest.raises(ClearanceError, match=r"comes within 0.35 mm of the body groove"):
+        check(over_plate(), body=groove)
+
+
+def test_clearance_larger_than_the_tip_zone_does_not_alarm_on_a_plate():
+    assert check(over_plate(), kept=3.0).kept == 3.0
+
+
+def test_obstacle_in_the_base_frame_gives_the_same_distance_wherever_the_part_stands():
+    box = Box("wall", np.array([35.0, 12.0, 60.0]), np.array([8.0, 4.0, 60.0]))
+    T_base_work = transforms.rigid(
+        Rotation.from_euler("z", 30, degrees=True).as_matrix(), np.array([300.0, 40.0, 20.0])
+    )
+    moved = Surface(
+        vertices=transforms.apply(transforms.inverse(T_base_work), plate().vertices), faces=plate().faces, name="plate"
+    )
+    poses = transforms.inverse(T_base_work) @ pointing_down(LINE)
+
+    here = check(over_plate(), obstacles=(box,))
+    there = check(run_of(poses), part=moved, obstacles=(box,), T_base_work=T_base_work)
+
+    assert here.smallest == pytest.approx(1.0, abs=0.01)
+    assert there.smallest == pytest.approx(here.smallest, abs=0.01)
+    assert "barrel to obstacle wall" in there.at
+
+
+def test_path_without_deposit_is_refused():
+    with pytest.raises(InputError, match="lays no material"):
+        check(run_of(pointing_down(LINE), deposit=np.zeros(len(LINE), dtype=np.bool_)))
+
+
+def test_part_that_is_nowhere_near_the_path_is_refused():
+    with pytest.raises(VerificationError, match="no surface is found below the tip"):
+        check(run_of(pointing_down(LINE + np.array([0.0, 0.0, 50.0]))))
+
+
+@pytest.mark.parametrize("kept", [-0.1, np.nan])
+def test_impossible_clearance_is_refused(kept: float):
+    with pytest.raises(InputError, match="the clearance is"):
+        check(over_plate(), kept=kept)
+
+
+def test_pose_without_numbers_is_refused():
+    poses = pointing_down(LINE).copy()
+    poses[3, 0, 3] = np.nan
+
+    with pytest.raises(InputError, match="NaN"):
+        check(run_of(poses))
+
+
+def test_pose_that_is_no_rotation_is_refused():
+    with pytest.raises(InputError, match="pose 0 of 41 is not a rigid transform"):
+        check(run_of(1.01 * pointing_down(LINE)))
+
+
+def test_placements_too_far_apart_are_refused():
+    with pytest.raises(InputError, match="sample the path more finely"):
+        check(run_of(pointing_down(line((20.0, 5.0, 5.0), (20.0, 25.0, 5.0), step=5.0))))

@@ -1,0 +1,55 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from geoprint.errors import InputError
+from geoprint.robot.collision.contact import CollisionWorld, InflatedSolids
+from geoprint.robot.collision.surroundings import mesh_target
+from geoprint.robot.collision.sweep import ALLOWANCE, Placements, find_hits
+from geoprint.robot.collision.tool_solids import tool_solids
+from tests.robot.cells import straight_cell
+from tests.robot.placements import block, line, pointing_down, run_of
+
+CELL = straight_cell()
+KEPT = CELL.process.clearance
+LINE = line((20.0, 5.0, 0.3), (20.0, 25.0, 0.3))
+
+
+@pytest.mark.parametrize(("gap", "hit"), [(KEPT - 0.1, True), (KEPT + 0.1, False)])
+def test_needle_that_grazes_a_thin_post_between_two_placements_is_found(gap: float, hit: bool):  # noqa: FBT001
+    poses = pointing_down(np.array([[20.0, 15.0, 5.0], [21.8, 15.0, 5.0], [23.6, 15.0, 5.0]]))
+    placements = run_of(poses, deposit=np.zeros(3, dtype=np.bool_))
+    needle_side = 15.0 + CELL.tool.needle_diameter / 2
+    post = block((20.88, needle_side + gap, 8.0), (20.92, needle_side + gap + 0.02, 20.0))
+    solids = tool_solids(CELL.tool)
+    world = CollisionWorld(
+        InflatedSolids(solids, kept=(0.0, KEPT, KEPT, KEPT, KEPT)), targets=(mesh_target(post, role="body"),)
+    )
+
+    hits = find_hits(world, placements)
+
+    assert not world.touches(poses, reaches=np.zeros((3, len(solids)))).any()
+    assert (hits is not None) == hit
+    if hits is not None:
+        assert set(hits.rows.tolist()) == {0}
+        assert hits.pairs[:, :, 0].any(axis=0).tolist() == [False, True, False, False, False]
+        np.testing.assert_allclose(hits.poses[:, 0, 3], 20.9, atol=0.5)
+
+
+def test_single_placement_is_no_motion():
+    with pytest.raises(InputError, match="at least two placements"):
+        run_of(pointing_down(LINE[:1]))
+
+
+def test_promised_allowance_is_below_a_tenth_of_a_millimetre():
+    assert 0.0 < ALLOWANCE < 0.1
+
+
+def test_stretch_names_the_joint_moves_at_both_ends():
+    poses = pointing_down(LINE[:5])
+    placements = Placements(poses, runs=np.array([-1, 0, 0, 1, -1]), deposit=np.zeros(5, dtype=np.bool_), corners=poses)
+
+    names = [placements.stretch(row) for row in range(5)]
+
+    assert names == ["on the way from home", "in run 1", "in run 1", "in run 2", "on the way to home"]

@@ -1,0 +1,126 @@
+"""Parts of the chain with targets beside the path: times of patterns, and stretches that leave the tolerance."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from geoprint.model import FloatArray, IntArray
+from geoprint.robot.controller.targets import Course, _leaves, _nearest, _next_soon, _patterns, _run_of
+from geoprint.transforms import same_sign
+from tests.robot.joint_paths import DOWN
+
+NONE = np.empty(0, dtype=np.int64)
+
+
+def course(tips: FloatArray, times: FloatArray, *, rests: tuple[int, ...] = ()) -> Course:
+    count = len(tips)
+    resting = np.zeros(count, dtype=np.bool_)
+    resting[[0, -1, *rests]] = True
+    return Course(
+        tips=tips, quaternions=np.tile(DOWN, (count, 1)), times=times, required=np.flatnonzero(resting),
+        runs=np.zeros(count, dtype=np.int64), rests=resting, laid=np.full(count - 1, fill_value=True), tolerance=0.01,
+        turn=0.01, periods=(0.012, 0.024),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(("height", "off"), [(0.009, False), (0.011, True), (0.019, True)])
+@pytest.mark.parametrize("moved", [False, True])
+def test_a_stretch_leaves_where_a_straight_move_is_wider_than_the_tolerance(
+    height: float, *, off: bool, moved: bool
+) -> None:
+    x = np.arange(31.0)
+    tips = np.column_stack([x, np.zeros(31), np.zeros(31)])
+    tips[15, 1] = height
+    flags = np.zeros(31, dtype=np.bool_)
+    flags[5] = moved
+    parts = NONE, np.array([0, 5, 10, 20, 30]), NONE
+    assert _leaves(course(tips, 0.1 * x), parts, flags) == off
+
+
+@pytest.mark.parametrize(("turned_deg", "off"), [(0.1, False), (0.2, True)])
+@pytest.mark.parametrize("moved", [False, True])
+def test_a_stretch_leaves_where_a_pose_beside_a_target_off_the_path_is_turned_otherwise_than_its_move(
+    turned_deg: float, *, off: bool, moved: bool
+) -> None:
+    """A tool that looks down a straight path turns by four degrees over 15 mm, and by so much more at one pose of it.
+
+    Where no target is beside the path, chains are weighed by the turn before.
+    """
+    x = np.arange(31.0)
+    angles = np.radians(np.minimum(x, 15.0) * 4.0 / 15.0)
+    angles[8] += np.radians(turned_deg)
+    turns = Rotation.from_rotvec(angles[:, None] * np.array([1.0, 0.0, 0.0]))
+    down = Rotation.from_quat(np.asarray(DOWN)[[1, 2, 3, 0]])
+    quaternions = same_sign((turns * down).as_quat()[:, [3, 0, 1, 2]])
+    made = replace(course(np.column_stack([x, np.zeros((31, 2))]), 0.1 * x), quaternions=quaternions)
+    flags = np.zeros(31, dtype=np.bool_)
+    flags[15] = moved
+    assert _leaves(made, (NONE, np.array([0, 5, 15, 30]), NONE), flags) == (off and moved)
+
+
+def test_a_stretch_is_not_judged_by_what_is_far_beside_it() -> None:
+    x = np.arange(101.0)
+    tips = np.column_stack([x, np.zeros(101), np.zeros(101)])
+    tips[5, 1] = 0.5
+    rows = np.arange(0, 101, 10)
+    made, flags = course(tips, 0.1 * x), np.zeros(101, dtype=np.bool_)
+    assert not _leaves(made, (rows[:4], rows[4:8], rows[8:]), flags)
+    assert _leaves(made, (NONE, rows[:8], rows[8:]), flags)
+    back = replace(made, tips=tips[::-1].copy())
+    assert not _leaves(back, (rows[:4], rows[4:8], rows[8:]), flags)
+    assert _leaves(back, (rows[:4], rows[4:], NONE), flags)
+
+
+@pytest.mark.parametrize(
+    ("flags", "count"), [([], 0), ([True], 1), ([False], 0), ([True, True, False, True], 2), ([True] * 3, 3)]
+)
+def test_flags_are_counted_up_to_the_first_that_is_not_set(flags: list[bool], count: int) -> None:
+    assert _run_of(np.array(flags, dtype=np.bool_)) == count
+
+
+def test_the_nearest_time_is_taken_on_either_side_and_at_both_ends() -> None:
+    found: IntArray = _nearest(np.array([0.0, 1.0, 3.0]), np.array([-5.0, 0.4, 0.6, 1.9, 2.1, 9.0]))
+    assert found.tolist() == [0, 0, 1, 1, 2, 2]
+
+
+@pytest.mark.parametrize(("bend", "within", "between"), [
+    ((20, 30), (0, 60), (20, 40)),  # from a rest on
+    ((30, 40), (0, 60), (20, 40)),  # up to a rest
+    ((25, 35), (0, 60), (20, 40)),  # between two rests
+    ((28, 32), (24, 36), (24, 36)),  # no farther than the stretch
+])  # fmt: skip
+def test_patterns_stay_between_the_rests_and_within_the_stretch(
+    bend: tuple[int, int], within: tuple[int, int], between: tuple[int, int]
+) -> None:
+    x = np.arange(61.0)
+    made = course(np.column_stack([x, np.zeros(61), np.zeros(61)]), 0.01 * x, rests=(20, 40))
+    patterns = list(_patterns(made, *bend, within=within))
+    firsts, lasts = (np.array([pattern[row] for pattern in patterns]) for row in (0, -1))
+    assert firsts.min() == between[0] + 1
+    assert lasts.max() == between[1] - 1
+    assert all((np.diff(pattern) > 0).all() and pattern.size >= 2 for pattern in patterns)
+    # Some begin before the bend and end behind it, where there is room.
+    assert (firsts <= max(bend[0], between[0] + 1)).any()
+    assert (lasts >= min(bend[1], between[1] - 1)).any()
+    # At even times, up to half a pose to either side of both ends.
+    assert all(np.ptp(np.diff(pattern)) <= 2 for pattern in patterns)
+
+
+@pytest.mark.parametrize(("count", "expected"), [(4, 40), (5, 30)])
+def test_where_one_move_in_25_comes_too_soon_only_those_below_the_least_time_are_mended(
+    count: int, expected: int
+) -> None:
+    """Of 100 moves, some of 0.02 s from the 30th on and one of 0.01 s, the 40th."""
+    steps = np.full(100, 0.03)
+    steps[30 : 30 + count - 1] = 0.02
+    steps[40] = 0.01
+    times = np.concatenate([[0.0], np.cumsum(steps)])
+    made = course(np.column_stack([np.arange(101.0), np.zeros((101, 2))]), times)
+    rows = np.arange(101)
+    assert _next_soon(made, rows, after=-1) == expected
+    assert _next_soon(made, rows, after=39) == 40
+    assert _next_soon(made, rows, after=40) is None

@@ -1,0 +1,92 @@
+"""Resampling keeps its two promises, the step and the chord error, and stays on the surface."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+
+from geoprint.distance.isolines import isolines
+from geoprint.geometry import arc_lengths, closest, positions
+from geoprint.model import FloatArray, ScalarField, Surface, SurfacePoints
+from geoprint.toolpath.resample import interpolate, resample
+from tests.meshes import disc, plate, spherical_cap
+
+
+def ring(surface: Surface, level: float) -> SurfacePoints:
+    values = np.linalg.norm(surface.vertices[:, :2], axis=1)
+    return isolines(surface, ScalarField(values), levels=np.array([level]))[0].points
+
+
+def distance_to_polyline(points: FloatArray, line: FloatArray) -> FloatArray:
+    start, along = line[:-1], np.diff(line, axis=0)
+    share = np.einsum("kij,ij->ki", points[:, None] - start, along) / np.einsum("ij,ij->i", along, along)
+    nearest = start + np.clip(share, 0, 1)[..., None] * along
+    return np.linalg.norm(points[:, None] - nearest, axis=2).min(axis=1)
+
+
+@settings(max_examples=20, deadline=None)
+@given(step=st.floats(0.2, 5.0), chord_error=st.floats(0.001, 0.5), level=st.floats(2.0, 18.0))
+def test_step_and_chord_error_are_bounded(step: float, chord_error: float, level: float) -> None:
+    surface = spherical_cap(radius=30.0, angle=0.8, rings=25, jitter_seed=4)
+    points = ring(surface, level)
+    found = positions(surface, resample(surface, points, step=step, chord_error=chord_error))
+    original = positions(surface, points)
+    assert np.linalg.norm(np.diff(found, axis=0), axis=1).max() <= step * (1 + 1e-9)
+    assert distance_to_polyline(original, found).max() <= chord_error * (1 + 1e-9)
+    assert distance_to_polyline(found, original).max() < 1e-9
+    np.testing.assert_allclose(found[[0, -1]], original[[0, -1]], atol=1e-12)
+
+
+def test_sharp_corners_are_kept_as_samples() -> None:
+    surface = plate((40.0, 30.0), (40, 30))
+    x, y = surface.vertices[:, 0], surface.vertices[:, 1]
+    values = np.minimum(np.minimum(x, 40 - x), np.minimum(y, 30 - y))
+    points = isolines(surface, ScalarField(values), levels=np.array([5.5]))[0].points
+    found = positions(surface, resample(surface, points, step=1.7, chord_error=1e-3))
+    for corner in ([5.5, 5.5, 0], [34.5, 5.5, 0], [34.5, 24.5, 0], [5.5, 24.5, 0]):
+        assert np.linalg.norm(found - corner, axis=1).min() < 1e-9
+
+
+def test_samples_between_triangles_that_share_nothing_land_on_the_surface() -> None:
+    surface = spherical_cap(rings=12)
+    points, _ = closest(surface, surface.vertices[[3, 60, 200]] + [0.2, 0.1, 0.0])
+    middle = interpolate(surface, points, np.array([0, 1]), np.array([1, 2]), np.array([0.5, 0.5]))
+    places, ends = positions(surface, middle), positions(surface, points)
+    chords = 0.5 * (ends[:-1] + ends[1:])
+    _, distance = closest(surface, chords)
+    np.testing.assert_allclose(np.linalg.norm(places - chords, axis=1), distance, atol=1e-9)
+
+
+def test_a_reversed_curve_is_interpolated_inside_its_triangles_as_well() -> None:
+    surface = disc(rings=20, jitter_seed=1)
+    points = ring(surface, 7.3)
+    backwards = SurfacePoints(points.faces[::-1], points.weights[::-1])
+    there = positions(surface, resample(surface, points, step=0.5, chord_error=0.01))
+    back = positions(surface, resample(surface, backwards, step=0.5, chord_error=0.01))
+    np.testing.assert_allclose(distance_to_polyline(back, there).max(), 0.0, atol=0.02)
+    assert distance_to_polyline(back, positions(surface, points)).max() < 1e-9
+
+
+def test_repeated_points_do_no_harm() -> None:
+    surface = plate((8.0, 6.0), (8, 6))
+    points = isolines(surface, ScalarField(surface.vertices[:, 0].copy()), levels=np.array([3.0]))[0].points
+    found = positions(surface, resample(surface, points, step=0.7, chord_error=0.01))
+    assert np.diff(arc_lengths(found)).min() > 0.1
+    assert arc_lengths(found)[-1] == pytest.approx(6.0)
+
+
+def test_the_ends_of_a_chord_between_triangles_that_share_nothing_stay_what_they_are() -> None:
+    surface = spherical_cap(rings=12)
+    points = SurfacePoints(np.array([0, 200]), np.array([[0.2, 0.3, 0.5], [0.6, 0.3, 0.1]]))
+    found = interpolate(surface, points, np.array([0, 0]), np.array([1, 1]), np.array([0.0, 1.0]))
+    np.testing.assert_array_equal(found.faces, points.faces)
+    np.testing.assert_allclose(found.weights, points.weights, atol=1e-15)
+
+
+def test_a_curve_that_skips_triangles_is_left_by_no_sample_further_than_its_chords_are_from_the_surface() -> None:
+    surface = disc(rings=20, jitter_seed=1)
+    angle = np.linspace(0.0, 2.0 * np.pi, 60)
+    points, _ = closest(surface, np.column_stack([9.0 * np.cos(angle), 9.0 * np.sin(angle), 0.0 * angle]))
+    found = positions(surface, resample(surface, points, step=0.4, chord_error=0.01))
+    assert distance_to_polyline(found, positions(surface, points)).max() < 1e-9

@@ -1,0 +1,206 @@
+"""Rows beside a drawn curve: known answers on a plate and a cylinder, turns, contours around, and refusals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from geoprint.distance import BACKENDS
+from geoprint.errors import FieldError, UsageError
+from geoprint.geometry import PolylineDistance, boundary_seed, part_seed, point_seed, united
+from geoprint.model import FloatArray, ScalarField, Strokes, Surface
+from geoprint.toolpath import PATTERNS
+from geoprint.workflow.sources import curve_seed
+from tests.meshes import annulus, plate, sphere
+
+SIDES = 72
+RADIUS, HEIGHT = 10.0, 30.0
+
+
+def _guided(
+    surface: Surface, curve: FloatArray, *, spacing: float, backend: str = "fast-marching", contours: int = 0
+) -> Strokes:
+    seed = curve_seed(surface, curve)
+    pattern = PATTERNS["guided"](contours=contours)
+    return pattern.strokes(surface, seed, backend=BACKENDS[backend](surface), spacing=spacing)
+
+
+def _lines(strokes: Strokes, surface: Surface) -> list[tuple[FloatArray, FloatArray]]:
+    """Return the places of each stroke, and the row of each."""
+    offsets = strokes.curves.offsets
+    return [
+        (strokes.curves.xyz(surface, curve), strokes.row[offsets[curve] : offsets[curve + 1]])
+        for curve in range(strokes.curves.count)
+    ]
+
+
+def _across(length: float, at: float = 0.0) -> FloatArray:
+    """Return a line along x over a plate of some length."""
+    return np.array([[-length / 2.0, at, 0.0], [length / 2.0, at, 0.0]])
+
+
+def _plate() -> Surface:
+    """Return a plate of 20 by 12 mm about the origin."""
+    corner = plate((20.0, 12.0), divisions=(80, 48))
+    return Surface(corner.vertices - np.array([10.0, 6.0, 0.0]), corner.faces, corner.name)
+
+
+def _tube(levels: int = 60) -> Surface:
+    """Return the side of an upright prism, open at both ends."""
+    turn = 2.0 * np.pi * np.arange(SIDES) / SIDES
+    ring = np.column_stack([RADIUS * np.cos(turn), RADIUS * np.sin(turn)])
+    heights = np.linspace(0.0, HEIGHT, levels + 1)
+    vertices = np.concatenate([np.column_stack([ring, np.full(SIDES, height)]) for height in heights])
+    low = np.arange(levels * SIDES)
+    right = low - low % SIDES + (low + 1) % SIDES
+    faces = np.concatenate([
+        np.column_stack([low, right, right + SIDES]),
+        np.column_stack([low, right + SIDES, low + SIDES]),
+    ])  # fmt: skip
+    return Surface(vertices, faces, "tube")
+
+
+def test_on_a_cylinder_rows_beside_a_helix_are_helices() -> None:
+    surface = _tube()
+    side = 2.0 * RADIUS * np.sin(np.pi / SIDES)
+    turn = 2.0 * np.pi * np.arange(SIDES + 1) / SIDES
+    curve = np.column_stack([RADIUS * np.cos(turn), RADIUS * np.sin(turn), HEIGHT * np.arange(SIDES + 1) / SIDES])
+    strokes = _guided(surface, curve, spacing=1.0)
+    along = np.array([SIDES * side, HEIGHT])
+    length = float(np.linalg.norm(along))
+    judged = 0
+    for places, row in _lines(strokes, surface):
+        # Unrolled: the part of the side that a place lies on, and how far along that.
+        corner = np.mod(np.arctan2(places[:, 1], places[:, 0]), 2.0 * np.pi) * SIDES / (2.0 * np.pi)
+        within = (np.floor(corner) + 0.5) * 2.0 * np.pi / SIDES
+        tangent = np.column_stack([-np.sin(within), np.cos(within)])
+        unrolled = np.column_stack([
+            (np.floor(corner) + 0.5) * side + np.einsum("kc,kc->k", places[:, :2], tangent), places[:, 2]
+        ])  # fmt: skip
+        shifted = unrolled + np.array([[[-SIDES * side, 0.0]], [[0.0, 0.0]], [[SIDES * side, 0.0]]])
+        foot, away = shifted @ along / length, np.abs(shifted @ np.array([-along[1], along[0]])) / length
+        nearest = np.where((foot > 0.0) & (foot < length), away, np.inf).min(axis=0)
+        ends = np.minimum(np.linalg.norm(shifted, axis=2), np.linalg.norm(shifted - along, axis=2)).min(axis=0)
+        # On whole rows, and away from where the fronts of both sides meet or go round the ends.
+        inside = (row == np.floor(row)) & (nearest < 10.0) & (ends > nearest + 1.0)
+        assert np.abs(nearest - (row + 0.5))[inside].max(initial=0.0) < 1e-6
+        judged += int(inside.sum())
+    assert judged > 1000
+
+
+@pytest.mark.parametrize("backend", sorted(BACKENDS))
+def test_a_plate_is_covered_in_one_stroke(backend: str) -> None:
+    surface = _plate()
+    strokes = _guided(surface, _across(20.0), spacing=1.0, backend=backend)
+    ((places, row),) = _lines(strokes, surface)
+    straight = row == np.floor(row)
+    rows = np.abs(places[straight, 1])
+    inner = np.abs(places[straight, 0]) < 8.0
+    np.testing.assert_allclose(rows[inner], row[straight][inner] + 0.5, atol=0.03)
+    # Twelve rows between turns half a spacing from the rim.
+    held: FloatArray = places[straight, 1][inner]
+    assert {round(height + 5.5) for height in held.tolist()} == set(range(12))
+    assert np.abs(places[:, 0]).max() == pytest.approx(9.5, abs=0.1)
+    assert np.linalg.norm(np.diff(places, axis=0), axis=1).sum() == pytest.approx(
+        12 * 19.0 + 11 * (1.62 - 1.0), rel=0.01
+    )
+
+
+def test_turns_are_round_and_rows_go_there_and_back() -> None:
+    surface = _plate()
+    ((places, row),) = _lines(_guided(surface, _across(20.0), spacing=2.0), surface)
+    steps = np.diff(places, axis=0)
+    steps = steps[np.linalg.norm(steps, axis=1) > 1e-9]
+    bends = np.einsum("kc,kc->k", steps[1:], steps[:-1])
+    bends /= np.linalg.norm(steps[1:], axis=1) * np.linalg.norm(steps[:-1], axis=1)
+    assert np.degrees(np.arccos(np.clip(bends, -1.0, 1.0))).max() < 25.0
+    order = [(number, side) for side in (1, -1) for number in (range(3) if side < 0 else range(2, -1, -1))]
+    runs = [places[(row == number) & (np.sign(places[:, 1]) == side), 0] for number, side in order]
+    senses = [np.sign(run[-1] - run[0]) for run in runs]
+    assert senses in ([1, -1] * 3, [-1, 1] * 3)
+
+
+def test_contours_go_around_the_rows() -> None:
+    surface = _plate()
+    strokes = _guided(surface, _across(20.0), spacing=1.0, contours=2)
+    lines = _lines(strokes, surface)
+    rings = [line for line, closed in zip(lines, strokes.curves.closed, strict=True) if closed]
+    assert [row.max() for _, row in rings] == [0.0, 1.0]
+    rim = PolylineDistance([boundary_seed(surface).curves.xyz(surface, 0)], step=0.05)
+    for (places, row), closed in zip(lines, strokes.curves.closed, strict=True):
+        if closed:
+            np.testing.assert_allclose(rim(places), row + 0.5, atol=0.02)
+        else:
+            assert rim(places).min() == pytest.approx(2.5, abs=0.02)
+            assert row.min() == 2.0
+
+
+def test_rows_beside_a_part_of_the_rim_begin_with_it() -> None:
+    surface = _plate()
+    seed = part_seed(surface, np.array([-10.0, -6.0, 0.0]), np.array([10.0, -6.0, 0.0]))
+    strokes = PATTERNS["guided"]().strokes(surface, seed, backend=BACKENDS["heat"](surface), spacing=1.0)
+    ((places, row),) = _lines(strokes, surface)
+    straight = (row == np.floor(row)) & (np.abs(places[:, 0]) < 8.0)
+    np.testing.assert_allclose(places[straight, 1] + 6.0, row[straight] + 0.5, atol=0.03)
+    assert set(row[straight].tolist()) == set(range(12))
+
+
+def test_where_rows_do_not_fit_the_line_of_ends_is_the_last_row() -> None:
+    surface = _plate()
+    # The lowest row lies at -3.8 mm, and the line of ends 0.6 spacings farther down; the highest 0.4 below the other.
+    strokes = _guided(surface, _across(20.0, at=1.2), spacing=2.0)
+    lines = _lines(strokes, surface)
+    assert len(lines) == 1
+    places, row = lines[0]
+    low = (places[:, 1] < -4.5) & (np.abs(places[:, 0]) < 8.0)
+    assert places[low, 1] == pytest.approx(-5.0, abs=0.05)
+    assert set(row[low].tolist()) == {3.0}
+    assert places[np.abs(places[:, 0]) < 8.0, 1].max() == pytest.approx(4.2, abs=0.05)
+
+
+def test_a_hole_parts_rows_and_its_rim_is_turned_at() -> None:
+    surface = annulus(inner=4.0, outer=16.0, divisions=(96, 36))
+    curve = np.array([[5.0, 12.0, 0.0], [-5.0, 12.0, 0.0]])
+    strokes = _guided(surface, curve, spacing=1.0)
+    everywhere = np.concatenate([places for places, _ in _lines(strokes, surface)])
+    radius = np.hypot(everywhere[:, 0], everywhere[:, 1])
+    assert radius.min() == pytest.approx(4.5, abs=0.1)
+    assert radius.max() == pytest.approx(15.5, abs=0.1)
+
+
+def test_on_a_closed_part_rows_go_round() -> None:
+    surface = sphere(radius=10.0, subdivisions=4)
+    curve = 10.0 * np.array([[0.0, -0.3, 0.954], [0.0, 0.0, 1.0], [0.0, 0.3, 0.954]])
+    strokes = _guided(surface, curve, spacing=2.0)
+    assert strokes.curves.closed.all()
+    assert strokes.curves.count == int(strokes.row.max()) + 1
+
+
+def test_every_piece_needs_a_line() -> None:
+    first = _plate()
+    both = united([first, Surface(first.vertices + np.array([0.0, 40.0, 0.0]), first.faces)])
+    seed = curve_seed(both, _across(20.0))
+    with pytest.raises(UsageError, match="run beside a line with two ends"):
+        PATTERNS["guided"]().strokes(both, seed, backend=BACKENDS["heat"](both), spacing=1.0)
+
+
+def test_a_border_and_a_point_are_no_line() -> None:
+    surface = _plate()
+    for seed in (boundary_seed(surface), point_seed(surface, np.zeros(3), tolerance=0.1)):
+        with pytest.raises(UsageError, match=r"draw one \(`--from curve.csv`"):
+            PATTERNS["guided"]().strokes(surface, seed, backend=BACKENDS["heat"](surface), spacing=1.0)
+
+
+def test_what_has_no_room_or_no_rim_is_refused() -> None:
+    surface = _plate()
+    with pytest.raises(FieldError, match="within its rim and 7 contours: choose fewer"):
+        _guided(surface, _across(20.0), spacing=1.0, contours=7)
+    with pytest.raises(UsageError, match="0 or more"):
+        PATTERNS["guided"](contours=-1)
+    ball = sphere(radius=10.0, subdivisions=3)
+    with pytest.raises(UsageError, match="is closed and has none"):
+        _guided(ball, 10.0 * np.array([[0.0, -0.3, 0.954], [0.0, 0.3, 0.954]]), spacing=2.0, contours=1)
+    seed = curve_seed(surface, _across(20.0))
+    spacing = ScalarField(np.ones(len(surface.vertices)))
+    with pytest.raises(UsageError, match="a spacing at each vertex is given"):
+        PATTERNS["guided"]().strokes(surface, seed, backend=BACKENDS["heat"](surface), spacing=spacing)

@@ -1,0 +1,109 @@
+"""Patterns that take turns: layers cross as their angles do, one alone is planned as its own, and all is told."""
+
+from __future__ import annotations
+
+import json
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial import KDTree
+
+from geoprint.config import job_of, packaged_cell_text
+from geoprint.errors import UsageError
+from geoprint.geometry.files import save_ply
+from geoprint.model import FloatArray
+from geoprint.reporting import outcome_text, record_plan, stack_text
+from geoprint.workflow import plan, plan_stack
+from geoprint.workflow.covering import cover
+from geoprint.workflow.stages import Stages
+from geoprint.workflow.workpiece import prepare_workpiece
+from tests.meshes import plate
+from tests.workflow.layers_here import planning_here
+
+MATERIAL = """
+[material]
+density_g_cm3 = 1.1
+consistency_pa_sn = 20
+flow_index = 0.6
+yield_stress_pa = 0
+uv_irradiance_mw_cm2 = 100
+uv_spot_mm = 6
+uv_dose_mj_cm2 = 100
+uv_penetration_mm = 0.5
+"""
+FLAT = Path(__file__).parents[2] / "data" / "heart_flat_patch.ply"
+
+
+def _rows(layer: int, backend: str) -> tuple[FloatArray, FloatArray]:
+    """Return (k, 3) places on the straight rows of a layer [mm] and the unit vectors along these."""
+    job = job_of(
+        surface=FLAT, unit="mm", patches=[{"at": [41.7, 4.0, -6.4], "radius": 11.0}], spacing=2.0, thickness=1.0,
+        layer=layer, backend=backend, robot=False, patterns=["guided:0", "guided:90"],
+    )  # fmt: skip
+    stage = Stages(lambda _: None)
+    workpiece = prepare_workpiece(job, stage, backends=[backend])
+    toolpath = cover(job, workpiece, stage).toolpath
+    places = toolpath.curves.points.xyz(workpiece.surface)
+    middles, along = list[FloatArray](), list[FloatArray]()
+    for begin, end in pairwise(toolpath.curves.offsets.tolist()):
+        line, rows = places[begin:end], toolpath.rows[begin:end]
+        on = (rows[1:] % 1.0 == 0.0) & (rows[1:] == rows[:-1])
+        middles.append((0.5 * (line[1:] + line[:-1]))[on])
+        along.append(np.diff(line, axis=0)[on])
+    steps = np.concatenate(along)
+    return np.concatenate(middles), steps / np.linalg.norm(steps, axis=1, keepdims=True)
+
+
+def test_layers_at_0_and_90_degrees_cross_square_whatever_backend_draws_them() -> None:
+    (below, first), (above, second) = _rows(1, "heat"), _rows(2, "lscm")
+    away, at = KDTree(below).query(above)
+    crossing = np.degrees(np.arccos(np.abs(np.einsum("kx,kx->k", first[at], second))))
+    # The patch is not quite flat: away from the middle, rows beside a line turn with its curvature.
+    middle = (np.asarray(away) < 1.0) & (np.linalg.norm(above - below.mean(axis=0), axis=1) < 8.0)
+    assert middle.sum() > 100
+    assert np.abs(crossing[middle] - 90.0).max() < 1.0
+
+
+def test_a_stack_says_the_pattern_of_each_layer_and_a_layer_alone_has_its_own(tmp_path: Path) -> None:
+    part = tmp_path / "plate.ply"
+    save_ply(plate((12.0, 8.0), (12, 8)), part)
+    patterns = ["contours", "guided:-45"]
+    cell = tmp_path / "cell.toml"
+    cell.write_text(packaged_cell_text("irb120-bent45") + MATERIAL, encoding="utf-8")
+    asked = {
+        "surface": part, "unit": "mm", "spacing": 2.0, "thickness": 1.5, "robot": False, "patterns": patterns,
+        "cell": cell,
+    }  # fmt: skip
+    with planning_here():
+        told = plan_stack(job_of(**asked), tmp_path / "device")
+    assert [layer.pattern for layer in told.layers] == [*patterns, "contours"]
+    assert " 2 from 0.5 mm: guided:-45, " in stack_text(told)
+    # The lamp's power, spread over speed times spacing, reaches through half a millimetre to the bottom. A layer whose
+    # missing volume is made up is printed slower.
+    plans = [json.loads((tmp_path / "device" / layer.folder / "plan.json").read_text()) for layer in told.layers]
+    doses = 100.0 * np.pi * 9.0 / (2.0 * np.array([each["settings"]["speed_mm_s"] for each in plans]))
+    assert {layer.speed_mm_s for layer in told.layers} == {20.0}
+    first, *_, last = (layer.cure for layer in told.layers)
+    assert first is not None
+    assert last is not None
+    assert last.own_mj_cm2 == last.whole_mj_cm2 == pytest.approx(doses[-1] * np.exp(-1.0), rel=1e-5)
+    assert first.own_mj_cm2 == pytest.approx(doses[0] * np.exp(-1.0), rel=1e-5)
+    assert first.whole_mj_cm2 == pytest.approx(doses @ np.exp(-np.arange(1.0, 4.0)), rel=1e-5)
+    assert "warning: layers 1, 2, 3 are not cured through" in stack_text(told)
+    again = job_of(surface=tmp_path / "device" / "layer-02" / "job.toml")
+    assert (again.patterns, again.layer) == (patterns, 2)
+    alone = plan(job_of(**asked, layer=2))
+    (layer,) = record_plan(alone).layers
+    assert layer.pattern == "guided:-45"
+    assert "paths in its middle, guided:-45" in outcome_text(record_plan(alone))
+    table = (tmp_path / "device" / "layer-02" / "poses.csv").read_text(encoding="utf-8").splitlines()
+    assert len(table) == alone.poses.count + 1
+
+
+def test_what_is_wrong_with_patterns_is_said_before_any_layer_is_planned(tmp_path: Path) -> None:
+    part = tmp_path / "plate.ply"
+    save_ply(plate((20.0, 12.0), (20, 12)), part)
+    with pytest.raises(UsageError, match=r"^`--patterns`: spiral:30 gives an angle"):
+        plan_stack(job_of(surface=part, thickness=2.0, patterns=["contours", "spiral:30"]), tmp_path / "device")

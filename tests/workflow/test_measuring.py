@@ -1,0 +1,173 @@
+"""Files of toolpaths measured on a part: our own as compare does, others by what their planner does to a surface."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from geoprint import job_of, plan, save_plan, transforms
+from geoprint.config import Job
+from geoprint.errors import FieldError, UsageError
+from geoprint.geometry.files import save_ply
+from geoprint.metrics import moved, rigid_fit, uniformity
+from geoprint.model import FloatArray, Polylines
+from geoprint.workflow import measure_files
+from tests.meshes import plate, spherical_cap
+from tests.metrics.deposits import straight_line
+from tests.workflow.dome_slicer import dome_gcode, dome_heights
+
+RADIUS, OPENING = 15.0, 1.0
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("measured")
+    save_ply(plate((40.0, 30.0), (20, 15)), folder / "plate.ply")
+    save_ply(spherical_cap(radius=RADIUS, angle=OPENING, rings=30), folder / "dome.ply")
+    save_ply(spherical_cap(radius=12.0, angle=OPENING, rings=8), folder / "small.ply")
+    return folder
+
+
+def job(path: Path, *, spacing: float = 2.0) -> Job:
+    return job_of(surface=path, unit="mm", spacing=spacing)
+
+
+def test_a_bundle_of_ours_gives_the_figures_of_compare(folder: Path) -> None:
+    asked = job_of(surface=folder / "small.ply", unit="mm", spacing=2.0, backend="heat", robot=False, middle="plain")
+    planned = plan(asked)
+    save_plan(planned, folder / "bundle")
+    told = uniformity(planned.poses, planned.workpiece.surface, spacing=2.0)
+    found = measure_files(job(folder / "small.ply"), [folder / "bundle"]).files[0]
+    # Contours of a rim run anticlockwise: outside is to their right.
+    right = found.measured.sides.right
+    assert found.format == "bundle"
+    assert told.levels is not None
+    assert right.mean == pytest.approx(told.levels.figures.mean, abs=1e-4)
+    assert right.cv == pytest.approx(told.levels.figures.cv, abs=1e-4)
+    assert found.measured.thickness.cv == pytest.approx(told.thickness.cv, abs=1e-4)
+    assert found.measured.followed.cv == pytest.approx(told.followed.cv, abs=1e-4)
+    assert found.measured.gap == pytest.approx(told.gap, abs=1e-4)
+    assert found.measured.overlap == pytest.approx(told.overlap, abs=1e-4)
+
+
+def test_slices_of_a_dome_are_as_far_apart_as_its_slope_makes_them(folder: Path) -> None:
+    path = folder / "dome.gcode"
+    path.write_text(dome_gcode(radius=RADIUS, opening=OPENING, layer=0.6), encoding="utf-8")
+    found = measure_files(job(folder / "dome.ply", spacing=1.0), [path], offset_up_to=0.2).files[0]
+    assert (found.format, found.deposit) == ("G-code", "growing E")
+    polar = np.arccos(dome_heights(radius=RADIUS, opening=OPENING, layer=0.6) / RADIUS)
+    between = -np.diff(polar) * RADIUS
+    sides = found.measured.sides
+    run = np.repeat(np.arange(polar.size), np.diff(sides.offsets))
+    assert found.measured.run_count == polar.size
+    # Anticlockwise from above: the next slice up is to the left, the one below to the right.
+    for side, first in ((0, 0), (1, 1)):
+        for place in range(first, polar.size - 1 + first):
+            wanted = between[place - first]
+            if wanted < 2.8:
+                here = sides.sides()[run == place, side]
+                assert np.nanmedian(here) == pytest.approx(wanted, abs=5e-3)
+    # At the rim slices are 0.7 mm apart, near the top 1.8: what a planar slicer leaves bare.
+    around = np.sin(polar[:-1])
+    mean = np.average(between, weights=around)
+    varying = np.sqrt(np.average((between - mean) ** 2, weights=around)) / mean
+    assert varying > 0.28
+    assert found.measured.sides.left.cv == pytest.approx(varying, rel=0.01)
+    assert found.measured.gap > 0.1
+    assert found.measured.hole > 10.0
+
+
+def test_rapid_written_by_hand_is_judged(folder: Path) -> None:
+    axes = "[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]"
+    lines = ['PERS wobjdata part:=[FALSE,TRUE,"",[[300,0,200],[1,0,0,0]],[[0,0,0],[1,0,0,0]]];', "PROC main()"]
+    for k, y in enumerate([1.0, 3.0, 5.0, 7.2]):
+        ends = (0, 40) if k % 2 == 0 else (40, 0)
+        lines += [
+            f"MoveJ [[{ends[0]},{y},0],{axes}],v100,fine,tool0\\WObj:=part;",
+            f"MoveL [[{ends[1]},{y},0],{axes}],v20,fine,tool0\\WObj:=part;",
+        ]
+    path = folder / "Hand.mod"
+    path.write_text("\n".join(["MODULE Hand", *lines, "ENDPROC", "ENDMODULE", ""]), encoding="utf-8")
+    found = measure_files(job(folder / "plate.ply"), [path]).files[0].measured
+    assert (found.run_count, found.length) == (4, pytest.approx(160.0))
+    # To and fro: every row has a neighbour to its left, the last one, shifted by 0.2 mm, is that of the third.
+    assert found.sides.left.mean == pytest.approx((1.0 + 1.0 + 1.1 + 1.1) / 4.0, abs=1e-6)
+    assert found.sides.right.mean == pytest.approx(1.0, abs=1e-6)
+    assert (found.sides.left.none, found.sides.right.none) == (0.0, 0.5)
+
+
+def test_several_files_stand_side_by_side_with_names_that_differ(folder: Path) -> None:
+    for name, shift in (("a", 0.0), ("b", 0.2)):
+        (folder / name).mkdir(exist_ok=True)
+        rows = [f"{x},{2.0 * k + shift * (k % 2)},0,{k}" for k in range(1, 8) for x in (0, 40)]
+        (folder / name / "paths.csv").write_text("\n".join(["x,y,z,run", *rows, ""]), encoding="utf-8")
+    paths = [folder / "a" / "paths.csv", folder / "b" / "paths.csv"]
+    found = measure_files(job(folder / "plate.ply"), [*paths, paths[1]])
+    assert len({each.name for each in found.files}) == 3
+    even, shifted, _ = (each.measured.sides for each in found.files)
+    assert even.left.cv == pytest.approx(0.0, abs=1e-6)
+    assert (shifted.left.cv, shifted.right.cv) == (pytest.approx(0.1, abs=1e-6), pytest.approx(0.1, abs=1e-6))
+
+
+def test_paths_off_the_part_are_refused_with_the_name_of_their_file(folder: Path) -> None:
+    path = folder / "above.csv"
+    path.write_text("x,y,z,run\n0,5,1,1\n40,5,1,1\n0,7,1,2\n40,7,1,2\n", encoding="utf-8")
+    with pytest.raises(FieldError, match=r"above\.csv: the paths lie up to 1 mm off the part.*`--offset-up-to 1\.1`"):
+        measure_files(job(folder / "plate.ply"), [path])
+    assert measure_files(job(folder / "plate.ply"), [path], offset_up_to=1.1).files[0].measured.off_max == 1.0
+
+
+def test_a_spacing_and_a_sensible_allowance_are_asked_for(folder: Path) -> None:
+    path = folder / "above.csv"
+    path.write_text("x,y,z\n0,5,0\n40,5,0\n", encoding="utf-8")
+    with pytest.raises(UsageError, match="give `--spacing`"):
+        measure_files(job_of(surface=folder / "plate.ply", unit="mm"), [path])
+    with pytest.raises(UsageError, match="positive number of mm"):
+        measure_files(job(folder / "plate.ply"), [path], offset_up_to=-1.0)
+    with pytest.raises(UsageError, match="1 to 20 files"):
+        measure_files(job(folder / "plate.ply"), [])
+
+
+def test_a_patch_of_a_body_is_cut_as_for_planning(folder: Path) -> None:
+    path = folder / "middle.csv"
+    path.write_text("x,y,z,run\n15,14,0,1\n25,14,0,1\n15,16,0,2\n25,16,0,2\n", encoding="utf-8")
+    asked = job_of(surface=folder / "plate.ply", unit="mm", spacing=2.0, patches=[{"at": [20, 15, 0], "radius": 8}])
+    found = measure_files(asked, [path]).files[0].measured
+    assert found.area == pytest.approx(np.pi * 64.0, rel=0.02)
+
+
+def crooked() -> tuple[Polylines, FloatArray]:
+    """Rows over a part without symmetry, and a motion that takes them off it."""
+    lines = [straight_line((0.0, y), (40.0 - y, y), points=21) for y in np.arange(1.0, 30.0, 2.0).tolist()]
+    curves = np.concatenate(lines)
+    curves[:, 2] = bump(curves)
+    motion = transforms.rigid(Rotation.from_rotvec([0.4, -1.1, 2.0]).as_matrix(), np.array([120.0, -40.0, 7.0]))
+    return Polylines(curves, np.cumsum([0, *map(len, lines)])), motion
+
+
+def bump(places: FloatArray) -> FloatArray:
+    return 4.0 * np.sin(places[:, 0] / 9.0) + 3.0 * np.cos(places[:, 1] / 7.0) + 0.004 * places[:, 0] * places[:, 1]
+
+
+def test_paths_in_other_coordinates_are_laid_onto_the_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    # So many points of rows this plain are enough. The package has a function of the module's name.
+    module = import_module("geoprint.metrics.rigid_fit")
+    monkeypatch.setattr(module, "COARSE_POINTS", 150)
+    monkeypatch.setattr(module, "FINE_POINTS", 300)
+    flat = plate((40.0, 30.0), (80, 60))
+    kept = flat.vertices[flat.faces].mean(axis=1)[:, :2].sum(axis=1) < 41.0
+    vertices = flat.vertices.copy()
+    vertices[:, 2] = bump(vertices)
+    surface = type(flat)(vertices, flat.faces[kept])
+    curves, motion = crooked()
+    away = Polylines(transforms.apply(motion, curves.points), curves.offsets)
+    fit = rigid_fit(surface, away)
+    assert fit.residual < 0.02
+    assert fit.before > 20.0
+    np.testing.assert_allclose(moved(away, fit).points, curves.points, atol=0.1)
+    # What lies on the part already is left where it is.
+    assert np.abs(moved(curves, rigid_fit(surface, curves)).points - curves.points).max() < 0.1

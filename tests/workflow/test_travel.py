@@ -1,0 +1,73 @@
+"""Where the low crossings turn out not to be clear, travel goes over everything; other refusals stand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from geoprint.config import job_of, packaged_cell_text
+from geoprint.errors import ClearanceError
+from geoprint.geometry.files import save_ply
+from geoprint.model import Clearance, PoseStream
+from geoprint.robot.collision import ClearanceCheck
+from geoprint.workflow import plan
+from tests.meshes import spherical_cap
+
+
+def planned_with(refusal: ClearanceError, *, times: int, folder: Path, monkeypatch: pytest.MonkeyPatch) -> PoseStream:
+    """Plan a cap whose first checks are refused, in a cell whose flow follows; return the poses.
+
+    The cell says how the cap is turned, so that no other orientation is tried.
+    """
+    calls: list[int] = []
+    check = ClearanceCheck.__call__
+
+    def refused_at_first(*values: Any, **settings: Any) -> Clearance:
+        calls.append(1)
+        if len(calls) <= times:
+            raise refusal
+        return check(*values, **settings)
+
+    monkeypatch.setattr(ClearanceCheck, "__call__", refused_at_first)
+    save_ply(spherical_cap(radius=30.0, angle=0.3, rings=6), folder / "cap.ply")
+    cell = folder / "analog.toml"
+    analog = 'mode = "analog"\nflow = "aoFlow"\nflow_per_mm3_s = 0.1'
+    text = packaged_cell_text("irb120-bent45").replace("# demo_rpy_deg", "demo_rpy_deg")
+    cell.write_text(text.replace('mode = "io"', analog), encoding="utf-8")
+    asked = {"unit": "mm", "spacing": 3.0, "place": "demo", "max_tilt": 0.0, "cell": cell}
+    return plan(job_of(surface=folder / "cap.ply", **asked)).poses
+
+
+def travel_height(poses: PoseStream) -> float:
+    """Return how high the tip travels between runs [mm]."""
+    between = (poses.runs > 0) & (poses.runs < poses.runs[-1]) & ~poses.deposit
+    return float(poses.tips[between, 2].max())
+
+
+def test_travel_that_is_not_clear_goes_over_everything(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    hit = ClearanceError("a crossing hits", travelling=True)
+    low = planned_with(hit, times=0, folder=tmp_path, monkeypatch=monkeypatch)
+    high = planned_with(hit, times=1, folder=tmp_path, monkeypatch=monkeypatch)
+
+    assert travel_height(low) < 36.0
+    assert travel_height(high) == pytest.approx(40.0, abs=0.1)
+    flow = high.flow[high.deposit]
+    assert np.array_equal(flow, low.flow[low.deposit])
+    assert np.ptp(flow) > 0.0
+
+
+@pytest.mark.usefixtures("brief_proofs")
+@pytest.mark.parametrize(("travelling", "times"), [(False, 1), (True, 2)])
+def test_other_refusals_and_those_of_the_high_way_stand(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    travelling: bool,  # noqa: FBT001
+    times: int,
+):
+    with pytest.raises(ClearanceError, match="a hit"):
+        planned_with(
+            ClearanceError("a hit", travelling=travelling), times=times, folder=tmp_path, monkeypatch=monkeypatch
+        )
