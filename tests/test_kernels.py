@@ -67,10 +67,10 @@ def test_two_first_runs_share_a_folder_of_their_own_where_package_and_home_canno
     locked: Path, tmp_path: Path
 ) -> None:
     both = [started(locked, tmp_path, "int64", "int32") for _ in range(2)]
-    told = [run.communicate(timeout=120) for run in both]
-    assert [stdout for stdout, _ in told] == ["3 3 True\n"] * 2, told
+    record = [run.communicate(timeout=120) for run in both]
+    assert [stdout for stdout, _ in record] == ["3 3 True\n"] * 2, record
     folder = tmp_path / f"geoprint-{os.getuid()}"
-    assert any(f"note: compiled loops are kept in {folder}, because" in stderr for _, stderr in told)
+    assert any(f"note: compiled loops are kept in {folder}, because" in stderr for _, stderr in record)
     assert stat.S_IMODE(folder.stat().st_mode) == 0o700
 
     assert started(locked, tmp_path, "int64").communicate(timeout=120) == ("3 True\n", "")

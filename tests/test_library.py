@@ -62,7 +62,7 @@ def planned() -> Plan:
 
 
 @pytest.fixture(scope="module")
-def told(planned: Plan, tmp_path_factory: pytest.TempPathFactory) -> tuple[PlanRecord, str]:
+def record(planned: Plan, tmp_path_factory: pytest.TempPathFactory) -> tuple[PlanRecord, str]:
     """Return what plan.json says, and the bundle's folder as text."""
     folder = str(tmp_path_factory.mktemp("bundle") / "plan")
     return geoprint.save_plan(planned, folder), folder
@@ -237,7 +237,7 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "verify_poses_table": lambda: postprocessor.verify_poses_table(gone, planned.poses),
         "verify_trajectory_table": lambda: postprocessor.verify_trajectory_table(gone, robot.trajectory),
         "read_orders": lambda: postprocessor.read_orders(
-            gone, table, start=joints, aloft=joints, extent=np.zeros((2, 3)), duration=1.0
+            gone, table, start=joints, lifted=joints, extent=np.zeros((2, 3)), duration=1.0
         ),
     }
 
@@ -280,20 +280,20 @@ def test_every_value_in_a_plan_prints_a_line_a_field(planned: Plan) -> None:
     assert {"Plan", "Workpiece", "Cell", "PoseStream", "Trajectory", "Uniformity", "Clearance", "Program"} < kinds
 
 
-def test_what_save_plan_returns_and_a_job_print_short_too(planned: Plan, told: tuple[PlanRecord, str]) -> None:
-    for value in (told[0], planned.job):
+def test_what_save_plan_returns_and_a_job_print_short_too(planned: Plan, record: tuple[PlanRecord, str]) -> None:
+    for value in (record[0], planned.job):
         lines = str(value).splitlines()
         assert len(lines) <= len(type(value).model_fields) + 1
         assert max(map(len, lines)) <= WIDTH
 
 
 def test_the_runs_of_a_plan_are_a_table_whose_lengths_are_those_of_plan_json(
-    planned: Plan, told: tuple[PlanRecord, str]
+    planned: Plan, record: tuple[PlanRecord, str]
 ) -> None:
     runs, curves = geoprint.runs_table(planned), planned.toolpath.curves
     assert runs["run"].tolist() == list(range(curves.count))
     assert runs["level"].tolist() == planned.toolpath.levels.tolist()
-    assert runs["length"].sum() == pytest.approx(told[0].paths.deposit_mm, abs=1e-5)
+    assert runs["length"].sum() == pytest.approx(record[0].paths.deposit_mm, abs=1e-5)
     # Circles about the patch's middle, each a spacing inside the other; a closed run ends where it starts.
     radii = np.hypot(runs["x"], runs["y"])
     np.testing.assert_allclose(np.diff(radii), -2.5, atol=0.05)
@@ -301,7 +301,7 @@ def test_the_runs_of_a_plan_are_a_table_whose_lengths_are_those_of_plan_json(
     assert runs["closed"].all()
     # The layer is half a millimetre thick: what is laid for each millimetre fills a strip a spacing wide.
     np.testing.assert_allclose(runs["volume"], runs["length"] * 2.5 * 0.5, rtol=1e-9)
-    starts = geoprint.read_poses_table(f"{told[1]}/poses.csv")
+    starts = geoprint.read_poses_table(f"{record[1]}/poses.csv")
     first = np.flatnonzero(np.diff(np.where(starts.deposit, starts.runs, -1), prepend=-1) > 0)
     np.testing.assert_allclose(np.column_stack([runs["x"], runs["y"], runs["z"]]), starts.points[first], atol=1e-5)
 

@@ -63,11 +63,11 @@ def main() -> None:
             except GeoprintError as error:
                 print(row(part.stem, backend, cell, f"refused: {str(error).split(';', maxsplit=1)[0]}"), flush=True)
                 continue
-            told = [_told(list(promise(subject))) for promise in tried.values()]
+            record = [_stated(list(promise(subject))) for promise in tried.values()]
             lines = f"{len({key[:2] for key in subject.seen}) - len(subject.never())}"
             lines += f" of {len({key[:2] for key in subject.seen})}"
             found = _mutants(subject) if cell == "valve" else ""
-            print(row(part.stem, backend, cell, str(subject.orders.count), *told, lines, found), flush=True)
+            print(row(part.stem, backend, cell, str(subject.orders.count), *record, lines, found), flush=True)
             never |= set(subject.never().values())
     print("\nLines of some program that no scenario executed: " + "; ".join(sorted(never)))
 
@@ -98,7 +98,7 @@ def _with(text: str, values: dict[str, str]) -> str:
     return text
 
 
-def _told(failures: list[str]) -> str:
+def _stated(failures: list[str]) -> str:
     return f"{len(failures)}: {failures[0]}" if failures else "0"
 
 

@@ -251,10 +251,10 @@ def dry(subject: Subject) -> Iterator[str]:
     )  # fmt: skip
     for set_to in every:
         found = subject.execute(subject.scenario(set_to))
-        told = f"dry with {set_to}"
-        yield from _ends(found, "end", told)
-        yield from _nothing_on(found, told)
-        yield from _passes(found, subject.targets() + np.array([0.0, 0.0, LIFT]), told)
+        record = f"dry with {set_to}"
+        yield from _ends(found, "end", record)
+        yield from _nothing_on(found, record)
+        yield from _passes(found, subject.targets() + np.array([0.0, 0.0, LIFT]), record)
 
 
 def speed(subject: Subject) -> Iterator[str]:
@@ -271,25 +271,25 @@ def prints(subject: Subject) -> Iterator[str]:
     found = subject.execute(subject.scenario(PRINT))
     yield from _ends(found, "end", "print")
     yield from _passes(found, subject.targets(), "print")
-    yield from _lays(found, subject, first_run=1, told="print")
+    yield from _lays(found, subject, first_run=1, record="print")
     if any(found.signals.values()):
         yield "print: an output is on at the end"
 
 
-def begins_where_told(subject: Subject) -> Iterator[str]:
+def begins_where_stated(subject: Subject) -> Iterator[str]:
     """`geoFirstRun := r` prints r to the last run, all of it and nothing else; what is before is driven lifted."""
     for run in sorted({2, (subject.runs + 1) // 2, subject.runs} & set(range(2, subject.runs + 1))):
-        told = f"from run {run}"
+        record = f"from run {run}"
         found = subject.execute(subject.scenario({**PRINT, "geoFirstRun": float(run)}))
-        yield from _ends(found, "end", told)
+        yield from _ends(found, "end", record)
         lift = np.where((subject.orders.runs + 1 < run)[:, None], np.array([0.0, 0.0, LIFT]), 0.0)
-        yield from _passes(found, subject.targets() + lift, told)
-        yield from _lays(found, subject, first_run=run, told=told)
+        yield from _passes(found, subject.targets() + lift, record)
+        yield from _lays(found, subject, first_run=run, record=record)
         # The motion towards the part is that of the dry run.
         towards = found.moves.along_path[0] - 1
         joints = np.append(found.moves.places[towards], found.moves.turns[towards, :3])
-        if np.abs(joints - subject.orders.aloft).max() > 1e-5:
-            yield f"{told}: the first motion is not the lifted one"
+        if np.abs(joints - subject.orders.lifted).max() > 1e-5:
+            yield f"{record}: the first motion is not the lifted one"
 
 
 def stops(subject: Subject, *, seed: int = 0, count: int = 40) -> Iterator[str]:
@@ -300,7 +300,7 @@ def stops(subject: Subject, *, seed: int = 0, count: int = 40) -> Iterator[str]:
     for number, moment in enumerate(np.sort(random.uniform(0.0, seconds, count)).tolist()):
         whole.run_until(moment)
         one = whole.copy()
-        told = f"stop {number} at {moment:.3f} s"
+        record = f"stop {number} at {moment:.3f} s"
         on = any(one.execution().signals.values())
         if number % 4 == 3:
             one.power_failure()
@@ -308,12 +308,12 @@ def stops(subject: Subject, *, seed: int = 0, count: int = 40) -> Iterator[str]:
             one.stop_at(moment, "Stop" if number % 2 else "QStop")
         stopped = one.execution()
         if any(stopped.signals.values()):
-            yield f"{told}: an output stays on"
+            yield f"{record}: an output stays on"
         if stopped.ended != "runs":
             if stopped.ended == "error":
-                yield f"{told}: ends by {stopped.reason}"
+                yield f"{record}: ends by {stopped.reason}"
             continue
-        yield from _after(one, stopped, subject, on=on, again=number // 4 % 3, told=told)
+        yield from _after(one, stopped, subject, on=on, again=number // 4 % 3, record=record)
 
 
 def refuses(subject: Subject) -> Iterator[str]:
@@ -326,10 +326,10 @@ def refuses(subject: Subject) -> Iterator[str]:
         "work object shifted": {"wGeoPart": _moved(subject, shift=1.0)},
         "work object turned": {"wGeoPart": _moved(subject, turn_deg=1.0)},
     }
-    for told, data in wrong.items():
+    for record, data in wrong.items():
         for found in (subject.execute(subject.scenario(set_to)) for set_to in (data, {**PRINT, **data})):
-            yield from _ends(found, "exit", told)
-            yield from _stays(found, told)
+            yield from _ends(found, "exit", record)
+            yield from _stays(found, record)
     nearly = {"wGeoPart": _moved(subject, shift=0.2 * float(subject.cell.process.standoff) / 10.0)}
     yield from _ends(subject.execute(subject.scenario(nearly)), "end", "work object hardly shifted")
     yield from _far_from_home(subject)
@@ -344,9 +344,9 @@ def _far_from_home(subject: Subject) -> Iterator[str]:
         far[axis] = np.radians(6.0)
         for answers, ending in (((), "waits"), ((STOP,), "exit")):
             found = subject.execute(subject.scenario(PRINT, answers=answers, off_home=far))
-            told = f"axis {axis + 1} far from home, answers {answers}"
-            yield from _ends(found, ending, told)
-            yield from _stays(found, told)
+            record = f"axis {axis + 1} far from home, answers {answers}"
+            yield from _ends(found, ending, record)
+            yield from _stays(found, record)
         found = subject.execute(subject.scenario(answers=(GO_ON,), off_home=-far))
         yield from _ends(found, "end", f"axis {axis + 1} far from home, moved there")
         if not found.questions:
@@ -361,10 +361,10 @@ def _slow(subject: Subject) -> Iterator[str]:
         return
     set_slow = subject.scenario({**PRINT, "geoSpeedPct": 25.0})
     turned_down = replace(subject.scenario(PRINT), override=50.0)
-    for told, scenario in (("print at 25 %", set_slow), ("print with an override of 50 %", turned_down)):
+    for record, scenario in (("print at 25 %", set_slow), ("print with an override of 50 %", turned_down)):
         found = subject.execute(scenario)
-        yield from _ends(found, "exit", told)
-        yield from _stays(found, told)
+        yield from _ends(found, "exit", record)
+        yield from _stays(found, record)
     yield from _turned_down(subject)
 
 
@@ -406,25 +406,27 @@ def _without_resident(subject: Subject) -> Iterator[str]:
         yield from _stays(found, "a missing module")
 
 
-def _after(one: Controller, stopped: Execution, subject: Subject, *, on: bool, again: int, told: str) -> Iterator[str]:
+def _after(
+    one: Controller, stopped: Execution, subject: Subject, *, on: bool, again: int, record: str
+) -> Iterator[str]:
     """Start again after a stop: where it stood, or from main to print on, or from main to run dry."""
     switched, moved = len(stopped.switchings), stopped.moves.count
     run = int(cast("float", stopped.calls[-1].arguments[0])) if stopped.calls else 0
-    laid = len(_carried(stopped, subject.cell.signals.dispenser, alone=subject.cell.purge is not None))
+    deposited = len(_carried(stopped, subject.cell.signals.dispenser, alone=subject.cell.purge is not None))
     if again == 0:
         one.go_on()
         found = one.execution()
         subject.note(found)
         if found.ended == "exit":
             if found.moves.count > moved or spans(found, subject.cell.signals.dispenser, after=switched):
-                yield f"{told}: it refuses, but goes on first"
+                yield f"{record}: it refuses, but goes on first"
             if not any(f"run {max(run, 1)}" in text for _, text in found.texts):
-                yield f"{told}: it refuses without the run {run}"
+                yield f"{record}: it refuses without the run {run}"
             return
-        yield from _ends(found, "end", told)
+        yield from _ends(found, "end", record)
         if on and not any("final exposure short" in text for _, text in found.texts):
-            yield f"{told}: an output was on, and it goes on"
-        yield from _lays(found, subject, first_run=1, told=told, skip=laid, after=switched)
+            yield f"{record}: an output was on, and it goes on"
+        yield from _lays(found, subject, first_run=1, record=record, skip=deposited, after=switched)
         return
     resumed: dict[str, Value] = {**PRINT, "geoFirstRun": float(max(run, 1))}
     set_to = resumed if again == 1 else {"geoDryRun": True}
@@ -432,65 +434,66 @@ def _after(one: Controller, stopped: Execution, subject: Subject, *, on: bool, a
     one.run_until(np.inf)
     found = one.execution()
     subject.note(found)
-    yield from _ends(found, "end", f"{told}, from main")
+    yield from _ends(found, "end", f"{record}, from main")
     if again == 1:
-        yield from _lays(found, subject, first_run=max(run, 1), told=f"{told}, from main", after=switched)
+        yield from _lays(found, subject, first_run=max(run, 1), record=f"{record}, from main", after=switched)
         unfinished = stopped.moves.along_path.size < subject.orders.count
         if on and unfinished and "Is the nozzle clean, the part right?" not in found.questions:
-            yield f"{told}: nobody is asked about the run that was cut short"
+            yield f"{record}: nobody is asked about the run that was cut short"
     elif any(each.value for each in found.switchings[switched:]):
-        yield f"{told}: an output is switched on in the dry run after it"
+        yield f"{record}: an output is switched on in the dry run after it"
 
 
-def _ends(found: Execution, ending: str, told: str) -> Iterator[str]:
+def _ends(found: Execution, ending: str, record: str) -> Iterator[str]:
     if found.ended != ending:
-        yield f"{told}: ends by {found.ended} ({found.reason or 'no reason'}; {found.file} {found.line}), not {ending}"
+        reason = found.reason or "no reason"
+        yield f"{record}: ends by {found.ended} ({reason}; {found.file} {found.line}), not {ending}"
 
 
-def _nothing_on(found: Execution, told: str) -> Iterator[str]:
+def _nothing_on(found: Execution, record: str) -> Iterator[str]:
     on = [each for each in found.switchings if each.value != 0.0]
     if on:
-        yield f"{told}: {on[0].signal} is on at {on[0].time:.3f} s ({on[0].file}, line {on[0].line})"
+        yield f"{record}: {on[0].signal} is on at {on[0].time:.3f} s ({on[0].file}, line {on[0].line})"
 
 
-def _stays(found: Execution, told: str) -> Iterator[str]:
+def _stays(found: Execution, record: str) -> Iterator[str]:
     """Nothing moves and nothing is switched on."""
     if found.moves.count:
-        yield f"{told}: the arm moves {found.moves.count} times"
-    yield from _nothing_on(found, told)
+        yield f"{record}: the arm moves {found.moves.count} times"
+    yield from _nothing_on(found, record)
 
 
-def _passes(found: Execution, wanted: FloatArray, told: str) -> Iterator[str]:
+def _passes(found: Execution, wanted: FloatArray, record: str) -> Iterator[str]:
     """The moves along the path lead to (t, 3) places in base coordinates, in order."""
     _, places = tips(found)
     if len(places) != len(wanted):
-        yield f"{told}: {len(places)} targets, not {len(wanted)}"
+        yield f"{record}: {len(places)} targets, not {len(wanted)}"
     elif (off := np.linalg.norm(places - wanted, axis=1)).max() > OFF_TARGET:
-        yield f"{told}: target {int(off.argmax()) + 1} lies {off.max():.4f} mm off"
+        yield f"{record}: target {int(off.argmax()) + 1} lies {off.max():.4f} mm off"
 
 
 def _lays(
-    found: Execution, subject: Subject, *, first_run: int, told: str, skip: int = 0, after: int = 0
+    found: Execution, subject: Subject, *, first_run: int, record: str, skip: int = 0, after: int = 0
 ) -> Iterator[str]:
     """The valve opens and shuts once for each deposit from a run on, where the plan has it, under the lamp."""
     signals = subject.cell.signals
     planned = subject.openings(first_run=first_run)[skip:]
-    laid = _carried(found, signals.dispenser, after=after, alone=subject.cell.purge is not None)
-    if len(laid) != len(planned):
-        yield f"{told}: the valve opens {len(laid)} times, not {len(planned)}"
+    deposited = _carried(found, signals.dispenser, after=after, alone=subject.cell.purge is not None)
+    if len(deposited) != len(planned):
+        yield f"{record}: the valve opens {len(deposited)} times, not {len(planned)}"
         return
     lit = _carried(found, signals.uv_lamp, after=after, alone=subject.cell.flood is not None)
-    for number, (span, (begins, ends)) in enumerate(zip(laid, planned, strict=True), start=1):
+    for number, (span, (begins, ends)) in enumerate(zip(deposited, planned, strict=True), start=1):
         for what, place, at in (("opens", span.began, begins), ("shuts", span.ended, ends)):
             off = np.inf if place is None else float(np.linalg.norm(place - at))
             if off > OFF_PLACE:
-                yield f"{told}: the valve {what} {off:.3f} mm off in deposit {number}"
+                yield f"{record}: the valve {what} {off:.3f} mm off in deposit {number}"
         flows = found.switchings[span.on].time + signals.valve_open
         if not any(found.switchings[light.on].time <= flows + OFF_TIME for light in lit):
-            yield f"{told}: deposit {number} is laid without light"
+            yield f"{record}: deposit {number} is laid without light"
     wanted = subject.lit(first_run=first_run)[skip:].sum()
     if len(lit) != wanted:
-        yield f"{told}: the lamp is on {len(lit)} times, not {wanted}"
+        yield f"{record}: the lamp is on {len(lit)} times, not {wanted}"
 
 
 def _carried(found: Execution, signal: str, *, after: int = 0, alone: bool) -> list[Span]:
@@ -515,7 +518,7 @@ PROMISES: Mapping[str, Promise] = {
     "dry": dry,
     "speed": speed,
     "prints": prints,
-    "begins where told": begins_where_told,
+    "begins where told": begins_where_stated,
     "stops": stops,
     "refuses": refuses,
 }

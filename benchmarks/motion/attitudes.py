@@ -105,14 +105,14 @@ def printed_row(part: Path, cell: Path, *, body: Path | None, spacing: float, ba
         planned = plan(job)
     except PlanError as error:
         return row(*named, *[""] * 8, f"refused: {error}")
-    tilting, laid = planned.tilting, deposit(planned)
+    tilting, deposited = planned.tilting, deposit(planned)
     assert tilting is not None
     critical = planned.workpiece.cell.critical_overhang
     at_rest = overhang(planned.poses, up=planned.workpiece.upright[2], critical=critical)
     scenarios = 0 if planned.joined is None else len(planned.joined.proof.scenarios)
     seconds = sum(float(robot.trajectory.times[-1]) for robot in planned.robot)
     return row(
-        *named, f"{laid:.0f} mm", f"{at_rest.share:.1%}", f"{tilting.overhanging:.0f} mm",
+        *named, f"{deposited:.0f} mm", f"{at_rest.share:.1%}", f"{tilting.overhanging:.0f} mm",
         f"{np.degrees(tilting.missing):.1f} deg", str(len(planned.robot)), str(len(tilting.refused)),
         f"{seconds:.0f} s",
         f"{min(robot.clearance.smallest for robot in planned.robot):.2f} mm",
@@ -140,7 +140,7 @@ def vessel() -> Surface:
 def deposit(planned: Plan) -> float:
     """Return the deposited length [mm]."""
     lengths = np.linalg.norm(np.diff(planned.poses.tips, axis=0), axis=1)
-    return float(lengths[planned.poses.laid].sum())
+    return float(lengths[planned.poses.deposited].sum())
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
     python -m benchmarks.motion.easing [--parts FILE ...] [--spacing MM] [--windows N] [--smoke]
 
-Where the joints cannot hold the speed of the tip, `motion.reach.easing` turns the tool by a few convex steps on a
+Where the joints cannot hold the speed of the tip, `robot.reach.easing` turns the tool by a few convex steps on a
 linear model of the arm. The reference starts from nothing, from what easing found and from turns at random, has knots
 twice as dense, solves the arm's inverse exactly at every pose, and descends by gradients (L-BFGS-B, differences) on the
 stated cost: lean squared along the length, plus what exceeds the accelerations of the joints, plus next to nothing for

@@ -94,14 +94,16 @@ def compared(studio: Studio, printing: Printing, *, seed: int) -> Compared:
     named = {each.case.name: picture for each, picture in zip(prints, shown, strict=True)}
     angle = np.radians(printing.angle_deg)
     layers = [each.case.cell.process.layer_height for each in prints]
-    laid = [thickness(studio.patch, each.beads, angle=angle) for each in prints]
+    deposited = [thickness(studio.patch, each.beads, angle=angle) for each in prints]
     return Compared(
         prints=prints,
         edges=shown,
         distances={(one, other): apart(_pixels(named[one]), _pixels(named[other])) for one, other in PAPER},
-        thickness=tuple(over_area(studio.patch, each) / layer for each, layer in zip(laid, layers, strict=True)),
-        bare=tuple(over_area(studio.patch, (each == 0.0).astype(np.float64)) for each in laid),
-        unevenness=tuple(unevenness(studio.patch, each, layer=layer) for each, layer in zip(laid, layers, strict=True)),
+        thickness=tuple(over_area(studio.patch, each) / layer for each, layer in zip(deposited, layers, strict=True)),
+        bare=tuple(over_area(studio.patch, (each == 0.0).astype(np.float64)) for each in deposited),
+        unevenness=tuple(
+            unevenness(studio.patch, each, layer=layer) for each, layer in zip(deposited, layers, strict=True)
+        ),
     )
 
 

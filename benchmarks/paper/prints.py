@@ -27,12 +27,12 @@ from geoprint.model import Cell, FloatArray, Fluid, PoseStream, PrintErrors, Sur
 from geoprint.process import bore_of, flow_through, starting_pressure
 from geoprint.simulation import (
     Break,
+    DepositedBeads,
     Development,
     Faults,
-    LaidBeads,
     Lighting,
     Viewpoint,
-    laid_beads,
+    deposited_beads,
     looking_at,
     pictured,
 )
@@ -117,7 +117,7 @@ class Print:
     """
 
     case: Case
-    beads: LaidBeads
+    beads: DepositedBeads
     area: float
     grey: FloatArray
 
@@ -171,7 +171,7 @@ def prints_of(studio: Studio, printing: Printing, *, seed: int) -> tuple[Print, 
     found: list[Print] = []
     for number, (case, area) in enumerate(zip(studio.cases, sections, strict=True)):
         random = np.random.default_rng([seed, number])
-        beads = _laid(case, studio.patch, printing, area=area, random=random)
+        beads = _deposited(case, studio.patch, printing, area=area, random=random)
         development = Development(grain=printing.grain, blur=printing.blur)
         grey = pictured(studio.body, beads, view, light, development, random=random)
         found.append(Print(case, beads, area, grey))
@@ -200,7 +200,7 @@ def bead_size(area: float, *, angle: float) -> tuple[float, float]:
     return float(width), float(0.5 * width * np.tan(0.5 * angle))
 
 
-def thickness(surface: Surface, beads: LaidBeads, *, angle: float) -> FloatArray:
+def thickness(surface: Surface, beads: DepositedBeads, *, angle: float) -> FloatArray:
     """Return the (m,) thickness of the layer over the middle of every face [mm]: beads of all runs, added up.
 
     Args:
@@ -223,9 +223,9 @@ def thickness(surface: Surface, beads: LaidBeads, *, angle: float) -> FloatArray
     return total
 
 
-def unevenness(surface: Surface, laid: FloatArray, *, layer: float) -> float:
+def unevenness(surface: Surface, deposited: FloatArray, *, layer: float) -> float:
     """Return how far (m,) thicknesses of faces lie from the wanted layer, on average over the area, over that layer."""
-    return over_area(surface, np.abs(laid - layer)) / layer
+    return over_area(surface, np.abs(deposited - layer)) / layer
 
 
 def over_area(surface: Surface, values: FloatArray) -> float:
@@ -238,7 +238,9 @@ def _section(angle: float) -> float:
     return float((angle - np.sin(angle) * np.cos(angle)) / np.sin(angle) ** 2)
 
 
-def _laid(case: Case, patch: Surface, printing: Printing, *, area: float, random: np.random.Generator) -> LaidBeads:
+def _deposited(
+    case: Case, patch: Surface, printing: Printing, *, area: float, random: np.random.Generator
+) -> DepositedBeads:
     """Lay one case: its flow differs from print to print and from run to run, its valve follows late."""
     poses, speed = case.poses, case.cell.process.speed
     angle = np.radians(printing.angle_deg)
@@ -247,18 +249,18 @@ def _laid(case: Case, patch: Surface, printing: Printing, *, area: float, random
     print_flow = 1.0 + errors.flow * random.standard_normal()
     run_flow: FloatArray = 1.0 + errors.run_flow * random.standard_normal(int(poses.runs.max()) + 1)
     width, height = bead_size(area, angle=angle)
-    # A bead is as wide as the root of its section; `laid_beads` takes it as flow over height.
+    # A bead is as wide as the root of its section; `deposited_beads` takes it as flow over height.
     wide = width * np.sqrt(np.maximum(print_flow * run_flow[np.maximum(poses.runs, 0)], 0.0))
     late = speed * printing.valve_open
     faults = Faults(
         width_noise=printing.width_noise,
         breaks=tuple(Break(run, 0.0, late) for run in runs) if late > 0.0 else (),
     )
-    beads = laid_beads(replace(poses, flow=wide * height), patch, height=height, faults=faults, random=random)
+    beads = deposited_beads(replace(poses, flow=wide * height), patch, height=height, faults=faults, random=random)
     return _with_ends(beads, reach=speed * printing.valve_close)
 
 
-def _with_ends(beads: LaidBeads, *, reach: float) -> LaidBeads:
+def _with_ends(beads: DepositedBeads, *, reach: float) -> DepositedBeads:
     """Return beads with twice the material on the last stretch of each run, so long as the tip moves in that time."""
     widths = beads.widths.copy()
     for run in np.unique(beads.runs).tolist():

@@ -162,9 +162,9 @@ def _rows(
         except GeoprintError as error:
             yield _refused(fine, name, laying, error)
             continue
-        laid = time.process_time() - begun
+        deposited = time.process_time() - begun
         figures = _figures(part, field, strokes, spacing=spacing, widths=widths)
-        yield row(fine.name, name, laying, *figures, f"{made:.2f} s", f"{laid:.2f} s")
+        yield row(fine.name, name, laying, *figures, f"{made:.2f} s", f"{deposited:.2f} s")
 
 
 def _refused(fine: Surface, name: str, laying: str, error: GeoprintError) -> str:

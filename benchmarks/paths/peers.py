@@ -96,8 +96,8 @@ def table(surfaces: list[Surface], *, spacing: float) -> Iterator[str]:
     """Return one row a method on each surface."""
     present = {name: method for name, method in METHODS.items() if importlib.util.find_spec(method.library)}
     missing = sorted({method.library for method in METHODS.values()} - {method.library for method in present.values()})
-    told = " | ".join(metric.column for metric in (THICKNESS, COVERED_ONCE, GAP, OVERLAP, LEVELS))
-    yield f"| surface | faces | method | distance, s | with isolines, s | {told} |"
+    record = " | ".join(metric.column for metric in (THICKNESS, COVERED_ONCE, GAP, OVERLAP, LEVELS))
+    yield f"| surface | faces | method | distance, s | with isolines, s | {record} |"
     yield "|" + "---|" * 10
     for surface in surfaces:
         for name, method in present.items():

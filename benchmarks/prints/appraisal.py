@@ -214,13 +214,13 @@ def _outline_row(part: str, found: list[OutlinedPhotograph], *, views: int) -> s
     """Return the row of a part: means over its photographs, and the largest."""
     if not found:
         return row(part, f"0 of {views}", *8 * ("-",))
-    offs, told = np.array([each.off for each in found]), np.array([each.within for each in found])
+    offs, record = np.array([each.off for each in found]), np.array([each.within for each in found])
     measured = [[each.width, each.offset, each.clicked_width, each.clicked_offset] for each in found]
     return row(
         part,
         f"{len(found)} of {views}",
-        f"{(offs <= told).mean():.0%}",
-        f"{told.mean():.2f}",
+        f"{(offs <= record).mean():.0%}",
+        f"{record.mean():.2f}",
         f"{offs.max():.2f}",
         f"{max(each.off_mm for each in found):.3f}",
         *(f"{most:.3f}" if most >= 0.0 else "-" for most in np.nanmax(np.abs(measured), axis=0, initial=-1.0).tolist()),

@@ -33,7 +33,7 @@ from geoprint.inspection.scan_registration import registered
 from geoprint.inspection.scan_target import PlannedDeposit
 from geoprint.model import FloatArray, IntArray, Surface, frozen
 from geoprint.process.feedback import Correction, FlowBounds, MeasuredRuns, corrected
-from geoprint.simulation import LaidBeads, Plant, Sensor, ValveTimes, looking_at, plant_beads, scanned
+from geoprint.simulation import DepositedBeads, Plant, Sensor, ValveTimes, looking_at, plant_beads, scanned
 from geoprint.workflow.feedback import LEAST_EDGES, POWER_DEVIATION, SPREADING, VOLUME_POWER
 
 # The flow within which the packaged cells set it, and how far the valve can be commanded earlier and later [mm].
@@ -56,7 +56,7 @@ class Print:
         self._correction = correction
 
     @cached_property
-    def told(self) -> Correction:
+    def record(self) -> Correction:
         """The correction that its scan gives."""
         return self._correction()
 
@@ -107,7 +107,7 @@ def closed_loop(plant: Plant, *, seed: int, rays: int = RAYS, side: int | None =
     places, wanted = wanted_thickness(side)
     covered = wanted >= COVERED_SHARE * HEIGHT
 
-    def correction(beads: LaidBeads, factors: Correction | None, valve: ValveTimes) -> Correction:
+    def correction(beads: DepositedBeads, factors: Correction | None, valve: ValveTimes) -> Correction:
         """Return what a scan tells of beads that were laid with these factors and times."""
         scan = scanned(surface, beads, sensor, T_work_scan=np.eye(4), random=random)
         found = registered(scan.points, surface, deposit, start=np.eye(4))
@@ -137,7 +137,7 @@ def closed_loop(plant: Plant, *, seed: int, rays: int = RAYS, side: int | None =
         off = (true_thickness(places, surface, beads, side=side) - wanted)[covered]
         made = Print(float(np.sqrt(np.mean(off**2))) / HEIGHT, partial(correction, beads, factors, valve))
         yield made
-        factors = made.told
+        factors = made.record
         valve = ValveTimes(factors.opening, factors.shutting)
 
 
@@ -249,10 +249,10 @@ def deviations(modes: tuple[Mode, ...], *, seed: int, by: Measure = "scan") -> I
         if mode != before:
             factors, valve = np.ones(made.runs.size), ValveTimes()
         printed = _printed(made, factors, valve, plant, random)
-        laid, wanted = _volumes(made, printed), _volumes(made, _printed(made, None, ValveTimes(), Plant(), random))
+        deposited, wanted = _volumes(made, printed), _volumes(made, _printed(made, None, ValveTimes(), Plant(), random))
         own = np.unique(made.runs, return_inverse=True)[1]
-        yield np.bincount(own, laid) / np.bincount(own, wanted) - 1.0
-        measured = _measured(made, laid / wanted, factors, valve, by=by, random=random)
+        yield np.bincount(own, deposited) / np.bincount(own, wanted) - 1.0
+        measured = _measured(made, deposited / wanted, factors, valve, by=by, random=random)
         found = corrected(measured, bounds=replace(BOUNDS, even=mode == "io"))
         factors, valve, before = found.factors, ValveTimes(found.opening, found.shutting), mode
 
@@ -267,7 +267,7 @@ def changed(seed: int, *, mode: Mode, by: Measure) -> bool:
 
 def _printed(
     made: Programmed, factors: FloatArray | None, valve: ValveTimes, plant: Plant, random: np.random.Generator
-) -> LaidBeads:
+) -> DepositedBeads:
     """Return what a plant deposits of a program; without factors what its paths want."""
     poses = made.plan.poses
     flow = poses.flow.copy()
@@ -281,7 +281,7 @@ def _printed(
     )
 
 
-def _volumes(made: Programmed, beads: LaidBeads) -> FloatArray:
+def _volumes(made: Programmed, beads: DepositedBeads) -> FloatArray:
     """Return the (k,) volume on each part."""
     result = np.zeros(made.runs.size)
     for number in np.unique(made.runs).tolist():

@@ -85,8 +85,8 @@ def loops(seeds: int, *, prints: int, rays: int, side: int) -> Iterator[str]:
         made = list(islice(closed_loop(plant_of(seed), seed=seed, rays=rays, side=side), prints))
         shares.append(made[-1].error / made[0].error)
         # What the last one teaches no print has shown; a single print teaches nevertheless.
-        taught = [each.told for each in made[:-1] or made]
-        causes, last = dict.fromkeys(change.name for told in taught for change in told.changes), taught[-1]
+        taught = [each.record for each in made[:-1] or made]
+        causes, last = dict.fromkeys(change.name for record in taught for change in record.changes), taught[-1]
         yield row(
             str(seed),
             *(f"{each.error:.1%}" for each in made),

@@ -30,7 +30,7 @@ from geoprint.inspection import (
 from geoprint.inspection.outline import picture_outline
 from geoprint.inspection.outline_pose import PrintedLines, camera_by_outline
 from geoprint.model import FloatArray, PoseStream, Surface, frozen
-from geoprint.simulation import Faults, Lighting, Viewpoint, laid_beads, looking_at, pictured
+from geoprint.simulation import Faults, Lighting, Viewpoint, deposited_beads, looking_at, pictured
 from geoprint.transforms import rigid
 from geoprint.workflow import plan
 
@@ -145,7 +145,7 @@ def photograph_of(printed: OutlinedPrint, *, seed: int, size: tuple[int, int] = 
         middle + 0.05 * radius * random.standard_normal(3), place=middle + away * toward,
         focal=FILLED * 0.5 * min(size) * away / radius, size=size, turn=random.uniform(-np.pi, np.pi),
     )  # fmt: skip
-    beads = laid_beads(printed.poses, printed.surface, height=HEIGHT, faults=FAULTS, random=random)
+    beads = deposited_beads(printed.poses, printed.surface, height=HEIGHT, faults=FAULTS, random=random)
     light = Lighting(up + 0.25 * random.standard_normal(3))
     grey = pictured(scene, beads, view, light, random=random)
     return view, np.rint(255.0 * grey) / 255.0

@@ -12,7 +12,7 @@ from benchmarks.parts.streams import rows_on_plate
 from benchmarks.prints.print_outlines import true_camera
 from geoprint.inspection import Held, held_against, in_sight, measured_stretches, planned_runs
 from geoprint.model import BoolArray, FloatArray, Surface
-from geoprint.simulation import Faults, Lighting, laid_beads, looking_at, pictured
+from geoprint.simulation import Faults, Lighting, deposited_beads, looking_at, pictured
 
 # Lines between two rails of a frame, which are lines of the mask as well.
 LINES, RAILS = 21, 2
@@ -108,7 +108,7 @@ def plate_print(faults: Faults, *, seed: int = 1) -> Held:
         np.linspace(5.0, 35.0, POSES_A_ROW), first=5.0, spacing=SPACING, count=ROWS, height=HEIGHT, flow=WIDTH * HEIGHT
     )
     random = np.random.default_rng(seed)
-    beads = laid_beads(poses, surface, height=HEIGHT, faults=faults, random=random)
+    beads = deposited_beads(poses, surface, height=HEIGHT, faults=faults, random=random)
     grey = pictured(surface, beads, VIEW, Lighting(np.array([0.1, 0.0, 1.0])), random=random)
     camera = true_camera(VIEW)
     plan = planned_runs(poses, spacing=SPACING)

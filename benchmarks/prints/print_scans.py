@@ -22,7 +22,7 @@ from geoprint.inspection.scan_target import PlannedDeposit
 from geoprint.model import FloatArray, IntArray, PoseStream, Surface
 from geoprint.process.feedback import PrintedProgram
 from geoprint.reporting.records.inspection import EstimateRecord
-from geoprint.simulation import Faults, LaidBeads, Sensor, heights, laid_beads, looking_at, scanned
+from geoprint.simulation import DepositedBeads, Faults, Sensor, deposited_beads, heights, looking_at, scanned
 from geoprint.workflow import plan
 
 FLAT, APEX, PLATE = "heart_flat_patch", "heart_apex_patch", "plate"
@@ -82,7 +82,7 @@ def registered_scan(faults: Faults, *, seed: int, part: str = FLAT, finer: int =
     """
     surface, poses = planned_patch(part)
     random = np.random.default_rng(seed)
-    beads = laid_beads(poses, surface, height=HEIGHT, faults=faults, random=random)
+    beads = deposited_beads(poses, surface, height=HEIGHT, faults=faults, random=random)
     up, middle = mean_normal(surface), surface.vertices.mean(axis=0)
     up = up / np.linalg.norm(up)
     size = (finer * RAYS, finer * RAYS)
@@ -128,7 +128,7 @@ def thinned_scan(*, wide: bool, seed: int) -> CrestScan:
         width_scale=random.uniform(*(WIDE if wide else NARROW)), flow=random.uniform(0.85, 1.2),
         offset=random.uniform(-0.15, 0.15), width_noise=random.uniform(0.0, 0.05),
     )  # fmt: skip
-    beads = laid_beads(poses, surface, height=HEIGHT, faults=faults, random=random)
+    beads = deposited_beads(poses, surface, height=HEIGHT, faults=faults, random=random)
     up, middle = mean_normal(surface), surface.vertices.mean(axis=0)
     view = looking_at(middle, place=middle + AWAY * up / np.linalg.norm(up), focal=FOCAL, size=(RAYS, RAYS))
     sensor = Sensor(view, random.uniform(0.03, 0.06), random.uniform(0.0, MISSING))
@@ -139,19 +139,19 @@ def thinned_scan(*, wide: bool, seed: int) -> CrestScan:
         points, registered(points, surface, deposit, start=np.eye(4)), surface, deposit, random=random
     )  # fmt: skip
     read = Scan("scan.xyz", "", points, len(points), of_mesh=False)
-    told = record_scan(
+    record = record_scan(
         AppraisedScan(
             scan=read, unit="mm", printed=_as_wanted(held.parts.runs), given=False, surface=surface,
             upright=np.eye(3), spacing=SPACING, held=held,
         )
     )  # fmt: skip
     high, planned = heights(beads, beads.places), deposit.runs.flows * deposit.runs.lengths
-    shown = [run for run in told.runs if run.crest_mm is not None and run.ratio is not None]
+    shown = [run for run in record.runs if run.crest_mm is not None and run.ratio is not None]
     crests = [(*_of(run.crest_mm), float(high[beads.runs == run.run].mean())) for run in shown]
-    laid = [float(beads.volumes[beads.runs == run.run].sum()) / float(planned[deposit.runs.runs == run.run].sum())
+    deposited = [float(beads.volumes[beads.runs == run.run].sum()) / float(planned[deposit.runs.runs == run.run].sum())
             for run in shown]  # fmt: skip
-    ratios = [(*_of(run.ratio), truth) for run, truth in zip(shown, laid, strict=True)]
-    whole = (*_of(told.volume_ratio), float(beads.volumes.sum()) / deposit.volume)
+    ratios = [(*_of(run.ratio), truth) for run, truth in zip(shown, deposited, strict=True)]
+    whole = (*_of(record.volume_ratio), float(beads.volumes.sum()) / deposit.volume)
     return CrestScan(whole, np.array(crests), np.array(ratios), np.array([run.length_mm for run in shown]), len(points))
 
 
@@ -177,7 +177,9 @@ def _away(middle: FloatArray, random: np.random.Generator, *, share: float = 1.0
     return transforms.rigid(turn, middle + share * OFF_MM * direction - turn @ middle)
 
 
-def true_thickness(places: FloatArray, surface: Surface, beads: LaidBeads, *, side: int | None = None) -> FloatArray:
+def true_thickness(
+    places: FloatArray, surface: Surface, beads: DepositedBeads, *, side: int | None = None
+) -> FloatArray:
     """Return the true mean thickness of the cells of the surface that are nearest to places, SIDE places to a side."""
     side = SIDE if side is None else side
     corners = surface.vertices[surface.faces]

@@ -23,13 +23,13 @@ from geoprint.geometry import mean_normal
 from geoprint.inspection import Held, held_against, in_sight, measured_stretches
 from geoprint.model import FloatArray, frozen
 from geoprint.simulation import (
+    DepositedBeads,
     Development,
     Faults,
-    LaidBeads,
     Lighting,
     Viewpoint,
+    deposited_beads,
     developed,
-    laid_beads,
     looking_at,
     pictured,
 )
@@ -79,7 +79,7 @@ class Judged:
 class _Print:
     """Beads, how far they lie to the left [mm], and the run and where along it something is planted [mm]."""
 
-    beads: LaidBeads
+    beads: DepositedBeads
     offset: float
     run: int
     at: tuple[float, float]
@@ -111,7 +111,7 @@ def judged_photograph(seed: int, *, planted: str = "") -> Judged:
 def _printed(printed: OutlinedPrint, planted: str, random: np.random.Generator) -> _Print:
     noise, offset = random.uniform(0.0, 0.05), random.uniform(-0.2, 0.2)
     faults = Faults(width_scale=random.uniform(0.35, 0.55), width_noise=noise, offset=offset)
-    beads = laid_beads(printed.poses, printed.surface, height=HEIGHT, faults=faults, random=random)
+    beads = deposited_beads(printed.poses, printed.surface, height=HEIGHT, faults=faults, random=random)
     plan = printed.plan
     # Of runs that are long enough to have a middle.
     lengths = {run: float(plan.lengths[plan.runs == run].sum()) for run in np.unique(plan.runs).tolist()}
@@ -145,7 +145,7 @@ def _view(printed: OutlinedPrint, random: np.random.Generator) -> tuple[Viewpoin
 
 def _developed(
     printed: OutlinedPrint,
-    beads: LaidBeads,
+    beads: DepositedBeads,
     view: Viewpoint,
     up: FloatArray,
     random: np.random.Generator,
@@ -190,7 +190,7 @@ def _judged(part: str, how: str, held: Held, print_: _Print, planted: str) -> Ju
     )  # fmt: skip
 
 
-def _true_width(places: FloatArray, beads: LaidBeads, run: int) -> float:
+def _true_width(places: FloatArray, beads: DepositedBeads, run: int) -> float:
     """Return the mean width of the bead of a run beside places [mm]."""
     own = beads.runs == run
     return float(beads.widths[own][np.asarray(KDTree(beads.places[own]).query(places)[1])].mean())

@@ -58,12 +58,12 @@ def rows(scratch: Path, *, smoke: bool) -> Iterator[str]:
     for number, (name, edit) in enumerate(list(EDITS.items())[: 1 if smoke else None]):
         copy = edited(bundle, scratch / f"edited-{number}", edit)
         found = simulated_print(copy, faults=Faults(), seed=number)
-        told = save_simulated(found, scratch / f"simulated-{number}")
+        record = save_simulated(found, scratch / f"simulated-{number}")
         try:
             scanned, refused = _appraised(scratch / f"simulated-{number}" / "scan.xyz", copy), "-"
         except InputError as error:
             scanned, refused = {}, f"refused: {str(error).split(',', maxsplit=1)[0]}"
-        for run in told.runs:
+        for run in record.runs:
             yield _row(name, run, scanned.get(run.run), refused)
 
 

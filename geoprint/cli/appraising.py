@@ -11,7 +11,7 @@ import typer
 
 from geoprint.cli.bounds import limit_memory, watch
 from geoprint.cli.options import AsJson, MaxMemory, Overwrite
-from geoprint.cli.terminal import say, tell_json
+from geoprint.cli.terminal import print_json, say
 from geoprint.errors import UsageError
 
 if TYPE_CHECKING:
@@ -154,25 +154,25 @@ def appraise(
         _refuse({**scanned, **lying}, "is for a scan, and these are photographs")
         _refuse(seen if plan is None else {}, "needs `--plan`: without a plan nothing is placed on a part")
         asked = None if plan is None else PlanAsked(plan, tuple(fiducials or ()), tuple(lens or ()), corners, reach)
-        told, text = _of_photographs(files, asked, (shade.value, width, contrast), out=out, overwrite=overwrite)
+        record, text = _of_photographs(files, asked, (shade.value, width, contrast), out=out, overwrite=overwrite)
     else:
         _refuse({**pictured, **(lying if kind == "print" else {"--plan": plan})}, f"is not for a scan of a {kind}")
         how = (scan_unit or "mm", pose, features)
         if kind == "print":
-            told, text = _of_print(files[0], plan, how, out=out, overwrite=overwrite)
+            record, text = _of_print(files[0], plan, how, out=out, overwrite=overwrite)
         else:
-            told, text = _of_part(files[0], (part, unit, most), how, out=out, overwrite=overwrite)
-    _tell(told, text, out=out, as_json=as_json)
+            record, text = _of_part(files[0], (part, unit, most), how, out=out, overwrite=overwrite)
+    _tell(record, text, out=out, as_json=as_json)
     # Of several photographs no one is the print.
-    if plan is not None and len(files) == 1 and not isinstance(told, LyingRecord):
-        say(next_print(told, plan=str(plan), folder=None if out is None else str(out)))
+    if plan is not None and len(files) == 1 and not isinstance(record, LyingRecord):
+        say(next_print(record, plan=str(plan), folder=None if out is None else str(out)))
 
 
-def _tell(told: Record, text: str, *, out: Path | None, as_json: bool) -> None:
+def _tell(record: Record, text: str, *, out: Path | None, as_json: bool) -> None:
     from geoprint.reporting import as_json as json_of
 
     if as_json:
-        tell_json(json_of(told))
+        print_json(json_of(record))
     say(text)
     if out is not None:
         say(f"written and verified: {out}")
@@ -215,8 +215,8 @@ def _of_photographs(
             files, against=asked, shade=shade, width=width, threshold=contrast, observe=observe
         )
         observe("writing")
-        told = record_appraisal(found) if out is None else save_appraisal(found, out, overwrite=overwrite)
-    return told, appraisal_text(told)
+        record = record_appraisal(found) if out is None else save_appraisal(found, out, overwrite=overwrite)
+    return record, appraisal_text(record)
 
 
 def _of_print(
@@ -234,8 +234,8 @@ def _of_print(
     with watch() as observe:
         found = appraise_scan(scan, bundle=plan, asked=ScanAsked(*how), observe=observe)
         observe("writing")
-        told = record_scan(found) if out is None else save_scan(found, out, overwrite=overwrite)
-    return told, scan_text(told)
+        record = record_scan(found) if out is None else save_scan(found, out, overwrite=overwrite)
+    return record, scan_text(record)
 
 
 def _of_part(
@@ -259,5 +259,5 @@ def _of_part(
             observe=observe,
         )  # fmt: skip
         observe("writing")
-        told = record_lying(found) if out is None else save_lying(found, out, overwrite=overwrite)
-    return told, lying_text(told)
+        record = record_lying(found) if out is None else save_lying(found, out, overwrite=overwrite)
+    return record, lying_text(record)

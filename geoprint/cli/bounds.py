@@ -50,17 +50,17 @@ def watch() -> Generator[Callable[[str], None]]:
     with console.status("starting") as status:
         running = ["starting"]
         since = [time.perf_counter()]
-        told = list[str]()
+        record = list[str]()
 
         def observe(name: str) -> None:
             seconds = time.perf_counter() - since[0]
             if seconds > QUICK_STAGE:
-                told.append(running[0])
+                record.append(running[0])
                 console.print(f"  {running[0]:<34}{seconds:6.1f} s", highlight=False)
             running[0], since[0] = name, time.perf_counter()
             status.update(name)
 
         yield observe
         observe("done")
-    if told:
+    if record:
         console.print()

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from geoprint.cli.options import AsJson, Overwrite, takes
-from geoprint.cli.terminal import columns, say, show, tell, tell_json
+from geoprint.cli.terminal import columns, print_json, say, show, tell
 from geoprint.errors import ExportError, UsageError
 
 
@@ -66,7 +66,7 @@ def calibrate(
         check_cell_writable(out, overwrite=overwrite)
     found = run(touched, model=model, tcp=tcp, cell=cell, part=part, unit=unit, noise=noise_mm)
     if as_json:
-        tell_json(calibration_summary(found))
+        print_json(calibration_summary(found))
     say(calibration_text(found, width=columns()))
     if out is not None:
         save_calibrated(found, out, overwrite=overwrite)
@@ -94,7 +94,7 @@ def fit_flow(
 
     fit = run(measured, cell=cell, density=density, model=model)
     if as_json:
-        tell_json(fit_summary(fit, density=density))
+        print_json(fit_summary(fit, density=density))
     else:
         tell(material_table(fit, density=density, source=measured.name))
 

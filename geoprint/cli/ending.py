@@ -59,7 +59,7 @@ def _ended(error: BaseException) -> int:
     import traceback
     from contextlib import suppress
 
-    from geoprint.cli.terminal import say, tell_json
+    from geoprint.cli.terminal import print_json, say
     from geoprint.errors import GeoprintError, ResourceError
 
     if isinstance(error, MemoryError):
@@ -71,7 +71,7 @@ def _ended(error: BaseException) -> int:
         traceback.print_exception(error)
     if "--json" in sys.argv:
         with suppress(GeoprintError):
-            tell_json(error_object(error, status))
+            print_json(error_object(error, status))
     say(f"geoprint: {error if known else 'this is a defect of geoprint; please report it with the lines above.'}")
     return status
 

@@ -9,7 +9,7 @@ import typer
 
 from geoprint.cli.bounds import limit_memory, watch
 from geoprint.cli.options import AsJson, Keys, MaxMemory, Overwrite, job_asked, takes
-from geoprint.cli.terminal import columns, say, tell_json
+from geoprint.cli.terminal import columns, print_json, say
 
 Paths = Annotated[
     list[Path],
@@ -83,10 +83,10 @@ def measure(
             job, paths, offset_up_to=offset_up_to, fit=fit, deposit=deposit, dialect=dialect, observe=observe
         )
         observe("writing")
-        told = record_measurement(found) if out is None else save_measurement(found, out, overwrite=overwrite)
+        record = record_measurement(found) if out is None else save_measurement(found, out, overwrite=overwrite)
     timings = record_measure_timings(found)
     if as_json:
-        tell_json(json_of(told) | {"timings": json_of(timings)})
-    say(measure_table(told, timings, width=columns()))
+        print_json(json_of(record) | {"timings": json_of(timings)})
+    say(measure_table(record, timings, width=columns()))
     if out is not None:
         say(f"written and verified: {out}")

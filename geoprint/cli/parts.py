@@ -10,7 +10,7 @@ import typer
 from geoprint.cli.bounds import limit_memory
 from geoprint.cli.ending import error_object
 from geoprint.cli.options import AsJson, Keys, MaxMemory, Overwrite, Part, PartOrJob, job_asked, takes
-from geoprint.cli.terminal import columns, say, tell_json
+from geoprint.cli.terminal import columns, print_json, say
 from geoprint.errors import UsageError, VerificationError
 
 
@@ -44,7 +44,7 @@ def inspect(
 
         write_whole(picture, inspection_figure(seen.found, title=seen.name, landmarks=seen.landmarks))
     if as_json:
-        tell_json(inspection_summary(seen))
+        print_json(inspection_summary(seen))
     say(inspection_text(seen))
 
 
@@ -74,7 +74,7 @@ def patch(
         save_ply(one.surface, path)
         say(f"{f'{number}: ' if several else ''}{patch_text(one)}\nwritten: {path} (in mm)")
     if as_json:
-        tell_json([patch_summary(one) for one in cut] if several else patch_summary(cut[0]))
+        print_json([patch_summary(one) for one in cut] if several else patch_summary(cut[0]))
 
 
 @takes()
@@ -126,7 +126,7 @@ def remesh(
     )
     save_ply(found.after, out)
     if as_json:
-        tell_json(remeshing_summary(found))
+        print_json(remeshing_summary(found))
     say(f"{remeshing_text(found)}\nwritten: {out} (in mm)")
 
 
@@ -163,7 +163,7 @@ def check(
         "run its program; write it again with `geoprint plan`."
     )
     if as_json:
-        tell_json(check_summary(checked) | (error_object(found, found.exit_status) if checked.findings else {}))
+        print_json(check_summary(checked) | (error_object(found, found.exit_status) if checked.findings else {}))
     say(check_text(checked, width=columns()))
     if checked.findings:
         say(f"geoprint: {found}")

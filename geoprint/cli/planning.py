@@ -24,7 +24,7 @@ from geoprint.cli.options import (
     job_asked,
     takes,
 )
-from geoprint.cli.terminal import columns, say, tell_json
+from geoprint.cli.terminal import columns, print_json, say
 from geoprint.config.job import Job
 from geoprint.errors import UsageError
 
@@ -66,14 +66,14 @@ def plan(
     with watch() as observe, compiled_ahead():
         planned = run(best_placed(job, observe=observe), observe=observe)
         observe("writing")
-        told = save_plan(planned, out, overwrite=overwrite, report=True)
+        record = save_plan(planned, out, overwrite=overwrite, report=True)
     if as_json:
-        tell_json(json_of(told) | json_of(record_timings(planned)))
-    say(f"{outcome_text(told, verbose=verbose)}\nwritten and verified: {out}")
+        print_json(json_of(record) | json_of(record_timings(planned)))
+    say(f"{outcome_text(record, verbose=verbose)}\nwritten and verified: {out}")
     if bundle is not None:
         differing = bundle.differing(out)
         say(again_text(str(bundle.folder), written_by=bundle.version, differing=differing, changed=[*changed]))
-    if told.feedback is not None:
+    if record.feedback is not None:
         say(next_appraisal(str(out)))
 
 
@@ -83,10 +83,10 @@ def _plan_stack(job: Job, out: Path, *, overwrite: bool, verbose: bool, as_json:
     from geoprint.workflow import best_placed, plan_stack
 
     with watch() as observe:
-        told = plan_stack(best_placed(job, observe=observe), out, overwrite=overwrite, observe=observe)
+        record = plan_stack(best_placed(job, observe=observe), out, overwrite=overwrite, observe=observe)
     if as_json:
-        tell_json(json_of(told))
-    say(f"{stack_text(told, verbose=verbose)}\nwritten and verified: {out}")
+        print_json(json_of(record))
+    say(f"{stack_text(record, verbose=verbose)}\nwritten and verified: {out}")
 
 
 @takes(but=("backend",))
@@ -128,10 +128,10 @@ def compare(
         jobs = [best_placed(job, observe=observe) for job in jobs]
         compared = compare_parts(jobs, backends=backends_of(backends), observe=observe, helper=helper)
         observe("writing")
-        told = save_comparisons(compared, out, samples=samples, figures=figures, overwrite=overwrite, helper=helper)
+        record = save_comparisons(compared, out, samples=samples, figures=figures, overwrite=overwrite, helper=helper)
     if as_json:
-        tell_json(json_of(told.record))
-    say(f"{comparison_table(told, width=columns(), verbose=verbose)}\nwritten and verified: {out}")
+        print_json(json_of(record.record))
+    say(f"{comparison_table(record, width=columns(), verbose=verbose)}\nwritten and verified: {out}")
 
 
 def _compare_stacks(
@@ -147,12 +147,12 @@ def _compare_stacks(
             "one `--layer` of all."
         )
     with watch() as observe:
-        told = compare_stacks(
+        record = compare_stacks(
             best_placed(jobs[0], observe=observe), out, backends=backends, overwrite=overwrite, observe=observe
         )
     if as_json:
-        tell_json(json_of(told))
-    say(f"{stack_comparison_text(told, width=columns(), verbose=verbose)}\nwritten and verified: {out}")
+        print_json(json_of(record))
+    say(f"{stack_comparison_text(record, width=columns(), verbose=verbose)}\nwritten and verified: {out}")
 
 
 @takes(but=("place", "robot"))
@@ -173,7 +173,7 @@ def place(
     with watch() as observe:
         proposal = propose_placement(job, height=height, tilt_deg=tilt, observe=observe)
     if as_json:
-        tell_json(proposal_summary(proposal))
+        print_json(proposal_summary(proposal))
     say(proposal_text(proposal, verbose=verbose))
 
 
@@ -196,5 +196,5 @@ def recommend(
     job = job_asked(surface or Path(), keys)
     found = recommendation(job, part=surface is not None, pressure_kpa=pressure, good=good)
     if as_json:
-        tell_json(recommendation_summary(found))
+        print_json(recommendation_summary(found))
     say(recommendation_text(found))

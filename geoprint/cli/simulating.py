@@ -9,7 +9,7 @@ import typer
 
 from geoprint.cli.bounds import limit_memory, watch
 from geoprint.cli.options import AsJson, MaxMemory, Overwrite
-from geoprint.cli.terminal import say, tell_json
+from geoprint.cli.terminal import print_json, say
 from geoprint.errors import UsageError
 
 Bundle = Annotated[Path, typer.Argument(help="Folder that `geoprint plan` or `compare` wrote.", show_default=False)]
@@ -70,10 +70,12 @@ def simulate(
         observe("program")
         found = simulated_print(bundle, faults=faults, seed=seed)
         observe("writing")
-        told = record_simulated(found) if out is None else save_simulated(found, out, development, overwrite=overwrite)
+        record = (
+            record_simulated(found) if out is None else save_simulated(found, out, development, overwrite=overwrite)
+        )
     if as_json:
-        tell_json(json_of(told))
-    say(simulated_text(told))
+        print_json(json_of(record))
+    say(simulated_text(record))
     if out is not None:
         say(f"written and verified: {out}")
 

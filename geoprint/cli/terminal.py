@@ -49,7 +49,7 @@ def tell(text: str) -> None:
         raise ExportError(f"the result cannot be printed on stdout ({error}); give it another place.") from error
 
 
-def tell_json(value: object) -> None:
+def print_json(value: object) -> None:
     """Print an object for programs."""
     tell(json.dumps(value, indent=2))
 

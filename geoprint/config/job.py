@@ -288,14 +288,14 @@ class Job(Table):
     the seed and the farthest point, exclude each other; lengths are mm, angles degrees.
     """
 
-    surface: Annotated[Path, Key("", '"heart.ply"', group="part", option="", told="", shown=True)]
+    surface: Annotated[Path, Key("", '"heart.ply"', group="part", option="", record="", shown=True)]
     unit: Annotated[
         Literal["mm", "cm", "m", "um", "in"] | None,
         Key(
             "Length unit of the file: mm, cm, m, um or in.",
             '"mm" # of the file: mm, cm, m, um or in; leave it out where the file carries its unit',
             group="part",
-            told="",
+            record="",
             shown=True,
         ),
     ] = None
@@ -308,7 +308,7 @@ class Job(Table):
             "robot can print, too",
             group="paths",
             option="",
-            told="",
+            record="",
         ),
     ] = None
     pattern: Annotated[
@@ -350,13 +350,15 @@ class Job(Table):
             "Field file that fibres follow; `geoprint init` writes one.",
             '"field.toml" # which lines the pattern fibres follows',
             group="paths",
-            told="",
+            record="",
             always=False,
         ),
     ] = None
     spacing: Annotated[
         Spacing | None,
-        Key("Distance of neighbouring paths (stepover) in mm.", "1.0", group="spacing", told="spacing_mm", shown=True),
+        Key(
+            "Distance of neighbouring paths (stepover) in mm.", "1.0", group="spacing", record="spacing_mm", shown=True
+        ),
     ] = None
     resolution: Annotated[
         PositiveInt | None,
@@ -420,7 +422,7 @@ class Job(Table):
             "Thickness in mm of a device that is printed over the part, layer upon layer.",
             "3.0 # of a device that is printed over the part, layer upon layer",
             group="part",
-            told="thickness_mm",
+            record="thickness_mm",
             always=False,
         ),
     ] = None
@@ -430,7 +432,7 @@ class Job(Table):
             "Let the thickness rise from nothing at the rim to the whole of it so far in, in mm.",
             "2.0 # the thickness rises from nothing at the rim to the whole of it so far in",
             group="part",
-            told="feather_mm",
+            record="feather_mm",
             always=False,
         ),
     ] = None
@@ -441,7 +443,7 @@ class Job(Table):
             "x,y,z,thickness (mm) of points on it.",
             '"device.stl" # what the layers fill instead: a closed mesh, or a CSV file x,y,z,thickness of points',
             group="part",
-            told="",
+            record="",
             always=False,
         ),
     ] = None
@@ -460,7 +462,7 @@ class Job(Table):
             "Close holes whose border is up to this long in mm; by default missing triangles.",
             "2.0 # close holes whose border is up to this long",
             group="part",
-            told="fill_holes_mm",
+            record="fill_holes_mm",
         ),
     ] = None
     body: Annotated[
@@ -469,7 +471,7 @@ class Job(Table):
             "Mesh of what the part lies on, same coordinates.",
             '"phantom.ply" # what the part lies on; what patches are cut from counts without being named',
             group="robot",
-            told="",
+            record="",
         ),
     ] = None
     cell: Annotated[
@@ -482,17 +484,17 @@ class Job(Table):
             "stand-off and speed follow from it where they are not given.",
             "0.4 # inner diameter of the needle; given as an option it sets spacing, layer_height, standoff and speed",
             group="robot",
-            told="",
+            record="",
             always=False,
         ),
     ] = None
     layer_height: Annotated[
         PositiveFloat | None,
-        Key("", "0.3 # instead of the cell's layer_height_mm", group="robot", option="", told="", always=False),
+        Key("", "0.3 # instead of the cell's layer_height_mm", group="robot", option="", record="", always=False),
     ] = None
     standoff: Annotated[
         PositiveFloat | None,
-        Key("", "0.3 # instead of the cell's standoff_mm", group="robot", option="", told="", always=False),
+        Key("", "0.3 # instead of the cell's standoff_mm", group="robot", option="", record="", always=False),
     ] = None
     place: Annotated[
         Literal["demo", "best"] | None,
@@ -512,7 +514,7 @@ class Job(Table):
             "with it",
             group="robot",
             option="",
-            told="",
+            record="",
             always=False,
         ),
     ] = None
@@ -523,7 +525,7 @@ class Job(Table):
             "How far the nozzle may lean from the surface normal, in degrees.",
             "# how far the nozzle may lean from the surface normal",
             group="robot",
-            told="max_tilt_deg",
+            record="max_tilt_deg",
         ),
     ] = 15.0
     speed: Annotated[
@@ -532,7 +534,7 @@ class Job(Table):
             "Print no faster than this in mm/s; the cell's speed_mm_s where left out.",
             "15.0 # print no faster than this; left out: the cell's speed_mm_s",
             group="robot",
-            told="",
+            record="",
             always=False,
         ),
     ] = None
@@ -560,7 +562,7 @@ class Job(Table):
             "The appraisal.json of a scan of this plan's last print: flow and valve are corrected by it.",
             '"appraisal.json" # of a scan of the last print of this plan: corrects flow and valve',
             group="robot",
-            told="",
+            record="",
             always=False,
         ),
     ] = None
@@ -636,7 +638,7 @@ class Job(Table):
         """Return what plan.json tells of the job, by the names there; pattern and source are those of its layer."""
         values = dict(self) | {"pattern": self.drawing.name, "source": self.counted_from}
         return {
-            key.told or name: values[name]
+            key.record or name: values[name]
             for name, key, field in keys_of(type(self))
-            if key.told != "" and (key.always or values[name] != field.default)
+            if key.record != "" and (key.always or values[name] != field.default)
         }

@@ -178,7 +178,7 @@ class Key:
         shown: whether that line counts; otherwise it is commented out.
         group: part of job.toml in which the line stands, by its name there.
         option: name of its option without dashes, where that is not the key's; none where it is empty.
-        told: name in the settings of plan.json, where that is not the key's: it ends with the unit; none where empty.
+        record: name in the settings of plan.json, where that is not the key's: it ends with the unit; none where empty.
         always: whether it is told there with its default, too.
     """
 
@@ -187,7 +187,7 @@ class Key:
     shown: bool = False
     group: str = ""
     option: str | None = None
-    told: str | None = None
+    record: str | None = None
     always: bool = True
 
     def lines(self, name: str, field: FieldInfo) -> list[str]:

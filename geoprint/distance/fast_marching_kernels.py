@@ -13,7 +13,7 @@ from geoprint.model import FloatArray, IntArray
 
 # What front marching works on: half-edge arrays, the state of the front, and the heap of vertices that wait.
 #
-# Half-edges are numbered as `surfaces.halfedges` says. Directions at a vertex are bearings: angles [rad]
+# Half-edges are numbered as `geometry.halfedges` says. Directions at a vertex are bearings: angles [rad]
 # counter-clockwise from its first half-edge, stretched at a vertex inside the surface so that a full turn is 2 pi
 # whatever angles meet there [Polthier1998]. On the border the first half-edge is the one along the border, and
 # nothing is stretched.

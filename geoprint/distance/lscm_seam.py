@@ -187,11 +187,11 @@ def flattened(surface: Surface) -> Chart:
         loops = boundary_loops(surface)
         turn = flat_turn(surface, loops)
         if abs(turn) <= LARGEST_TURN:
-            return laid_flat(surface, seam=shortest_cut(surface, loops), turn=turn)
+            return flattened_band(surface, seam=shortest_cut(surface, loops), turn=turn)
     return Chart(conformal_chart(surface), UNCUT)
 
 
-def laid_flat(surface: Surface, *, seam: IntArray, turn: float) -> Chart:
+def flattened_band(surface: Surface, *, seam: IntArray, turn: float) -> Chart:
     """Lay an annulus flat along a given cut with a given turn.
 
     The copies on the right of the cut are no unknowns but the images of their originals, turned back and moved by one

@@ -11,7 +11,7 @@ from geoprint.distance import Backend
 from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.fibers.fields import DirectionField
 from geoprint.fibers.net import LineNet, net_of, places_of, surface_points
-from geoprint.fibers.placement import SHORTEST, LaidStroke, Weave, first_place, laid_strokes
+from geoprint.fibers.placement import SHORTEST, DepositedStroke, Weave, deposited_strokes, first_place
 from geoprint.fibers.preferences import AlongRim
 from geoprint.fibers.prescribed import smoothest_field
 from geoprint.fibers.stripes import stripes
@@ -103,7 +103,7 @@ class FibrePattern:
         for piece in pieces(surface):
             spacings = wanted[piece.vertices][piece.surface.faces].mean(axis=1)
             net = net_of(_on_piece(field, piece), spacings=spacings)
-            weave = self._laid(piece.surface, net, piece.own(seed.curves))
+            weave = self._deposited(piece.surface, net, piece.own(seed.curves))
             if not weave.strokes:
                 raise FieldError(
                     f"no stroke along the field on {surface.name} is {SHORTEST:g} spacings of {wanted.min():g} mm "
@@ -116,7 +116,7 @@ class FibrePattern:
         at_points = every.points.values(surface, wanted) if np.ptp(wanted) else np.full(row.size, wanted[0])
         return Strokes(every, row, at_points, np.ones(row.size), tuple(dropped), _followed(field))
 
-    def _laid(self, surface: Surface, net: LineNet, source: SurfaceCurves) -> Weave:
+    def _deposited(self, surface: Surface, net: LineNet, source: SurfaceCurves) -> Weave:
         """Return the strokes on a piece."""
         point = source.count == 1 and source.points.faces.size == 1
         inside = None if point else first_place(net)
@@ -124,7 +124,7 @@ class FibrePattern:
         if self._laying == STRIPES:
             return stripes(surface, net, first=first, through=inside is None)
         spread = _spread(surface, step=SPREAD_SHARE * float(net.spacings.min()))
-        return laid_strokes(net, first=first, spread=spread, beside_rim=_beside_rim(surface, net, spread))
+        return deposited_strokes(net, first=first, spread=spread, beside_rim=_beside_rim(surface, net, spread))
 
 
 def _at_vertices(spacing: float | ScalarField, surface: Surface) -> FloatArray:
@@ -165,7 +165,7 @@ def _beside_rim(surface: Surface, net: LineNet, faces: IntArray) -> BoolArray:
     return np.asarray(away <= net.spacings[faces])
 
 
-def _rows(stroke: LaidStroke) -> FloatArray:
+def _rows(stroke: DepositedStroke) -> FloatArray:
     """Return the row of each point of a stroke, which rises by one from its start, half behind a whole one, to its end.
 
     Strokes are no level curves of a distance: whoever measures tells those by a row that stays the same.
@@ -174,7 +174,7 @@ def _rows(stroke: LaidStroke) -> FloatArray:
     return stroke.row + 0.5 + arcs / arcs[-1]
 
 
-def _curve(net: LineNet, stroke: LaidStroke) -> SurfaceCurves:
+def _curve(net: LineNet, stroke: DepositedStroke) -> SurfaceCurves:
     """Return a stroke as a curve through the ends of its segments; a closed one ends where it starts."""
     last = (stroke.faces[0], stroke.starts[0]) if stroke.closed else (stroke.faces[-1], stroke.ends[-1])
     places = np.append(stroke.starts, last[1])

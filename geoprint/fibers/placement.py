@@ -20,9 +20,9 @@ from geoprint.fibers.streamlines import (
     NOBODY,
     RETURNED,
     Rules,
+    deposit_straight,
     gaps,
     lay,
-    lay_straight,
     nearest,
     no_segments,
     rim_segments,
@@ -57,7 +57,7 @@ FAR = 1.5
 ROOM = 10_000
 
 
-class LaidStroke(NamedTuple):
+class DepositedStroke(NamedTuple):
     """A stroke as its segments.
 
     Attributes:
@@ -85,11 +85,11 @@ class Weave(NamedTuple):
         dropped: lengths of those that were too short to be worth a start [mm].
     """
 
-    strokes: list[LaidStroke]
+    strokes: list[DepositedStroke]
     dropped: list[float]
 
 
-def laid_strokes(net: LineNet, *, first: tuple[int, complex], spread: IntArray, beside_rim: BoolArray) -> Weave:
+def deposited_strokes(net: LineNet, *, first: tuple[int, complex], spread: IntArray, beside_rim: BoolArray) -> Weave:
     """Lay strokes until there is no gap for another one.
 
     Args:
@@ -98,14 +98,14 @@ def laid_strokes(net: LineNet, *, first: tuple[int, complex], spread: IntArray, 
         spread: (k,) faces all over the surface, nearer together than gaps are wide.
         beside_rim: (k,) whether the middle of each may lie nearer to the rim than a spacing.
     """
-    laying = _Laying(net)
+    laying = _Depositing(net)
     laying.beside(laying.begun(*first, row=0))
     laying.fill(spread, beside_rim)
     return Weave(laying.strokes, laying.dropped)
 
 
 @final
-class _Laying:
+class _Depositing:
     """Strokes that were laid, and the loops' arrays of them.
 
     Args:
@@ -114,28 +114,28 @@ class _Laying:
 
     def __init__(self, net: LineNet) -> None:
         self._net, self._spacings = net, net.spacings
-        self._laid, self._room = no_segments(len(net.corners), room=ROOM), window_room()
+        self._deposited, self._room = no_segments(len(net.corners), room=ROOM), window_room()
         self._rules = Rules(
             step=STEP_SHARE, apart=APART_SHARE, itself=APART_SHARE, clear=CLEAR, beside=RETURN_SHARE, lean=1 + 0j
         )  # fmt: skip
-        self.strokes: list[LaidStroke] = []
+        self.strokes: list[DepositedStroke] = []
         self.dropped = list[float]()
         # What was dropped: a gap with room for a short stroke is met from many places.
         self._left = no_segments(len(net.corners), room=ROOM)
         self._middles: ComplexArray = net.corners.sum(axis=1) / 3.0
         self._rim = rim_segments(net)
 
-    def begun(self, face: int, place: complex, *, row: int) -> LaidStroke | None:
+    def begun(self, face: int, place: complex, *, row: int) -> DepositedStroke | None:
         """Lay the stroke through a place; None where it is not worth a start."""
-        count = int(self._laid.filled[0])
+        count = int(self._deposited.filled[0])
         closed = False
         reason, ahead, aside = self._run(self._rules, face, place, 1.0)
         if reason == RETURNED:
             closed = self._closed(face, place, aside, ahead, count)
             if not closed:
-                take_back(self._laid, count)
+                take_back(self._deposited, count)
                 _, ahead, _ = self._run(self._rules._replace(beside=0.0), face, place, 1.0)
-        middle, back = int(self._laid.filled[0]), 0.0
+        middle, back = int(self._deposited.filled[0]), 0.0
         if not closed:
             _, back, _ = self._run(self._rules, face, place, -1.0)
         if ahead + back < SHORTEST * self._spacings[face]:
@@ -146,19 +146,19 @@ class _Laying:
 
     def _drop(self, count: int, face: int, place: complex, *, length: float) -> None:
         """Take back a stroke of the segments from a number on; it counts if none was dropped so near before."""
-        laid, limit = self._laid, APART_SHARE * float(self._spacings[face])
+        deposited, limit = self._deposited, APART_SHARE * float(self._spacings[face])
         _, found, _ = nearest(self._net, self._left, self._room, face, place, limit, NOBODY, 0.0, 0.0)
         if found < 0:
             self.dropped.append(length)
-        rows = range(count, int(laid.filled[0]))
+        rows = range(count, int(deposited.filled[0]))
         if self._left.filled[0] + len(rows) > self._left.before.size:
             self._left = with_room(self._left, room=self._left.before.size + len(rows))
         for row in rows:
-            start, end = complex(laid.starts[row]), complex(laid.ends[row])
-            lay(self._left, int(laid.faces[row]), start, end, len(self.dropped), float(laid.arcs[row]))
-        take_back(self._laid, count)
+            start, end = complex(deposited.starts[row]), complex(deposited.ends[row])
+            lay(self._left, int(deposited.faces[row]), start, end, len(self.dropped), float(deposited.arcs[row]))
+        take_back(self._deposited, count)
 
-    def beside(self, stroke: LaidStroke | None) -> None:
+    def beside(self, stroke: DepositedStroke | None) -> None:
         """Lay strokes beside one, beside these and so on, until there is no place left one spacing away."""
         waiting = [] if stroke is None else [stroke]
         while waiting:
@@ -171,7 +171,7 @@ class _Laying:
     def fill(self, faces: IntArray, beside_rim: BoolArray) -> None:
         """Lay strokes in gaps about the middles of (k,) faces, the widest first, and others beside them."""
         middles, spacings = self._middles[faces], self._spacings[faces]
-        found = gaps(self._net, self._laid, self._room, faces, middles, FAR * spacings) / spacings
+        found = gaps(self._net, self._deposited, self._room, faces, middles, FAR * spacings) / spacings
         # From most places the rim is farther than is looked, and nothing shortens the look.
         near = np.flatnonzero(beside_rim)
         rim = gaps(self._net, self._rim, self._room, faces[near], middles[near], spacings[near])
@@ -195,31 +195,31 @@ class _Laying:
         """Return how many spacings the nearest stroke is away, within so many, and which; the rim's is half beyond."""
         spacing = float(self._spacings[face])
         limit = reach * spacing
-        away, found, _ = nearest(self._net, self._laid, self._room, face, place, limit, NOBODY, 0.0, 0.0)
+        away, found, _ = nearest(self._net, self._deposited, self._room, face, place, limit, NOBODY, 0.0, 0.0)
         beyond = limit - 0.5 * spacing
         rim, _, _ = nearest(self._net, self._rim, self._room, face, place, beyond, NOBODY, 0.0, 0.0)
         width = rim / spacing + 0.5
         if found < 0:
             return width, -1
-        there = float(self._spacings[self._laid.faces[found]])
-        return min(away / (0.5 * (spacing + there)), width), int(self._laid.strokes[found])
+        there = float(self._spacings[self._deposited.faces[found]])
+        return min(away / (0.5 * (spacing + there)), width), int(self._deposited.strokes[found])
 
     def _run(self, rules: Rules, face: int, place: complex, sign: float) -> tuple[int, float, float]:
         """Lay a streamline; where there is no room for it, with more."""
         while True:
-            count = int(self._laid.filled[0])
-            found = streamline(self._net, self._laid, self._room, rules, face, place, sign, len(self.strokes))
+            count = int(self._deposited.filled[0])
+            found = streamline(self._net, self._deposited, self._room, rules, face, place, sign, len(self.strokes))
             if found[0] != FULL:
                 return found
-            take_back(self._laid, count)
-            self._laid = with_room(self._laid, room=self._laid.before.size)
+            take_back(self._deposited, count)
+            self._deposited = with_room(self._deposited, room=self._deposited.before.size)
 
     def _closed(self, face: int, place: complex, aside: float, length: float, count: int) -> bool:
         """Lay a streamline that came back once more, turned by so little that it meets its beginning; say if it did."""
         lean = 0.0
         for trial in range(TRIALS):
             lean += aside / length
-            take_back(self._laid, count)
+            take_back(self._deposited, count)
             if abs(lean) > MOST_LEAN:
                 return False
             rules = self._rules._replace(lean=complex(np.exp(1j * lean)))
@@ -232,39 +232,39 @@ class _Laying:
 
     def _joined(self, length: float) -> bool:
         """Lead the end of a stroke that came back straight to its beginning; say if nothing lies between."""
-        laid, last = self._laid, int(self._laid.filled[0]) - 1
-        spacing = float(self._spacings[laid.faces[last]])
+        deposited, last = self._deposited, int(self._deposited.filled[0]) - 1
+        spacing = float(self._spacings[deposited.faces[last]])
         reach = JOIN * spacing
-        while laid.arcs[last] > length - reach:
+        while deposited.arcs[last] > length - reach:
             last -= 1
-        face, end, arc = int(laid.faces[last]), complex(laid.ends[last]), float(laid.arcs[last + 1])
-        take_back(laid, last + 1)
+        face, end, arc = int(deposited.faces[last]), complex(deposited.ends[last]), float(deposited.arcs[last + 1])
+        take_back(deposited, last + 1)
         _, found, vector = nearest(
-            self._net, laid, self._room, face, end, 2.0 * reach, len(self.strokes), arc, CLEAR * spacing
+            self._net, deposited, self._room, face, end, 2.0 * reach, len(self.strokes), arc, CLEAR * spacing
         )
-        if found < 0 or laid.strokes[found] != len(self.strokes) or abs(vector) == 0.0:
+        if found < 0 or deposited.strokes[found] != len(self.strokes) or abs(vector) == 0.0:
             return False
-        while not lay_straight(
-            self._net, self._laid, face, end, vector / abs(vector), abs(vector), len(self.strokes), arc
+        while not deposit_straight(
+            self._net, self._deposited, face, end, vector / abs(vector), abs(vector), len(self.strokes), arc
         ):
-            take_back(self._laid, last + 1)
-            self._laid = with_room(self._laid, room=self._laid.before.size)
+            take_back(self._deposited, last + 1)
+            self._deposited = with_room(self._deposited, room=self._deposited.before.size)
         return True
 
-    def _stroke(self, count: int, middle: int, *, closed: bool, row: int, length: float) -> LaidStroke:
+    def _stroke(self, count: int, middle: int, *, closed: bool, row: int, length: float) -> DepositedStroke:
         """Return the stroke of the segments from a number on, those from the middle on in the opposite sense."""
-        laid = self._laid
-        back, ahead = np.arange(int(laid.filled[0]) - 1, middle - 1, -1), np.arange(count, middle)
-        return LaidStroke(
-            faces=laid.faces[np.concatenate([back, ahead])],
-            starts=np.concatenate([laid.ends[back], laid.starts[ahead]]),
-            ends=np.concatenate([laid.starts[back], laid.ends[ahead]]),
+        deposited = self._deposited
+        back, ahead = np.arange(int(deposited.filled[0]) - 1, middle - 1, -1), np.arange(count, middle)
+        return DepositedStroke(
+            faces=deposited.faces[np.concatenate([back, ahead])],
+            starts=np.concatenate([deposited.ends[back], deposited.starts[ahead]]),
+            ends=np.concatenate([deposited.starts[back], deposited.ends[ahead]]),
             closed=closed,
             row=row,
             length=length,
         )
 
-    def _places_beside(self, stroke: LaidStroke) -> Iterator[tuple[int, complex]]:
+    def _places_beside(self, stroke: DepositedStroke) -> Iterator[tuple[int, complex]]:
         """Yield places one spacing away from a stroke, on both sides, from end to end."""
         along = stroke.ends - stroke.starts
         lengths = np.abs(along)

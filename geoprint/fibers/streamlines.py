@@ -24,7 +24,7 @@ WAITING = 4096
 NOBODY = -1
 
 
-class LaidSegments(NamedTuple):
+class DepositedSegments(NamedTuple):
     """Straight segments in faces, listed face by face; arrays are longer than what is filled.
 
     Attributes:
@@ -66,9 +66,9 @@ class Windows(NamedTuple):
     turned: ComplexArray
 
 
-def no_segments(faces: int, *, room: int) -> LaidSegments:
+def no_segments(faces: int, *, room: int) -> DepositedSegments:
     """Return room for segments in so many faces."""
-    return LaidSegments(
+    return DepositedSegments(
         head=np.full(faces, -1),
         before=np.full(room, -1),
         faces=np.full(room, -1),
@@ -80,7 +80,7 @@ def no_segments(faces: int, *, room: int) -> LaidSegments:
     )
 
 
-def rim_segments(net: LineNet) -> LaidSegments:
+def rim_segments(net: LineNet) -> DepositedSegments:
     """Return the rim of a surface as segments of one stroke, 0."""
     halves, starts, ends = rim_sides(net)
     rim = no_segments(len(net.corners), room=halves.size)
@@ -91,10 +91,10 @@ def rim_segments(net: LineNet) -> LaidSegments:
     return rim
 
 
-def with_room(segments: LaidSegments, *, room: int) -> LaidSegments:
+def with_room(segments: DepositedSegments, *, room: int) -> DepositedSegments:
     """Return the same segments with room for so many more."""
     more = no_segments(segments.head.size, room=room)
-    return LaidSegments(
+    return DepositedSegments(
         head=segments.head,
         before=np.concatenate([segments.before, more.before]),
         faces=np.concatenate([segments.faces, more.faces]),
@@ -115,7 +115,7 @@ def window_room() -> Windows:
 @njit
 def nearest(
     net: LineNet,
-    laid: LaidSegments,
+    deposited: DepositedSegments,
     room: Windows,
     face: int,
     place: complex,
@@ -132,7 +132,7 @@ def nearest(
         Distance [mm], infinite for none; the segment, -1 for none; the vector in the plane of the place.
     """
     best, which, vector = limit, -1, 0j
-    best, which, vector = _in_face(laid, face, place, place, place, 1 + 0j, best, which, vector, own, arc, clear)
+    best, which, vector = _in_face(deposited, face, place, place, place, 1 + 0j, best, which, vector, own, arc, clear)
     waiting = 0
     for side in range(3):
         waiting = _opened(net, room, waiting, 3 * face + side, place, net.corners[face, side],
@@ -148,7 +148,7 @@ def nearest(
         if _apart(source, net.corners[here, side], net.corners[here, (side + 1) % 3]) >= best:
             continue
         best, which, vector = _in_face(
-            laid, here, source, right, left, turned, best, which, vector, own, arc, clear
+            deposited, here, source, right, left, turned, best, which, vector, own, arc, clear
         )  # fmt: skip
         after, before = (side + 1) % 3, (side + 2) % 3
         tip: complex = net.corners[here, before]
@@ -185,18 +185,19 @@ def _opened(
 
 @inner
 def _in_face(
-    laid: LaidSegments, face: int, source: complex, right: complex, left: complex, turned: complex, best: float,
+    deposited: DepositedSegments, face: int, source: complex, right: complex, left: complex, turned: complex,
+    best: float,
     which: int, vector: complex, own: int, arc: float, clear: float,
 ) -> tuple[float, int, complex]:  # fmt: skip
     """Return the nearest so far, and now of the segments in a face as they are seen between two bounds.
 
     Everything is seen where both bounds are the place itself.
     """
-    segment: int = laid.head[face]
+    segment: int = deposited.head[face]
     while segment >= 0:
-        if laid.strokes[segment] != own or abs(laid.arcs[segment] - arc) > clear:
-            start: complex = laid.starts[segment]
-            along: complex = laid.ends[segment] - start
+        if deposited.strokes[segment] != own or abs(deposited.arcs[segment] - arc) > clear:
+            start: complex = deposited.starts[segment]
+            along: complex = deposited.ends[segment] - start
             low, high = 0.0, 1.0
             if right != left:
                 low, high = _within(start - source, along, right - source, 1.0, low, high)
@@ -208,7 +209,7 @@ def _in_face(
                 away = abs(foot - source)
                 if away < best:
                     best, which, vector = away, segment, (foot - source) * turned
-        segment = laid.before[segment]
+        segment = deposited.before[segment]
     return best, which, vector
 
 
@@ -240,7 +241,7 @@ def _cross(first: complex, second: complex) -> float:
 
 @njit
 def gaps(
-    net: LineNet, laid: LaidSegments, room: Windows, faces: IntArray, places: ComplexArray, limits: FloatArray
+    net: LineNet, deposited: DepositedSegments, room: Windows, faces: IntArray, places: ComplexArray, limits: FloatArray
 ) -> FloatArray:
     """Return (k,) how far the nearest segment is from (k,) places in faces [mm]; infinite beyond (k,) limits.
 
@@ -248,9 +249,9 @@ def gaps(
     """
     found = np.empty(faces.size)
     for row in range(faces.size):
-        found[row] = nearest(net, laid, room, faces[row], places[row], limits[row] / 3.0, NOBODY, 0.0, 0.0)[0]
+        found[row] = nearest(net, deposited, room, faces[row], places[row], limits[row] / 3.0, NOBODY, 0.0, 0.0)[0]
         if found[row] == inf:
-            found[row] = nearest(net, laid, room, faces[row], places[row], limits[row], NOBODY, 0.0, 0.0)[0]
+            found[row] = nearest(net, deposited, room, faces[row], places[row], limits[row], NOBODY, 0.0, 0.0)[0]
     return found
 
 
@@ -339,29 +340,36 @@ def straight(net: LineNet, face: int, place: complex, ahead: complex, length: fl
 
 
 @njit
-def lay(laid: LaidSegments, face: int, start: complex, end: complex, stroke: int, arc: float) -> None:
+def lay(deposited: DepositedSegments, face: int, start: complex, end: complex, stroke: int, arc: float) -> None:
     """Add a segment."""
-    at = laid.filled[0]
-    laid.before[at], laid.head[face] = laid.head[face], at
-    laid.faces[at], laid.starts[at], laid.ends[at] = face, start, end
-    laid.strokes[at], laid.arcs[at] = stroke, arc
-    laid.filled[0] = at + 1
+    at = deposited.filled[0]
+    deposited.before[at], deposited.head[face] = deposited.head[face], at
+    deposited.faces[at], deposited.starts[at], deposited.ends[at] = face, start, end
+    deposited.strokes[at], deposited.arcs[at] = stroke, arc
+    deposited.filled[0] = at + 1
 
 
 @njit
-def lay_straight(
-    net: LineNet, laid: LaidSegments, face: int, place: complex, ahead: complex, length: float, stroke: int, arc: float
+def deposit_straight(
+    net: LineNet,
+    deposited: DepositedSegments,
+    face: int,
+    place: complex,
+    ahead: complex,
+    length: float,
+    stroke: int,
+    arc: float,
 ) -> bool:
     """Lay a straight line of some length [mm] over the surface; say whether there was room for it."""
     entered = -1
-    while laid.filled[0] < laid.before.size:
+    while deposited.filled[0] < deposited.before.size:
         side, reach = side_ahead(net, face, place, ahead, entered)
         beyond: int = -1 if side < 0 else net.twins[3 * face + side]
         if reach >= length or beyond < 0:
-            lay(laid, face, place, place + min(reach, length) * ahead, stroke, arc)
+            lay(deposited, face, place, place + min(reach, length) * ahead, stroke, arc)
             return True
         onward = on_side(net, face, side, place + reach * ahead)
-        lay(laid, face, place, onward, stroke, arc)
+        lay(deposited, face, place, onward, stroke, arc)
         arc, length, half = arc + reach, length - reach, 3 * face + side
         place, ahead = net.turns[half] * onward + net.shifts[half], net.turns[half] * ahead
         face, entered = beyond // 3, beyond % 3
@@ -369,12 +377,12 @@ def lay_straight(
 
 
 @njit
-def take_back(laid: LaidSegments, count: int) -> None:
+def take_back(deposited: DepositedSegments, count: int) -> None:
     """Take back what was laid last, up to so many segments."""
-    while laid.filled[0] > count:
-        at = laid.filled[0] - 1
-        laid.head[laid.faces[at]] = laid.before[at]
-        laid.filled[0] = at
+    while deposited.filled[0] > count:
+        at = deposited.filled[0] - 1
+        deposited.head[deposited.faces[at]] = deposited.before[at]
+        deposited.filled[0] = at
 
 
 @inner
@@ -392,21 +400,21 @@ def _direction(net: LineNet, face: int, sign: float, lean: complex, entered: int
 
 @inner
 def _seen(
-    net: LineNet, laid: LaidSegments, room: Windows, rules: Rules, face: int, place: complex, ahead: complex,
+    net: LineNet, deposited: DepositedSegments, room: Windows, rules: Rules, face: int, place: complex, ahead: complex,
     stroke: int, arc: float,
 ) -> tuple[int, bool, float]:  # fmt: skip
     """Return why a streamline ends at a place, -1 for not at all, whether it nears its beginning, and how far aside."""
     spacing = net.spacings[face]
     if rules.apart > 0.0:
-        _, found, _ = nearest(net, laid, room, face, place, rules.apart * spacing, stroke, arc, inf)
+        _, found, _ = nearest(net, deposited, room, face, place, rules.apart * spacing, stroke, arc, inf)
         if found >= 0:
             return CROWDED, False, 0.0
     clear = rules.clear * spacing
-    away, found, vector = nearest(net, laid, room, face, place, rules.itself * spacing, stroke, arc, clear)
-    if found < 0 or laid.strokes[found] != stroke:
+    away, found, vector = nearest(net, deposited, room, face, place, rules.itself * spacing, stroke, arc, clear)
+    if found < 0 or deposited.strokes[found] != stroke:
         return -1, False, 0.0
     aside = (vector * ahead.conjugate()).imag
-    if arc < 0.0 or laid.arcs[found] > clear or abs(aside) > rules.beside * spacing:
+    if arc < 0.0 or deposited.arcs[found] > clear or abs(aside) > rules.beside * spacing:
         return CROWDED, False, 0.0
     # Abreast of the beginning it lies square to the line.
     if (vector * ahead.conjugate()).real <= ABREAST * away:
@@ -416,7 +424,14 @@ def _seen(
 
 @njit
 def streamline(
-    net: LineNet, laid: LaidSegments, room: Windows, rules: Rules, face: int, place: complex, sign: float, stroke: int
+    net: LineNet,
+    deposited: DepositedSegments,
+    room: Windows,
+    rules: Rules,
+    face: int,
+    place: complex,
+    sign: float,
+    stroke: int,
 ) -> tuple[int, float, float]:
     """Lay a streamline from a place on, in one sense of the line there.
 
@@ -432,7 +447,7 @@ def streamline(
     while True:
         if net.singular[face]:
             return SINGULAR, gone, 0.0
-        if laid.filled[0] + 1 >= laid.before.size:
+        if deposited.filled[0] + 1 >= deposited.before.size:
             return FULL, gone, 0.0
         ahead = _direction(net, face, sign, rules.lean, entered)
         side, reach = side_ahead(net, face, place, ahead, entered)
@@ -446,13 +461,13 @@ def streamline(
         arc = sense * (gone + reach)
         if back or gone + reach - looked >= step:
             looked = gone + reach
-            found, back, aside = _seen(net, laid, room, rules, face, onward, ahead, stroke, arc)
+            found, back, aside = _seen(net, deposited, room, rules, face, onward, ahead, stroke, arc)
             if found == RETURNED:
-                lay(laid, face, place, onward, stroke, arc - sense * reach)
+                lay(deposited, face, place, onward, stroke, arc - sense * reach)
                 return RETURNED, gone + reach, aside
             if found == CROWDED:
                 return CROWDED, gone, 0.0
-        lay(laid, face, place, onward, stroke, arc - sense * reach)
+        lay(deposited, face, place, onward, stroke, arc - sense * reach)
         gone += reach
         if not crossing:
             place = onward

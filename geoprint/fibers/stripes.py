@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from geoprint.distance.sparse_solver import SymmetricSolver, nested_dissection
 from geoprint.fibers.net import ComplexArray, LineNet, Senses, rim_sides, senses_of, surface_points
-from geoprint.fibers.placement import SHORTEST, LaidStroke, Weave
+from geoprint.fibers.placement import SHORTEST, DepositedStroke, Weave
 from geoprint.geometry import diagonal_matrix, sum_around_vertices
 from geoprint.kernels import njit
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
@@ -574,7 +574,7 @@ def stripes(surface: Surface, net: LineNet, *, first: Place, through: bool) -> W
     phase = phase_of(slopes, net, target, through=first if through else None)
     chains = level_curves(net, phase)
     rows = rows_of(surface, net, chains, first=first)
-    strokes, dropped = list[LaidStroke](), list[float]()
+    strokes, dropped = list[DepositedStroke](), list[float]()
     for row, (begin, end) in enumerate(pairwise(chains.offsets.tolist())):
         starts, ends = chains.starts[begin:end], chains.ends[begin:end]
         length = float(np.abs(ends - starts).sum())
@@ -582,5 +582,5 @@ def stripes(surface: Surface, net: LineNet, *, first: Place, through: bool) -> W
             dropped.append(length)
             continue
         closed = bool(chains.closed[row])
-        strokes.append(LaidStroke(chains.faces[begin:end], starts, ends, closed, int(rows[row]), length))
+        strokes.append(DepositedStroke(chains.faces[begin:end], starts, ends, closed, int(rows[row]), length))
     return Weave(strokes, dropped)

@@ -550,9 +550,9 @@ class _Smooth:
         terms = np.concatenate([np.ones((*near.shape, 1)), offsets], axis=2)
         matrices = np.einsum("kn,kni,knj->kij", weights, terms, terms, optimize=True)
         total = matrices[:, 0, 0]
-        told = total > 0.0
-        matrices += HELD * np.where(told, total, 1.0)[:, None, None] * np.diag([0.0, 1.0, 1.0, 1.0])
-        matrices[~told] = np.eye(4)
+        record = total > 0.0
+        matrices += HELD * np.where(record, total, 1.0)[:, None, None] * np.diag([0.0, 1.0, 1.0, 1.0])
+        matrices[~record] = np.eye(4)
         right = np.einsum("kn,kni,kn->ki", weights, terms, self._known.values[near], optimize=True)
         found: FloatArray = np.asarray(np.linalg.solve(matrices, right[:, :, None]), dtype=np.float64)[:, :, 0]
-        return np.where((told & (within.sum(axis=1) >= least))[:, None], found, np.nan)
+        return np.where((record & (within.sum(axis=1) >= least))[:, None], found, np.nan)

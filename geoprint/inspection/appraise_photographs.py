@@ -153,27 +153,27 @@ def save_appraisal(found: Appraisal, directory: Path | str, *, overwrite: bool =
         ExportError: nothing can be written there.
         VerificationError: what was written reads back otherwise.
     """
-    told = record_appraisal(found)
+    record = record_appraisal(found)
     on_plan = found.photographs[0].on_plan
     # A lens that was given needs no second file.
     calibrated = None if on_plan is None or on_plan.camera.lens.residual == 0.0 else on_plan.camera.lens
     lens = {} if calibrated is None else {"lens.toml": lens_text(calibrated).encode("utf-8")}
     pictures = appraisal_pictures(found)
-    following = "" if told.printed is None else f"\n{next_print(told, plan=told.printed.plan, folder='.')}\n"
+    following = "" if record.printed is None else f"\n{next_print(record, plan=record.printed.plan, folder='.')}\n"
     files = {
-        RECORD: json_bytes(as_json(told)),
-        "appraisal.txt": f"{appraisal_text(told)}\n{following}".encode(),
+        RECORD: json_bytes(as_json(record)),
+        "appraisal.txt": f"{appraisal_text(record)}\n{following}".encode(),
         **appraisal_tables(found),
         **pictures,
-        "report.html": photographs_page(found, told, pictures),
+        "report.html": photographs_page(found, record, pictures),
         **lens,
     }
 
     def verify(written: Path) -> None:
-        verify_record(written / RECORD, told)
+        verify_record(written / RECORD, record)
 
     write_bundle(directory, files, overwrite=overwrite, verify=verify)
-    return told
+    return record
 
 
 def _printed(bundle: Path, plan: PlannedPrint, on_plan: OnPlan) -> PrintedProgram:

@@ -151,19 +151,21 @@ def save_scan(found: AppraisedScan, directory: Path | str, *, overwrite: bool = 
         ExportError: nothing can be written there.
         VerificationError: what was written reads back otherwise.
     """
-    told = record_scan(found)
+    record = record_scan(found)
     files = {
-        RECORD: json_bytes(as_json(told)),
-        "appraisal.txt": f"{scan_text(told)}\n\n{next_print(told, plan=told.printed.plan, folder='.')}\n".encode(),
+        RECORD: json_bytes(as_json(record)),
+        "appraisal.txt": (
+            f"{scan_text(record)}\n\n{next_print(record, plan=record.printed.plan, folder='.')}\n".encode()
+        ),
         "parts.csv": parts_table(found.held.parts),
-        "report.html": scan_page(found, told),
+        "report.html": scan_page(found, record),
     }
 
     def verify(written: Path) -> None:
-        verify_record(written / RECORD, told)
+        verify_record(written / RECORD, record)
 
     write_bundle(directory, files, overwrite=overwrite, verify=verify)
-    return told
+    return record
 
 
 def save_lying(found: LyingScan, directory: Path | str, *, overwrite: bool = False) -> LyingRecord:
@@ -183,20 +185,20 @@ def save_lying(found: LyingScan, directory: Path | str, *, overwrite: bool = Fal
         MeshError: the surface that is there passes through itself.
         VerificationError: what was written reads back otherwise.
     """
-    told = record_lying(found)
+    record = record_lying(found)
     # What no plan could be made on is refused here already.
     surface, _ = prepare(found.lying.surface)
     files = {
-        LYING_RECORD: json_bytes(as_json(told)),
-        "lying.txt": f"{lying_text(told)}\n".encode(),
+        LYING_RECORD: json_bytes(as_json(record)),
+        "lying.txt": f"{lying_text(record)}\n".encode(),
         LYING_MESH: ply_bytes(surface),
     }
 
     def verify(written: Path) -> None:
-        verify_record(written / LYING_RECORD, told)
+        verify_record(written / LYING_RECORD, record)
 
     write_bundle(directory, files, overwrite=overwrite, verify=verify)
-    return told
+    return record
 
 
 def _registered(scan: Scan, surface: Surface, deposit: PlannedDeposit | None, asked: ScanAsked) -> Registration:

@@ -26,7 +26,7 @@ from geoprint.process.feedback import PrintedProgram, dispenser_of
 from geoprint.reporting import PlanRecord, read_record
 from geoprint.robot.arm import Arm
 from geoprint.robot.timing import tips_at
-from geoprint.simulation import Dispenser, Faults, LaidBeads, dispensed_beads, laid_beads
+from geoprint.simulation import DepositedBeads, Dispenser, Faults, deposited_beads, dispensed_beads
 from geoprint.workflow.bundles import RAPID_FOLDER, changes, listed_bundle, stream_of
 from geoprint.workflow.replan import job_from
 from geoprint.workflow.tilting import PART
@@ -37,7 +37,7 @@ MARGIN_SHARE = 0.5
 
 @final
 @frozen
-class LaidPieces:
+class DepositedPieces:
     """What lies on a part, and of which pieces of the plan's runs.
 
     Attributes:
@@ -47,7 +47,7 @@ class LaidPieces:
         lengths: (n,) [mm].
     """
 
-    beads: LaidBeads
+    beads: DepositedBeads
     runs: IntArray
     starts: FloatArray
     lengths: FloatArray
@@ -61,15 +61,15 @@ class LaidPieces:
         return (self.beads.runs >= 0) & (self.beads.runs < self.runs.size)
 
 
-def laid_pieces(
-    folder: Path, plan: PlannedPrint, told: PlanRecord, *, faults: Faults, random: np.random.Generator
-) -> LaidPieces:
+def deposited_pieces(
+    folder: Path, plan: PlannedPrint, record: PlanRecord, *, faults: Faults, random: np.random.Generator
+) -> DepositedPieces:
     """Lay what a bundle commands.
 
     Args:
         folder: of one plan.
         plan: what was read of it.
-        told: its plan.json.
+        record: its plan.json.
         faults: what goes wrong besides.
         random: of the noise.
 
@@ -79,22 +79,22 @@ def laid_pieces(
         VerificationError: a program does not run, or has other targets than its plan, or that of all attitudes was
             changed.
     """
-    if told.robot and read_setup(folder / "setup.json").cell.signals.flow_unstated:
+    if record.robot and read_setup(folder / "setup.json").cell.signals.flow_unstated:
         raise InputError(
             f'{folder}: its cell has mode "analog" and no output that sets the flow, so its program commands no '
             "volume; state signals.flow and signals.flow_per_mm3_s in a cell file, then `geoprint plan --from "
             f"{folder} --cell CELL --out next`."
         )
-    if len(told.robot) > 1:
-        return _of_attitudes(folder, plan, told, faults=faults, random=random)
-    if told.robot:
+    if len(record.robot) > 1:
+        return _of_attitudes(folder, plan, record, faults=faults, random=random)
+    if record.robot:
         program, dispenser = _program(folder)
         beads = dispensed_beads(program, plan.surface, dispenser, height=plan.height, faults=faults, random=random)
     else:
         poses = replace(plan.poses, flow=plan.poses.flow * plan.factors)
-        beads = laid_beads(poses, plan.surface, height=plan.height, faults=faults, random=random)
+        beads = deposited_beads(poses, plan.surface, height=plan.height, faults=faults, random=random)
     lengths = _lengths(plan.poses)
-    return LaidPieces(beads, np.arange(lengths.size), np.zeros(lengths.size), lengths)
+    return DepositedPieces(beads, np.arange(lengths.size), np.zeros(lengths.size), lengths)
 
 
 def printed_program(
@@ -110,12 +110,12 @@ def printed_program(
         ends: (k,) arc length at which it ends [mm].
 
     Raises:
-        InputError: as `laid_pieces`, or an older geoprint wrote the bundle.
+        InputError: as `deposited_pieces`, or an older geoprint wrote the bundle.
         UsageError: its cell is not what a cell is any more.
-        VerificationError: as `laid_pieces`, or what it was planned from was changed.
+        VerificationError: as `deposited_pieces`, or what it was planned from was changed.
     """
-    told, poses = read_record(folder / PLAN, PlanRecord), plan.poses
-    laid = laid_pieces(folder, plan, told, faults=Faults(), random=np.random.default_rng(0))
+    record, poses = read_record(folder / PLAN, PlanRecord), plan.poses
+    deposited_there = deposited_pieces(folder, plan, record, faults=Faults(), random=np.random.default_rng(0))
     numbers = np.unique(poses.runs[poses.deposit])
     lengths, middles = np.zeros(numbers.size), np.zeros((numbers.size, 3))
     deposited = np.zeros(runs.size)
@@ -123,11 +123,11 @@ def printed_program(
         lengths[row], middles[row], arcs, wanted = _run_of(poses, number)
         own = runs == number
         edges = np.append(starts[own], lengths[row])
-        found = _volumes_between(laid, number, edges, margin=MARGIN_SHARE * plan.spacing)
+        found = _volumes_between(deposited_there, number, edges, margin=MARGIN_SHARE * plan.spacing)
         deposited[own] = found / np.maximum(np.diff(np.interp(edges, arcs, wanted)), 1e-12)
     return PrintedProgram(
-        plan=plan.name, part=plan.part, digest=plan.digest, executed=bool(told.robot),
-        dispenser=dispenser_of(job_cell(job_from(folder))), speed=told.settings.speed_mm_s, opened=plan.opened,
+        plan=plan.name, part=plan.part, digest=plan.digest, executed=bool(record.robot),
+        dispenser=dispenser_of(job_cell(job_from(folder))), speed=record.settings.speed_mm_s, opened=plan.opened,
         shut=plan.shut, runs=numbers, lengths=lengths, middles=middles,
         owners=runs, factors=plan.factors_at(runs, 0.5 * (starts + ends)), deposited=deposited,
     )  # fmt: skip
@@ -145,22 +145,22 @@ def _run_of(poses: PoseStream, number: int) -> tuple[float, FloatArray, FloatArr
     return length, np.array(half), arcs, volumes
 
 
-def _volumes_between(laid: LaidPieces, number: int, edges: FloatArray, *, margin: float) -> FloatArray:
+def _volumes_between(deposited: DepositedPieces, number: int, edges: FloatArray, *, margin: float) -> FloatArray:
     """Return the (e - 1,) volume that lies between (e,) arc lengths of a run; what is hardly beyond its ends, too."""
-    beads, piece = laid.beads, np.where(laid.within, laid.beads.runs, 0)
-    there = laid.within & (laid.runs[piece] == number)
-    near = there & (beads.arcs >= -margin) & (beads.arcs <= laid.lengths[piece] + margin)
-    arcs = (beads.arcs + laid.starts[piece])[near]
+    beads, piece = deposited.beads, np.where(deposited.within, deposited.beads.runs, 0)
+    there = deposited.within & (deposited.runs[piece] == number)
+    near = there & (beads.arcs >= -margin) & (beads.arcs <= deposited.lengths[piece] + margin)
+    arcs = (beads.arcs + deposited.starts[piece])[near]
     which = np.clip(np.searchsorted(edges, arcs, side="right") - 1, 0, edges.size - 2)
     return np.bincount(which, beads.volumes[near], minlength=edges.size - 1).astype(np.float64)
 
 
 def _of_attitudes(
-    folder: Path, plan: PlannedPrint, told: PlanRecord, *, faults: Faults, random: np.random.Generator
-) -> LaidPieces:
+    folder: Path, plan: PlannedPrint, record: PlanRecord, *, faults: Faults, random: np.random.Generator
+) -> DepositedPieces:
     if faults.breaks:
         raise UsageError(
-            f"breaks are of runs of one program, and {folder} has one for each of {len(told.robot)} attitudes of a "
+            f"breaks are of runs of one program, and {folder} has one for each of {len(record.robot)} attitudes of a "
             "table; plan the part without a table to break its runs."
         )
     joined = {name: digest for name, digest in listed_bundle(folder).items() if name.startswith(f"{RAPID_FOLDER}/")}
@@ -169,18 +169,18 @@ def _of_attitudes(
             f"{folder / name}: {reason}; over a table the programs of the attitudes by themselves are laid: restore "
             f"this file, and change what is below {folder / PART}1, and so on."
         )
-    laid: list[LaidPieces] = []
-    for number in range(1, len(told.robot) + 1):
+    deposited: list[DepositedPieces] = []
+    for number in range(1, len(record.robot) + 1):
         part = folder / f"{PART}{number}"
         program, dispenser = _program(part)
         beads = dispensed_beads(program, plan.surface, dispenser, height=plan.height, faults=faults, random=random)
-        laid.append(LaidPieces(beads, *_pieces(stream_of(part, told), plan.poses)))
-    return _together(laid)
+        deposited.append(DepositedPieces(beads, *_pieces(stream_of(part, record), plan.poses)))
+    return _together(deposited)
 
 
 def deposited_steps(poses: PoseStream) -> FloatArray:
     """Return the (p - 1,) length on the surface of each step that lays material, 0 for the others [mm]."""
-    return np.asarray(np.linalg.norm(np.diff(poses.surface_points, axis=0), axis=1) * poses.laid)
+    return np.asarray(np.linalg.norm(np.diff(poses.surface_points, axis=0), axis=1) * poses.deposited)
 
 
 def _lengths(poses: PoseStream) -> FloatArray:
@@ -194,10 +194,10 @@ def _pieces(own: PoseStream, whole: PoseStream) -> tuple[IntArray, FloatArray, F
     places = whole.surface_points
     passed = np.concatenate([[0.0], np.cumsum(deposited_steps(whole))])
     begun = np.array([passed[np.argmax(whole.deposit & (whole.runs == run))] for run in range(whole.runs.max() + 1)])
-    rows = np.flatnonzero(whole.laid)
+    rows = np.flatnonzero(whole.deposited)
     # The middles of steps: where a closed run begins it also ends.
     tree = KDTree((places[rows] + places[rows + 1]) / 2.0)
-    lengths, there = _lengths(own), np.flatnonzero(own.laid)
+    lengths, there = _lengths(own), np.flatnonzero(own.deposited)
     firsts = there[np.searchsorted(own.runs[there], np.arange(lengths.size))]
     middles = (own.surface_points[firsts] + own.surface_points[firsts + 1]) / 2.0
     found = rows[np.asarray(tree.query(middles)[1])]
@@ -205,17 +205,22 @@ def _pieces(own: PoseStream, whole: PoseStream) -> tuple[IntArray, FloatArray, F
     return runs, passed[found] - begun[runs], lengths
 
 
-def _together(laid: Sequence[LaidPieces]) -> LaidPieces:
+def _together(deposited: Sequence[DepositedPieces]) -> DepositedPieces:
     """Return the pieces of several programs, numbered through."""
-    firsts = np.cumsum([0, *(each.runs.size for each in laid[:-1])]).tolist()
-    numbered = [np.where(each.within, each.beads.runs + first, -1) for each, first in zip(laid, firsts, strict=True)]
+    firsts = np.cumsum([0, *(each.runs.size for each in deposited[:-1])]).tolist()
+    numbered = [
+        np.where(each.within, each.beads.runs + first, -1) for each, first in zip(deposited, firsts, strict=True)
+    ]
     names = ("places", "normals", "ahead", "widths", "areas", "arcs")
     joined: dict[str, FloatArray] = {
-        name: np.concatenate([getattr(each.beads, name) for each in laid]) for name in names
+        name: np.concatenate([getattr(each.beads, name) for each in deposited]) for name in names
     }
-    return LaidPieces(
-        replace(laid[0].beads, runs=np.concatenate(numbered), **joined),
-        *(np.concatenate(each) for each in zip(*((one.runs, one.starts, one.lengths) for one in laid), strict=True)),
+    return DepositedPieces(
+        replace(deposited[0].beads, runs=np.concatenate(numbered), **joined),
+        *(
+            np.concatenate(each)
+            for each in zip(*((one.runs, one.starts, one.lengths) for one in deposited), strict=True)
+        ),
     )
 
 
@@ -224,7 +229,7 @@ def _program(folder: Path) -> tuple[Dispensing, Dispenser]:
     setup, poses = read_setup(folder / "setup.json"), read_poses_table(folder / "poses.csv")
     table = read_trajectory_table(folder / "trajectory.csv")
     orders = read_orders(
-        folder / "targets.csv", poses, start=setup.start, aloft=setup.aloft, extent=setup.extent,
+        folder / "targets.csv", poses, start=setup.start, lifted=setup.lifted, extent=setup.extent,
         duration=float(table.times[-1]),
     )  # fmt: skip
     cell, placement = setup.cell, setup.placement

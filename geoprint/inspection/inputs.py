@@ -106,15 +106,15 @@ def read_plan(folder: Path) -> PlannedPrint:
     for name, reason in changes(folder, {name: hashes[name] for name in NEEDED if name in hashes}):
         if name in NEEDED:
             raise VerificationError(f"{folder / name}: {reason}; restore it, or plan again.")
-    told = read_record(folder / PLAN, PlanRecord)
+    record = read_record(folder / PLAN, PlanRecord)
     surface = load(folder / "surface.ply", unit="mm")
-    settings, fed = told.settings, told.feedback
-    commanded = stream_of(folder, told)
+    settings, fed = record.settings, record.feedback
+    commanded = stream_of(folder, record)
     flow = commanded.flow if fed is None else read_wanted_flow(folder / FEEDBACK_TABLE, commanded)
     return PlannedPrint(
         name=folder.name,
-        part=told.input.name,
-        digest=told.input.sha256,
+        part=record.input.name,
+        digest=record.input.sha256,
         surface=surface,
         poses=replace(commanded, flow=flow),
         factors=np.divide(commanded.flow, flow, out=np.ones_like(flow), where=flow > 0.0),
@@ -132,11 +132,11 @@ def read_beside(folder: Path) -> tuple[Surface, ...]:
         InputError: the folder is no bundle.
         VerificationError: the body was changed, or cannot be read.
     """
-    hashes, told = listed_bundle(folder), read_record(folder / PLAN, PlanRecord)
-    units = {BODY: told.input.body.unit} if told.input.body is not None else {}
-    if told.settings.patches:
+    hashes, record = listed_bundle(folder), read_record(folder / PLAN, PlanRecord)
+    units = {BODY: record.input.body.unit} if record.input.body is not None else {}
+    if record.settings.patches:
         # Where patches are cut, the part's file is the body that they are cut from.
-        units[PART] = told.input.unit
+        units[PART] = record.input.unit
     for name, reason in changes(folder, {name: hashes.get(name, "") for name in units}):
         if name in units:
             raise VerificationError(f"{folder / name}: {reason}; restore it, or plan again.")

@@ -103,41 +103,41 @@ OF_PLAN, OF_OUTLINE = ", what is planned and has no material purple", ", the out
 EDGES = "{}: white where |dI/dx| + |dI/dy| in even light is above its threshold, the edges as the paper takes them."
 
 
-def photographs_page(found: Appraisal, told: AppraisalRecord, pictures: Mapping[str, bytes]) -> bytes:
+def photographs_page(found: Appraisal, recorded: AppraisalRecord, pictures: Mapping[str, bytes]) -> bytes:
     """Return report.html of photographed prints, in one page that opens offline.
 
     Args:
         found: what was appraised.
-        told: what appraisal.json says.
+        recorded: what appraisal.json says.
         pictures: as `appraisal_pictures` gives them.
     """
-    names = [each.file for each in told.photographs]
-    both = list(zip(found.photographs, told.photographs, strict=True))
-    title = f"geoprint appraise: {', '.join(names)}" + (f" on {told.part}" if told.part else "")
+    names = [each.file for each in recorded.photographs]
+    both = list(zip(found.photographs, recorded.photographs, strict=True))
+    title = f"geoprint appraise: {', '.join(names)}" + (f" on {recorded.part}" if recorded.part else "")
     report = PhotographsReport(
-        verdict=sentence(verdict_on_photographs(told), names),
-        cautions=tuple(each for _, record in both for each in _said(record, told) if _is_caution(each)),
+        verdict=sentence(verdict_on_photographs(recorded), names),
+        cautions=tuple(each for _, record in both for each in _said(record, recorded) if _is_caution(each)),
         photographs=tuple(
-            _view(each, record, told, pictures=_pictures(record, pictures, number))
+            _view(each, record, recorded, pictures=_pictures(record, pictures, number))
             for number, (each, record) in enumerate(both, start=1)
         ),
-        figures=RowsReport(PHOTOGRAPH_COLUMNS, tuple(photograph_rows(told))),
-        said=tuple(sentence(each, names) for each in pair_sentences(told)),
-        distances=_distances(told) if told.pairs else None,
-        settings=_photograph_settings(told),
-        inputs=tuple((each.file, each.sha256) for each in told.photographs),
+        figures=RowsReport(PHOTOGRAPH_COLUMNS, tuple(photograph_rows(recorded))),
+        said=tuple(sentence(each, names) for each in pair_sentences(recorded)),
+        distances=_distances(recorded) if recorded.pairs else None,
+        settings=_photograph_settings(recorded),
+        inputs=tuple((each.file, each.sha256) for each in recorded.photographs),
         versions=(("Python", platform.python_version()), *((name, version(name)) for name in PHOTOGRAPH_PACKAGES)),
     )
     return photographs_report(report, title=title)
 
 
 def _view(
-    each: AppraisedPhotograph, record: PhotographRecord, told: AppraisalRecord, *, pictures: tuple[Picture, ...]
+    each: AppraisedPhotograph, record: PhotographRecord, recorded: AppraisalRecord, *, pictures: tuple[Picture, ...]
 ) -> PhotographView:
     on_plan = record.on_plan
     return PhotographView(
         name=record.file,
-        said=tuple(said for said in _said(record, told) if not _is_caution(said)),
+        said=tuple(said for said in _said(record, recorded) if not _is_caution(said)),
         pictures=pictures,
         runs=None if on_plan is None else RowsReport(RUN_COLUMNS, tuple(photographed_run_rows(on_plan))),
         faults=RowsReport(LINE_COLUMNS if on_plan is None else PLAN_COLUMNS, tuple(fault_rows(each))),
@@ -145,10 +145,10 @@ def _view(
     )
 
 
-def _said(record: PhotographRecord, told: AppraisalRecord) -> list[str]:
+def _said(record: PhotographRecord, recorded: AppraisalRecord) -> list[str]:
     """Return the sentences on a photograph, notes and warnings among them."""
     on_plan = [] if record.on_plan is None else plan_sentences(record, record.on_plan)
-    return [sentence(each, (record.file,)) for each in (*on_plan, *looked_for(told, record))]
+    return [sentence(each, (record.file,)) for each in (*on_plan, *looked_for(recorded, record))]
 
 
 def _is_caution(said: str) -> bool:
@@ -174,22 +174,22 @@ def _widths(each: AppraisedPhotograph) -> FloatArray:
     return widths / widths.mean() if widths.size else widths
 
 
-def _distances(told: AppraisalRecord) -> PathDistances:
-    names = tuple(each.file for each in told.photographs)
+def _distances(record: AppraisalRecord) -> PathDistances:
+    names = tuple(each.file for each in record.photographs)
     hausdorff, mean = np.zeros((2, len(names), len(names)))
-    for (one, other), apart in apart_by_numbers(told).items():
+    for (one, other), apart in apart_by_numbers(record).items():
         hausdorff[[one, other], [other, one]] = apart.hausdorff
         mean[[one, other], [other, one]] = apart.mean
     return PathDistances(names, hausdorff, mean)
 
 
-def _photograph_settings(told: AppraisalRecord) -> tuple[tuple[str, str], ...]:
-    plan = () if told.plan is None else (("plan", told.plan),)
+def _photograph_settings(record: AppraisalRecord) -> tuple[tuple[str, str], ...]:
+    plan = () if record.plan is None else (("plan", record.plan),)
     return (
         *plan,
-        ("beads are", f"{told.shade} than what they lie on"),
-        ("width of beads", "chosen, each photograph its own" if told.width_chosen else "given"),
-        ("threshold of the contrast", "chosen (Otsu), each photograph its own" if told.threshold_chosen else "given"),
+        ("beads are", f"{record.shade} than what they lie on"),
+        ("width of beads", "chosen, each photograph its own" if record.width_chosen else "given"),
+        ("threshold of the contrast", "chosen (Otsu), each photograph its own" if record.threshold_chosen else "given"),
     )
 
 
@@ -203,12 +203,12 @@ SCAN_PACKAGES = ("geoprint", "numpy", "scipy")
 LABEL = "measured thickness / planned thickness\n(blue: too thin, red: too thick, grey: not seen)"
 
 
-def scan_page(found: AppraisedScan, told: ScanAppraisalRecord) -> bytes:
+def scan_page(found: AppraisedScan, record: ScanAppraisalRecord) -> bytes:
     """Return report.html of a scanned print, in one page that opens offline.
 
     Args:
         found: what was appraised.
-        told: what appraisal.json says.
+        record: what appraisal.json says.
     """
     cells = found.held.cells
     edge = float(np.sqrt(4.0 / np.sqrt(3.0) * face_areas(found.surface).sum() / VIEWED_FACES))
@@ -218,40 +218,41 @@ def scan_page(found: AppraisedScan, told: ScanAppraisalRecord) -> bytes:
     ratios = np.full(len(cells.planned), np.nan)
     ratios[judged] = cells.thickness[judged] / cells.planned[judged]
     thickness = ratios[np.asarray(KDTree(cells.places).query(drawn.vertices)[1])]
-    sentences = [sentence(each, (told.scan.file,)) for each in scan_sentences(told)]
+    sentences = [sentence(each, (record.scan.file,)) for each in scan_sentences(record)]
     cautions = [each for each in sentences if each.startswith(("Note", "Warning"))]
     places, offsets = _path(found)
     report = ScanReport(
-        name=told.printed.part,
+        name=record.printed.part,
         verdict=tuple(each for each in sentences if each not in cautions),
-        cautions=(*cautions, f"{next_print(told, plan=told.printed.plan, folder='.').capitalize()}."),
+        cautions=(*cautions, f"{next_print(record, plan=record.printed.plan, folder='.').capitalize()}."),
         surface=drawn,
         R_view_work=found.upright,
         spacing=found.spacing,
         figures=(
-            ("volume", f"{told.volume_ratio.value:.1%}"),
-            ("thickness", f"{told.thickness_mm.value:.3f} mm"),
-            ("seen", f"{told.seen:.1%}"),
-            ("covered", f"{told.covered.value:.1%}"),
+            ("volume", f"{record.volume_ratio.value:.1%}"),
+            ("thickness", f"{record.thickness_mm.value:.3f} mm"),
+            ("seen", f"{record.seen:.1%}"),
+            ("covered", f"{record.covered.value:.1%}"),
         ),
         thickness=thickness,
         ratios=ratios,
-        still=_still(drawn, thickness, found, told),
+        still=_still(drawn, thickness, found, record),
         places=places,
         offsets=offsets,
         columns=SCANNED_COLUMNS,
-        rows=tuple(scanned_run_rows(told.runs)),
-        settings=_settings(found, told),
-        inputs=((told.scan.file, told.scan.sha256),),
+        rows=tuple(scanned_run_rows(record.runs)),
+        settings=_settings(found, record),
+        inputs=((record.scan.file, record.scan.sha256),),
         versions=(("Python", platform.python_version()), *((name, version(name)) for name in SCAN_PACKAGES)),
     )
-    return scan_report(report, title=f"geoprint appraise: {told.scan.file} on {told.printed.part}")
+    return scan_report(report, title=f"geoprint appraise: {record.scan.file} on {record.printed.part}")
 
 
-def _still(drawn: Surface, thickness: FloatArray, found: AppraisedScan, told: ScanAppraisalRecord) -> Picture:
+def _still(drawn: Surface, thickness: FloatArray, found: AppraisedScan, record: ScanAppraisalRecord) -> Picture:
     """Return the map of the thickness as a picture."""
     caption = (
-        f"{told.printed.part}: measured thickness over the planned one, cell by cell. Blue: too thin, red: too thick, "
+        f"{record.printed.part}: measured thickness over the planned one, cell by cell. Blue: too thin, red: too "
+        f"thick, "
         "grey: not seen by the scan, or nothing is planned there."
     )
     content = thickness_figure(drawn, thickness, R_view_work=found.upright, title="", ends=MEASURED_RANGE, label=LABEL)
@@ -265,11 +266,11 @@ def _path(found: AppraisedScan) -> tuple[FloatArray, IntArray]:
     return parts.places, np.append(firsts, len(parts.runs))
 
 
-def _settings(found: AppraisedScan, told: ScanAppraisalRecord) -> tuple[tuple[str, str], ...]:
+def _settings(found: AppraisedScan, record: ScanAppraisalRecord) -> tuple[tuple[str, str], ...]:
     return (
-        ("plan", told.printed.plan),
+        ("plan", record.printed.plan),
         ("spacing [mm]", f"{found.spacing:g}"),
-        ("layer height [mm]", f"{told.layer_height_mm:g}"),
-        ("unit of the scan", told.scan.unit),
-        ("pose", "given" if told.registration.given else "as the scan stands"),
+        ("layer height [mm]", f"{record.layer_height_mm:g}"),
+        ("unit of the scan", record.scan.unit),
+        ("pose", "given" if record.registration.given else "as the scan stands"),
     )

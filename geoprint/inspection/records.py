@@ -60,7 +60,7 @@ APPRAISAL_SCHEMA = 2
 def record_appraisal(found: Appraisal) -> AppraisalRecord:
     """Return what appraisal.json says: the source of text and tables."""
     names = [each.photograph.name for each in found.photographs]
-    told = AppraisalRecord(
+    record = AppraisalRecord(
         schema=APPRAISAL_SCHEMA,
         version=version("geoprint"),
         kind="photographs",
@@ -76,7 +76,7 @@ def record_appraisal(found: Appraisal) -> AppraisalRecord:
             for one, other, distances in found.pairs
         ),
     )
-    return sealed(told)
+    return sealed(record)
 
 
 def _photograph(each: AppraisedPhotograph) -> PhotographRecord:
@@ -248,7 +248,7 @@ def record_scan(found: AppraisedScan) -> ScanAppraisalRecord:
     seen = wanted & cells.seen
     area = float(cells.areas[seen].sum())
     volume, planned = _volume(held, seen), float((cells.areas * cells.planned)[seen].sum())
-    told = ScanAppraisalRecord(
+    record = ScanAppraisalRecord(
         schema=SCAN_SCHEMA,
         version=version("geoprint"),
         kind="scan",
@@ -270,7 +270,7 @@ def record_scan(found: AppraisedScan) -> ScanAppraisalRecord:
         runs=tuple(_run(held.parts, number, found) for number in np.unique(held.parts.runs).tolist()),
         parts=tuple(_part(held.parts, k) for k in range(np.size(held.parts.runs))),
     )
-    return sealed(told)
+    return sealed(record)
 
 
 def _shift(found: AppraisedScan) -> PrintShift | None:

@@ -419,8 +419,8 @@ def _parabolas(sums: FloatArray) -> FloatArray:
     n, x, xx, y, xy = sums.T
     mean, level = x / np.maximum(n, 1.0), y / np.maximum(n, 1.0)
     spread = xx - x * mean
-    told = spread > LEVEL_SHARE * xx
-    bend = np.where(told, (xy - x * level) / np.where(told, spread, 1.0), 0.0)
+    record = spread > LEVEL_SHARE * xx
+    bend = np.where(record, (xy - x * level) / np.where(record, spread, 1.0), 0.0)
     return np.column_stack([level - bend * mean, bend])
 
 

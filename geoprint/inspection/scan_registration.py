@@ -111,7 +111,7 @@ class _PointRows:
         rows: (k, n) how residuals change with the parameters.
         residuals: (k,) heights above the model [mm].
         sizes: (k,) how much longer a residual is than the distance from the sloping surface.
-        laid: (k,) height of the model [mm].
+        deposited: (k,) height of the model [mm].
         parts: (k,) part of a run that each is over.
         blocks: (k, 3) block of surface.
         middle: (3,) of all points [mm].
@@ -121,7 +121,7 @@ class _PointRows:
     rows: FloatArray
     residuals: FloatArray
     sizes: FloatArray
-    laid: FloatArray
+    deposited: FloatArray
     parts: IntArray
     blocks: IntArray
     middle: FloatArray
@@ -203,16 +203,16 @@ def _rows(
     slopes = target.material.slopes[which]
     heights = target.material.heights[which] + np.einsum("ksx,kx->ks", slopes, aside)
     across = up - np.einsum("s,ksx->kx", shares[:-1], slopes)
-    laid = heights @ shares[:-1]
+    deposited = heights @ shares[:-1]
     deposit = target.deposit
     block = BARE_BLOCK_SHARE * target.size if deposit is None else BLOCK_SHARE * deposit.spacing
     turned = np.cross(here - middle, across).astype(np.float64)
     scaled = ((here - middle) * across).sum(axis=1, keepdims=True)
     return _PointRows(
         rows=np.column_stack([turned, across, -heights, *([scaled] if scaling else [])]),
-        residuals=high - laid,
+        residuals=high - deposited,
         sizes=np.linalg.norm(across, axis=1),
-        laid=laid,
+        deposited=deposited,
         parts=target.parts[which],
         blocks=np.floor(here / block).astype(np.int64),
         middle=middle,
@@ -232,10 +232,10 @@ def _equations(found: _PointRows, shares: FloatArray, units: FloatArray) -> _Nor
     def summed(values: FloatArray) -> FloatArray:
         return np.bincount(found.parts, values, minlength=most).astype(np.float64)
 
-    stiff = summed(weights * found.laid**2)
-    stiff = stiff + _deviation(summed(weights * found.laid * residuals), stiff) ** -2.0
-    taken = np.column_stack([summed(weights * found.laid * row) / stiff for row in rows.T])
-    eliminated = rows - found.laid[:, None] * taken[found.parts]
+    stiff = summed(weights * found.deposited**2)
+    stiff = stiff + _deviation(summed(weights * found.deposited * residuals), stiff) ** -2.0
+    taken = np.column_stack([summed(weights * found.deposited * row) / stiff for row in rows.T])
+    eliminated = rows - found.deposited[:, None] * taken[found.parts]
     pulls = eliminated * (weights * residuals)[:, None]
     count = rows.shape[1]
     away = (shares - EXPECTED)[: count - POSE] / units[POSE:]

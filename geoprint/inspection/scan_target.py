@@ -93,9 +93,9 @@ class PlannedDeposit:
             spread: width of the beads, over the flow over the height of the layer.
             offset: by which all lie to the left of their paths, as seen from outside [mm].
         """
-        laid = self.runs.places + offset * self.lefts
+        deposited = self.runs.places + offset * self.lefts
         parts = [
-            self._batch(places[start : start + BATCH], normals[start : start + BATCH], laid, spread * self.width)
+            self._batch(places[start : start + BATCH], normals[start : start + BATCH], deposited, spread * self.width)
             for start in range(0, max(len(places), 1), BATCH)
         ]
         return Deposited(*(np.concatenate(each) for each in zip(*parts, strict=True)))
@@ -106,17 +106,19 @@ class PlannedDeposit:
         return np.asarray(away), np.asarray(which)
 
     def _batch(
-        self, places: FloatArray, normals: FloatArray, laid: FloatArray, width: float
+        self, places: FloatArray, normals: FloatArray, deposited: FloatArray, width: float
     ) -> tuple[FloatArray, FloatArray]:
         runs, count = self.runs, len(places)
         radii = 0.5 * width * np.exp([SPREAD_STEP, 0.0, -SPREAD_STEP])
         longest = 0.5 * float(runs.lengths.max())
-        near = KDTree(places).sparse_distance_matrix(KDTree(laid), float(radii.max()) + longest, output_type="ndarray")
+        near = KDTree(places).sparse_distance_matrix(
+            KDTree(deposited), float(radii.max()) + longest, output_type="ndarray"
+        )
         place, stretch = near["i"], near["j"]
-        off, flows = places[place] - laid[stretch], runs.flows[stretch]
+        off, flows = places[place] - deposited[stretch], runs.flows[stretch]
         found: list[FloatArray] = []
         for radius in radii.tolist():
-            high, slope = _laid(off, runs.ahead[stretch], runs.lengths[stretch], radius)
+            high, slope = _deposited(off, runs.ahead[stretch], runs.lengths[stretch], radius)
             columns = [high, *slope.T]
             sums = [np.bincount(place, flows * each, minlength=count) for each in columns]
             found.append(np.column_stack(sums).astype(np.float64))
@@ -129,7 +131,7 @@ class PlannedDeposit:
         return heights, slopes - across[:, :, None] * normals[:, None, :]
 
 
-def _laid(
+def _deposited(
     off: FloatArray, ahead: FloatArray, lengths: FloatArray, radius: float
 ) -> tuple[FloatArray, NDArray[np.float64]]:
     """Return (j,) height over (j, 3) places about straight stretches of flow 1, and its (j, 3) gradient."""

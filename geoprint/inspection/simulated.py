@@ -10,7 +10,7 @@ import numpy as np
 
 from geoprint.geometry import mean_normal
 from geoprint.inspection.camera import Lens
-from geoprint.inspection.executing import LaidPieces, deposited_steps, laid_pieces
+from geoprint.inspection.executing import DepositedPieces, deposited_pieces, deposited_steps
 from geoprint.inspection.inputs import PlannedPrint, lens_text, read_plan
 from geoprint.inspection.text import grid
 from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
@@ -19,9 +19,9 @@ from geoprint.reporting import PlanRecord, as_json, read_record
 from geoprint.reporting.records.inspection import SIMULATED_SCHEMA, SimulatedRecord, SimulatedRunRecord
 from geoprint.reporting.records.rounding import verify_record
 from geoprint.simulation import (
+    DepositedBeads,
     Development,
     Faults,
-    LaidBeads,
     Lighting,
     Sensor,
     Viewpoint,
@@ -37,7 +37,7 @@ from geoprint.simulation import (
 COLUMNS = ("run", "wanted mm3", "laid mm3", "laid / wanted", "beside mm3", "longest bare mm")
 
 
-def simulated_text(told: SimulatedRecord) -> str:
+def simulated_text(record: SimulatedRecord) -> str:
     """Return a table of the runs, and how the print was laid."""
     rows = [
         [
@@ -45,23 +45,23 @@ def simulated_text(told: SimulatedRecord) -> str:
             f"{each.laid_mm3 / each.wanted_mm3:.3f}",
             f"{each.beside_mm3:.2f}", f"{each.longest_bare_mm:.2f}",
         ]
-        for each in told.runs
+        for each in record.runs
     ]  # fmt: skip
-    share = told.laid_mm3 / told.wanted_mm3
+    share = record.laid_mm3 / record.wanted_mm3
     by = (
         "by its program, executed as it stands in the folder, with the lags of its cell"
-        if told.laid_by == "program"
+        if record.laid_by == "program"
         else "by its paths, because it has no program"
     )
     put_in = (
-        f"put in: flow x {told.flow:g}, width of beads x {told.spread:g} +/- "
-        f"{told.width_noise:.1%}, {told.offset_mm:+g} mm to the left; seed {told.seed}"
+        f"put in: flow x {record.flow:g}, width of beads x {record.spread:g} +/- "
+        f"{record.width_noise:.1%}, {record.offset_mm:+g} mm to the left; seed {record.seed}"
     )
     return "\n".join(
         [
             *grid(COLUMNS, rows),
             "",
-            f"{told.plan}: {told.laid_mm3:.1f} mm3 laid in silico, {share:.3f} of what its paths ask for, {by}",
+            f"{record.plan}: {record.laid_mm3:.1f} mm3 laid in silico, {share:.3f} of what its paths ask for, {by}",
             put_in,
         ]
     )
@@ -90,7 +90,7 @@ class SimulatedPrint:
         seed: of the noise.
         runs: (r,) runs of the plan that lay material.
         wanted: (r,) volume that its paths ask for [mm3].
-        laid: (r,) volume that lies along each [mm3].
+        deposited: (r,) volume that lies along each [mm3].
         beside: (r,) of that, what lies farther than half a spacing before the run's beginning, or behind its end
             [mm3].
         bare: (r,) longest stretch of each without material [mm].
@@ -98,18 +98,18 @@ class SimulatedPrint:
 
     plan: PlannedPrint
     executed: bool
-    beads: LaidBeads
+    beads: DepositedBeads
     faults: Faults
     seed: int
     runs: IntArray
     wanted: FloatArray
-    laid: FloatArray
+    deposited: FloatArray
     beside: FloatArray
     bare: FloatArray
 
     def __post_init__(self) -> None:
         freeze_arrays(
-            self, runs="int: r", wanted="float: r", laid="float: r", beside="float: r", bare="float: r"
+            self, runs="int: r", wanted="float: r", deposited="float: r", beside="float: r", bare="float: r"
         )  # fmt: skip
 
 
@@ -126,28 +126,30 @@ def simulated_print(folder: Path, *, faults: Faults, seed: int) -> SimulatedPrin
 
     Raises:
         InputError: the folder is no bundle, or nothing is laid.
-        UsageError: as `laid_pieces`.
-        VerificationError: a table was changed, or as `laid_pieces`.
+        UsageError: as `deposited_pieces`.
+        VerificationError: a table was changed, or as `deposited_pieces`.
     """
-    plan, told = read_plan(folder), read_record(folder / PLAN, PlanRecord)
-    laid = laid_pieces(folder, plan, told, faults=faults, random=np.random.default_rng(seed))
-    return SimulatedPrint(plan, bool(told.robot), laid.beads, faults, seed, *_summed(plan, laid))
+    plan, record = read_plan(folder), read_record(folder / PLAN, PlanRecord)
+    deposited = deposited_pieces(folder, plan, record, faults=faults, random=np.random.default_rng(seed))
+    return SimulatedPrint(plan, bool(record.robot), deposited.beads, faults, seed, *_summed(plan, deposited))
 
 
-def _summed(plan: PlannedPrint, laid: LaidPieces) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+def _summed(
+    plan: PlannedPrint, deposited: DepositedPieces
+) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return run, wanted, laid, beside and bare of a simulated print."""
-    poses, beads, margin = plan.poses, laid.beads, 0.5 * plan.spacing
+    poses, beads, margin = plan.poses, deposited.beads, 0.5 * plan.spacing
     runs = np.unique(poses.runs[poses.deposit])
     steps = deposited_steps(poses)
     flows = (poses.flow[1:] + poses.flow[:-1]) / 2.0
-    piece = np.where(laid.within, beads.runs, 0)
-    whose, lengths = np.where(laid.within, laid.runs[piece], -1), laid.lengths[piece]
+    piece = np.where(deposited.within, beads.runs, 0)
+    whose, lengths = np.where(deposited.within, deposited.runs[piece], -1), deposited.lengths[piece]
     within = (beads.arcs >= 0.0) & (beads.arcs <= lengths) & (beads.widths > 0.0)
     off = (beads.arcs < -margin) | (beads.arcs > lengths + margin)
     sums, volumes = np.zeros((4, runs.size)), beads.volumes
     for row, run in enumerate(runs.tolist()):
         own, there = poses.runs[1:] == run, whose == run
-        filled = np.sort((beads.arcs + laid.starts[piece])[there & within])
+        filled = np.sort((beads.arcs + deposited.starts[piece])[there & within])
         bare = np.diff(np.concatenate([[0.0], filled, [float(steps[own].sum())]])).max()
         sums[:, row] = (
             float((steps * flows)[own].sum()), float(volumes[there].sum()), float(volumes[there & off].sum()), bare,
@@ -171,9 +173,9 @@ def record_simulated(found: SimulatedPrint) -> SimulatedRecord:
         wanted_mm3=float(found.wanted.sum()),
         laid_mm3=float(found.beads.volumes.sum()),
         runs=tuple(
-            SimulatedRunRecord(run=run, wanted_mm3=wanted, laid_mm3=laid, beside_mm3=beside, longest_bare_mm=bare)
-            for run, wanted, laid, beside, bare in zip(
-                found.runs.tolist(), found.wanted.tolist(), found.laid.tolist(), found.beside.tolist(),
+            SimulatedRunRecord(run=run, wanted_mm3=wanted, laid_mm3=deposited, beside_mm3=beside, longest_bare_mm=bare)
+            for run, wanted, deposited, beside, bare in zip(
+                found.runs.tolist(), found.wanted.tolist(), found.deposited.tolist(), found.beside.tolist(),
                 found.bare.tolist(), strict=True,
             )
         ),
@@ -206,7 +208,7 @@ def save_simulated(
         InputError: the part is not seen from above.
         VerificationError: what was written reads back otherwise.
     """
-    told, surface = record_simulated(found), found.plan.surface
+    record, surface = record_simulated(found), found.plan.surface
     random = np.random.default_rng([found.seed, 1])
     up = mean_normal(surface)
     scan = scanned(
@@ -216,8 +218,8 @@ def save_simulated(
     view = _above(surface, up, PHOTOGRAPH_PIXELS)
     grey = pictured(surface, found.beads, view, Lighting(up), development, random=random)
     files = {
-        "simulated.json": json_bytes(as_json(told)),
-        "simulated.txt": f"{simulated_text(told)}\n".encode(),
+        "simulated.json": json_bytes(as_json(record)),
+        "simulated.txt": f"{simulated_text(record)}\n".encode(),
         "scan.xyz": "".join(f"{x:.4f} {y:.4f} {z:.4f}\n" for x, y, z in scan.points.tolist()).encode(),
         "print.png": png(grey),
         "marks.csv": _marks(scan.feet, view),
@@ -225,10 +227,10 @@ def save_simulated(
     }
 
     def verify(written: Path) -> None:
-        verify_record(written / "simulated.json", told)
+        verify_record(written / "simulated.json", record)
 
     write_bundle(directory, files, overwrite=overwrite, verify=verify)
-    return told
+    return record
 
 
 def _above(surface: Surface, up: FloatArray, pixels: int) -> Viewpoint:

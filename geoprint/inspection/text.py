@@ -39,11 +39,11 @@ RUN_COLUMNS = (
 )  # fmt: skip
 
 
-def appraisal_text(told: AppraisalRecord) -> str:
+def appraisal_text(record: AppraisalRecord) -> str:
     """Return tables and sentences."""
-    lines = grid(PHOTOGRAPH_COLUMNS, photograph_rows(told))
-    for each in told.photographs:
-        lines += ["", *looked_for(told, each)]
+    lines = grid(PHOTOGRAPH_COLUMNS, photograph_rows(record))
+    for each in record.photographs:
+        lines += ["", *looked_for(record, each)]
         if each.on_plan is not None:
             lines += [
                 "",
@@ -51,19 +51,19 @@ def appraisal_text(told: AppraisalRecord) -> str:
                 "",
                 *plan_sentences(each, each.on_plan),
             ]
-    if told.pairs:
-        lines += ["", *_matrix(told)]
+    if record.pairs:
+        lines += ["", *_matrix(record)]
     return "\n".join(lines)
 
 
-def photograph_rows(told: AppraisalRecord) -> list[tuple[str, ...]]:
+def photograph_rows(record: AppraisalRecord) -> list[tuple[str, ...]]:
     """Return the rows of the table of photographs, below `COLUMNS`."""
     return [
         (
             each.file, str(len(each.lines)), f"{each.length_px:.0f}", f"{each.width_mean_px:.2f}",
             f"{each.width_cv:.1%}", str(_breaks(each)),
         )
-        for each in told.photographs
+        for each in record.photographs
     ]  # fmt: skip
 
 
@@ -72,9 +72,9 @@ def photographed_run_rows(found: OnPlanRecord) -> list[tuple[str, ...]]:
     return [_run_row(run) for run in found.runs]
 
 
-def looked_for(told: AppraisalRecord, each: PhotographRecord) -> list[str]:
+def looked_for(record: AppraisalRecord, each: PhotographRecord) -> list[str]:
     """Return what lines were looked for with in a photograph, and notes."""
-    choices = (("width", told.width_chosen), ("threshold", told.threshold_chosen))
+    choices = (("width", record.width_chosen), ("threshold", record.threshold_chosen))
     chosen = " and ".join(name for name, is_chosen in choices if is_chosen)
     how = f", {chosen} chosen from the picture" if chosen else ""
     if each.on_plan is not None and each.on_plan.camera.outline is None:
@@ -82,7 +82,7 @@ def looked_for(told: AppraisalRecord, each: PhotographRecord) -> list[str]:
         looked = f"{each.file}: {size}, beads {each.bead_width_px:.3g} pixels wide"
     else:
         looked = (
-            f"{each.file}: {each.size_px[0]} x {each.size_px[1]} pixels, beads {told.shade} than what they lie on, "
+            f"{each.file}: {each.size_px[0]} x {each.size_px[1]} pixels, beads {record.shade} than what they lie on, "
             f"{each.bead_width_px:.3g} pixels wide, contrast from {each.threshold:.3g} on{how}"
         )
     said = [looked]
@@ -161,10 +161,10 @@ def _placed_camera(each: PhotographRecord, camera: CameraRecord) -> list[str]:
     return [placed, decided]
 
 
-def verdict_on_photographs(told: AppraisalRecord) -> str:
+def verdict_on_photographs(record: AppraisalRecord) -> str:
     """Return the sentence that says what matters most: what is missing of the plan, else how far prints lie apart."""
-    first, *others = told.photographs
-    plans = [(each, each.on_plan) for each in told.photographs if each.on_plan is not None]
+    first, *others = record.photographs
+    plans = [(each, each.on_plan) for each in record.photographs if each.on_plan is not None]
     if plans and not others:
         return plan_sentences(*plans[0])[0]
     if plans:
@@ -176,19 +176,19 @@ def verdict_on_photographs(told: AppraisalRecord) -> str:
             f"together and {first.width_mean_px:.2f} pixels wide (CV {first.width_cv:.1%}), with "
             f"{_counted(_breaks(first), 'break')}"
         )
-    near, *_, far = sorted([told.pairs[0], *told.pairs], key=lambda pair: pair.apart_px.hausdorff)
+    near, *_, far = sorted([record.pairs[0], *record.pairs], key=lambda pair: pair.apart_px.hausdorff)
     nearest = f"the lines of {near.first} and {near.second} lie {near.apart_px.hausdorff:.2f} pixels apart (Hausdorff)"
-    if len(told.pairs) == 1:
+    if len(record.pairs) == 1:
         return f"{nearest}, {near.apart_px.mean:.2f} in the mean"
     return (
-        f"{nearest}, the nearest of {len(told.pairs)} pairs; those of {far.first} and {far.second} "
+        f"{nearest}, the nearest of {len(record.pairs)} pairs; those of {far.first} and {far.second} "
         f"{far.apart_px.hausdorff:.2f}, the farthest"
     )
 
 
-def pair_sentences(told: AppraisalRecord) -> list[str]:
+def pair_sentences(record: AppraisalRecord) -> list[str]:
     """Return how far each two photographs lie apart, there and back."""
-    return [f"{pair.first} to {pair.second} and back: {_apart_text(pair.apart_px)} pixels" for pair in told.pairs]
+    return [f"{pair.first} to {pair.second} and back: {_apart_text(pair.apart_px)} pixels" for pair in record.pairs]
 
 
 def sentence(said: str, names: Collection[str]) -> str:
@@ -244,24 +244,24 @@ def _stretches(stretches: Sequence[Stretch]) -> str:
     return ", ".join([*named, *([f"{more} more"] if more else [])]) or _NONE
 
 
-def apart_by_numbers(told: AppraisalRecord) -> dict[tuple[int, int], ApartRecord]:
+def apart_by_numbers(record: AppraisalRecord) -> dict[tuple[int, int], ApartRecord]:
     """Return how far each two photographs lie apart, by their numbers from 0, the lower first.
 
     Their names may be alike, as of files in two folders.
     """
-    numbers = combinations(range(len(told.photographs)), 2)
-    return {both: pair.apart_px for both, pair in zip(numbers, told.pairs, strict=True)}
+    numbers = combinations(range(len(record.photographs)), 2)
+    return {both: pair.apart_px for both, pair in zip(numbers, record.pairs, strict=True)}
 
 
-def _matrix(told: AppraisalRecord) -> list[str]:
+def _matrix(record: AppraisalRecord) -> list[str]:
     """Return the Hausdorff distances of each two photographs, as the paper's Table II, and what they hide."""
-    names = [each.file for each in told.photographs]
+    names = [each.file for each in record.photographs]
     cells = [["0"] * len(names) for _ in names]
-    for (one, other), apart in apart_by_numbers(told).items():
+    for (one, other), apart in apart_by_numbers(record).items():
         cells[one][other] = cells[other][one] = f"{apart.hausdorff:.4f}"
     rows = [(name, *row) for name, row in zip(names, cells, strict=True)]
     lines = ["Hausdorff distances of the lines [pixels]", *grid(("", *names), rows), ""]
-    return lines + pair_sentences(told)
+    return lines + pair_sentences(record)
 
 
 def _apart_text(apart: ApartRecord) -> str:
@@ -293,35 +293,36 @@ LEAST_BARE = 0.03
 NOTABLE_VOLUME = 0.03
 
 
-def scan_text(told: ScanAppraisalRecord) -> str:
+def scan_text(record: ScanAppraisalRecord) -> str:
     """Return tables and sentences on a scan of a print."""
-    lines = grid(SCANNED_COLUMNS, scanned_run_rows(told.runs))
-    return "\n".join([*lines, "", *scan_sentences(told)])
+    lines = grid(SCANNED_COLUMNS, scanned_run_rows(record.runs))
+    return "\n".join([*lines, "", *scan_sentences(record)])
 
 
-def scan_sentences(told: ScanAppraisalRecord) -> list[str]:
+def scan_sentences(record: ScanAppraisalRecord) -> list[str]:
     """Return what a scan shows of a print in sentences, then notes and warnings."""
-    off, ratio = told.from_plan, told.volume_ratio
+    off, ratio = record.from_plan, record.volume_ratio
     volume = (
-        f"{told.scan.file}: the print has {_said(ratio, '{:.1%}')} of the planned volume where it is seen, and is "
-        f"{_said(told.thickness_mm, '{:.3f}')} mm thick in the mean"
+        f"{record.scan.file}: the print has {_said(ratio, '{:.1%}')} of the planned volume where it is seen, and is "
+        f"{_said(record.thickness_mm, '{:.3f}')} mm thick in the mean"
     )
     covered = (
-        f"of the area to be covered {told.seen:.1%} is seen, and {_said(told.covered, '{:.1%}')} of that has material: "
-        f"{_said(told.volume_seen_mm3, '{:.0f}')} mm3 of {told.volume_planned_mm3:.0f} mm3 planned in all"
+        f"of the area to be covered {record.seen:.1%} is seen, and {_said(record.covered, '{:.1%}')} of that has "
+        f"material: "
+        f"{_said(record.volume_seen_mm3, '{:.0f}')} mm3 of {record.volume_planned_mm3:.0f} mm3 planned in all"
     )
     thickness = (
         f"thickness minus the planned one: {_said(off.mean, '{:+.3f}')} mm in the mean, {off.rms_mm:.3f} mm root mean "
         f"square ({off.noise_mm:.3f} mm of it by the scan), 90 % between {off.p5_mm:+.3f} and {off.p95_mm:+.3f} mm"
     )
     beads = (
-        f"beads are {told.registration.bead_width:.2f} times as wide as their flow over the layer's height, and lie "
-        f"{told.registration.offset_mm:+.3f} mm to the left of their paths"
+        f"beads are {record.registration.bead_width:.2f} times as wide as their flow over the layer's height, and lie "
+        f"{record.registration.offset_mm:+.3f} mm to the left of their paths"
     )
-    lines = [volume, covered, thickness, *_placed(told.scan, told.registration), beads]
-    if told.bare < LEAST_BARE:
+    lines = [volume, covered, thickness, *_placed(record.scan, record.registration), beads]
+    if record.bare < LEAST_BARE:
         lines.append(
-            f"note: only {told.bare:.1%} of the points show the part bare, so that thickness hangs on beads being "
+            f"note: only {record.bare:.1%} of the points show the part bare, so that thickness hangs on beads being "
             "parabolas across; scan what lies around the print as well, or leave a margin"
         )
     if abs(ratio.value - 1.0) > max(NOTABLE_VOLUME, TWO_SIDED * ratio.deviation):
@@ -329,22 +330,24 @@ def scan_sentences(told: ScanAppraisalRecord) -> list[str]:
             f"warning: {abs(ratio.value - 1.0):.0%} {'more' if ratio.value > 1.0 else 'less'} material than planned; "
             "fit the flow anew with `geoprint fit-flow`, or check pressure and material"
         )
-    return [*lines, *shift_sentences(told.scan.file, told.shift)]
+    return [*lines, *shift_sentences(record.scan.file, record.shift)]
 
 
-def lying_text(told: LyingRecord) -> str:
+def lying_text(record: LyingRecord) -> str:
     """Return sentences on a part before it is printed on."""
     lies = (
-        f"{told.part} lies {told.offset_mean_mm:+.3f} mm off its file in the mean, {told.offset_rms_mm:.3f} mm root "
-        f"mean square, {told.offset_least_mm:+.3f} to {told.offset_most_mm:+.3f} mm (+/- "
-        f"{TWO_SIDED * told.deviation_mm:.3f}), over {told.seen:.0%} of its area; allowed are {told.allowed_mm:g} mm"
+        f"{record.part} lies {record.offset_mean_mm:+.3f} mm off its file in the mean, {record.offset_rms_mm:.3f} "
+        f"mm root "
+        f"mean square, {record.offset_least_mm:+.3f} to {record.offset_most_mm:+.3f} mm (+/- "
+        f"{TWO_SIDED * record.deviation_mm:.3f}), over {record.seen:.0%} of its area; allowed are "
+        f"{record.allowed_mm:g} mm"
     )
     fitted = (
-        f"fitted smoothly over {told.smoothing_mm:.2g} mm, from which {told.scan.used} points are off by "
-        f"{told.residual_mm:.3f} mm (standard deviation)"
+        f"fitted smoothly over {record.smoothing_mm:.2g} mm, from which {record.scan.used} points are off by "
+        f"{record.residual_mm:.3f} mm (standard deviation)"
     )
-    mesh = f"{told.mesh} is the surface that is there: plan on it with `geoprint plan {told.mesh} --unit mm`"
-    return "\n".join([lies, fitted, *_placed(told.scan, told.registration), mesh])
+    mesh = f"{record.mesh} is the surface that is there: plan on it with `geoprint plan {record.mesh} --unit mm`"
+    return "\n".join([lies, fitted, *_placed(record.scan, record.registration), mesh])
 
 
 def scanned_run_rows(runs: Sequence[ScannedRunRecord]) -> list[tuple[str, ...]]:

@@ -144,7 +144,7 @@ def _turned(ground: Ground, vertices: FloatArray, faces: IntArray, lean: FloatAr
     return turned
 
 
-def laid_flat(ground: Ground, surface: Surface) -> Surface:
+def flattened_band(ground: Ground, surface: Surface) -> Surface:
     """Return a surface in which no face has turned over: what turning edges leaves is drawn to the middle of its ring.
 
     That is the last resort, off the level by as much as faces there are long; it meets a few vertices in a crease.
@@ -212,7 +212,7 @@ def on_level(ground: Ground, surface: Surface, *, height: float, tolerance: floa
             break
         surface = _halved(ground, surface, ends, height=height, tolerance=tolerance)
         surface = trimmed(ground, surface, hole=hole)
-    return laid_flat(ground, surface)
+    return flattened_band(ground, surface)
 
 
 def fine_where(

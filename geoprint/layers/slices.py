@@ -124,11 +124,11 @@ def _beads(seen: FloatArray, poses: PoseStream, *, height: float) -> tuple[Float
     straight = np.abs(steps[:, 2]) / np.where(lengths > 0.0, lengths, 1.0)
     oblique = straight * MOST_OBLIQUE < 1.0
     over = seen[:, 2] >= 0.0
-    (across,) = np.nonzero(poses.laid & ~oblique & (over[1:] != over[:-1]))
+    (across,) = np.nonzero(poses.deposited & ~oblique & (over[1:] != over[:-1]))
     share = seen[across, 2] / -steps[across, 2]
     # A bead along the plane is cut where the plane lies within it, and drawn in pieces that bend with the layer.
     middles = np.abs(seen[:-1, 2] + 0.5 * steps[:, 2])
-    (lengthwise,) = np.nonzero(poses.laid & oblique & (lengths > 0.0) & (middles <= 0.5 * wide))
+    (lengthwise,) = np.nonzero(poses.deposited & oblique & (lengths > 0.0) & (middles <= 0.5 * wide))
     starts, ends = _pieces(lengthwise, lengths, wide)
     places = np.concatenate([
         (seen[across] + share[:, None] * steps[across])[:, :2], 0.5 * (seen[starts] + seen[ends + 1])[:, :2],

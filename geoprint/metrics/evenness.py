@@ -2,7 +2,7 @@
 
 The headline is the layer that a constant flow leaves (`thickness`), with what the paths cover once (`coverage`). The
 spacing to the left and to the right (`sides`) and from level to level (`levels`) are details. Distances are those of
-the shortest way over the triangles, from an oracle that belongs to no backend (`quality.oracle`). Runs that touch end
+the shortest way over the triangles, from an oracle that belongs to no backend (`metrics.oracle`). Runs that touch end
 to end are one, so that it does not matter where and how a path is cut.
 """
 
@@ -28,7 +28,7 @@ from geoprint.metrics.oracle import (
     trace,
 )
 from geoprint.metrics.sides import SideSpacing, side_spacing
-from geoprint.metrics.spacing import LARGEST_TRIANGLE, SAMPLES_PER_SPACING, SpacingAt, laid_area, shares_at
+from geoprint.metrics.spacing import LARGEST_TRIANGLE, SAMPLES_PER_SPACING, SpacingAt, deposited_area, shares_at
 from geoprint.metrics.thickness import LevelledLayer, Thickness, stretches_of_path
 from geoprint.model import (
     FLOW_SHARES,
@@ -372,7 +372,7 @@ def _measured(
         overlap=covered.overlap,
         hole=covered.hole,
         unknown=covered.unknown,
-        fill=laid_area(mesh, path, wanted, spacing=spacing) / covered.area,
+        fill=deposited_area(mesh, path, wanted, spacing=spacing) / covered.area,
         off_mean=float(paths.off.mean()),
         off_max=float(paths.off.max()),
         judged_places=covered.places,

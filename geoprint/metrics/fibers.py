@@ -140,14 +140,14 @@ def overhang(poses: PoseStream, *, up: FloatArray, critical: float) -> Overhang:
         The figures. A worst place is the steepest of neighbouring poses of one run that overhang; the earlier one
         among equals.
     """
-    laid = np.flatnonzero(poses.laid)
+    deposited = np.flatnonzero(poses.deposited)
     ups = np.broadcast_to(up, poses.normals.shape)
-    ends = [angles_between(poses.normals[laid + step], ups[laid + 1]) for step in (0, 1)]
-    lengths = np.linalg.norm(poses.tips[laid + 1] - poses.tips[laid], axis=1)
+    ends = [angles_between(poses.normals[deposited + step], ups[deposited + 1]) for step in (0, 1)]
+    lengths = np.linalg.norm(poses.tips[deposited + 1] - poses.tips[deposited], axis=1)
     length, total = float(lengths[np.maximum(*ends) > critical].sum()), float(lengths.sum())
     angles = np.zeros(poses.count)
     for step in (0, 1):
-        np.maximum.at(angles, laid + step, ends[step])
+        np.maximum.at(angles, deposited + step, ends[step])
     rows = _worst(angles, poses.runs, critical=critical)
     return Overhang(
         critical, length, length / total if total else 0.0, float(angles.max(initial=0.0)), rows, angles[rows]

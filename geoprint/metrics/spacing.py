@@ -318,7 +318,7 @@ def shares_at(mesh: FlatMesh, places: Places, wanted: SpacingAt | None, *, spaci
     return np.ones(places.faces.size) if wanted is None else wanted(spatial(mesh, places)) / spacing
 
 
-def laid_area(mesh: FlatMesh, path: SurfacePath, wanted: SpacingAt | None, *, spacing: float) -> float:
+def deposited_area(mesh: FlatMesh, path: SurfacePath, wanted: SpacingAt | None, *, spacing: float) -> float:
     """Return how much a path covers where it is as wide as the wanted spacing [mm2]."""
     if wanted is None:
         return float(path.lengths.sum()) * spacing

@@ -60,7 +60,7 @@ def flow_by_time(
         rate: volume that flows in a second [mm3/s].
         settle: how long the flow rises to that where a deposit begins, of which the times know nothing [s].
     """
-    begins = poses.laid & ~np.insert(poses.laid[:-1], 0, np.False_)
+    begins = poses.deposited & ~np.insert(poses.deposited[:-1], 0, np.False_)
     return _spread(poses, rate * (_open(times, material) + begins * settle / 2.0))
 
 
@@ -89,14 +89,14 @@ def flow_of_all(whole: PoseStream, parts: Sequence[tuple[PoseStream, FloatArray]
     rows, middles, _ = _steps(whole, np.zeros(whole.count))
     tree, volumes = KDTree(middles), np.zeros(whole.count - 1)
     for poses, flow in parts:
-        _, places, laid = _steps(poses, flow)
-        np.add.at(volumes, rows[np.asarray(tree.query(places)[1])], laid)
+        _, places, deposited = _steps(poses, flow)
+        np.add.at(volumes, rows[np.asarray(tree.query(places)[1])], deposited)
     return _spread(whole, volumes)
 
 
-def laid_volume(poses: PoseStream, flow: FloatArray) -> float:
+def deposited_volume(poses: PoseStream, flow: FloatArray) -> float:
     """Return the volume that a (p,) flow lays along a path [mm3]: linear between the poses [mm3/mm]."""
-    return float((poses.bead_lengths * (flow[:-1] + flow[1:]) / 2.0)[poses.laid].sum())
+    return float((poses.bead_lengths * (flow[:-1] + flow[1:]) / 2.0)[poses.deposited].sum())
 
 
 def deposited_shares(poses: PoseStream, flow: FloatArray, *, layer_height: float) -> tuple[IntArray, FloatArray]:
@@ -109,7 +109,7 @@ def deposited_shares(poses: PoseStream, flow: FloatArray, *, layer_height: float
         flow: (p,) that is deposited [mm3/mm].
         layer_height: [mm].
     """
-    rows = np.flatnonzero(poses.laid)
+    rows = np.flatnonzero(poses.deposited)
     runs, own = np.unique(poses.runs[rows + 1], return_inverse=True)
     found, wanted = (
         np.bincount(own, (poses.bead_lengths * (each[:-1] + each[1:]) / 2.0)[rows]) for each in (flow, poses.flow)
@@ -120,7 +120,7 @@ def deposited_shares(poses: PoseStream, flow: FloatArray, *, layer_height: float
 
 def _steps(poses: PoseStream, flow: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
     """Return first poses (k,) of the steps that lay material, their middles (k, 3) and volumes (k,) [mm, mm3]."""
-    rows, places = np.flatnonzero(poses.laid), poses.surface_points
+    rows, places = np.flatnonzero(poses.deposited), poses.surface_points
     volumes = poses.bead_lengths * (flow[:-1] + flow[1:]) / 2.0
     return rows, (places[rows] + places[rows + 1]) / 2.0, volumes[rows]
 
@@ -141,9 +141,9 @@ def _spread(poses: PoseStream, volumes: FloatArray) -> FloatArray:
 
     A volume where the tip stands still comes to its neighbours.
     """
-    laid = np.where(poses.laid, volumes, 0.0)
-    lengths = np.where(poses.laid, poses.bead_lengths, 0.0)
-    total, along = (np.append(each, 0.0) + np.insert(each, 0, 0.0) for each in (laid, lengths))
+    deposited = np.where(poses.deposited, volumes, 0.0)
+    lengths = np.where(poses.deposited, poses.bead_lengths, 0.0)
+    total, along = (np.append(each, 0.0) + np.insert(each, 0, 0.0) for each in (deposited, lengths))
     return np.divide(total, along, out=np.zeros_like(total), where=along > 0.0)
 
 
@@ -211,7 +211,7 @@ def column_feet(part: Surface, *, count: int) -> ColumnFeet:
     return ColumnFeet(positions(part, points), normals(part, points))
 
 
-def laid_over(
+def deposited_over(
     feet: ColumnFeet, ground: Ground, level: Surface, thicknesses: FloatArray, *, bottom: float, height: float
 ) -> FloatArray:
     """Return how thick a layer becomes on each column.
@@ -308,7 +308,7 @@ class Finished:
 
 
 def finished(
-    laid: FloatArray, wanted: FloatArray, *, met: BoolArray, within: BoolArray, bottoms: FloatArray, height: float
+    deposited: FloatArray, wanted: FloatArray, *, met: BoolArray, within: BoolArray, bottoms: FloatArray, height: float
 ) -> Finished | None:
     """Return how a stack comes out.
 
@@ -317,7 +317,7 @@ def finished(
     through a side is wanted to have the whole layers below that, and nothing higher counts.
 
     Args:
-        laid: (l, k) thickness of each layer on each column [mm].
+        deposited: (l, k) thickness of each layer on each column [mm].
         wanted: (k,) thickness that the stack shall have there [mm].
         met: (l, k) whether a column has met others below the top of each layer.
         within: (l, k) whether it is between the sides in the middle of each layer.
@@ -337,7 +337,7 @@ def finished(
     if not judged.any():
         return None
     ratios = np.full(wanted.size, np.nan)
-    ratios[judged] = np.where(standing, laid, 0.0)[:, judged].sum(axis=0) / wanted[judged]
+    ratios[judged] = np.where(standing, deposited, 0.0)[:, judged].sum(axis=0) / wanted[judged]
     found = ratios[judged]
     p1, p99 = np.percentile(found, (1.0, 99.0)).tolist()
     return Finished(

@@ -190,13 +190,13 @@ def stretches_of_poses(poses: PoseStream, *, spacing: float) -> Stretches:
         poses: p of them.
         spacing: [mm].
     """
-    laid = np.flatnonzero(poses.laid)
+    deposited = np.flatnonzero(poses.deposited)
     points = poses.surface_points
-    start, along = points[laid], points[laid + 1] - points[laid]
+    start, along = points[deposited], points[deposited + 1] - points[deposited]
     lengths = np.linalg.norm(along, axis=1)
     owner, shares, counts = cut_evenly(lengths, step=STRETCH_SHARE * spacing)
     places = start[owner] + shares[:, None] * along[owner]
-    return Stretches(places, (lengths / counts)[owner], laid[owner], shares)
+    return Stretches(places, (lengths / counts)[owner], deposited[owner], shares)
 
 
 def stretches_of_path(mesh: FlatMesh, path: SurfacePath, samples: Samples, *, spacing: float) -> Stretches:

@@ -111,14 +111,14 @@ class PoseStream:
         return int(self.runs.size)
 
     @property
-    def laid(self) -> BoolArray:
+    def deposited(self) -> BoolArray:
         """(p - 1,) whether material is laid between each pose and the next."""
         return self.deposit[1:] & self.deposit[:-1] & (self.runs[1:] == self.runs[:-1])
 
     @property
     def stops_while_laying(self) -> int:
         """How often the tool comes to rest in the middle of a deposit."""
-        return int((self.laid[1:] & self.laid[:-1] & self.stops[1:-1]).sum())
+        return int((self.deposited[1:] & self.deposited[:-1] & self.stops[1:-1]).sum())
 
     @property
     def surface_points(self) -> FloatArray:

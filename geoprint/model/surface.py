@@ -46,7 +46,7 @@ class Surface:
 @final
 @frozen
 class SurfacePoints:
-    """Points on a surface: the hinge of the data flow. Positions and normals are derived in `surfaces.points`.
+    """Points on a surface: the hinge of the data flow. Positions and normals are derived in `geometry.points`.
 
     Attributes:
         faces: (k,) index of the triangle each point lies in.

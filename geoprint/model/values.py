@@ -72,9 +72,9 @@ def described(self: object) -> str:
     if len(short) <= WIDTH and not any(isinstance(getattr(self, name), np.ndarray) for name in names):
         return short
     widest = max(map(len, names))
-    told = (f"  {name:{widest}}  {line}" for name, line in lines.items())
+    record = (f"  {name:{widest}}  {line}" for name, line in lines.items())
     return "\n".join(
-        [type(self).__name__, *(line if len(line) <= WIDTH else f"{line[: WIDTH - 3]}..." for line in told)]
+        [type(self).__name__, *(line if len(line) <= WIDTH else f"{line[: WIDTH - 3]}..." for line in record)]
     )
 
 

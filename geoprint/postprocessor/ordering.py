@@ -22,8 +22,8 @@ def orders_of(
     trajectory: Trajectory,
     *,
     placement: Placement,
-    aloft: FloatArray,
-    aloft_configuration: IntArray,
+    lifted: FloatArray,
+    lifted_configuration: IntArray,
     extent: FloatArray,
     frame: float = np.inf,
 ) -> Orders:
@@ -34,8 +34,8 @@ def orders_of(
         targets: which poses are written, how fast, how rounded.
         trajectory: when each pose is passed.
         placement: where the part stands; the joint path must have been computed for it.
-        aloft: (6,) joints at the first target of the dry run [rad].
-        aloft_configuration: (t, 4) configuration data of the targets of the dry run.
+        lifted: (6,) joints at the first target of the dry run [rad].
+        lifted_configuration: (t, 4) configuration data of the targets of the dry run.
         extent: (2, 3) lowest and highest coordinates of the part in the work frame [mm].
         frame: as `Orders` [mm].
 
@@ -46,7 +46,7 @@ def orders_of(
     _check_placement(joint_path, placement)
     poses, chosen = joint_path.poses, targets.poses
     _check_targets(poses, targets)
-    laid = np.append(poses.laid, np.False_)[chosen]
+    deposited = np.append(poses.deposited, np.False_)[chosen]
     return Orders(
         poses=chosen,
         tips=poses.tips[chosen],
@@ -55,12 +55,12 @@ def orders_of(
         zones=targets.zones,
         speeds=targets.speeds,
         runs=poses.runs[chosen],
-        laid=laid,
-        flow=np.where(laid, _mean_flow(poses, chosen), 0.0),
+        deposited=deposited,
+        flow=np.where(deposited, _mean_flow(poses, chosen), 0.0),
         times=np.round(trajectory.pose_times[chosen], TIME_DECIMALS),
         start=joint_path.joints[0],
-        aloft=aloft,
-        aloft_configuration=aloft_configuration,
+        lifted=lifted,
+        lifted_configuration=lifted_configuration,
         extent=extent,
         duration=trajectory.duration,
         frame=frame,
@@ -83,8 +83,10 @@ def _mean_flow(poses: PoseStream, chosen: IntArray) -> FloatArray:
     What is to be laid is planned by the length on the surface, and the controller sets it by the speed of the tip,
     which moves farther where it stands over a surface that bulges.
     """
-    steps, laid = (np.linalg.norm(np.diff(places, axis=0), axis=1) for places in (poses.tips, poses.surface_points))
-    volume = np.append(0.0, np.cumsum(laid * (poses.flow[1:] + poses.flow[:-1]) / 2.0))[chosen]
+    steps, deposited = (
+        np.linalg.norm(np.diff(places, axis=0), axis=1) for places in (poses.tips, poses.surface_points)
+    )
+    volume = np.append(0.0, np.cumsum(deposited * (poses.flow[1:] + poses.flow[:-1]) / 2.0))[chosen]
     lengths = np.diff(np.append(0.0, np.cumsum(steps))[chosen])
     return np.append(np.where(lengths > 0.0, np.diff(volume) / np.where(lengths > 0.0, lengths, 1.0), 0.0), 0.0)
 
@@ -106,7 +108,7 @@ def _check_targets(poses: PoseStream, targets: Targets) -> None:
             "the joint path has the poses as planned, but some targets stand beside them; give the path as it is "
             "written, from `written_path`."
         )
-    after, before = np.append(poses.laid, np.False_), np.insert(poses.laid, 0, np.False_)
+    after, before = np.append(poses.deposited, np.False_), np.insert(poses.deposited, 0, np.False_)
     rests = np.zeros(poses.count, dtype=np.bool_)
     rests[chosen[targets.zones == 0.0]] = True
     wrong = np.flatnonzero((poses.deposit & ~after & ~before) | ((after ^ before) & ~rests))

@@ -33,12 +33,12 @@ class Orders:
         zones: (t,) radius in which the controller may round the target [mm]; 0 stops there.
         speeds: (t,) of the tip in the move to the target [mm/s].
         runs: (t,) run of each target.
-        laid: (t,) whether material is laid from the target to the next one; not from the last.
+        deposited: (t,) whether material is laid from the target to the next one; not from the last.
         flow: (t,) volume to lay per length from the target to the next [mm3/mm], 0 where none is laid.
         times: (t,) when each is passed; home is left at 0 [s].
         start: (6,) joints at the first target [rad].
-        aloft: (6,) joints at the first target of the dry run, which is driven higher [rad].
-        aloft_configuration: (t, 4) as `configuration`, of the targets of the dry run.
+        lifted: (6,) joints at the first target of the dry run, which is driven higher [rad].
+        lifted_configuration: (t, 4) as `configuration`, of the targets of the dry run.
         extent: (2, 3) lowest and highest coordinates of the part in the work frame [mm].
         duration: from home to home [s].
         frame: by how much the part's middle may shift, and at once its farthest point turn about it, until an axis of a
@@ -52,12 +52,12 @@ class Orders:
     zones: FloatArray
     speeds: FloatArray
     runs: IntArray
-    laid: BoolArray
+    deposited: BoolArray
     flow: FloatArray
     times: FloatArray
     start: FloatArray
-    aloft: FloatArray
-    aloft_configuration: IntArray
+    lifted: FloatArray
+    lifted_configuration: IntArray
     extent: FloatArray
     duration: float
     frame: float = np.inf
@@ -65,8 +65,8 @@ class Orders:
     def __post_init__(self) -> None:
         freeze_arrays(
             self, poses="int: t", tips="float: t 3", quaternions="float: t 4", configuration="int: t 4",
-            zones="float: t", speeds="float: t", runs="int: t", laid="bool: t", flow="float: t", times="float: t",
-            start="float: 6", aloft="float: 6", aloft_configuration="int: t 4", extent="float: 2 3",
+            zones="float: t", speeds="float: t", runs="int: t", deposited="bool: t", flow="float: t", times="float: t",
+            start="float: 6", lifted="float: 6", lifted_configuration="int: t 4", extent="float: 2 3",
         )  # fmt: skip
 
     @property
@@ -77,7 +77,7 @@ class Orders:
     @property
     def deposits(self) -> tuple[tuple[int, int], ...]:
         """First and last target of each stretch on which material is laid, in order."""
-        edges = np.diff(self.laid.astype(np.int8), prepend=0)
+        edges = np.diff(self.deposited.astype(np.int8), prepend=0)
         starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
         return tuple(zip(starts.tolist(), ends.tolist(), strict=True))
 
@@ -90,7 +90,7 @@ class Orders:
     @property
     def lifted_otherwise(self) -> int:
         """Number of targets that have other configuration data in the dry run."""
-        return int((self.aloft_configuration != self.configuration).any(axis=1).sum())
+        return int((self.lifted_configuration != self.configuration).any(axis=1).sum())
 
     @property
     def there(self) -> float:

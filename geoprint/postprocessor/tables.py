@@ -297,8 +297,8 @@ _WHOLE = (0, 1, 2, 6, 7, 8, 9, 11, 12, 13, 14)
 def targets_table(orders: Orders) -> bytes:
     """Return the text of targets.csv: one row a target, in the order of the program."""
     columns = [
-        orders.poses, orders.runs, orders.laid, orders.times, orders.zones, orders.speeds, orders.configuration,
-        orders.flow, orders.aloft_configuration, orders.tips,
+        orders.poses, orders.runs, orders.deposited, orders.times, orders.zones, orders.speeds, orders.configuration,
+        orders.flow, orders.lifted_configuration, orders.tips,
     ]  # fmt: skip
     return table_bytes(np.column_stack(columns).astype(np.float64), columns=TARGETS_COLUMNS, decimals=_TARGET_DECIMALS)
 
@@ -308,7 +308,7 @@ def read_orders(
     poses: PosesTable,
     *,
     start: FloatArray,
-    aloft: FloatArray,
+    lifted: FloatArray,
     extent: FloatArray,
     duration: float,
     frame: float = np.inf,
@@ -319,7 +319,7 @@ def read_orders(
         path: the file.
         poses: the plan's poses.csv.
         start: (6,) joints at the first target [rad].
-        aloft: (6,) joints at the first target of the dry run [rad].
+        lifted: (6,) joints at the first target of the dry run [rad].
         extent: (2, 3) lowest and highest coordinates of the part [mm].
         duration: from home to home [s].
         frame: as `Orders` [mm].
@@ -330,8 +330,8 @@ def read_orders(
     """
     data = read_columns(path, columns=TARGETS_COLUMNS)
     whole = [whole_column(data, column, path=path, columns=TARGETS_COLUMNS) for column in _WHOLE]
-    chosen, laid = whole[0], whole[2] == 1
-    _check_rows(chosen, laid, path=path, last=len(poses.runs) - 1)
+    chosen, deposited = whole[0], whole[2] == 1
+    _check_rows(chosen, deposited, path=path, last=len(poses.runs) - 1)
     return Orders(
         poses=chosen,
         tips=data[:, 15:18],
@@ -340,26 +340,26 @@ def read_orders(
         zones=data[:, 4],
         speeds=data[:, 5],
         runs=whole[1],
-        laid=laid,
+        deposited=deposited,
         flow=data[:, 10],
         times=data[:, 3],
         start=start,
-        aloft=aloft,
-        aloft_configuration=np.column_stack(whole[7:11]),
+        lifted=lifted,
+        lifted_configuration=np.column_stack(whole[7:11]),
         extent=extent,
         duration=duration,
         frame=frame,
     )
 
 
-def _check_rows(chosen: IntArray, laid: BoolArray, *, path: Path | str, last: int) -> None:
+def _check_rows(chosen: IntArray, deposited: BoolArray, *, path: Path | str, last: int) -> None:
     """Refuse poses that do not rise or go beyond the last, and rows that lay nothing or to the end."""
     if not chosen.size or chosen.min() < 0 or chosen.max() > last or (np.diff(chosen) <= 0).any():
         raise VerificationError(
             f"{path}: the poses do not rise from 0 to {last}, the last row of poses.csv; write the plan again."
         )
-    if not laid.any() or laid[-1]:
-        what = "material is laid after the last target" if laid.any() else "no material is laid"
+    if not deposited.any() or deposited[-1]:
+        what = "material is laid after the last target" if deposited.any() else "no material is laid"
         raise VerificationError(f"{path}: {what}; write the plan again.")
 
 

@@ -358,8 +358,8 @@ def _known(
     weights[used] = cho_solve(factor, seen)
     together: FloatArray = np.sum([cause.covariance for cause in causes], axis=0)
     solved: FloatArray = cho_solve(factor, together[used])
-    told = (together[:, used] * solved.T).sum(axis=1)
-    return Evidence(causes, weights, np.sqrt(np.maximum(np.diag(together) - told, 0.0)), scatter)
+    record = (together[:, used] * solved.T).sum(axis=1)
+    return Evidence(causes, weights, np.sqrt(np.maximum(np.diag(together) - record, 0.0)), scatter)
 
 
 # The correction that follows from what was measured: flow along runs, and when the valve opens and shuts.

@@ -490,7 +490,7 @@ class Advice:
     """A recommendation for a known material, for a part if one was given.
 
     Attributes:
-        told: what fits.
+        record: what fits.
         process: speed, stand-off and layer height that it is for.
         pressure_kpa: that was asked.
         spacing: that was asked [mm], or None.
@@ -498,7 +498,7 @@ class Advice:
         mass_g: of one layer on the part, or None without one.
     """
 
-    told: Recommendation
+    record: Recommendation
     process: Process
     pressure_kpa: float
     spacing: float | None
@@ -512,14 +512,14 @@ class Beside:
     """Pressure and rounds beside those of a print that worked.
 
     Attributes:
-        told: how they compare.
+        record: how they compare.
         pressure_kpa: that was asked.
         rounds: that were asked.
         good_pressure_kpa: of the print that worked.
         good_rounds: of the print that worked.
     """
 
-    told: RelativeSetting
+    record: RelativeSetting
     pressure_kpa: float
     rounds: int
     good_pressure_kpa: float

@@ -18,7 +18,7 @@ from geoprint.reporting.check import (
 from geoprint.reporting.comparison import (
     comparison_report as comparison_report,
     comparison_table as comparison_table,
-    tell_comparison as tell_comparison,
+    recorded_comparison as recorded_comparison,
 )
 from geoprint.reporting.evenness import record_evenness as record_evenness
 from geoprint.reporting.figures import (
@@ -55,7 +55,7 @@ from geoprint.reporting.records.comparison import (
     CheckRecord as CheckRecord,
     ComparisonRecord as ComparisonRecord,
     MeasurementRecord as MeasurementRecord,
-    ToldComparison as ToldComparison,
+    RecordedComparison as RecordedComparison,
 )
 from geoprint.reporting.records.evidence import STAGES as STAGES, SeenFile as SeenFile
 from geoprint.reporting.records.plan import PlanRecord as PlanRecord

@@ -142,9 +142,9 @@ class ToolRecord:
 
 def calibration_summary(found: CalibratedFixture | CalibratedTool) -> dict[str, Json]:
     """Return a calibration as `--json` prints it."""
-    told = asdict(fixture_record(found) if isinstance(found, CalibratedFixture) else tool_record(found))
+    record = asdict(fixture_record(found) if isinstance(found, CalibratedFixture) else tool_record(found))
     # The figures of the touches stand beside the others.
-    parts = (value if key == "touches" else {key: value} for key, value in told.items())
+    parts = (value if key == "touches" else {key: value} for key, value in record.items())
     return {key: value for part in parts for key, value in part.items()}
 
 
@@ -315,8 +315,8 @@ def _tool_lines(found: CalibratedTool, *, width: int | None) -> Iterator[str]:
 
 def _noise_line(touches: TouchesRecord) -> str:
     low, high = touches.noise_between_mm
-    told = "as given" if touches.noise_given else f"estimated; between {low:.3f} and {high:.3f} in 95 of 100"
-    return f"RMS: {touches.rms_mm:.3f} mm; noise of a touch in each direction: {touches.noise_mm:.3f} mm ({told})"
+    record = "as given" if touches.noise_given else f"estimated; between {low:.3f} and {high:.3f} in 95 of 100"
+    return f"RMS: {touches.rms_mm:.3f} mm; noise of a touch in each direction: {touches.noise_mm:.3f} mm ({record})"
 
 
 def _touch_lines(touches: TouchesRecord, *, what: str, width: int | None) -> Iterator[str]:

@@ -38,25 +38,25 @@ ROUNDING_MS = 1e-3
 NOTABLE_INACCURACY, LARGEST_INACCURACY = 0.5, 1.0
 
 
-def warnings_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
+def warnings_of(plan: Plan, record: PlanRecord) -> tuple[str, ...]:
     """Return what a person should act on.
 
     Args:
         plan: as planned.
-        told: its figures.
+        record: its figures.
     """
     workpiece = plan.workpiece
     return (
         *_unit(workpiece),
-        *([told.surface.side.sentence] if _is_doubtful(told.surface.side) else []),
+        *([record.surface.side.sentence] if _is_doubtful(record.surface.side) else []),
         *_unsearched(workpiece),
-        *coverage_warnings(told),
-        *([] if plan.job.place == "demo" else placement_texts(told.robot)),
-        *_pressure(told),
-        *_close_targets(told.robot, digested=False),
-        *(_wide_needle(plan, told, ploughing=True) if plan.robot else []),
+        *coverage_warnings(record),
+        *([] if plan.job.place == "demo" else placement_texts(record.robot)),
+        *_pressure(record),
+        *_close_targets(record.robot, digested=False),
+        *(_wide_needle(plan, record, ploughing=True) if plan.robot else []),
         *_uncertain(workpiece),
-        *(_inaccurate(told, least=LARGEST_INACCURACY) if plan.robot else ()),
+        *(_inaccurate(record, least=LARGEST_INACCURACY) if plan.robot else ()),
         *_unheld(workpiece),
         *_unchanging(workpiece),
         *([plan.light.lacking] if plan.light and plan.light.lacking else []),
@@ -72,46 +72,50 @@ def _unchanging(workpiece: Workpiece) -> Iterator[str]:
         )
 
 
-def notes_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
+def notes_of(plan: Plan, record: PlanRecord) -> tuple[str, ...]:
     """Return what a person wants to know before printing: the printed side, repairs, what was left out.
 
     Args:
         plan: as planned.
-        told: its figures.
+        record: its figures.
     """
     return (
-        *([] if _is_doubtful(told.surface.side) or _is_confirmed(told.surface.side) else [told.surface.side.sentence]),
-        *(placement_texts(told.robot) if plan.job.place == "demo" else []),
-        *(sentence for robot in told.robot for sentence in orientation_notes(robot.motion)),
-        *_inside(told.patches),
+        *(
+            []
+            if _is_doubtful(record.surface.side) or _is_confirmed(record.surface.side)
+            else [record.surface.side.sentence]
+        ),
+        *(placement_texts(record.robot) if plan.job.place == "demo" else []),
+        *(sentence for robot in record.robot for sentence in orientation_notes(robot.motion)),
+        *_inside(record.patches),
         *(f"{file.name} is {said}." for file in plan.workpiece.files if (said := rebuilt_in_words(file))),
         *_repairs(plan.workpiece),
-        *feedback_notes(told.feedback),
-        *_sources(told),
-        *_paths(told),
-        *evener_backends(told),
+        *feedback_notes(record.feedback),
+        *_sources(record),
+        *_paths(record),
+        *evener_backends(record),
         *_creases(plan),
-        *(_wide_needle(plan, told, ploughing=False) if plan.robot else []),
-        *made_up_notes(plan, told),
+        *(_wide_needle(plan, record, ploughing=False) if plan.robot else []),
+        *made_up_notes(plan, record),
         # A demonstration runs only dry, and not where the part will stand.
-        *([] if plan.job.place == "demo" else _near_borders(told.robot)),
-        *_close_targets(told.robot, digested=True),
+        *([] if plan.job.place == "demo" else _near_borders(record.robot)),
+        *_close_targets(record.robot, digested=True),
     )
 
 
-def details_of(plan: Plan, told: PlanRecord) -> tuple[str, ...]:
+def details_of(plan: Plan, record: PlanRecord) -> tuple[str, ...]:
     """Return what is as it should be, and how it came to be so.
 
     Args:
         plan: as planned.
-        told: its figures.
+        record: its figures.
     """
     return (
-        *([told.surface.side.sentence] if _is_confirmed(told.surface.side) else []),
-        *middle_sentences(told.middles),
-        *(_inaccurate(told, least=NOTABLE_INACCURACY, below=LARGEST_INACCURACY) if plan.robot else ()),
-        *(_near_borders(told.robot) if plan.job.place == "demo" else []),
-        *_of_each(told.robot, _bends),
+        *([record.surface.side.sentence] if _is_confirmed(record.surface.side) else []),
+        *middle_sentences(record.middles),
+        *(_inaccurate(record, least=NOTABLE_INACCURACY, below=LARGEST_INACCURACY) if plan.robot else ()),
+        *(_near_borders(record.robot) if plan.job.place == "demo" else []),
+        *_of_each(record.robot, _bends),
     )
 
 
@@ -153,21 +157,21 @@ def near_borders(motion: MotionRecord) -> list[str]:
     least = min(near, key=lambda axis: axis.nearest_deg)
     place = ", ".join(f"{mm:.1f}" for mm in least.place_mm)
     axes = ", ".join(f"axis {axis.axis} at {axis.targets_near} targets" for axis in near)
-    told = f"{axes}, nearest axis {least.axis} in run {least.run + 1} at ({place}) mm"
+    record = f"{axes}, nearest axis {least.axis} in run {least.run + 1} at ({place}) mm"
     risk = (
         "an arm calibrated otherwise has another configuration there: where its controller stops, move or turn the part"
     )
-    return [f"within 1 degree of a border of quadrants on deposit: {told}; {risk}."]
+    return [f"within 1 degree of a border of quadrants on deposit: {record}; {risk}."]
 
 
 def _near_borders(robots: Sequence[RobotRecord]) -> Iterator[str]:
     return _of_each(robots, lambda robot: near_borders(robot.motion))
 
 
-def _wide_needle(plan: Plan, told: PlanRecord, *, ploughing: bool) -> list[str]:
+def _wide_needle(plan: Plan, record: PlanRecord, *, ploughing: bool) -> list[str]:
     """Say that the needle is wider than paths are apart, where it ploughs through the beads beside or passes over."""
-    cell, (layer,), widths = plan.workpiece.cell, told.layers, told.paths.widths_mm
-    nearest = told.settings.spacing_mm if widths is None else widths[0]
+    cell, (layer,), widths = plan.workpiece.cell, record.layers, record.paths.widths_mm
+    nearest = record.settings.spacing_mm if widths is None else widths[0]
     if ploughing is not (layer.standoff_mm < cell.process.layer_height):
         return []
     return wide_needle_notes(cell, nearest, standoff=layer.standoff_mm)
@@ -195,26 +199,26 @@ def wide_needle_notes(cell: Cell, spacing: float, *, standoff: float) -> list[st
     ]
 
 
-def coverage_warnings(told: PlanRecord) -> list[str]:
+def coverage_warnings(record: PlanRecord) -> list[str]:
     """Return that the paths leave holes or lay much twice and what to do, or nothing where they cover the part."""
-    measured = told.uniformity
+    measured = record.uniformity
     if measured is None or covering(measured).covers:
         return []
-    advice = " ".join(coverage_advice(measured, told.settings.spacing_mm))
+    advice = " ".join(coverage_advice(measured, record.settings.spacing_mm))
     return [f"{cover_text(measured)}. {advice}"]
 
 
-def fibres_text(told: FibresRecord) -> str:
+def fibres_text(record: FibresRecord) -> str:
     """Return what is said of the angles of fibres."""
     off = (
-        f"{told.off_mean_deg:.1f} degrees off the field's lines in the mean, 95 % of their length within "
-        f"{told.off_p95_deg:.1f}"
+        f"{record.off_mean_deg:.1f} degrees off the field's lines in the mean, 95 % of their length within "
+        f"{record.off_p95_deg:.1f}"
     )
-    if told.helix_mean_deg is None or told.helix_deg is None:
+    if record.helix_mean_deg is None or record.helix_deg is None:
         return off
-    low, high = told.helix_deg
+    low, high = record.helix_deg
     return (
-        f"{off}; helix angle {told.helix_mean_deg:+.1f} degrees to the direction around the axis, 90 % between "
+        f"{off}; helix angle {record.helix_mean_deg:+.1f} degrees to the direction around the axis, 90 % between "
         f"{low:+.1f} and {high:+.1f}"
     )
 
@@ -303,10 +307,10 @@ def _close_targets(robots: Sequence[RobotRecord], *, digested: bool) -> Iterator
     )
 
 
-def _pressure(told: PlanRecord) -> Iterator[str]:
+def _pressure(record: PlanRecord) -> Iterator[str]:
     """Say that the pressure that the cell names is for another speed than that of the print, where it is."""
-    settings, flow = told.settings, told.deposition
-    ceiling = max((robot.motion.speed_ceiling_mm_s for robot in told.robot), default=settings.speed_mm_s)
+    settings, flow = record.settings, record.deposition
+    ceiling = max((robot.motion.speed_ceiling_mm_s for robot in record.robot), default=settings.speed_mm_s)
     if settings.pressure_kpa is None or flow is None or settings.speed_mm_s >= ceiling:
         return
     fitted = "" if flow.valve_kpa is None else f", by [material] {flow.valve_kpa:.3g} kPa"
@@ -316,9 +320,9 @@ def _pressure(told: PlanRecord) -> Iterator[str]:
     )
 
 
-def _bends(told: RobotRecord) -> Iterator[str]:
+def _bends(record: RobotRecord) -> Iterator[str]:
     """Say in how many bends targets stand beside the path, and where they are closer than a controller takes."""
-    bends = told.motion.targets.bends
+    bends = record.motion.targets.bends
     rounded = [bend for bend in bends if bend.kind == "rounded"]
     if rounded:
         yield (
@@ -332,7 +336,7 @@ def _bends(told: RobotRecord) -> Iterator[str]:
         x, y, z = worst.place_mm
         yield (
             f"in {how_many(len(close), 'place')} moves that lay material are shorter than "
-            f"{told.motion.targets.least_ms:g} ms, the shortest {worst.shortest_ms:.1f} ms in run "
+            f"{record.motion.targets.least_ms:g} ms, the shortest {worst.shortest_ms:.1f} ms in run "
             f"{worst.run + 1} at ({x:.1f}, {y:.1f}, {z:.1f}) mm."
         )
 
@@ -374,22 +378,22 @@ def _unheld(workpiece: Workpiece) -> Iterator[str]:
         yield f"pieces too narrow for a path are left out, {place.left_out:.3g} mm2: choose a smaller spacing."
 
 
-def _sources(told: PlanRecord) -> Iterator[str]:
+def _sources(record: PlanRecord) -> Iterator[str]:
     """Say which source was taken, and how the others would cover, patch by patch."""
-    for number in dict.fromkeys(source.patch for source in told.sources):
-        tried = [source for source in told.sources if source.patch == number]
+    for number in dict.fromkeys(source.patch for source in record.sources):
+        tried = [source for source in record.sources if source.patch == number]
         each = (
             f"{source.source} {source.gap:.1%} + {source.overlap:.1%} in {source.runs} runs"
             for source in sorted(tried, key=lambda source: not source.taken)
         )
-        of = f" of patch {number}" if told.sources[-1].patch > 1 else ""
+        of = f" of patch {number}" if record.sources[-1].patch > 1 else ""
         (taken,) = (source.source for source in tried if source.taken)
         yield f"measured from {taken}, which covers best{of}; area missed + covered twice: {', '.join(each)}."
 
 
-def _paths(told: PlanRecord) -> Iterator[str]:
+def _paths(record: PlanRecord) -> Iterator[str]:
     """Say what was left out, where runs are split, and how far the nozzle leans."""
-    paths = told.paths
+    paths = record.paths
     if paths.dropped_runs:
         yield (
             f"runs too short to be worth a start were left out: {paths.dropped_runs}, {paths.dropped_mm:.2f} mm and "
@@ -405,14 +409,14 @@ def _paths(told: PlanRecord) -> Iterator[str]:
         yield f"the nozzle leans up to {lean:.0f} degrees from the surface normal where the part bends fast."
 
 
-def evener_backends(told: PlanRecord) -> Iterator[str]:
+def evener_backends(record: PlanRecord) -> Iterator[str]:
     """Say that another backend would be more even; where several are compared, their figures say so."""
-    levels = None if told.uniformity is None else told.uniformity.levels
+    levels = None if record.uniformity is None else record.uniformity.levels
     # Fitted contours vary on purpose.
-    meant = any(each.taken and each.middle != "plain" for each in told.middles)
+    meant = any(each.taken and each.middle != "plain" for each in record.middles)
     spacing, nearest = None if levels is None else levels.spacing, most_accurate_backend()
     cv = 0.0 if spacing is None or meant else spacing.cv
-    if cv > NOTABLE_CV and accuracy(nearest) > accuracy(backend(told.settings.backend or nearest.name)):
+    if cv > NOTABLE_CV and accuracy(nearest) > accuracy(backend(record.settings.backend or nearest.name)):
         yield f"spacing varies by {cv:.1%}; `--backend {nearest.name}` is nearer to the true distance."
 
 

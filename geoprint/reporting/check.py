@@ -77,7 +77,7 @@ class Checked:
     Attributes:
         folder: where it stands.
         findings: what is wrong; empty where it is as it was planned.
-        told: the content of plan.json, or None where it cannot be read.
+        record: the content of plan.json, or None where it cannot be read.
         setup: the cell, or None where it cannot be read.
         orders: the targets, or None where they cannot be read.
         settings: how the program is set to run, or None where the program is not the plan's.
@@ -95,7 +95,7 @@ class Checked:
 
     folder: Path
     findings: tuple[Finding, ...]
-    told: PlanRecord | None
+    record: PlanRecord | None
     setup: Setup | None = None
     orders: Orders | None = None
     settings: Settings | None = None
@@ -116,14 +116,14 @@ class CheckedStack:
     """The program of a stack that was checked.
 
     Attributes:
-        told: the content of stack.json, or None where it cannot be read.
+        record: the content of stack.json, or None where it cannot be read.
         settings: how the program is set to run, or None where it is not that of its layers, or there is none.
         proof: what was executed of it, or None where it does not run.
         program_sha256: of its modules with their switches as written; empty where it was not read back.
         seen: what people saw a program of this stack do.
     """
 
-    told: StackRecord | None
+    record: StackRecord | None
     settings: StackSettings | None = None
     proof: StackProof | None = None
     program_sha256: str = ""

@@ -25,8 +25,8 @@ from geoprint.reporting.records.comparison import (
     PartRecord,
     PathDistancesRecord,
     PlannedRecord,
+    RecordedComparison,
     RefusedRecord,
-    ToldComparison,
 )
 from geoprint.reporting.records.plan import PlanRecord
 from geoprint.reporting.tables import GAP as SEAM, Cells, fitting, grid, left_out, line_width, marked_lines
@@ -43,13 +43,13 @@ VIEW_FACES = 100_000
 FEWEST_VIEW_FACES = 10_000
 
 
-def tell_comparison(parts: Sequence[Comparison | FailedPart]) -> ToldComparison:
+def recorded_comparison(parts: Sequence[Comparison | FailedPart]) -> RecordedComparison:
     """Return what is said of compared parts, at least one: the source of compare.json, table, report and bundles."""
     plans = tuple(
         {name: record_plan(outcome.plan) for name, outcome in part.planned} if isinstance(part, Comparison) else {}
         for part in parts
     )
-    told = tuple(
+    recorded = tuple(
         _part(part, of)
         if isinstance(part, Comparison)
         else FailedRecord(part=part.job.surface.name, failed=part.reason)
@@ -59,13 +59,13 @@ def tell_comparison(parts: Sequence[Comparison | FailedPart]) -> ToldComparison:
         {name: outcome.planning_time for name, outcome in part.planned} if isinstance(part, Comparison) else {}
         for part in parts
     )
-    record = ComparisonRecord(schema=COMPARISON_SCHEMA, version=version("geoprint"), parts=told)
-    return ToldComparison(record, plans, seconds)
+    record = ComparisonRecord(schema=COMPARISON_SCHEMA, version=version("geoprint"), parts=recorded)
+    return RecordedComparison(record, plans, seconds)
 
 
 def comparison_report(
     parts: Sequence[Comparison | FailedPart],
-    told: ToldComparison,
+    recorded: RecordedComparison,
     *,
     pictures: Sequence[ComparisonPictures | None],
     command: Literal["compare", "plan"] = "compare",
@@ -74,11 +74,11 @@ def comparison_report(
 
     Args:
         parts: what was compared, at least one of them with success.
-        told: their figures.
+        recorded: their figures.
         pictures: theirs; None of one that failed.
         command: that it is of.
     """
-    each = zip(parts, told.record.parts, told.plans, pictures, strict=True)
+    each = zip(parts, recorded.record.parts, recorded.plans, pictures, strict=True)
     compared = [
         (part, record, plans, drawn)
         for part, record, plans, drawn in each
@@ -89,7 +89,7 @@ def comparison_report(
     return html_report(
         [part_report(part, record, plans, pictures=drawn, faces=faces) for part, record, plans, drawn in compared],
         title=f"geoprint {command}: {named}",
-        failed=[(record.part, record.failed) for record in told.record.parts if isinstance(record, FailedRecord)],
+        failed=[(record.part, record.failed) for record in recorded.record.parts if isinstance(record, FailedRecord)],
     )
 
 
@@ -97,10 +97,10 @@ def plan_report(plan: Plan) -> tuple[PlanRecord, Mapping[str, bytes], bytes]:
     """Return what plan.json says of a plan, the pictures of its charts by file name, and report.html of it alone."""
     name = plan.job.backend
     alone = Comparison(plan.job, plan.workpiece, ((name, Planned(plan, plan.not_printable)),))
-    told = tell_comparison([alone])
+    record = recorded_comparison([alone])
     pictures = comparison_pictures(alone, draw=lambda drawings: [drawing() for drawing in drawings])
-    page = comparison_report([alone], told, pictures=[pictures], command="plan")
-    return told.plans[0][name], pictures.charts[name], page
+    page = comparison_report([alone], record, pictures=[pictures], command="plan")
+    return record.plans[0][name], pictures.charts[name], page
 
 
 def _part(part: Comparison, plans: Mapping[str, PlanRecord]) -> PartRecord:
@@ -133,23 +133,23 @@ def _matrix(values: FloatArray) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(row) for row in np.asarray(values).tolist())
 
 
-def _planned_row(name: str, outcome: Planned, told: PlanRecord) -> PlannedRecord:
+def _planned_row(name: str, outcome: Planned, record: PlanRecord) -> PlannedRecord:
     plan = outcome.plan
     return PlannedRecord(
         backend=name,
         spacing_mm=plan.contours.spacing,
-        uniformity=told.uniformity or record_evenness(outcome.uniformity, distance=plan.distance),
-        paths=told.paths,
-        deposition=told.deposition,
-        overhang=told.overhang,
-        patches=told.patches,
-        middles=told.middles,
+        uniformity=record.uniformity or record_evenness(outcome.uniformity, distance=plan.distance),
+        paths=record.paths,
+        deposition=record.deposition,
+        overhang=record.overhang,
+        patches=record.patches,
+        middles=record.middles,
         printable=bool(plan.robot) if plan.job.robot else None,
         not_printable=outcome.not_printable,
         not_reached=dict(outcome.lost),
         print_time_s=print_seconds(plan),
         smallest_clearance_mm=min((robot.clearance.smallest for robot in plan.robot), default=None),
-        warnings=told.warnings,
+        warnings=record.warnings,
     )
 
 
@@ -181,21 +181,21 @@ class _Rows:
     cells: tuple[Cells, ...]
 
 
-def comparison_table(told: ToldComparison, *, width: int | None = None, verbose: bool = False) -> str:
+def comparison_table(record: RecordedComparison, *, width: int | None = None, verbose: bool = False) -> str:
     """Return the table and, below it, what it means, why something is missing and what to mind.
 
     What the figures of evenness mean stands in `geoprint.reporting.metrics`; printed CV is the mean of prints and, in
     brackets, what 95 of 100 of them have; overhang is the share of the deposit beyond the critical angle.
 
     Args:
-        told: what is said of the comparison.
+        record: what is said of the comparison.
         width: letters in a line, where they are counted; columns that do not fit are left out, and below 60 there is
             a line of words for each backend instead.
         verbose: whether to list all that was not checked.
     """
-    parts = told.record.parts
+    parts = record.record.parts
     several = len(parts) > 1
-    rows = [_Rows(part.part, tuple(_cells(part, took))) for part, took in zip(parts, told.seconds, strict=True)]
+    rows = [_Rows(part.part, tuple(_cells(part, took))) for part, took in zip(parts, record.seconds, strict=True)]
     planned = [row for part in parts if isinstance(part, PartRecord) for row in part.planned]
     # What overhangs by an angle that nobody has stated is a detail.
     stated = verbose or any(row.overhang is not None and row.overhang.stated for row in planned)
@@ -206,7 +206,7 @@ def comparison_table(told: ToldComparison, *, width: int | None = None, verbose:
             [*_decision(part), *(f"{part.part}: {reason}" for reason in _reasons(part))] if several else _words(part)
         )
     table = _table(rows, width=width, columns=columns)
-    return "\n".join([_title(parts), "", *table, "", *said, *_mind(told, verbose=verbose)])
+    return "\n".join([_title(parts), "", *table, "", *said, *_mind(record, verbose=verbose)])
 
 
 def _table(parts: Sequence[_Rows], *, width: int | None, columns: Sequence[str]) -> Iterator[str]:
@@ -294,23 +294,25 @@ def _reasons(part: PartRecord | FailedRecord) -> list[str]:
     ]
 
 
-def _mind(told: ToldComparison, *, verbose: bool) -> list[str]:
+def _mind(record: RecordedComparison, *, verbose: bool) -> list[str]:
     """Return what to mind of all parts, by weight; what of it the verdict or the table says is left out."""
-    warnings = _of_all(told, lambda plan: [text for text in plan.warnings if text not in coverage_warnings(plan)])
-    notes = _of_all(told, lambda plan: [text for text in plan.notes if text not in evener_backends(plan)])
-    details = _of_all(told, lambda plan: [text for text in plan.details if text not in middle_sentences(plan.middles)])
-    unchecked = [text for plans in told.plans for text in _unchecked(plans)]
+    warnings = _of_all(record, lambda plan: [text for text in plan.warnings if text not in coverage_warnings(plan)])
+    notes = _of_all(record, lambda plan: [text for text in plan.notes if text not in evener_backends(plan)])
+    details = _of_all(
+        record, lambda plan: [text for text in plan.details if text not in middle_sentences(plan.middles)]
+    )
+    unchecked = [text for plans in record.plans for text in _unchecked(plans)]
     return marked_lines(warnings=warnings, notes=notes, details=details, not_checked=unchecked, verbose=verbose)
 
 
-def _of_all(told: ToldComparison, said: Callable[[PlanRecord], Sequence[str]]) -> list[str]:
+def _of_all(record: RecordedComparison, said: Callable[[PlanRecord], Sequence[str]]) -> list[str]:
     """Return what is said of the plans of all parts, each sentence once; what not all parts have names its part."""
-    of_parts = [said_once({name: said(plan) for name, plan in plans.items()}) for plans in told.plans]
-    planned = [sentences for sentences, plans in zip(of_parts, told.plans, strict=True) if plans]
+    of_parts = [said_once({name: said(plan) for name, plan in plans.items()}) for plans in record.plans]
+    planned = [sentences for sentences, plans in zip(of_parts, record.plans, strict=True) if plans]
     common = [text for text in of_parts[0] if all(text in sentences for sentences in planned)]
     own = [
         text if part.part in text else f"{part.part}: {text}"
-        for part, sentences in zip(told.record.parts, of_parts, strict=True)
+        for part, sentences in zip(record.record.parts, of_parts, strict=True)
         for text in sentences
         if text not in common
     ]

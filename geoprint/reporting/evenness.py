@@ -183,11 +183,11 @@ def record_apart(plans: Sequence[tuple[str, Plan]]) -> tuple[PrintedApartRecord,
     return tuple(_apart(one, other) for one, other in combinations(found, 2))
 
 
-def expected_text(told: PrintedRecord | None, *, digits: int = 2) -> str:
+def expected_text(record: PrintedRecord | None, *, digits: int = 2) -> str:
     """Return the variation in print and, in brackets, what 95 of 100 prints have; a dash where there is none."""
-    if told is None:
+    if record is None:
         return "-"
-    return f"{told.cv:.{digits}%} ({100 * told.low:.{digits}f}-{100 * told.high:.{digits}f})"
+    return f"{record.cv:.{digits}%} ({100 * record.low:.{digits}f}-{100 * record.high:.{digits}f})"
 
 
 def unbroken(text: str) -> str:
@@ -200,14 +200,14 @@ def expected_rows(every: Sequence[PrintedRecord | None]) -> list[Row]:
     rows = [
         Row(
             "Evenness", "printed, expected variation (CV)", f"what 95 of 100 prints have; {_whose(every)}",
-            tuple(unbroken(expected_text(told)) for told in every), decides=True,
+            tuple(unbroken(expected_text(record)) for record in every), decides=True,
         ),
         Row(
             "Evenness", "printed, made by", "shares of the variance: plan / flow / arm / placement and needle",
-            tuple(_shares(told) for told in every),
+            tuple(_shares(record) for record in every),
         ),
     ]  # fmt: skip
-    if any(told is not None and told.standoff is not None for told in every):
+    if any(record is not None and record.standoff is not None for record in every):
         meaning = "95 of 100 places keep within, by the arm alone; of the stand-off"
         rows.append(Row("Evenness", "printed, stand-off off by [mm]", meaning, tuple(map(_standoff, every))))
     return rows
@@ -220,32 +220,32 @@ def in_print(order: Sequence[PlannedRecord], apart: Sequence[PrintedApartRecord]
         order: backends, the best first.
         apart: how far every two are apart in print.
     """
-    told = [(row.backend, row.uniformity.printed) for row in order if row.uniformity.printed is not None]
-    if not told:
+    record = [(row.backend, row.uniformity.printed) for row in order if row.uniformity.printed is not None]
+    if not record:
         return ()
-    best, of_best = told[0]
-    varies = listed([f"{expected_text(printed, digits=1)} with {name}" for name, printed in told])
-    same = [best, *(name for name, _ in told[1:] if _indistinguishable(best, name, apart))]
+    best, of_best = record[0]
+    varies = listed([f"{expected_text(printed, digits=1)} with {name}" for name, printed in record])
+    same = [best, *(name for name, _ in record[1:] if _indistinguishable(best, name, apart))]
     verdict = ""
-    if len(told) > 1:
-        which = "they" if len(same) == len(told) else listed(same)
+    if len(record) > 1:
+        which = "they" if len(same) == len(record) else listed(same)
         verdict = (
             f": {which} are indistinguishable on this cell"
             if len(same) > 1
-            else f": {best} can be told from {'the others' if len(told) > 2 else 'the other'}"
+            else f": {best} can be told from {'the others' if len(record) > 2 else 'the other'}"
         )
     return (
         f"In print the thickness is expected to vary by {varies}, in brackets what 95 of 100 prints have{verdict}.",
-        _mend(best, of_best),
+        _fix(best, of_best),
     )
 
 
-def _mend(name: str, told: PrintedRecord) -> str:
-    whose = "" if told.errors == "cell" else " Errors are those of the packaged cell; give yours in its [errors]."
-    if told.mend_first is None:
-        return f"What varies in print is the plan of {name}: {told.shares.plan:.0%} of the variance.{whose}"
-    share = dict(told.shares)[told.mend_first]
-    return f"To mend first: {WORDS[told.mend_first]}, {share:.0%} of the variance of {name} in print.{whose}"
+def _fix(name: str, record: PrintedRecord) -> str:
+    whose = "" if record.errors == "cell" else " Errors are those of the packaged cell; give yours in its [errors]."
+    if record.mend_first is None:
+        return f"What varies in print is the plan of {name}: {record.shares.plan:.0%} of the variance.{whose}"
+    share = dict(record.shares)[record.mend_first]
+    return f"To mend first: {WORDS[record.mend_first]}, {share:.0%} of the variance of {name} in print.{whose}"
 
 
 def _apart(one: tuple[str, Printed], other: tuple[str, Printed]) -> PrintedApartRecord:
@@ -260,14 +260,14 @@ def _indistinguishable(one: str, other: str, apart: Sequence[PrintedApartRecord]
 
 
 def _whose(every: Sequence[PrintedRecord | None]) -> str:
-    own = any(told is not None and told.errors == "cell" for told in every)
+    own = any(record is not None and record.errors == "cell" for record in every)
     return "errors of the cell" if own else "errors of the packaged cell"
 
 
-def _shares(told: PrintedRecord | None) -> str:
-    if told is None:
+def _shares(record: PrintedRecord | None) -> str:
+    if record is None:
         return "-"
-    shares = told.shares
+    shares = record.shares
     arm = shares.repeatability + shares.path_repeatability + shares.path_accuracy
     rest = shares.placement + shares.needle_runout
     return f"{shares.plan:.0%} / {shares.run_flow:.0%} / {arm:.0%} / {rest:.0%}"
@@ -354,24 +354,24 @@ def overhang_lines(record: OverhangRecord, *, verbose: bool) -> list[str]:
     return [text] if record.table is None else [text, table_text(record.table)]
 
 
-def table_text(told: TableRecord) -> str:
+def table_text(record: TableRecord) -> str:
     """Return the line on the attitudes of a table, and what still overhangs with them."""
     left = "nothing overhangs then"
-    if told.length_mm > 0.0:
-        left = f"{told.length_mm:.0f} mm overhang still, by up to {told.missing_deg:.0f} degrees more"
-    count = how_many(len(told.attitudes), "attitude")
-    order = f"pieces of runs gathered by attitude; {told.moves_kept} in their own order"
-    kept = f"runs in their own order; {told.moves_gathered} with pieces of them gathered"
+    if record.length_mm > 0.0:
+        left = f"{record.length_mm:.0f} mm overhang still, by up to {record.missing_deg:.0f} degrees more"
+    count = how_many(len(record.attitudes), "attitude")
+    order = f"pieces of runs gathered by attitude; {record.moves_kept} in their own order"
+    kept = f"runs in their own order; {record.moves_gathered} with pieces of them gathered"
     return (
-        f"{told.name}: {count}, {order if told.order == 'gathered' else kept}; {left}; "
-        f"moves take {sum(one.move_s for one in told.attitudes):.0f} s at least"
+        f"{record.name}: {count}, {order if record.order == 'gathered' else kept}; {left}; "
+        f"moves take {sum(one.move_s for one in record.attitudes):.0f} s at least"
     )
 
 
 def table_sentences(rows: Sequence[PlannedRecord]) -> list[str]:
     """Return the sentence on what overhangs of each backend's paths, at rest and over the table; none without one."""
-    told = [(row.backend, row.overhang) for row in rows if row.overhang is not None]
-    with_tables = [(backend, one.length_mm, one.table) for backend, one in told if one.table is not None]
+    record = [(row.backend, row.overhang) for row in rows if row.overhang is not None]
+    with_tables = [(backend, one.length_mm, one.table) for backend, one in record if one.table is not None]
     each = [f"{length:.0f} mm at rest with {backend} and {_left(table)}" for backend, length, table in with_tables]
     return [f"Overhang: {'; '.join(each)}."] if each else []
 
@@ -390,25 +390,25 @@ def overhang_rows(rows: Sequence[PlannedRecord]) -> list[Row]:
     Args:
         rows: of compare.json, a column each.
     """
-    told = [row.overhang for row in rows if row.overhang is not None]
-    if not told:
+    record = [row.overhang for row in rows if row.overhang is not None]
+    if not record:
         return []
-    critical = f"{told[0].critical_deg:g} degrees{ASSUMED if told[0].assumed else ''}"
+    critical = f"{record[0].critical_deg:g} degrees{ASSUMED if record[0].assumed else ''}"
     meaning = f"outward normal farther than {critical} from upright, as the part stands"
     found = [
         _row(rows, "deposit that overhangs", meaning, lambda one: f"{one.share:.1%}, {one.length_mm:.0f} mm"),
         _row(rows, "steepest bead [degrees]", "0 on level ground, 90 on a wall", lambda one: f"{one.largest_deg:.1f}"),
     ]
-    if told[0].table is not None:
-        tilted = f"with the {told[0].table.name}: attitudes, and what overhangs still"
+    if record[0].table is not None:
+        tilted = f"with the {record[0].table.name}: attitudes, and what overhangs still"
         found.append(_row(rows, "attitudes of the table", tilted, _with_table))
     return found
 
 
-def _with_table(told: OverhangRecord) -> str:
-    if told.table is None:
+def _with_table(record: OverhangRecord) -> str:
+    if record.table is None:
         return "-"
-    return f"{len(told.table.attitudes)}; {told.table.length_mm:.0f} mm"
+    return f"{len(record.table.attitudes)}; {record.table.length_mm:.0f} mm"
 
 
 def _row(rows: Sequence[PlannedRecord], quantity: str, meaning: str, text: Callable[[OverhangRecord], str]) -> Row:

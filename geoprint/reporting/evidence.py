@@ -17,15 +17,15 @@ WORDS: dict[Stage, str] = {
 NOT_SIMULATED = "no simulation knows"
 
 
-def evidence_rows(told: EvidenceRecord, seen: Sequence[SeenRecord], *, program_sha256: str) -> list[tuple[str, str]]:
+def evidence_rows(record: EvidenceRecord, seen: Sequence[SeenRecord], *, program_sha256: str) -> list[tuple[str, str]]:
     """Return stage and what is known of it, from what geoprint did itself to the print.
 
     Args:
-        told: what plan.json says.
+        record: what plan.json says.
         seen: what people recorded; what was seen of another program does not count, and that is said.
         program_sha256: of the program that is meant.
     """
-    parsed, executed = told.parsed, told.executed
+    parsed, executed = record.parsed, record.executed
     rows = [
         ("parsed", f"here: {parsed.modules} files, {parsed.lines} lines, {parsed.targets} targets as planned"),
         *([("executed", "not yet")] if executed is None else _executed(executed)),
@@ -33,17 +33,17 @@ def evidence_rows(told: EvidenceRecord, seen: Sequence[SeenRecord], *, program_s
     return [*rows, *seen_rows(seen, program_sha256=program_sha256)]
 
 
-def of_all(told: Sequence[EvidenceRecord]) -> EvidenceRecord:
+def of_all(record: Sequence[EvidenceRecord]) -> EvidenceRecord:
     """Return how far the programs of all attitudes are proven together: sums of lines, and the largest deviations."""
-    first = told[0]
-    executed = [one.executed for one in told if one.executed is not None]
+    first = record[0]
+    executed = [one.executed for one in record if one.executed is not None]
     parsed = ParsedRecord(
-        modules=sum(one.parsed.modules for one in told),
-        lines=sum(one.parsed.lines for one in told),
-        targets=sum(one.parsed.targets for one in told),
+        modules=sum(one.parsed.modules for one in record),
+        lines=sum(one.parsed.lines for one in record),
+        targets=sum(one.parsed.targets for one in record),
     )
-    if len(told) == 1 or len(executed) < len(told):
-        return first if len(told) == 1 else first.model_copy(update={"parsed": parsed, "executed": None})
+    if len(record) == 1 or len(executed) < len(record):
+        return first if len(record) == 1 else first.model_copy(update={"parsed": parsed, "executed": None})
     update = {
         "lines": sum(one.lines for one in executed),
         "lines_executed": sum(one.lines_executed for one in executed),

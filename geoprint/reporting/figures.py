@@ -223,10 +223,10 @@ def _draw_covered(
     polygons = np.concatenate([corners[:, [0, 1, 2, 2]], squares, beads])
     painted = np.concatenate([colours, np.tile(_rgba(UNCOVERED), (len(squares), 1)), bead_colours])
     lift = np.repeat([0.0, over, 1.01 * over], [len(corners), len(squares), len(beads)])
-    laid = lift > 0.0
+    deposited = lift > 0.0
     facing = _turn(polygons) > 0.0
     order = np.argsort(polygons[..., 2].mean(axis=1) + lift)
-    order = order[~laid[order] | facing[order]]
+    order = order[~deposited[order] | facing[order]]
     painted = painted[order]
     axis.add_collection(
         PolyCollection(list(polygons[order, :, :2]), facecolors=painted, edgecolors=painted, linewidths=0.3)

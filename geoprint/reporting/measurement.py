@@ -118,7 +118,7 @@ COLUMNS = {
 
 
 def measure_table(
-    told: MeasurementRecord, timings: MeasureTimingsRecord | None = None, *, width: int | None = None
+    record: MeasurementRecord, timings: MeasureTimingsRecord | None = None, *, width: int | None = None
 ) -> str:
     """Return the table and what to mind, below it.
 
@@ -126,26 +126,26 @@ def measure_table(
     expected, and in brackets what 95 of 100 of them have.
 
     Args:
-        told: what is said of the files.
+        record: what is said of the files.
         timings: what measuring took; None where that is not told.
         width: letters in a line, where they are counted; columns that do not fit are left out.
     """
-    rows = [_row(each) for each in told.files]
+    rows = [_row(each) for each in record.files]
     if timings is not None:
         took = [f"{each.processor_s_per_m:.1f}" for each in timings.files]
         rows = [{**row, "CPU s/m": text} for row, text in zip(rows, took, strict=True)]
     every = [name for name in COLUMNS if name in rows[0]]
     names = fitting(every, rows, width=width, weights=COLUMNS)
-    title = f"{told.part.name}, {told.area_mm2:.4g} mm2, paths {told.spacing_mm:.3g} mm apart"
+    title = f"{record.part.name}, {record.area_mm2:.4g} mm2, paths {record.spacing_mm:.3g} mm apart"
     lines = [title, "", *grid(names, [rows], left={"file"}), ""]
     if names != every:
         lines += [f"left out at this width, told with `--json` and `--out`: {left_out(every, names, COLUMNS)}", ""]
-    sentences = [measure_verdict(told)[0]] if len(told.files) > 1 else []
-    sentences += [sentence for each in told.files for sentence in _minded(each)]
-    return "\n".join([*lines, *sentences, *_expected(told)]).rstrip()
+    sentences = [measure_verdict(record)[0]] if len(record.files) > 1 else []
+    sentences += [sentence for each in record.files for sentence in _minded(each)]
+    return "\n".join([*lines, *sentences, *_expected(record)]).rstrip()
 
 
-def measure_csv(told: MeasurementRecord) -> str:
+def measure_csv(record: MeasurementRecord) -> str:
     """Return the table as CSV, with every figure: a row a file."""
     figures: dict[str, Callable[[MeasuredRecord], object]] = {
         "file": lambda r: r.file, "format": lambda r: r.format, "runs": lambda r: r.runs,
@@ -168,7 +168,7 @@ def measure_csv(told: MeasurementRecord) -> str:
     written = io.StringIO()
     writer = csv.writer(written, lineterminator="\n")
     writer.writerow(header)
-    for row in told.files:
+    for row in record.files:
         even = row.uniformity
         cells = ["" if (value := figure(row)) is None else value for figure in figures.values()]
         cells += ["" if even.printed is None else getattr(even.printed, name) for name in of_print]
@@ -179,9 +179,9 @@ def measure_csv(told: MeasurementRecord) -> str:
     return written.getvalue()
 
 
-def measure_verdict(told: MeasurementRecord) -> tuple[str, ...]:
+def measure_verdict(record: MeasurementRecord) -> tuple[str, ...]:
     """Return in words which file is most even, the deciding sentence first."""
-    order = ranked_files(told)
+    order = ranked_files(record)
     said = [
         f"{row.file}: with a constant flow the thickness of its layer varies by {THICKNESS.text(row.uniformity)} "
         f"(standard deviation over mean), in print by {expected_text(row.uniformity.printed)}, what 95 of 100 prints "
@@ -193,17 +193,17 @@ def measure_verdict(told: MeasurementRecord) -> tuple[str, ...]:
     coverings = [covering(row.uniformity) for row in order]
     if not coverings[0].covers:
         missed = cover_text(order[0].uniformity)
-        return (f"No file covers {told.part.name}: at best, with {order[0].file}, {missed}.", *said)
+        return (f"No file covers {record.part.name}: at best, with {order[0].file}, {missed}.", *said)
     leading = [row.file for row in order[: equally_good(coverings)]]
     if len(leading) == len(order):
-        return (f"{listed(leading)} cover {told.part.name} equally well.", *said)
+        return (f"{listed(leading)} cover {record.part.name} equally well.", *said)
     verb = "covers" if len(leading) == 1 else "cover"
-    return (f"{listed(leading)} {verb} {told.part.name} best of {len(order)}.", *said)
+    return (f"{listed(leading)} {verb} {record.part.name} best of {len(order)}.", *said)
 
 
-def ranked_files(told: MeasurementRecord) -> list[MeasuredRecord]:
+def ranked_files(record: MeasurementRecord) -> list[MeasuredRecord]:
     """Return the files, the best first, as coverings are ranked."""
-    return [told.files[index] for index in ranked([covering(each.uniformity) for each in told.files])]
+    return [record.files[index] for index in ranked([covering(each.uniformity) for each in record.files])]
 
 
 def _row(row: MeasuredRecord) -> dict[str, str]:
@@ -242,8 +242,8 @@ def _minded(row: MeasuredRecord) -> list[str]:
     return found
 
 
-def _expected(told: MeasurementRecord) -> list[str]:
+def _expected(record: MeasurementRecord) -> list[str]:
     """Return what the printed CV is, and whose errors it is with."""
-    whose = next((each.uniformity.printed.errors for each in told.files if each.uniformity.printed is not None), None)
+    whose = next((each.uniformity.printed.errors for each in record.files if each.uniformity.printed is not None), None)
     what = "expected of prints, in brackets what 95 of 100 have"
     return [] if whose is None else [f"printed CV: {what}; errors of the {whose}, without a bent needle"]

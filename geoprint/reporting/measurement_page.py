@@ -38,38 +38,37 @@ PACKAGES = ("geoprint", "numpy", "scipy", "numba")
 _NONE = "-"
 
 
-def measure_picture(found: Measurement, told: MeasurementRecord) -> bytes:
+def measure_picture(found: Measurement, record: MeasurementRecord) -> bytes:
     """Return a PNG: the files side by side, both halves of their paths coloured by the spacing on their side."""
-    title = (
-        f"{told.part.name}, paths {told.spacing_mm:.3g} mm apart: left and right halves by the spacing on their side"
-    )
-    return _picture(found, [(each, row) for each, row in zip(found.files, told.files, strict=True)], title=title)
+    spacing = f"{record.spacing_mm:.3g} mm"
+    title = f"{record.part.name}, paths {spacing} apart: left and right halves by the spacing on their side"
+    return _picture(found, [(each, row) for each, row in zip(found.files, record.files, strict=True)], title=title)
 
 
-def measure_report(found: Measurement, told: MeasurementRecord) -> bytes:
+def measure_report(found: Measurement, record: MeasurementRecord) -> bytes:
     """Return report.html: verdict, figures and a 3D scene of every file, in one page that opens offline."""
     view = view_surface(found.surface, faces=VIEWED_FACES // len(found.files))
-    pairs = list(zip(found.files, told.files, strict=True))
+    pairs = list(zip(found.files, record.files, strict=True))
     page = PartReport(
-        name=told.part.name,
-        verdict=measure_verdict(told),
-        cautions=tuple(f"Note: {row.file} was laid onto the part by a fit." for row in told.files if row.fit),
+        name=record.part.name,
+        verdict=measure_verdict(record),
+        cautions=tuple(f"Note: {row.file} was laid onto the part by a fit." for row in record.files if row.fit),
         overview=(),
         surface=view.surface,
         R_view_work=found.upright,
         spacing=found.spacing,
         machine=None,
-        winner=told.files.index(ranked_files(told)[0]),
+        winner=record.files.index(ranked_files(record)[0]),
         backends=tuple(_view(found, each, row, view) for each, row in pairs),
         refused=(),
-        table=_table(told.files),
+        table=_table(record.files),
         path_distances=None,
         pictures=(),
-        settings=(("spacing [mm]", f"{told.spacing_mm:g}"), ("area of the part [mm2]", f"{told.area_mm2:.1f}")),
-        inputs=((told.part.name, told.part.sha256),),
+        settings=(("spacing [mm]", f"{record.spacing_mm:g}"), ("area of the part [mm2]", f"{record.area_mm2:.1f}")),
+        inputs=((record.part.name, record.part.sha256),),
         versions=(("Python", platform.python_version()), *((name, version(name)) for name in PACKAGES)),
     )
-    return html_report([page], title=f"geoprint measure: {told.part.name}")
+    return html_report([page], title=f"geoprint measure: {record.part.name}")
 
 
 def _picture(found: Measurement, files: list[tuple[MeasuredFile, MeasuredRecord]], *, title: str) -> bytes:

@@ -210,20 +210,20 @@ class InspectionRecord:
 def inspection_summary(seen: FileInspection | VolumeInspection) -> dict[str, Json]:
     """Return what `geoprint inspect --json` prints."""
     if isinstance(seen, VolumeInspection):
-        told = as_json(record_reading(seen.reading))
-        return asdict(VolumeRecord(seen.name, tuple(map(_label, seen.labels)), seen.refusal, told))
+        record = as_json(record_reading(seen.reading))
+        return asdict(VolumeRecord(seen.name, tuple(map(_label, seen.labels)), seen.refusal, record))
     return asdict(inspection_record(seen))
 
 
 def inspection_text(seen: FileInspection | VolumeInspection) -> str:
     """Return the lines that a person reads."""
-    told = [seen.reading.text] if seen.reading.text else []
+    record = [seen.reading.text] if seen.reading.text else []
     if isinstance(seen, VolumeInspection):
         first = f"{seen.name}: a volume of {how_many(len(seen.labels), 'label')}"
         advice = f"`geoprint inspect {seen.name} --label N` examines the surface around one of them"
         last = advice if seen.refusal is None else f"refused: {seen.refusal}"
-        return "\n".join([first, *_label_lines(tuple(map(_label, seen.labels))), *told, last])
-    return "\n".join([*_lines(inspection_record(seen)), *told])
+        return "\n".join([first, *_label_lines(tuple(map(_label, seen.labels))), *record, last])
+    return "\n".join([*_lines(inspection_record(seen)), *record])
 
 
 def inspection_record(seen: FileInspection) -> InspectionRecord:

@@ -1,7 +1,7 @@
 """The catalogue of what evenness is measured by: each figure is named, explained and written in one way everywhere.
 
 Tables in a terminal, pages, CSV, JSON schemas and sentences take names, meanings, digits and order from here; what is
-farther or nearer than which share of the spacing, from `quality.coverage`.
+farther or nearer than which share of the spacing, from `metrics.coverage`.
 """
 
 from __future__ import annotations
@@ -40,22 +40,22 @@ class Metric:
     percent: bool = True
     digits: int = 2
 
-    def of(self, told: EvennessRecord) -> float | None:
+    def of(self, record: EvennessRecord) -> float | None:
         """Return its value; None where it was not measured."""
-        value: object = told
+        value: object = record
         for name in self.key.split("."):
             value = None if value is None else attrgetter(name)(value)
         return None if value is None else float(value)  # pyright: ignore[reportArgumentType]
 
-    def text(self, told: EvennessRecord, *, digits: int | None = None) -> str:
+    def text(self, record: EvennessRecord, *, digits: int | None = None) -> str:
         """Return its value as it is written; a dash where it was not measured."""
-        value = self.of(told)
+        value = self.of(record)
         places = self.digits if digits is None else digits
         return NONE if value is None else f"{value:.{places}%}" if self.percent else f"{value:.{places}f}"
 
-    def badness(self, told: EvennessRecord) -> float:
+    def badness(self, record: EvennessRecord) -> float:
         """Return a number that is the smaller, the better it is."""
-        value = self.of(told) or 0.0
+        value = self.of(record) or 0.0
         return value if self.lower_is_better else -value
 
 
@@ -115,8 +115,7 @@ CATALOGUE = (
 )  # fmt: skip
 
 
-def cover_text(told: EvennessRecord, *, digits: int = 1) -> str:
+def cover_text(record: EvennessRecord, *, digits: int = 1) -> str:
     """Return in words how much of the area is missed and covered twice."""
-    return (
-        f"{GAP.text(told, digits=digits)} of the area is missed and {OVERLAP.text(told, digits=digits)} covered twice"
-    )
+    gap, overlap = GAP.text(record, digits=digits), OVERLAP.text(record, digits=digits)
+    return f"{gap} of the area is missed and {overlap} covered twice"

@@ -41,13 +41,13 @@ SAID_ELSEWHERE = "the run sheet says what no simulation knows"
 
 
 def report_table(
-    rows: Sequence[PlannedRecord], told: Mapping[str, PlanRecord], plans: Sequence[Plan]
+    rows: Sequence[PlannedRecord], record: Mapping[str, PlanRecord], plans: Sequence[Plan]
 ) -> tuple[Row, ...]:
     """Return the rows; the best values of a row are marked where backends differ in what is printed.
 
     Args:
         rows: of compare.json, a column each.
-        told: what is said of their plans, by backend.
+        record: what is said of their plans, by backend.
         plans: in the order of the columns.
     """
     headline, *others = evenness_rows([row.uniformity for row in rows])
@@ -60,21 +60,21 @@ def report_table(
         *_patches(rows),
     ]
     if any(plan.flattenings for plan in plans):
-        table += _chart([told[row.backend] for row in rows], plans)
+        table += _chart([record[row.backend] for row in rows], plans)
     if rows[0].printable is not None:
-        table += [*_robot(rows), *evidence_table([told[row.backend] for row in rows])]
+        table += [*_robot(rows), *evidence_table([record[row.backend] for row in rows])]
     return tuple(table)
 
 
-def evenness_rows(told: Sequence[EvennessRecord]) -> list[Row]:
+def evenness_rows(record: Sequence[EvennessRecord]) -> list[Row]:
     """Return a row for each figure of the catalogue that was measured of any of some paths; the best one is marked."""
     return [
         _row(
-            "Evenness", metric.label, metric.meaning, told, metric.text,
+            "Evenness", metric.label, metric.meaning, record, metric.text,
             badness=None if metric.lower_is_better is None else metric.badness, decides=metric.decides,
         )
         for metric in CATALOGUE
-        if any(metric.of(each) is not None for each in told)
+        if any(metric.of(each) is not None for each in record)
     ]  # fmt: skip
 
 
@@ -113,7 +113,7 @@ def _fibres(rows: Sequence[PlannedRecord]) -> list[Row]:
     return [_row("Path", "fibres", "", rows, lambda r: "-" if r.paths.fibres is None else fibres_text(r.paths.fibres))]
 
 
-def _chart(told: Sequence[PlanRecord], plans: Sequence[Plan]) -> list[Row]:
+def _chart(record: Sequence[PlanRecord], plans: Sequence[Plan]) -> list[Row]:
     def predicted(plan: Plan) -> str:
         if not plan.flattenings:
             return "-"
@@ -121,7 +121,7 @@ def _chart(told: Sequence[PlanRecord], plans: Sequence[Plan]) -> list[Row]:
         low, high = np.percentile(found, [5, 95]).tolist()
         return f"{low:.3f} - {high:.3f}"
 
-    scales = [None if plan.chart is None else plan.chart.area_scale for plan in told]
+    scales = [None if plan.chart is None else plan.chart.area_scale for plan in record]
     between = tuple("-" if scale is None else f"{scale.p1:.2f} - {scale.p99:.2f}" for scale in scales)
     spacings = tuple(predicted(plan) for plan in plans)
     group, one_over = "Flattening", "one over its scale of length"
@@ -146,9 +146,9 @@ def _robot(rows: Sequence[PlannedRecord]) -> list[Row]:
     ]  # fmt: skip
 
 
-def evidence_table(told: Sequence[PlanRecord]) -> list[Row]:
+def evidence_table(record: Sequence[PlanRecord]) -> list[Row]:
     """Return how far each program was proven when the page was written; what people see later `geoprint check` says."""
-    proven = [[robot.evidence for robot in plan.robot] for plan in told]
+    proven = [[robot.evidence for robot in plan.robot] for plan in record]
     each = [dict(evidence_rows(of_all(one), (), program_sha256="")) if one else {} for one in proven]
     names = dict.fromkeys(name for one in each for name in one if name != NOT_SIMULATED)
     meanings = {WORDS[STAGES[0]]: SEEN_LATER, "executed": SAID_ELSEWHERE}
@@ -193,7 +193,7 @@ UNITS = {"_mm_s": "mm/s", "_mm": "mm", "_deg": "degrees", "_kpa": "kPa", "_s": "
 
 def part_report(
     comparison: Comparison,
-    told: PartRecord,
+    record: PartRecord,
     plans: Mapping[str, PlanRecord],
     *,
     pictures: ComparisonPictures,
@@ -203,7 +203,7 @@ def part_report(
 
     Args:
         comparison: with one planned backend or more.
-        told: what compare.json says of it.
+        record: what compare.json says of it.
         plans: what plan.json says of each plan, by backend.
         pictures: of the comparison.
         faces: of the surface that is drawn, at most.
@@ -212,21 +212,21 @@ def part_report(
     first = planned[0][1].plan
     spacing = first.contours.spacing
     view = view_surface(workpiece.surface, faces=min(faces, VIEWED_FACES // len(planned)))
-    apart = told.path_distances_mm
+    apart = record.path_distances_mm
     robots = [robot for _, outcome in planned for robot in outcome.plan.robot[:1]]
     return PartReport(
-        name=told.part,
-        verdict=told.verdict,
+        name=record.part,
+        verdict=record.verdict,
         cautions=_cautions(plans),
-        overview=_overview(told),
+        overview=_overview(record),
         surface=view.surface,
         R_view_work=workpiece.upright,
         spacing=spacing,
         machine=machine(workpiece, robots[0], cell_file=comparison.job.cell) if robots else None,
-        winner=[row.backend for row in told.planned].index(told.best),
+        winner=[row.backend for row in record.planned].index(record.best),
         backends=tuple(_view(name, outcome, view, still=pictures.stills[name]) for name, outcome in planned),
-        refused=tuple((row.backend, row.refused) for row in told.refused),
-        table=report_table(told.planned, plans, [outcome.plan for _, outcome in planned]),
+        refused=tuple((row.backend, row.refused) for row in record.refused),
+        table=report_table(record.planned, plans, [outcome.plan for _, outcome in planned]),
         path_distances=PathDistances(apart.backends, np.array(apart.hausdorff), np.array(apart.mean))
         if len(planned) > 1
         else None,
@@ -234,8 +234,8 @@ def part_report(
             *_lines(pictures),
             *(each for name, outcome in planned for each in _pictures(name, outcome.plan, pictures)),
         ),
-        settings=_settings(told.settings),
-        inputs=tuple((file.name, file.sha256) for file in (told.input, told.input.body) if file is not None),
+        settings=_settings(record.settings),
+        inputs=tuple((file.name, file.sha256) for file in (record.input, record.input.body) if file is not None),
         versions=(("Python", platform.python_version()), *((name, installed_version(name)) for name in PACKAGES)),
         critical_deg=float(np.degrees(workpiece.cell.critical_overhang)),
     )
@@ -317,9 +317,9 @@ def _cautions(plans: Mapping[str, PlanRecord]) -> tuple[str, ...]:
     )
 
 
-def _overview(told: PartRecord) -> tuple[tuple[str, str], ...]:
-    best = next(row for row in told.planned if row.backend == told.best)
-    printable = [row.backend for row in told.planned if row.printable]
+def _overview(record: PartRecord) -> tuple[tuple[str, str], ...]:
+    best = next(row for row in record.planned if row.backend == record.best)
+    printable = [row.backend for row in record.planned if row.printable]
     return (
         ("covers best", best.backend),
         (COVERED_ONCE.label, COVERED_ONCE.text(best.uniformity)),
@@ -328,15 +328,15 @@ def _overview(told: PartRecord) -> tuple[tuple[str, str], ...]:
     )
 
 
-def _settings(told: SettingsRecord) -> tuple[tuple[str, str], ...]:
+def _settings(record: SettingsRecord) -> tuple[tuple[str, str], ...]:
     def text(value: object) -> str:
         if isinstance(value, bool):
             return "yes" if value else "no"
         return "none" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
 
-    settings = {name: value for name, value in as_json(told).items() if name not in {"patches", "source"}}
-    source = as_json(told).get("source")
-    regions = [region.model_dump(exclude_none=True).items() for region in told.patches]
+    settings = {name: value for name, value in as_json(record).items() if name not in {"patches", "source"}}
+    source = as_json(record).get("source")
+    regions = [region.model_dump(exclude_none=True).items() for region in record.patches]
     return (
         *((_with_unit(name), text(value)) for name, value in settings.items()),
         ("source", "border" if source is None else str(Source.model_validate(source))),

@@ -119,9 +119,9 @@ def coverage_panel(name: str, outcome: Planned) -> CoveragePanel:
     )
 
 
-def caption_of(told: EvennessRecord) -> str:
+def caption_of(record: EvennessRecord) -> str:
     """Return the figures below a picture."""
-    return f"thickness CV {THICKNESS.text(told)}, missed {GAP.text(told)}, covered twice {OVERLAP.text(told)}"
+    return f"thickness CV {THICKNESS.text(record)}, missed {GAP.text(record)}, covered twice {OVERLAP.text(record)}"
 
 
 # All pictures of a comparison: each is drawn by itself, so that whoever draws them may do so in several processes.

@@ -89,17 +89,17 @@ def patch_summary(patch: Patch) -> dict[str, Json]:
 
 def patch_text(patch: Patch) -> str:
     """Return the lines that a person reads."""
-    told = record_cut(patch)
-    lengths = ", ".join(f"{length:.4g}" for length in told.rims_mm)
-    rims = f"rim{'s' if len(told.rims_mm) > 1 else ''} {lengths} mm"
+    record = record_cut(patch)
+    lengths = ", ".join(f"{length:.4g}" for length in record.rims_mm)
+    rims = f"rim{'s' if len(record.rims_mm) > 1 else ''} {lengths} mm"
     lines = [
-        f"patch of {told.body}: {told.topology}, {told.area_mm2:.4g} mm2, {rims}, {told.faces} faces",
-        f"outside: {told.outside}",
+        f"patch of {record.body}: {record.topology}, {record.area_mm2:.4g} mm2, {rims}, {record.faces} faces",
+        f"outside: {record.outside}",
     ]
-    if told.inside is not None:
-        lines.append(f"inside: {told.inside}")
-    if told.changes:
-        lines.append(f"preparing changed: {'; '.join(told.changes)}")
+    if record.inside is not None:
+        lines.append(f"inside: {record.inside}")
+    if record.changes:
+        lines.append(f"preparing changed: {'; '.join(record.changes)}")
     return "\n".join(lines)
 
 
@@ -114,7 +114,7 @@ FRAGMENT_SPACINGS = 5.0
 
 def record_plan(plan: Plan) -> PlanRecord:
     """Return the content of plan.json."""
-    told = PlanRecord(
+    record = PlanRecord(
         schema=PLAN_SCHEMA,
         version=version("geoprint"),
         input=_input(plan),
@@ -132,7 +132,7 @@ def record_plan(plan: Plan) -> PlanRecord:
         ),
         sources=tuple(_source(tried) for tried in plan.workpiece.tried),
         middles=tuple(_middle(tried) for tried in plan.middles),
-        deposition=None if plan.laid is None else _deposition(plan.laid, plan),
+        deposition=None if plan.deposited is None else _deposition(plan.deposited, plan),
         overhang=record_overhang(plan),
         feedback=record_feedback(plan),
         robot=tuple(record_robot(plan, robot) for robot in plan.robot),
@@ -140,8 +140,8 @@ def record_plan(plan: Plan) -> PlanRecord:
         not_printable=plan.not_printable,
         warnings=(),
     )
-    said = {"warnings": warnings_of(plan, told), "notes": notes_of(plan, told), "details": details_of(plan, told)}
-    return told.model_copy(update=said)
+    said = {"warnings": warnings_of(plan, record), "notes": notes_of(plan, record), "details": details_of(plan, record)}
+    return record.model_copy(update=said)
 
 
 def record_timings(plan: Plan) -> TimingsRecord:
@@ -220,13 +220,15 @@ def _mesh(surface: Surface) -> MeshRecord:
 def _paths(plan: Plan) -> PathsRecord:
     poses, toolpath = plan.poses, plan.toolpath
     lengths = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)
-    of_runs = np.bincount(poses.runs[:-1][poses.laid], weights=lengths[poses.laid], minlength=toolpath.curves.count)
+    of_runs = np.bincount(
+        poses.runs[:-1][poses.deposited], weights=lengths[poses.deposited], minlength=toolpath.curves.count
+    )
     return PathsRecord(
         runs=toolpath.curves.count,
         levels=int(np.floor(toolpath.rows).max()) + 1,
         poses=poses.count,
-        deposit_mm=float(lengths[poses.laid].sum()),
-        travel_mm=float(lengths[~poses.laid].sum()),
+        deposit_mm=float(lengths[poses.deposited].sum()),
+        travel_mm=float(lengths[~poses.deposited].sum()),
         stops_while_laying=poses.stops_while_laying,
         corners_rounded=len(toolpath.fillets),
         corners_rounded_mm=tuple(place_of(place) for place in toolpath.fillets),
@@ -310,12 +312,12 @@ def _printed(plan: Plan) -> PrintedRecord | None:
     return record_printed(plan.printed, of_cell=says_errors(plan), standoff=standoff)
 
 
-def _deposition(laid: Laid, plan: Plan) -> DepositionRecord:
+def _deposition(deposited: Laid, plan: Plan) -> DepositionRecord:
     cell = plan.workpiece.cell
-    errors, flow = cell.errors or PrintErrors(), laid.following_flow[laid.following_flow > 0.0]
+    errors, flow = cell.errors or PrintErrors(), deposited.following_flow[deposited.following_flow > 0.0]
     rate = plan.poses.flow.max(keepdims=True) * cell.process.speed
     return DepositionRecord(
-        flow="follows the width" if laid.mode == "analog" else "constant",
+        flow="follows the width" if deposited.mode == "analog" else "constant",
         valve_mm3_s=float(rate[0]),
         valve_kpa=None
         if cell.material is None
@@ -333,7 +335,7 @@ def _patches(plan: Plan) -> tuple[PatchRecord, ...]:
         return ()
     curves, poses, measured = plan.toolpath.curves, plan.poses, plan.uniformity
     piece_of_run = component_labels(plan.workpiece.surface)[curves.points.faces[curves.offsets[:-1]]]
-    lengths = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1) * poses.laid
+    lengths = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1) * poses.deposited
     found: list[PatchRecord] = []
     for number, (patch, piece) in enumerate(zip(plan.workpiece.patches, pieces(plan.workpiece.part), strict=True)):
         runs = np.flatnonzero(piece_of_run == number)
@@ -356,60 +358,60 @@ def _patches(plan: Plan) -> tuple[PatchRecord, ...]:
 
 def record_preparation(found: PreparationReport) -> PreparationRecord:
     """Return what preparing changed and found: its repairs, then what is left."""
-    told = asdict(found)
-    return PreparationRecord(**told.pop("repairs"), **told)
+    record = asdict(found)
+    return PreparationRecord(**record.pop("repairs"), **record)
 
 
 # What a person reads of a plan: the few lines when it is done.
 
 
-def outcome_text(told: PlanRecord, *, verbose: bool = False) -> str:
+def outcome_text(record: PlanRecord, *, verbose: bool = False) -> str:
     """Return the lines that a person reads when a plan is done.
 
     Args:
-        told: what plan.json says.
+        record: what plan.json says.
         verbose: whether to list details, and all that was not checked.
     """
-    lines = _path_lines(told)
+    lines = _path_lines(record)
     lines += [
         f"layer {layer.number + 1} of {layer.count}: from {layer.bottom_mm:.3g} to "
         f"{layer.bottom_mm + layer.height_mm:.3g} mm over the part, paths in its middle"
         + (f", {layer.pattern}" if layer.pattern else "")
-        for layer in told.layers
+        for layer in record.layers
         if layer.count > 1
     ]
-    if told.uniformity is not None:
-        lines.append(_evenness_text(told.uniformity, told.deposition))
-        if told.uniformity.distance is not None:
-            off, most = OFF.text(told.uniformity), OFF_MOST.text(told.uniformity)
+    if record.uniformity is not None:
+        lines.append(_evenness_text(record.uniformity, record.deposition))
+        if record.uniformity.distance is not None:
+            off, most = OFF.text(record.uniformity), OFF_MOST.text(record.uniformity)
             lines.append(f"distance: level curves are off by {off} of a spacing (standard deviation), {most} at most")
-        lines += [] if told.uniformity.printed is None else [_printed_text(told.uniformity.printed)]
-    if len(told.patches) > 1:
+        lines += [] if record.uniformity.printed is None else [_printed_text(record.uniformity.printed)]
+    if len(record.patches) > 1:
         lines += [
             f"patch {number}: {patch.area_mm2:.4g} mm2, runs {patch.runs[0] + 1} to {patch.runs[1] + 1}, spacing "
             f"varies by {patch_evenness(patch)} (CV)"
-            for number, patch in enumerate(told.patches, start=1)
+            for number, patch in enumerate(record.patches, start=1)
         ]
-    if told.overhang is not None:
-        lines += overhang_lines(told.overhang, verbose=verbose)
-    for robot in told.robot:
-        lines += _robot_text(robot, speed=told.settings.speed_mm_s)
-    if told.joined is not None:
-        lines.append(_joined_text(told.joined, count=len(told.robot)))
-    if told.not_printable is not None:
-        lines.append(f"no program: the robot cannot print this: {told.not_printable}")
-    unchecked = list(dict.fromkeys(text for robot in told.robot for text in robot.clearance.not_checked))
+    if record.overhang is not None:
+        lines += overhang_lines(record.overhang, verbose=verbose)
+    for robot in record.robot:
+        lines += _robot_text(robot, speed=record.settings.speed_mm_s)
+    if record.joined is not None:
+        lines.append(_joined_text(record.joined, count=len(record.robot)))
+    if record.not_printable is not None:
+        lines.append(f"no program: the robot cannot print this: {record.not_printable}")
+    unchecked = list(dict.fromkeys(text for robot in record.robot for text in robot.clearance.not_checked))
     lines += marked_lines(
-        warnings=told.warnings, notes=told.notes, details=told.details, not_checked=unchecked, verbose=verbose
+        warnings=record.warnings, notes=record.notes, details=record.details, not_checked=unchecked, verbose=verbose
     )
     return "\n".join(lines)
 
 
-def _path_lines(told: PlanRecord) -> list[str]:
-    paths, settings = told.paths, told.settings
+def _path_lines(record: PlanRecord) -> list[str]:
+    paths, settings = record.paths, record.settings
     lines = [
         (
-            f"{told.input.name}: {how_many(paths.runs, 'run')}, {paths.deposit_mm:.0f} mm of path at "
+            f"{record.input.name}: {how_many(paths.runs, 'run')}, {paths.deposit_mm:.0f} mm of path at "
             f"{settings.spacing_mm:.3g} mm "
             f"spacing ({settings.backend})"
         )
@@ -443,30 +445,33 @@ def again_text(folder: str, *, written_by: str, differing: Sequence[str], change
     return f"warning: {again}, but {len(differing)} files differ ({', '.join(differing[:3])} ...): {other}"
 
 
-def _printed_text(told: PrintedRecord) -> str:
+def _printed_text(record: PrintedRecord) -> str:
     """Return the line on the thickness in print."""
-    mend = "the plan itself makes most of it" if told.mend_first is None else f"mend first {WORDS[told.mend_first]}"
-    whose = "" if told.errors == "cell" else "; errors of the packaged cell"
-    return f"in print: thickness expected to vary by {expected_text(told)}, 95 of 100 prints in brackets; {mend}{whose}"
+    mend = "the plan itself makes most of it" if record.mend_first is None else f"mend first {WORDS[record.mend_first]}"
+    whose = "" if record.errors == "cell" else "; errors of the packaged cell"
+    return (
+        f"in print: thickness expected to vary by {expected_text(record)}, 95 of 100 prints in brackets; {mend}{whose}"
+    )
 
 
-def _evenness_text(told: EvennessRecord, flow: DepositionRecord | None) -> str:
+def _evenness_text(record: EvennessRecord, flow: DepositionRecord | None) -> str:
     """Return the line on how evenly the paths cover the part."""
-    covered = f"area covered once {COVERED_ONCE.text(told)}, missed {GAP.text(told)}, twice {OVERLAP.text(told)}"
+    covered = f"area covered once {COVERED_ONCE.text(record)}, missed {GAP.text(record)}, twice {OVERLAP.text(record)}"
     here = "" if flow is None else f"; here the flow {'is constant' if flow.flow == 'constant' else 'follows'}"
     return (
-        f"evenness: layer thickness varies by {THICKNESS.text(told)} with constant flow, {FOLLOWING.text(told)} with "
+        f"evenness: layer thickness varies by {THICKNESS.text(record)} with constant flow, "
+        f"{FOLLOWING.text(record)} with "
         f"flow that follows the width (CV){here}; {covered}"
     )
 
 
-def _robot_text(told: RobotRecord, *, speed: float) -> list[str]:
-    motion, found = told.motion, told.clearance
-    named = "" if told.table is None else f"attitude {told.table.attitude}, "
+def _robot_text(record: RobotRecord, *, speed: float) -> list[str]:
+    motion, found = record.motion, record.clearance
+    named = "" if record.table is None else f"attitude {record.table.attitude}, "
     return [
         (
             f"{named}motion: {motion.duration_s:.0f} s, smallest wrist angle {motion.smallest_wrist_angle_deg:.1f} "
-            f"degrees, {told.program.targets} targets, {motion.targets.shortest_mm:.2g} mm and more apart"
+            f"degrees, {record.program.targets} targets, {motion.targets.shortest_mm:.2g} mm and more apart"
         ),
         _attitude_text(motion),
         _speed_text(motion, speed=speed),
@@ -474,43 +479,43 @@ def _robot_text(told: RobotRecord, *, speed: float) -> list[str]:
     ]
 
 
-def _joined_text(told: JoinedRecord, *, count: int) -> str:
+def _joined_text(record: JoinedRecord, *, count: int) -> str:
     """Return the line on the program of all attitudes."""
     return (
-        f"program: {count} attitudes of the table one after another, {told.print_s:.0f} s with its own motions; it "
-        f"asks for each while the arm waits at home; executed in {len(told.scenarios)} scenarios: {told.file}"
+        f"program: {count} attitudes of the table one after another, {record.print_s:.0f} s with its own motions; it "
+        f"asks for each while the arm waits at home; executed in {len(record.scenarios)} scenarios: {record.file}"
     )
 
 
-def _attitude_text(told: MotionRecord) -> str:
+def _attitude_text(record: MotionRecord) -> str:
     """Return the line on how the nozzle turns about itself, and where it leans."""
-    turned = told.rotation.most_deg - told.rotation.least_deg
-    if told.rotation.axial_nozzle:
+    turned = record.rotation.most_deg - record.rotation.least_deg
+    if record.rotation.axial_nozzle:
         turn = "on the flange's axis, its turn stays constant because it would move joint 6 only"
     else:
         turn = f"turns about itself over {turned:.0f} degrees along the way"
-    places = told.lean.places
+    places = record.lean.places
     more = " or more" if len(places) == LISTED_PLACES else ""
     lean = (
         f"leans in {how_many(len(places), 'place')}{more}, by up to {places[0].lean_deg:.1f} degrees"
         if places
         else "leans nowhere"
     )
-    return f"nozzle: {turn}; joint 6 makes {told.joint_6_turns:.1f} turns; {lean}"
+    return f"nozzle: {turn}; joint 6 makes {record.joint_6_turns:.1f} turns; {lean}"
 
 
-def _speed_text(told: MotionRecord, *, speed: float) -> str:
+def _speed_text(record: MotionRecord, *, speed: float) -> str:
     """Return one line on the speed of the print, where it dips and why, and what is deposited."""
-    ceiling = f" (ceiling {told.speed_ceiling_mm_s:g})" if speed < told.speed_ceiling_mm_s else ""
-    line = f"speed: prints at {speed:g} mm/s{ceiling}, {told.share_at_speed:.1%} of the deposit within 1 % of it"
-    if told.slowdowns:
-        worst = min(told.slowdowns, key=lambda dip: dip.held_mm_s)
-        length = sum(dip.length_mm for dip in told.slowdowns)
+    ceiling = f" (ceiling {record.speed_ceiling_mm_s:g})" if speed < record.speed_ceiling_mm_s else ""
+    line = f"speed: prints at {speed:g} mm/s{ceiling}, {record.share_at_speed:.1%} of the deposit within 1 % of it"
+    if record.slowdowns:
+        worst = min(record.slowdowns, key=lambda dip: dip.held_mm_s)
+        length = sum(dip.length_mm for dip in record.slowdowns)
         why = f"the {worst.limit} of joint {worst.joint}" if worst.joint else "the spacing of its targets in a bend"
         x, y, z = worst.place_mm
         where = f"in run {worst.run + 1} by {why} at ({x:.1f}, {y:.1f}, {z:.1f})"
         line += f"; down to {worst.held_mm_s:.3g} mm/s over {length:.3g} mm, {where}"
-    found = told.deposited
+    found = record.deposited
     if found is None:
         return line
     return f"{line}; deposits {found.share:.1%}, runs {found.least_run:.1%} to {found.most_run:.1%}"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from geoprint.metrics.stack_thickness import deposited_shares, executed_flow, laid_volume
+from geoprint.metrics.stack_thickness import deposited_shares, deposited_volume, executed_flow
 from geoprint.model import Cell
 from geoprint.process.feedback import VALVE_CAUSES, PrintedProgram
 from geoprint.reporting.records.inspection import (
@@ -73,22 +73,22 @@ NOTABLE_SLOWING = 5e-4
 def record_deposited(robot: RobotPlan, cell: Cell) -> DepositedRecord | None:
     """Return the volume that a part of the program deposits, as executed, over that of its paths; None without any."""
     poses = robot.joint_path.poses
-    wanted = laid_volume(poses, poses.flow)
+    wanted = deposited_volume(poses, poses.flow)
     if wanted == 0.0:
         return None
     flow = executed_flow(poses, robot.trajectory.pose_times, robot.switching.material, cell=cell)
     _, shares = deposited_shares(poses, flow, layer_height=cell.process.layer_height)
     return DepositedRecord(
-        share=laid_volume(poses, flow) / wanted, least_run=float(shares.min()), most_run=float(shares.max())
+        share=deposited_volume(poses, flow) / wanted, least_run=float(shares.min()), most_run=float(shares.max())
     )
 
 
-def made_up_notes(plan: Plan, told: PlanRecord) -> Iterator[str]:
+def made_up_notes(plan: Plan, record: PlanRecord) -> Iterator[str]:
     """Say by how much a layer of a stack is slowed down, so that it has its whole volume."""
     place, poses = plan.workpiece.place, plan.poses
     if place is None or plan.workpiece.cell.signals.mode == "analog":
         return
-    share = float(poses.flow.max()) / (told.settings.spacing_mm * place.height)
+    share = float(poses.flow.max()) / (record.settings.spacing_mm * place.height)
     if share >= 1.0 + NOTABLE_SLOWING:
         yield (
             f"the paths of this layer leave out {1.0 - 1.0 / share:.2%} of its volume where fronts meet: it prints so "
@@ -121,21 +121,21 @@ def record_printed(printed: PrintedProgram) -> PrintedRecord:
     )
 
 
-def next_print(told: AppraisalRecord | ScanAppraisalRecord, *, plan: str, folder: str | None) -> str:
+def next_print(record: AppraisalRecord | ScanAppraisalRecord, *, plan: str, folder: str | None) -> str:
     """Return the line on the command that makes the next print better by an appraisal.
 
     Args:
-        told: what the appraisal says.
+        record: what the appraisal says.
         plan: folder of the bundle that was printed.
         folder: that holds appraisal.json; None where nothing was written.
     """
     if folder is None:
         return f"next: the same with `--out appraised`, then geoprint plan --from {plan} --feedback appraised/{RECORD}"
     written = Path(folder, RECORD).as_posix()
-    if isinstance(told, ScanAppraisalRecord):
-        shift = told.shift
+    if isinstance(record, ScanAppraisalRecord):
+        shift = record.shift
     else:
-        on_plan = told.photographs[0].on_plan
+        on_plan = record.photographs[0].on_plan
         shift = None if on_plan is None else on_plan.shift
     if shift is None:
         return f"next: geoprint plan --from {plan} --feedback {written} --out next"
@@ -175,34 +175,36 @@ def record_feedback(plan: Plan) -> FeedbackRecord | None:
     )
 
 
-def feedback_notes(told: FeedbackRecord | None) -> Iterator[str]:
+def feedback_notes(record: FeedbackRecord | None) -> Iterator[str]:
     """Say what feedback changed and expects, or that nothing was significant."""
-    if told is None:
+    if record is None:
         return
     found = (
-        f"feedback: {told.seen_in} shows {told.plan} with a volume {told.error_found:.1%} off (RMS) what its program "
+        f"feedback: {record.seen_in} shows {record.plan} with a volume {record.error_found:.1%} off (RMS) what "
+        f"its program "
         "does"
     )
-    if not told.changes:
+    if not record.changes:
         yield f"{found}, of which nothing is significant: flow and valve stay as they were."
     else:
-        causes = ", ".join(_in_words(each) for each in told.changes)
+        causes = ", ".join(_in_words(each) for each in record.changes)
         valve = ", ".join(
             f"{'opens' if earlier else 'shuts'} {abs(by):.2f} mm {'earlier' if by > 0.0 else 'later'}"
-            for earlier, by in ((True, told.valve_opens_earlier_mm), (False, told.valve_shuts_earlier_mm))
+            for earlier, by in ((True, record.valve_opens_earlier_mm), (False, record.valve_shuts_earlier_mm))
             if by != 0.0
         )
-        slower = "" if told.speed_mm_s is None else f", by printing at {told.speed_mm_s:.3g} mm/s"
+        slower = "" if record.speed_mm_s is None else f", by printing at {record.speed_mm_s:.3g} mm/s"
         yield (
-            f"{found}: {causes}; the flow is commanded at {told.least_factor:.2f} to {told.most_factor:.2f} of the "
-            f"wanted one{slower}{f', the valve {valve}' if valve else ''}; {told.error_expected:.1%} are expected to "
+            f"{found}: {causes}; the flow is commanded at {record.least_factor:.2f} to {record.most_factor:.2f} of the "
+            f"wanted one{slower}{f', the valve {valve}' if valve else ''}; {record.error_expected:.1%} are expected to "
             "be left by these causes (feedback.csv lists the flow)."
         )
-    if told.held > 0.0:
-        yield f"feedback: the cell's bounds hold the flow at {told.held:.1%} of the poses: more was needed there."
-    if told.gaps:
+    if record.held > 0.0:
+        yield f"feedback: the cell's bounds hold the flow at {record.held:.1%} of the poses: more was needed there."
+    if record.gaps:
         yield (
-            f"feedback: {told.gaps} parts of runs had hardly any material, which no flow mends: look for what stopped "
+            f"feedback: {record.gaps} parts of runs had hardly any material, which no flow mends: look for what "
+            f"stopped "
             "it."
         )
     yield "feedback: print this plan and appraise that print, too: geoprint appraise SCAN-OR-PHOTO --plan FOLDER."
@@ -215,9 +217,10 @@ def _changes(fed: Fed) -> tuple[ChangeRecord, ...]:
     )
 
 
-def _in_words(told: ChangeRecord) -> str:
-    if told.cause in VALVE_CAUSES:
-        return f"{told.cause} {abs(told.most):.2f} mm too {'late' if told.most > 0.0 else 'early'}"
-    if told.least == told.most:
-        return f"{told.least:.2f} of it everywhere"
-    return f"{'' if told.cause == 'along runs' else 'a '}{told.cause} of {told.least:.2f} to {told.most:.2f}".strip()
+def _in_words(record: ChangeRecord) -> str:
+    if record.cause in VALVE_CAUSES:
+        return f"{record.cause} {abs(record.most):.2f} mm too {'late' if record.most > 0.0 else 'early'}"
+    if record.least == record.most:
+        return f"{record.least:.2f} of it everywhere"
+    article = "" if record.cause == "along runs" else "a "
+    return f"{article}{record.cause} of {record.least:.2f} to {record.most:.2f}".strip()

@@ -45,15 +45,15 @@ class FitRecord:
 
 def recommendation_summary(found: Advice | Beside) -> dict[str, Json]:
     """Return what `geoprint recommend --json` prints: mm, s, Pa, mm3/s, and what names another unit."""
-    told: dict[str, Json] = asdict(found.told)
+    record: dict[str, Json] = asdict(found.record)
     if isinstance(found, Beside):
-        return {**told, "flow": _json_bounds(found.told.flow), "layer": _json_bounds(found.told.layer)}
+        return {**record, "flow": _json_bounds(found.record.flow), "layer": _json_bounds(found.record.layer)}
     return {
         "pressure_kpa": found.pressure_kpa,
         "asked_spacing": found.spacing,
         "depth": found.depth,
         "mass_g": found.mass_g,
-        **told,
+        **record,
     }
 
 
@@ -101,7 +101,7 @@ def _fit_record(fit: FittedFluid, *, density: float) -> FitRecord:
 
 
 def _advice_lines(advice: Advice) -> Iterator[str]:
-    found, process = advice.told, advice.process
+    found, process = advice.record, advice.process
     yield (
         f"flow: {found.flow:.3g} mm3/s at {advice.pressure_kpa:g} kPa (flow begins at "
         f"{found.starting_pressure / PASCAL_PER_KPA:.3g} kPa; {found.needle_share:.0%} of the pressure is lost in the "
@@ -130,7 +130,7 @@ def _advice_lines(advice: Advice) -> Iterator[str]:
 
 
 def _beside_lines(beside: Beside) -> Iterator[str]:
-    found = beside.told
+    found = beside.record
     yield (
         f"{beside.pressure_kpa:g} kPa and {beside.rounds} rounds beside {beside.good_pressure_kpa:g} kPa and "
         f"{beside.good_rounds}: flow {_bounds(found.flow)}, material {_bounds(found.layer)}, spacing "

@@ -70,17 +70,17 @@ def _solids(cell: Cell, T_table_plate: FloatArray) -> tuple[Cylinder, ...]:
 
 def motion_shades(plan: Plan, vertices: FloatArray) -> MotionShades:
     """Return lean and speed at the piece of deposit that lies nearest to each of (n, 3) vertices [mm]."""
-    middles, leans, speeds = (np.concatenate(each) for each in zip(*map(_laid, plan.robot), strict=True))
+    middles, leans, speeds = (np.concatenate(each) for each in zip(*map(_deposited, plan.robot), strict=True))
     _, nearest = KDTree(middles).query(vertices)
     pieces = np.asarray(nearest)
     return MotionShades(np.degrees(leans[pieces]), speeds[pieces] / plan.workpiece.cell.process.speed)
 
 
-def _laid(robot: RobotPlan) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _deposited(robot: RobotPlan) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the (k, 3) middles of the pieces of deposit of a robot's part, their leans [rad] and speeds [mm/s]."""
     poses, times = robot.joint_path.poses, robot.trajectory.pose_times
     lengths, durations = bead_steps(poses), np.diff(times)
-    rows = np.flatnonzero(poses.laid & (lengths > 0.0) & (durations > 0.0))
+    rows = np.flatnonzero(poses.deposited & (lengths > 0.0) & (durations > 0.0))
     places = poses.surface_points
     return (places[rows] + places[rows + 1]) / 2.0, tilts(poses)[rows], lengths[rows] / durations[rows]
 
@@ -158,17 +158,17 @@ def _part_replay(cell: Cell, robot: RobotPlan, *, begin: float, frames: int) -> 
     rows = np.unique(np.linspace(0, last, frames).astype(np.int64))
     ends = np.clip([rows - 1, rows + 1], 0, last)
     tips = arm.link_poses(trajectory.joints[ends.ravel()])[:, -1, :3, 3].reshape(2, -1, 3)
-    laid = np.flatnonzero(poses.deposit)
-    starts = np.flatnonzero(np.diff(poses.runs[laid], prepend=-1))
+    deposited = np.flatnonzero(poses.deposit)
+    starts = np.flatnonzero(np.diff(poses.runs[deposited], prepend=-1))
     return Replay(
         times=begin + trajectory.times[rows],
         joints=trajectory.joints[rows],
         speeds=np.linalg.norm(tips[1] - tips[0], axis=1) / np.diff(trajectory.times[ends], axis=0)[0],
         valve=begin + robot.switching.material,
         lamp=begin + np.minimum(robot.switching.lamp, trajectory.duration),
-        bead=poses.tips[laid],
-        bead_offsets=np.append(starts, laid.size),
-        bead_times=begin + trajectory.pose_times[laid],
+        bead=poses.tips[deposited],
+        bead_offsets=np.append(starts, deposited.size),
+        bead_times=begin + trajectory.pose_times[deposited],
     )
 
 

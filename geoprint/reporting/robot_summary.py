@@ -135,7 +135,7 @@ def record_quadrants(path: JointPath, targets: Targets) -> tuple[QuadrantRecord,
     if not rows.size:
         return ()
     distances = border_distances(path.joints[rows])
-    crossed = (np.diff(path.configuration[:, :3], axis=0) != 0)[path.poses.laid].sum(axis=0)
+    crossed = (np.diff(path.configuration[:, :3], axis=0) != 0)[path.poses.deposited].sum(axis=0)
     nearest = distances.argmin(axis=0)
     return tuple(
         QuadrantRecord(
@@ -158,7 +158,7 @@ def _moments(times: FloatArray) -> tuple[float, ...]:
 def _motion(plan: Plan, robot: RobotPlan) -> MotionRecord:
     path, trajectory, placement = robot.joint_path, robot.trajectory, robot.placement
     uncertainty = plan.workpiece.uncertainty
-    lengths = _laid_lengths(path.poses)
+    lengths = _deposited_lengths(path.poses)
     return MotionRecord(
         duration_s=trajectory.duration,
         branch=path.branch,
@@ -243,10 +243,11 @@ def _bend(bend: Bend) -> BendRecord:
 
 def _tilt(path: JointPath, lengths: FloatArray) -> TiltRecord:
     """Return the tilt from the surface normal where (p,) lengths are laid [mm]."""
-    laid = lengths > 0.0
-    tilt = tilts(path.poses)[laid]
+    deposited = lengths > 0.0
+    tilt = tilts(path.poses)[deposited]
     return TiltRecord(
-        largest_deg=_degrees(tilt.max(initial=0.0)), mean_deg=_degrees(float(tilt @ lengths[laid]) / _total(lengths))
+        largest_deg=_degrees(tilt.max(initial=0.0)),
+        mean_deg=_degrees(float(tilt @ lengths[deposited]) / _total(lengths)),
     )
 
 
@@ -291,9 +292,9 @@ def _stretches(leans: FloatArray) -> Sequence[IntArray]:
     return np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1) if rows.size else []
 
 
-def _laid_lengths(poses: PoseStream) -> FloatArray:
+def _deposited_lengths(poses: PoseStream) -> FloatArray:
     """Return the (p,) deposited length that belongs to each pose [mm]."""
-    steps = np.where(poses.laid, np.linalg.norm(np.diff(poses.tips, axis=0), axis=1), 0.0) / 2.0
+    steps = np.where(poses.deposited, np.linalg.norm(np.diff(poses.tips, axis=0), axis=1), 0.0) / 2.0
     return np.append(steps, 0.0) + np.append(0.0, steps)
 
 

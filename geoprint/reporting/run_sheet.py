@@ -44,27 +44,27 @@ from geoprint.reporting.robot_summary import record_executed, record_switching
 # The run sheet of a program over a tilting table: its attitudes in order, what to bring the table to, what to set.
 
 
-def attitude_rows(checked: Checked, told: PlanRecord) -> list[tuple[str, list[str]]]:
+def attitude_rows(checked: Checked, record: PlanRecord) -> list[tuple[str, list[str]]]:
     """Return label and texts of the page of a bundle with several attitudes; none where it has no program of all.
 
     Args:
         checked: the bundle, with nothing found wrong.
-        told: its plan.json.
+        record: its plan.json.
     """
-    joined, now = told.joined, checked.joined
-    table = None if told.overhang is None else told.overhang.table
+    joined, now = record.joined, checked.joined
+    table = None if record.overhang is None else record.overhang.table
     if joined is None or now is None or table is None:
         return []
-    dry_only = any(robot.program.dry_run_only for robot in told.robot)
+    dry_only = any(robot.program.dry_run_only for robot in record.robot)
     seen = [f"{stage}: {what}" for stage, what in seen_rows(checked.seen, program_sha256=now.program_sha256)]
-    unchecked = dict.fromkeys(text for robot in told.robot for text in robot.clearance.not_checked)
+    unchecked = dict.fromkeys(text for robot in record.robot for text in robot.clearance.not_checked)
     return [
-        ("program", _joined_program(joined, told.robot, dry_only=dry_only)),
-        ("attitudes", [_attitude(robot, table) for robot in told.robot]),
+        ("program", _joined_program(joined, record.robot, dry_only=dry_only)),
+        ("attitudes", [_attitude(robot, table) for robot in record.robot]),
         ("table", table_lines(table.name)),
         ("is set to", [] if now.settings is None else [_joined_settings(now.settings, dry_only=dry_only)]),
         ("to print", _printing(dry_only=dry_only)),
-        ("to stop", [_stopping(len(told.robot))]),
+        ("to stop", [_stopping(len(record.robot))]),
         ("to resume", [] if dry_only else [_resuming()]),
         ("not checked", ["; ".join(unchecked) + "; the real cell."]),
         ("executed", [_executed(joined, now)]),
@@ -162,7 +162,7 @@ def check_summary(checked: Checked | CheckedComparison) -> dict[str, Json]:
 def _comparison_record(checked: CheckedComparison, name: str) -> CheckedComparisonRecord:
     stack = checked.stack
     settings = None if stack is None else stack.settings
-    tilted = stack is not None and stack.told is not None and stack.told.layers[0].attitudes is not None
+    tilted = stack is not None and stack.record is not None and stack.record.layers[0].attitudes is not None
     return CheckedComparisonRecord(
         comparison=name,
         agrees=not checked.findings,
@@ -180,7 +180,7 @@ def _comparison_record(checked: CheckedComparison, name: str) -> CheckedComparis
 def _record(checked: Checked, name: str) -> CheckRecord:
     setup, orders, settings, switching = checked.setup, checked.orders, checked.settings, checked.switching
     extent = None if setup is None or orders is None else _extent(setup, orders)
-    robot = checked.told.robot if checked.told is not None and len(checked.told.robot) == 1 else ()
+    robot = checked.record.robot if checked.record is not None and len(checked.record.robot) == 1 else ()
     joined = checked.joined
     return CheckRecord(
         bundle=name,
@@ -231,30 +231,30 @@ def run_sheet(checked: Checked, *, width: int | None = None) -> str:
         width: letters in a line, where they are counted; the page is never wider than 100.
     """
     setup, orders, settings, switching = checked.setup, checked.orders, checked.settings, checked.switching
-    told = checked.told
-    if checked.attitudes and told is not None and not checked.findings:
-        head = [f"RUN SHEET  {told.input.name}, attitude by attitude  ({checked.folder.name})", ""]
+    record = checked.record
+    if checked.attitudes and record is not None and not checked.findings:
+        head = [f"RUN SHEET  {record.input.name}, attitude by attitude  ({checked.folder.name})", ""]
         rows = [
-            *attitude_rows(checked, told),
+            *attitude_rows(checked, record),
             ("checked again", repeated_texts(checked)),
             ("not derived", underived_texts(checked)),
         ]
         return "\n".join(
             [*head, *(line for label, texts in rows if texts for line in entry(label, texts, width=width))]
         )
-    if checked.findings or told is None or not (setup and orders and settings and switching):
+    if checked.findings or record is None or not (setup and orders and settings and switching):
         return "\n".join(f"{each.file}, line {each.line}: {each.reason}" for each in checked.findings)
-    robot = told.robot[0]
-    lines = [f"RUN SHEET  {told.input.name}  ({checked.folder.name})", ""]
+    robot = record.robot[0]
+    lines = [f"RUN SHEET  {record.input.name}  ({checked.folder.name})", ""]
     for label, texts in (
         ("program", _program(setup, orders, modules=robot.program.modules)),
         ("is set to", _settings(setup, settings)),
-        ("patches", _patches(told.patches)),
+        ("patches", _patches(record.patches)),
         ("placement", [*_placement(setup), *orientation_notes(robot.motion)]),
         ("extent", _reach(setup, orders, robot.motion)),
         ("closest approach", _closest(robot.clearance)),
         ("signals", _signals(setup, switching)),
-        ("process", _process(setup, told)),
+        ("process", _process(setup, record)),
         ("limits", _limits(setup, robot.motion)),
         ("targets", _targets(robot.motion)),
         ("before start", _steps(setup, orders)),
@@ -284,16 +284,16 @@ def underived_texts(checked: Checked) -> list[str]:
     return ["; ".join(checked.not_derived)] if checked.not_derived else []
 
 
-def _evidence(checked: Checked, told: EvidenceRecord) -> list[str]:
-    rows = evidence_rows(_executed_now(checked, told), checked.seen, program_sha256=checked.program_sha256)
+def _evidence(checked: Checked, record: EvidenceRecord) -> list[str]:
+    rows = evidence_rows(_executed_now(checked, record), checked.seen, program_sha256=checked.program_sha256)
     return [f"{stage}: {what}" for stage, what in rows]
 
 
-def _executed_now(checked: Checked, told: EvidenceRecord) -> EvidenceRecord:
+def _executed_now(checked: Checked, record: EvidenceRecord) -> EvidenceRecord:
     """Return what plan.json says, but executed in this check; not at all where it goes to other targets."""
     found = checked.executed
     same = found is not None and np.isfinite([found.motion, found.outputs]).all()
-    return told.model_copy(update={"executed": record_executed(found) if found is not None and same else None})
+    return record.model_copy(update={"executed": record_executed(found) if found is not None and same else None})
 
 
 def entry(label: str, texts: Sequence[str], *, width: int | None) -> list[str]:
@@ -407,14 +407,14 @@ def _signals(setup: Setup, switching: Timeline) -> list[str]:
     ]
 
 
-def _process(setup: Setup, told: PlanRecord) -> list[str]:
+def _process(setup: Setup, record: PlanRecord) -> list[str]:
     """Say what a person sets beside the robot, and what the lamp gives."""
     process, flood = setup.cell.process, setup.cell.flood
-    (layer,) = told.layers
+    (layer,) = record.layers
     below = " over the layer below" if layer.bottom_mm else ""
-    flow = told.deposition
+    flow = record.deposition
     light = None if flow is None else flow.light
-    texts = [] if flow is None else [f"air pressure: {_pressure(process, flow, told.robot)}"]
+    texts = [] if flow is None else [f"air pressure: {_pressure(process, flow, record.robot)}"]
     texts.append(f"layer {process.layer_height:g} mm, stand-off {layer.standoff_mm:g} mm{below}")
     if setup.cell.purge is not None:
         texts.append(f"nozzle primed by the program before its first run: {setup.cell.purge.duration:g} s at [purge]")

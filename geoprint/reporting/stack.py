@@ -24,33 +24,33 @@ from geoprint.results import FinishedStack, StackedLayer
 # What is said of the light within a stack: the dose at the bottom of each layer, and what nobody knows of it.
 
 
-def with_cure(told: StackRecord, cell: Cell) -> StackRecord:
+def with_cure(record: StackRecord, cell: Cell) -> StackRecord:
     """Return what is said of a stack with the light within it, or with what must be known of the material for that.
 
     Args:
-        told: without a word of it.
+        record: without a word of it.
         cell: that prints the stack.
     """
     found = cell.material
     needed, penetration = (None, None) if found is None else (found.dose, found.penetration)
-    doses = [layer.dose_mj_cm2 for layer in told.layers if layer.dose_mj_cm2 is not None]
-    if needed is None or penetration is None or len(doses) < len(told.layers):
+    doses = [layer.dose_mj_cm2 for layer in record.layers if layer.dose_mj_cm2 is not None]
+    if needed is None or penetration is None or len(doses) < len(record.layers):
         lacking = ", ".join(_lacking(found))
         text = f"whether layers are cured through: for that the cell's [material] needs {lacking}"
-        return told.model_copy(update={"not_checked": (*told.not_checked, text)})
-    heights = np.array([layer.height_mm for layer in told.layers])
+        return record.model_copy(update={"not_checked": (*record.not_checked, text)})
+    heights = np.array([layer.height_mm for layer in record.layers])
     own, whole = bottom_doses(np.array(doses), heights, penetration=penetration)
     layers = tuple(
         _lit(layer, *pair)
-        for layer, pair in zip(told.layers, zip(own.tolist(), whole.tolist(), strict=True), strict=True)
+        for layer, pair in zip(record.layers, zip(own.tolist(), whole.tolist(), strict=True), strict=True)
     )
     cure = CureRecord(
         needed_mj_cm2=needed,
         penetration_mm=penetration,
-        speed_mm_s=told.layers[0].speed_mm_s,
+        speed_mm_s=record.layers[0].speed_mm_s,
         flood_s=None if cell.flood is None else cell.flood.duration,
     )
-    return told.model_copy(update={"layers": layers, "cure": cure})
+    return record.model_copy(update={"layers": layers, "cure": cure})
 
 
 def _lit(layer: StackedLayerRecord, own: float, whole: float) -> StackedLayerRecord:
@@ -72,7 +72,7 @@ def _lacking(material: Material | None) -> list[str]:
 
 
 def layer_record(
-    told: PlanRecord,
+    record: PlanRecord,
     kept: StackedLayer,
     *,
     folder: str,
@@ -84,7 +84,7 @@ def layer_record(
     """Return what is said of a planned layer.
 
     Args:
-        told: what its plan.json says.
+        record: what its plan.json says.
         kept: what is kept of it.
         folder: of its bundle.
         area: of the surface in its middle [mm2].
@@ -92,38 +92,44 @@ def layer_record(
         speed: at which it prints, before its missing volume is made up [mm/s].
         not_printable: why the robot cannot print it, or None.
     """
-    even, robots, laid = told.uniformity, told.robot, told.deposition
-    layer = None if even is None or laid is None else even.thickness if laid.flow == "constant" else even.following
+    even, robots, deposited = record.uniformity, record.robot, record.deposition
+    layer = (
+        None
+        if even is None or deposited is None
+        else even.thickness
+        if deposited.flow == "constant"
+        else even.following
+    )
     return StackedLayerRecord(
         folder=folder,
         bottom_mm=kept.bottom,
         height_mm=kept.height,
         area_mm2=area,
         pattern=pattern,
-        runs=told.paths.runs,
-        deposit_mm=told.paths.deposit_mm,
+        runs=record.paths.runs,
+        deposit_mm=record.paths.deposit_mm,
         gap=None if even is None else even.gap,
         overlap=None if even is None else even.overlap,
         thickness_cv=None if layer is None else layer.cv,
-        helix_deg=None if told.paths.fibres is None else told.paths.fibres.helix_mean_deg,
+        helix_deg=None if record.paths.fibres is None else record.paths.fibres.helix_mean_deg,
         speed_mm_s=speed,
         laid_mm3=float(kept.volumes[kept.printed]),
         wanted_mm3=area * kept.height,
-        print_s=_seconds(told),
+        print_s=_seconds(record),
         attitudes=len(robots) if any(robot.table is not None for robot in robots) else None,
         clearance_mm=min((robot.clearance.smallest_mm for robot in robots), default=None),
         not_printable=not_printable,
-        dose_mj_cm2=None if laid is None or laid.light is None else laid.light.all_passes,
-        warnings=told.warnings,
+        dose_mj_cm2=None if deposited is None or deposited.light is None else deposited.light.all_passes,
+        warnings=record.warnings,
         not_checked=tuple(dict.fromkeys(text for robot in robots for text in robot.clearance.not_checked)),
     )
 
 
-def _seconds(told: PlanRecord) -> float | None:
+def _seconds(record: PlanRecord) -> float | None:
     """Return how long a layer prints, with the motions of a table; None without a robot [s]."""
-    if told.joined is not None:
-        return told.joined.print_s
-    return sum(robot.motion.duration_s for robot in told.robot) if told.robot else None
+    if record.joined is not None:
+        return record.joined.print_s
+    return sum(robot.motion.duration_s for robot in record.robot) if record.robot else None
 
 
 def finished_record(stack: FinishedStack, *, wanted: float) -> FinishedFlowsRecord:
@@ -133,7 +139,7 @@ def finished_record(stack: FinishedStack, *, wanted: float) -> FinishedFlowsReco
         stack: all of its layers.
         wanted: the volume that it shall have [mm3].
     """
-    told = [
+    record = [
         None
         if found is None
         else FinishedRecord(
@@ -149,21 +155,21 @@ def finished_record(stack: FinishedStack, *, wanted: float) -> FinishedFlowsReco
         )
         for flow, found in enumerate(stack.flows)
     ]
-    return FinishedFlowsRecord(constant_flow=told[0], following_flow=told[1], printed=told[stack.printed])
+    return FinishedFlowsRecord(constant_flow=record[0], following_flow=record[1], printed=record[stack.printed])
 
 
 # What a person reads of the cure of a stack: doses at the bottoms of layers, and what to do where they are too low.
 
 
-def cure_warnings(told: StackRecord) -> Iterator[str]:
+def cure_warnings(record: StackRecord) -> Iterator[str]:
     """Yield which layers are not cured through, and what to do.
 
     Within a target layers end below others, so that a layer is the topmost somewhere: there its own passes must do.
     """
-    if told.cure is None:
+    if record.cure is None:
         return
-    needed, alone = told.cure.needed_mj_cm2, told.target_mm3 is not None
-    doses = [(layer.cure.own_mj_cm2 if alone else layer.cure.whole_mj_cm2) for layer in told.layers if layer.cure]
+    needed, alone = record.cure.needed_mj_cm2, record.target_mm3 is not None
+    doses = [(layer.cure.own_mj_cm2 if alone else layer.cure.whole_mj_cm2) for layer in record.layers if layer.cure]
     lacking = [number for number, dose in enumerate(doses, start=1) if dose < needed]
     if not lacking:
         return
@@ -172,16 +178,16 @@ def cure_warnings(told: StackRecord) -> Iterator[str]:
     passes = "its own passes give, where it is the topmost," if alone else "all passes give"
     yield (
         f"{_which(lacking)} not cured through: at {where} {passes} {doses[worst - 1]:.3g} of "
-        f"{needed:.3g} mJ/cm2: {_remedy(told.cure, told.layers[worst - 1], doses[worst - 1])}."
+        f"{needed:.3g} mJ/cm2: {_remedy(record.cure, record.layers[worst - 1], doses[worst - 1])}."
     )
 
 
-def cure_notes(told: StackRecord) -> Iterator[str]:
+def cure_notes(record: StackRecord) -> Iterator[str]:
     """Yield which layers are cured through only by the passes for those above them."""
-    if told.cure is None or told.target_mm3 is not None:
+    if record.cure is None or record.target_mm3 is not None:
         return
-    needed = told.cure.needed_mj_cm2
-    cures = [(number, layer.cure) for number, layer in enumerate(told.layers, start=1) if layer.cure is not None]
+    needed = record.cure.needed_mj_cm2
+    cures = [(number, layer.cure) for number, layer in enumerate(record.layers, start=1) if layer.cure is not None]
     later = [(number, cure) for number, cure in cures if cure.own_mj_cm2 < needed <= cure.whole_mj_cm2]
     if later:
         least = min(cure.own_mj_cm2 for _, cure in later)
@@ -222,47 +228,51 @@ def _remedy(cure: CureRecord, layer: StackedLayerRecord, dose: float) -> str:
 
 
 # Less of the area than this is not worth a line.
-TOLD_SHARE = 0.0005
+REPORTED_SHARE = 0.0005
 
 
-def stack_text(told: StackRecord, *, verbose: bool = False) -> str:
+def stack_text(record: StackRecord, *, verbose: bool = False) -> str:
     """Return the lines that a person reads when all layers of a thickness are planned.
 
     Args:
-        told: what stack.json says.
+        record: what stack.json says.
         verbose: whether to list all that was not checked.
     """
     lines = [
-        stack_sentence(told),
-        *finished_sentences(told),
-        *(_layer_line(number, layer) + behind_layer(number, told) for number, layer in enumerate(told.layers, start=1)),
+        stack_sentence(record),
+        *finished_sentences(record),
+        *(
+            _layer_line(number, layer) + behind_layer(number, record)
+            for number, layer in enumerate(record.layers, start=1)
+        ),
     ]
-    lines += [f"  left out: {each.reason}" for each in told.left_out]
-    unchecked = [*told.not_checked, *(text for layer in told.layers for text in layer.not_checked)]
-    warnings = [*stack_warnings(told), *cure_warnings(told)]
-    lines += stack_steps(told)
-    lines += marked_lines(warnings=warnings, notes=cure_notes(told), not_checked=unchecked, verbose=verbose)
+    lines += [f"  left out: {each.reason}" for each in record.left_out]
+    unchecked = [*record.not_checked, *(text for layer in record.layers for text in layer.not_checked)]
+    warnings = [*stack_warnings(record), *cure_warnings(record)]
+    lines += stack_steps(record)
+    lines += marked_lines(warnings=warnings, notes=cure_notes(record), not_checked=unchecked, verbose=verbose)
     return "\n".join(lines)
 
 
-def stack_sentence(told: StackRecord) -> str:
+def stack_sentence(record: StackRecord) -> str:
     """Return what was planned and how much of it is laid, without a stop."""
-    laid = sum(layer.laid_mm3 for layer in told.layers)
-    wanted = sum(layer.wanted_mm3 for layer in told.layers)
+    deposited = sum(layer.laid_mm3 for layer in record.layers)
+    wanted = sum(layer.wanted_mm3 for layer in record.layers)
     said = (
-        f"{told.part}: {told.thickness_mm:.3g} mm in {len(told.layers)} layers of {told.layers[0].height_mm:.3g} mm, "
-        f"{laid / 1000.0:.4g} cm3 laid, {laid / wanted - 1.0:+.2%} of what they hold"
+        f"{record.part}: {record.thickness_mm:.3g} mm in {len(record.layers)} layers of "
+        f"{record.layers[0].height_mm:.3g} mm, "
+        f"{deposited / 1000.0:.4g} cm3 laid, {deposited / wanted - 1.0:+.2%} of what they hold"
     )
     return (
         said
-        if told.target_mm3 is None
-        else f"{said}, which is {wanted / told.target_mm3:.1%} of what {told.target} has over the part"
+        if record.target_mm3 is None
+        else f"{said}, which is {wanted / record.target_mm3:.1%} of what {record.target} has over the part"
     )
 
 
-def finished_sentences(told: StackRecord) -> Iterator[str]:
+def finished_sentences(record: StackRecord) -> Iterator[str]:
     """Yield how all layers together come out, without stops; nothing where nobody can say."""
-    found = told.finished
+    found = record.finished
     if found.printed is None or found.constant_flow is None or found.following_flow is None:
         return
     yield (
@@ -273,18 +283,18 @@ def finished_sentences(told: StackRecord) -> Iterator[str]:
     if found.printed.judged < 1.0:
         low = max(1.0 - found.printed.judged - found.printed.creased, 0.0)
         parts = [(found.printed.creased, "fills a hollow before it is so high"), (low, "is lower than a layer")]
-        said = " and ".join(f"{share:.1%} of the area {why}" for share, why in parts if share >= TOLD_SHARE)
+        said = " and ".join(f"{share:.1%} of the area {why}" for share, why in parts if share >= REPORTED_SHARE)
         if said:
             yield f"  not judged: {said}"
-    if found.printed.under_sides >= TOLD_SHARE:
+    if found.printed.under_sides >= REPORTED_SHARE:
         yield f"  judged up to sides that lean in over it: {found.printed.under_sides:.1%} of the area"
 
 
-def stack_warnings(told: StackRecord) -> Iterator[str]:
+def stack_warnings(record: StackRecord) -> Iterator[str]:
     """Yield what to act on, each once, with the layers that it is said of where that is not all of them."""
-    count = len(told.layers)
-    for text in dict.fromkeys(text for layer in told.layers for text in layer.warnings):
-        of = [str(number) for number, layer in enumerate(told.layers, start=1) if text in layer.warnings]
+    count = len(record.layers)
+    for text in dict.fromkeys(text for layer in record.layers for text in layer.warnings):
+        of = [str(number) for number, layer in enumerate(record.layers, start=1) if text in layer.warnings]
         whose = "" if len(of) == count else f"layer{'s' if len(of) > 1 else ''} {', '.join(of)}: "
         yield whose + text
 

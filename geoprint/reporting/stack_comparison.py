@@ -28,17 +28,17 @@ from geoprint.results import FinishedStack
 # What is said of whole stacks that several backends planned: a row each, the best, and in words what it means.
 
 
-def compared_stack(backend: str, told: StackRecord | str, *, asked: bool) -> ComparedStackRecord | RefusedStackRecord:
+def compared_stack(backend: str, record: StackRecord | str, *, asked: bool) -> ComparedStackRecord | RefusedStackRecord:
     """Return the row of a backend.
 
     Args:
         backend: its name.
-        told: what its stack.json says, or why it cannot plan a layer.
+        record: what its stack.json says, or why it cannot plan a layer.
         asked: whether the robot was.
     """
-    if isinstance(told, str):
-        return RefusedStackRecord(backend=backend, refused=told)
-    layers = told.layers
+    if isinstance(record, str):
+        return RefusedStackRecord(backend=backend, refused=record)
+    layers = record.layers
     areas = np.array([layer.area_mm2 for layer in layers])
     uneven = np.array([layer.thickness_cv or 0.0 for layer in layers])
     refused = [
@@ -52,14 +52,14 @@ def compared_stack(backend: str, told: StackRecord | str, *, asked: bool) -> Com
         overlap=float(np.average([layer.overlap or 0.0 for layer in layers], weights=areas)),
         thickness_cv=float(np.sqrt(np.average(uneven**2, weights=areas))),
         worst_cv=float(uneven.max()),
-        finished=told.finished.printed,
+        finished=record.finished.printed,
         runs=sum(layer.runs for layer in layers),
         deposit_mm=sum(layer.deposit_mm for layer in layers),
         print_s=sum(times) if whole else None,
         clearance_mm=min((layer.clearance_mm for layer in layers if layer.clearance_mm is not None), default=None),
         printable=whole if asked else None,
         not_printable=refused[0] if refused else None,
-        warnings=tuple(stack_warnings(told)),
+        warnings=tuple(stack_warnings(record)),
         not_checked=tuple(dict.fromkeys(text for layer in layers for text in layer.not_checked)),
     )
 
@@ -142,27 +142,29 @@ _LEFT = {"backend", "printable"}
 _NONE = "-"
 
 
-def stack_comparison_text(told: StackComparisonRecord, *, width: int | None = None, verbose: bool = False) -> str:
+def stack_comparison_text(record: StackComparisonRecord, *, width: int | None = None, verbose: bool = False) -> str:
     """Return the table and, below it, what it means and what to mind.
 
     Layer CV is that of the layers' own thickness, of all by area; worst CV that of the layer where it is largest;
     thickness CV and volume are those of all layers together, as they are printed, over what is wanted.
 
     Args:
-        told: what stacks.json says.
+        record: what stacks.json says.
         width: letters in a line, where they are counted; columns that do not fit are left out.
         verbose: whether to list all that was not checked.
     """
-    rows = [*map(stack_cells, told.backends)]
+    rows = [*map(stack_cells, record.backends)]
     names = fitting([*COLUMNS], rows, width=width, weights=COLUMNS)
-    lines = [f"{told.part}: {told.thickness_mm:.3g} mm in {told.layers} layers, all of them compared", ""]
+    lines = [f"{record.part}: {record.thickness_mm:.3g} mm in {record.layers} layers, all of them compared", ""]
     lines += [*grid(names, [rows], left=_LEFT), ""]
     if len(names) < len(COLUMNS):
         lines += [f"left out at this width, told in stacks.json: {left_out([*COLUMNS], names, COLUMNS)}", ""]
-    planned = [row for row in told.backends if isinstance(row, ComparedStackRecord)]
+    planned = [row for row in record.backends if isinstance(row, ComparedStackRecord)]
     warnings = said_once({row.backend: row.warnings for row in planned})
     unchecked = [text for row in planned for text in row.not_checked]
-    return "\n".join([*lines, *told.verdict, *marked_lines(warnings=warnings, not_checked=unchecked, verbose=verbose)])
+    return "\n".join(
+        [*lines, *record.verdict, *marked_lines(warnings=warnings, not_checked=unchecked, verbose=verbose)]
+    )
 
 
 def stack_cells(row: ComparedStackRecord | RefusedStackRecord) -> Cells:
@@ -190,23 +192,23 @@ def stack_cells(row: ComparedStackRecord | RefusedStackRecord) -> Cells:
 
 
 def compared_stacks_page(
-    stacks: Mapping[str, tuple[StackRecord, FinishedStack]], told: StackComparisonRecord, job: Job, *, page: str
+    stacks: Mapping[str, tuple[StackRecord, FinishedStack]], recorded: StackComparisonRecord, job: Job, *, page: str
 ) -> bytes:
     """Return report.html of compared stacks, in one page that opens offline beside their folders.
 
     Args:
         stacks: what stack.json of each backend that planned says, and how its stack comes out.
-        told: what stacks.json says.
+        recorded: what stacks.json says.
         job: that was planned.
         page: name of the page in the folder of each stack.
     """
-    names = [told.best, *(name for name in stacks if name != told.best)]
-    record, first = stacks[told.best]
+    names = [recorded.best, *(name for name in stacks if name != recorded.best)]
+    record, first = stacks[recorded.best]
     view = base_view(first, faces=VIEWED_FACES // len(names))
     shown = StackReport(
-        name=told.part,
-        verdict=told.verdict,
-        cautions=_cautions(told),
+        name=recorded.part,
+        verdict=recorded.verdict,
+        cautions=_cautions(recorded),
         surface=view.surface,
         R_view_work=first.upright,
         spacing=first.layers[0].spacing,
@@ -214,18 +216,18 @@ def compared_stacks_page(
         flows=tuple(printed_view(stacks[name][1], stacks[name][0], view, backend=name) for name in names),
         paths=tuple(stack_paths(stacks[name][1]) for name in names),
         columns=tuple(COLUMNS),
-        rows=tuple(tuple(stack_cells(row)[column] for column in COLUMNS) for row in told.backends),
+        rows=tuple(tuple(stack_cells(row)[column] for column in COLUMNS) for row in recorded.backends),
         pages=tuple((name, f"{name}/{page}") for name in names),
         pictures=tuple((f"Sliced open: {name}", tuple(sliced_pictures(stacks[name][1]))) for name in names),
         settings=thickness_settings(job, record),
         inputs=first.inputs,
         versions=made_with(),
     )
-    return stack_report(shown, title=f"geoprint compare: {told.part}, {told.thickness_mm:g} mm")
+    return stack_report(shown, title=f"geoprint compare: {recorded.part}, {recorded.thickness_mm:g} mm")
 
 
-def _cautions(told: StackComparisonRecord) -> tuple[str, ...]:
-    planned = [row for row in told.backends if isinstance(row, ComparedStackRecord)]
+def _cautions(record: StackComparisonRecord) -> tuple[str, ...]:
+    planned = [row for row in record.backends if isinstance(row, ComparedStackRecord)]
     unchecked = dict.fromkeys(text for row in planned for text in row.not_checked)
     return (
         *(f"Warning: {text}" for text in said_once({row.backend: row.warnings for row in planned})),

@@ -51,27 +51,27 @@ class _Flow(NamedTuple):
 
     name: str
     title: str
-    told: FinishedRecord | None
+    record: FinishedRecord | None
     found: Finished | None
 
 
-def stack_page(stack: FinishedStack, told: StackRecord, job: Job) -> bytes:
+def stack_page(stack: FinishedStack, record: StackRecord, job: Job) -> bytes:
     """Return report.html of a stack, in one page that opens offline.
 
     Args:
         stack: how it comes out.
-        told: what stack.json says.
+        record: what stack.json says.
         job: that was planned.
     """
-    flows = _flows(stack, told)
+    flows = _flows(stack, record)
     view = base_view(stack, faces=VIEWED_FACES // len(flows))
-    table = _table(stack, told)
-    how = [each.strip() for each in finished_sentences(told)]
-    said = [*(each[0].upper() + each[1:] for each in how), *_thickest(stack), stack_sentence(told)]
+    table = _table(stack, record)
+    how = [each.strip() for each in finished_sentences(record)]
+    said = [*(each[0].upper() + each[1:] for each in how), *_thickest(stack), stack_sentence(record)]
     page = StackReport(
-        name=told.part,
+        name=record.part,
         verdict=tuple(f"{each}." for each in said),
-        cautions=_cautions(told),
+        cautions=_cautions(record),
         surface=view.surface,
         R_view_work=stack.upright,
         spacing=stack.layers[0].spacing,
@@ -82,11 +82,11 @@ def stack_page(stack: FinishedStack, told: StackRecord, job: Job) -> bytes:
         rows=tuple(zip(*(cells for _, cells in table), strict=True)),
         pages=(),
         pictures=(("Sliced open", tuple(sliced_pictures(stack))), ("Where runs start", (_seams(stack, view),))),
-        settings=(*thickness_settings(job, told), ("backend", job.backend)),
+        settings=(*thickness_settings(job, record), ("backend", job.backend)),
         inputs=stack.inputs,
         versions=made_with(),
     )
-    return stack_report(page, title=f"geoprint plan: {told.part}, {told.thickness_mm:g} mm")
+    return stack_report(page, title=f"geoprint plan: {record.part}, {record.thickness_mm:g} mm")
 
 
 def sliced_pictures(stack: FinishedStack) -> list[Picture]:
@@ -121,12 +121,12 @@ def base_view(stack: FinishedStack, *, faces: int) -> ViewSurface:
     return view_surface(refine(stack.base, edge_length=max(edge, stack.layers[0].spacing)), faces=faces)
 
 
-def _flows(stack: FinishedStack, told: StackRecord) -> list[_Flow]:
+def _flows(stack: FinishedStack, record: StackRecord) -> list[_Flow]:
     """Return what is known of each flow, the printed one first."""
     words = (
-        ("constant flow", "valve open or shut, at the set speed", told.finished.constant_flow),
-        ("following flow", "follows the width of each strip", told.finished.following_flow),
-        ("as executed", "what the programs lay when they are executed", told.finished.printed),
+        ("constant flow", "valve open or shut, at the set speed", record.finished.constant_flow),
+        ("following flow", "follows the width of each strip", record.finished.following_flow),
+        ("as executed", "what the programs lay when they are executed", record.finished.printed),
     )
     order = sorted(range(len(stack.flows)), key=lambda flow: flow != stack.printed)
     return [_Flow(*words[flow], stack.flows[flow]) for flow in order]
@@ -140,7 +140,7 @@ def _thickest(stack: FinishedStack) -> list[str]:
     column = int(np.nanargmax(printed.ratios))
     ratio, place = float(printed.ratios[column]), stack.feet.places[column]
     upright = normals(stack.base, closest(stack.base, place[None])[0])[0]
-    shares = [float(layer.laid[stack.printed, column]) / layer.height for layer in stack.layers]
+    shares = [float(layer.deposited[stack.printed, column]) / layer.height for layer in stack.layers]
     thick = [number for number, share in enumerate(shares) if share > MORE]
     said = f"Thickest is {in_words(place)} with {ratio:.1%} of what is wanted"
     if not thick:
@@ -196,33 +196,33 @@ def stack_paths(stack: FinishedStack) -> StackPaths:
     )
 
 
-def printed_view(stack: FinishedStack, told: StackRecord, view: ViewSurface, *, backend: str) -> FlowView:
+def printed_view(stack: FinishedStack, record: StackRecord, view: ViewSurface, *, backend: str) -> FlowView:
     """Return the view of a stack as a backend's program prints it."""
-    printed = _flows(stack, told)[0]
+    printed = _flows(stack, record)[0]
     return _flow_view(stack, view, printed._replace(name=backend, title=printed.name))
 
 
 def _flow_view(stack: FinishedStack, view: ViewSurface, flow: _Flow) -> FlowView:
-    found, told = flow.found, flow.told
+    found, record = flow.found, flow.record
     _, nearest = KDTree(stack.feet.places).query(view.surface.vertices)
     ratios = np.full(len(stack.feet.places), np.nan) if found is None else found.ratios
     thickness = ratios[np.asarray(nearest)]
     figures = (
         ()
-        if told is None
+        if record is None
         else (
-            ("thickness CV", f"{told.cv:.2%}"),
-            ("mean", f"{told.mean:.1%}"),
-            ("within 5%", f"{told.within_5_percent:.1%}"),
-            ("volume", f"{told.volume:.1%}"),
+            ("thickness CV", f"{record.cv:.2%}"),
+            ("mean", f"{record.mean:.1%}"),
+            ("within 5%", f"{record.within_5_percent:.1%}"),
+            ("volume", f"{record.volume:.1%}"),
         )
     )
     caption = (
         f"{flow.name}: finished thickness over the wanted one. Blue: too thin, red: too thick, grey: not judged."
         + (
             ""
-            if told is None
-            else f" It varies by {told.cv:.2%}; 98 of 100 places have {told.p1:.1%} to {told.p99:.1%}."
+            if record is None
+            else f" It varies by {record.cv:.2%}; 98 of 100 places have {record.p1:.1%} to {record.p99:.1%}."
         )
     )
     drawn = thickness_figure(view.surface, thickness, R_view_work=stack.upright, title="")
@@ -236,12 +236,12 @@ def _flow_view(stack: FinishedStack, view: ViewSurface, flow: _Flow) -> FlowView
     )
 
 
-def _table(stack: FinishedStack, told: StackRecord) -> list[tuple[str, tuple[str, ...]]]:
+def _table(stack: FinishedStack, record: StackRecord) -> list[tuple[str, tuple[str, ...]]]:
     """Return the heading and the cells of each column of the table of layers, without those that say nothing."""
     moved = _moved(stack)
     rows = [
-        _row(number, layer, moved[number - 1], attitudes_of(number, told.layers) or _NONE)
-        for number, layer in enumerate(told.layers, start=1)
+        _row(number, layer, moved[number - 1], attitudes_of(number, record.layers) or _NONE)
+        for number, layer in enumerate(record.layers, start=1)
     ]
     columns = zip(COLUMNS, zip(*rows, strict=True), strict=True)
     return [(name, cells) for name, cells in columns if any(cell != _NONE for cell in cells)]
@@ -287,11 +287,11 @@ def _seams(stack: FinishedStack, view: ViewSurface) -> Picture:
     )
 
 
-def _cautions(told: StackRecord) -> tuple[str, ...]:
-    unchecked = dict.fromkeys(text for layer in told.layers for text in layer.not_checked)
+def _cautions(record: StackRecord) -> tuple[str, ...]:
+    unchecked = dict.fromkeys(text for layer in record.layers for text in layer.not_checked)
     return (
-        *(f"Warning: {text}" for text in stack_warnings(told)),
-        *(f"Left out: {each.reason}" for each in told.left_out),
+        *(f"Warning: {text}" for text in stack_warnings(record)),
+        *(f"Left out: {each.reason}" for each in record.left_out),
         *([f"Not checked: {'; '.join(unchecked)}."] if unchecked else []),
     )
 
@@ -301,11 +301,11 @@ def made_with() -> tuple[tuple[str, str], ...]:
     return (("Python", platform.python_version()), *((name, version(name)) for name in PACKAGES))
 
 
-def thickness_settings(job: Job, told: StackRecord) -> tuple[tuple[str, str], ...]:
+def thickness_settings(job: Job, record: StackRecord) -> tuple[tuple[str, str], ...]:
     """Return the names and values of what was asked for, but for the backend."""
     asked = (
-        ("thickness [mm]", f"{told.thickness_mm:g}"),
-        ("target", told.target),
+        ("thickness [mm]", f"{record.thickness_mm:g}"),
+        ("target", record.target),
         ("feather [mm]", None if job.feather is None else f"{job.feather:g}"),
         ("spacing [mm]", None if job.spacing is None else f"{job.spacing:g}"),
         ("rounds", None if job.rounds is None else str(job.rounds)),

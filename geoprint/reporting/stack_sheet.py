@@ -18,49 +18,49 @@ from geoprint.reporting.run_sheet import entry, repeated_texts, run_sheet, table
 _HOME = "the controller's HOME folder"
 
 
-def stack_sheet(told: StackRecord, checked: CheckedStack, *, width: int | None = None) -> list[str]:
+def stack_sheet(record: StackRecord, checked: CheckedStack, *, width: int | None = None) -> list[str]:
     """Return the lines of the page; none without a program.
 
     Args:
-        told: what stack.json says.
+        record: what stack.json says.
         checked: how its program is set to run, and what people saw it do.
         width: letters in a line, where they are counted; the page is never wider than 100.
     """
-    program = told.program
+    program = record.program
     if program is None:
         return []
-    layers = [_layer(number, layer, told) for number, layer in enumerate(told.layers, start=1)]
-    before = [("program", _program(program, told.layers)), ("layers", layers)]
-    now = [] if checked.settings is None else [("is set to", [_settings(program, checked.settings, told.layers)])]
+    layers = [_layer(number, layer, record) for number, layer in enumerate(record.layers, start=1)]
+    before = [("program", _program(program, record.layers)), ("layers", layers)]
+    now = [] if checked.settings is None else [("is set to", [_settings(program, checked.settings, record.layers)])]
     seen = [f"{stage}: {what}" for stage, what in seen_rows(checked.seen, program_sha256=checked.program_sha256)]
-    proven = (("executed", [_executed(program, told.layers)]), ("evidence", seen))
-    rows = (*before, *now, *_handling(program, told.layers), *proven)
+    proven = (("executed", [_executed(program, record.layers)]), ("evidence", seen))
+    rows = (*before, *now, *_handling(program, record.layers), *proven)
     return [line for label, texts in rows for line in entry(label, texts, width=width)]
 
 
-def stack_steps(told: StackRecord) -> list[str]:
+def stack_steps(record: StackRecord) -> list[str]:
     """Return the lines of that page behind those of the layers: what to load, to set and to do.
 
     Args:
-        told: what stack.json says.
+        record: what stack.json says.
     """
-    program = told.program
+    program = record.program
     if program is None:
         return []
-    rows = (("program", _program(program, told.layers)), *_handling(program, told.layers))
+    rows = (("program", _program(program, record.layers)), *_handling(program, record.layers))
     return [line for label, texts in rows for line in entry(label, texts, width=None)]
 
 
-def behind_layer(number: int, told: StackRecord) -> str:
+def behind_layer(number: int, record: StackRecord) -> str:
     """Return what stands behind what a layer takes: its attitudes of a table, and a pause where one comes.
 
     Args:
         number: of the layer, from 1.
-        told: what stack.json says.
+        record: what stack.json says.
     """
-    pause = 0.0 if told.program is None else told.program.pause_s
-    waits = f"; then {pause:g} s at home" if pause and number < len(told.layers) else ""
-    attitudes = attitudes_of(number, told.layers)
+    pause = 0.0 if record.program is None else record.program.pause_s
+    waits = f"; then {pause:g} s at home" if pause and number < len(record.layers) else ""
+    attitudes = attitudes_of(number, record.layers)
     return (f", attitudes {attitudes}" if attitudes else "") + waits
 
 
@@ -121,10 +121,10 @@ def _settings(program: StackProgramRecord, settings: StackSettings, layers: Sequ
     )
 
 
-def _layer(number: int, layer: StackedLayerRecord, told: StackRecord) -> str:
+def _layer(number: int, layer: StackedLayerRecord, record: StackRecord) -> str:
     """Return the line of one layer: what it takes, and what comes behind it."""
     took = f"{layer.runs} runs, {layer.print_s or 0.0:.0f} s, {layer.laid_mm3 / 1000.0:.3g} cm3"
-    return f"{number}  {took}{behind_layer(number, told)}"
+    return f"{number}  {took}{behind_layer(number, record)}"
 
 
 def _printing(program: StackProgramRecord) -> list[str]:
@@ -177,18 +177,23 @@ def check_text(checked: Checked | CheckedComparison, *, width: int | None = None
 
 def _paths(checked: Checked, *, width: int | None) -> str:
     """Return the page of a bundle that has paths alone."""
-    told = checked.told
-    if told is None:
+    record = checked.record
+    if record is None:
         return ""
-    why = "the robot was left out" if told.not_printable is None else f"the robot cannot print it: {told.not_printable}"
-    paths, even = told.paths, told.uniformity
+    why = (
+        "the robot was left out"
+        if record.not_printable is None
+        else f"the robot cannot print it: {record.not_printable}"
+    )
+    paths, even = record.paths, record.uniformity
     spread = "" if even is None else f", thickness CV {THICKNESS.text(even)}"
-    lines = [f"PATHS ONLY  {told.input.name}  ({checked.folder.name})", ""]
+    spacing = f"{record.settings.spacing_mm:.3g}"
+    lines = [f"PATHS ONLY  {record.input.name}  ({checked.folder.name})", ""]
     for label, texts in (
         ("program", [f"NONE: {why}"]),
         (
             "paths",
-            [f"{how_many(paths.runs, 'run')}, {paths.deposit_mm:.0f} mm at {told.settings.spacing_mm:.3g} mm{spread}"],
+            [f"{how_many(paths.runs, 'run')}, {paths.deposit_mm:.0f} mm at {spacing} mm{spread}"],
         ),
         ("checked", ["files as they were written, paths on their surface, as many and as long as plan.json says"]),
         ("checked again", repeated_texts(checked)),
@@ -216,10 +221,10 @@ def _comparison(checked: CheckedComparison, *, width: int | None) -> str:
     for name, bundle in checked.bundles:
         lines.append(f"{name:<{longest}}  {_outcome(bundle)}")
         lines += [f"  {name}/{_line(one)}" for one in bundle.findings]
-    if stack is not None and stack.told is not None and not checked.findings:
-        sheet = stack_sheet(stack.told, stack, width=width)
+    if stack is not None and stack.record is not None and not checked.findings:
+        sheet = stack_sheet(stack.record, stack, width=width)
         lines += (
-            ["", f"RUN SHEET  {stack.told.part}, layer upon layer  ({checked.folder.name})", "", *sheet]
+            ["", f"RUN SHEET  {stack.record.part}, layer upon layer  ({checked.folder.name})", "", *sheet]
             if sheet
             else []
         )
@@ -230,15 +235,15 @@ def _outcome(bundle: Checked) -> str:
     """Return what is said of one of several bundles."""
     if bundle.findings:
         return f"is not the plan that was made: {how_many(len(bundle.findings), 'finding')}"
-    told, again = bundle.told, "".join(f"; {text}" for text in repeated_texts(bundle)[:1])
-    if told is None or not bundle.program or bundle.setup is None:
-        why = "" if told is None or told.not_printable is None else f": {told.not_printable}"
+    record, again = bundle.record, "".join(f"; {text}" for text in repeated_texts(bundle)[:1])
+    if record is None or not bundle.program or bundle.setup is None:
+        why = "" if record is None or record.not_printable is None else f": {record.not_printable}"
         return f"as planned{again}; holds no program{why}"
     dry = ", runs dry only" if bundle.setup.placement.missing else ""
     of_it = [one.stage for one in bundle.seen if one.program_sha256 == bundle.program_sha256]
     seen = f"; seen {', '.join(dict.fromkeys(of_it))}" if of_it else ""
-    targets = sum(robot.program.targets for robot in told.robot)
-    tilted = f" in {len(told.robot)} attitudes" if len(told.robot) > 1 else ""
+    targets = sum(robot.program.targets for robot in record.robot)
+    tilted = f" in {len(record.robot)} attitudes" if len(record.robot) > 1 else ""
     return f"as planned{again}; {targets} targets{tilted}{dry}{seen}"
 
 

@@ -183,7 +183,7 @@ def runs_table(plan: Plan) -> Table:
     Lengths are those of the tip, as `deposit_mm` in plan.json is.
     """
     poses, path = plan.poses, plan.toolpath
-    lengths = np.where(poses.laid, np.linalg.norm(np.diff(poses.tips, axis=0), axis=1), 0.0)
+    lengths = np.where(poses.deposited, np.linalg.norm(np.diff(poses.tips, axis=0), axis=1), 0.0)
     count = path.curves.count
     length, volume = (
         np.bincount(poses.runs[:-1], weights=each, minlength=count) for each in (lengths, lengths * poses.flow[:-1])

@@ -97,9 +97,9 @@ def _same_middle(order: Sequence[PlannedRecord]) -> list[str]:
     ]
 
 
-def covering(told: EvennessRecord) -> Covering:
+def covering(record: EvennessRecord) -> Covering:
     """Return that by which coverings are ranked."""
-    return Covering(told.gap, told.overlap, told.thickness.cv)
+    return Covering(record.gap, record.overlap, record.thickness.cv)
 
 
 def _decision(part: str, order: Sequence[PlannedRecord], *, alone: bool) -> str:

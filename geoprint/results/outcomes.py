@@ -427,7 +427,7 @@ class StackedLayer:
         bottom: height over the part at which it begins [mm].
         height: its own [mm].
         spacing: of its paths [mm].
-        laid: (f, k) its thickness on the columns with constant flow, with the flow that follows the width, and where
+        deposited: (f, k) its thickness on the columns with constant flow, with the flow that follows width, and where
             there is a robot as the program was executed [mm].
         printed: which of these flows is printed.
         met: (k,) whether a column has met others below its top.
@@ -441,7 +441,7 @@ class StackedLayer:
     bottom: float
     height: float
     spacing: float
-    laid: FloatArray
+    deposited: FloatArray
     printed: int
     met: BoolArray
     within: BoolArray
@@ -452,7 +452,7 @@ class StackedLayer:
 
     def __post_init__(self) -> None:
         freeze_arrays(
-            self, laid="float: f k", met="bool: k", within="bool: k", volumes="float: f", places="float: p 3",
+            self, deposited="float: f k", met="bool: k", within="bool: k", volumes="float: f", places="float: p 3",
             offsets="int: o",
         )  # fmt: skip
 

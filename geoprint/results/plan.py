@@ -229,7 +229,7 @@ class Plan:
         robot: the robot's parts, one a placement of the part, in the order of printing; none where it was left out.
         timings: seconds each stage took, in order.
         flattenings: chart and raster of each piece of the surface, of a backend that works in the plane, else none.
-        laid: the layer that the paths leave, or None before the flow is chosen.
+        deposited: the layer that the paths leave, or None before the flow is chosen.
         middles: what was tried where fronts meet; nothing where plain contours leave nothing, or none was to be found.
         not_printable: why the robot cannot print the paths of a comparison, or None where it can or was left out.
         printed: the thickness that prints are expected to have; None where evenness was not measured.
@@ -253,7 +253,7 @@ class Plan:
     robot: tuple[RobotPlan, ...]
     timings: tuple[tuple[str, float], ...]
     flattenings: tuple[Shown, ...]
-    laid: Laid | None = None
+    deposited: Laid | None = None
     middles: tuple[TriedMiddle, ...] = ()
     not_printable: str | None = None
     printed: Printed | None = None
@@ -268,9 +268,9 @@ class Plan:
     def light(self) -> Exposure | None:
         """What the lamp gives at the speed of the print; None where nobody has measured its spot, or before flow."""
         cell = self.workpiece.cell
-        if self.laid is None:
+        if self.deposited is None:
             return None
-        return exposure(cell.material, speed=cell.process.speed, spacing=self.laid.widest, flood=cell.flood)
+        return exposure(cell.material, speed=cell.process.speed, spacing=self.deposited.widest, flood=cell.flood)
 
     @property
     def flat_surface(self) -> Surface:

@@ -6,9 +6,9 @@ found there.
 
 from geoprint.simulation.deposited import (
     Break as Break,
+    DepositedBeads as DepositedBeads,
     Faults as Faults,
-    LaidBeads as LaidBeads,
-    laid_beads as laid_beads,
+    deposited_beads as deposited_beads,
 )
 from geoprint.simulation.plant import (
     Dispenser as Dispenser,
@@ -17,7 +17,12 @@ from geoprint.simulation.plant import (
     dispensed_beads as dispensed_beads,
     plant_beads as plant_beads,
 )
-from geoprint.simulation.scan import Sensor as Sensor, SilicoScan as SilicoScan, heights as heights, scanned as scanned
+from geoprint.simulation.scan import (
+    Sensor as Sensor,
+    SimulatedScan as SimulatedScan,
+    heights as heights,
+    scanned as scanned,
+)
 from geoprint.simulation.viewpoint import (
     Development as Development,
     Lighting as Lighting,

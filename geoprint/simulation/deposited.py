@@ -77,7 +77,7 @@ class Faults:
 
 @final
 @frozen
-class LaidBeads:
+class DepositedBeads:
     """Beads on a part, as places along their middles.
 
     Attributes:
@@ -113,9 +113,9 @@ class LaidBeads:
         return np.asarray(self.areas * 0.5 * (np.append(steps, 0.0) + np.insert(steps, 0, 0.0)))
 
 
-def laid_beads(
+def deposited_beads(
     poses: PoseStream, surface: Surface, *, height: float, faults: Faults, random: np.random.Generator
-) -> LaidBeads:
+) -> DepositedBeads:
     """Lay the beads of a plan, each as wide as its flow over the height, with faults.
 
     More volume makes a bead wider and higher alike; spreading makes it wider and as much lower.
@@ -141,11 +141,13 @@ def laid_beads(
     places, ahead, widths, areas, arcs = (np.concatenate(parts) for parts in zip(*runs, strict=True))
     numbered = np.repeat(numbers, [len(run[0]) for run in runs])
     return landed(
-        LaidBeads(places, np.zeros_like(places), ahead, widths, areas, arcs, numbered, height), surface, faults=faults
+        DepositedBeads(places, np.zeros_like(places), ahead, widths, areas, arcs, numbered, height),
+        surface,
+        faults=faults,
     )
 
 
-def landed(beads: LaidBeads, surface: Surface, *, faults: Faults) -> LaidBeads:
+def landed(beads: DepositedBeads, surface: Surface, *, faults: Faults) -> DepositedBeads:
     """Return beads where they come to lie: on the surface, shifted aside by what the faults shift them.
 
     Args:

@@ -11,7 +11,7 @@ from scipy import ndimage
 from geoprint.errors import InputError
 from geoprint.geometry import closest, normals
 from geoprint.model import Dispensing, FloatArray, IntArray, PoseStream, Surface, comparable
-from geoprint.simulation.deposited import STEP_SHARE, Faults, LaidBeads, laid_beads, landed, with_faults
+from geoprint.simulation.deposited import STEP_SHARE, DepositedBeads, Faults, deposited_beads, landed, with_faults
 
 # A dispenser in silico that errs as dispensers do: what it lays of the flow that it is commanded along its runs.
 #
@@ -77,7 +77,7 @@ def plant_beads(
     height: float,
     valve: ValveTimes,
     random: np.random.Generator,
-) -> LaidBeads:
+) -> DepositedBeads:
     """Lay the beads of a plan as a dispenser does.
 
     Args:
@@ -92,14 +92,14 @@ def plant_beads(
         InputError: nothing is deposited.
     """
     faults = Faults(width_noise=plant.noise, width_scale=1.0 + plant.slump, viscosity=plant.viscosity)
-    beads = laid_beads(poses, surface, height=height, faults=faults, random=random)
+    beads = deposited_beads(poses, surface, height=height, faults=faults, random=random)
     shares = np.ones(len(beads.arcs))
-    laid, whole = 0.0, float(_volumes(beads).sum())
+    deposited, whole = 0.0, float(_volumes(beads).sum())
     for number in np.unique(beads.runs).tolist():
         own = np.flatnonzero(beads.runs == number)
-        lag = plant.air_lag + plant.air_growth * min(laid / max(whole, 1e-12), 1.0)
+        lag = plant.air_lag + plant.air_growth * min(deposited / max(whole, 1e-12), 1.0)
         shares[own] = _shares(beads.arcs[own], beads.areas[own], plant, lag=lag, valve=valve)
-        laid += float((_volumes(beads)[own] * shares[own]).sum())
+        deposited += float((_volumes(beads)[own] * shares[own]).sum())
     areas = beads.areas * shares
     slid = _slid(beads, surface, by=plant.slump * height)
     widths = beads.widths * np.sqrt(shares)
@@ -137,13 +137,13 @@ def _reached(commanded: FloatArray, flowing: FloatArray, *, lag: float) -> Float
     return result
 
 
-def _volumes(beads: LaidBeads) -> FloatArray:
+def _volumes(beads: DepositedBeads) -> FloatArray:
     """Return the (k,) volume of the bead from each place to the next of its run [mm3]."""
     steps = np.append(np.where(beads.runs[1:] == beads.runs[:-1], np.diff(beads.arcs), 0.0), 0.0)
     return beads.areas * steps
 
 
-def _slid(beads: LaidBeads, surface: Surface, *, by: float) -> FloatArray:
+def _slid(beads: DepositedBeads, surface: Surface, *, by: float) -> FloatArray:
     """Return the (k, 3) places that beads run to, downhill along the surface."""
     if by == 0.0:
         return beads.places
@@ -206,10 +206,10 @@ def dispensed_beads(
     height: float,
     faults: Faults,
     random: np.random.Generator,
-) -> LaidBeads:
+) -> DepositedBeads:
     """Lay what a program commands, each bead as wide as the volume over the height, with faults.
 
-    More volume than the plan wants makes a bead wider and higher alike, as does `laid_beads`.
+    More volume than the plan wants makes a bead wider and higher alike, as does `deposited_beads`.
 
     Args:
         program: its path and its commands.
@@ -229,16 +229,16 @@ def dispensed_beads(
             f"breaks are of runs that deposit: there are {len(numbers)}"
             + (f", from {numbers[0]} to {numbers[-1]}, found run {strange[0]}." if strange else ".")
         )
-    laid = faults.volume * let_through(program, dispenser)
+    deposited = faults.volume * let_through(program, dispenser)
     usual = float(program.wanted[program.wanted > 0.0].mean())
     runs = [
-        _run(program, laid, number, surface, usual=usual, height=height, faults=faults, random=random)
+        _run(program, deposited, number, surface, usual=usual, height=height, faults=faults, random=random)
         for number in np.unique(program.runs).tolist()
     ]
     places, ahead, widths, areas, arcs, owners = (np.concatenate(parts) for parts in zip(*runs, strict=True))
     if not widths.any():
         raise InputError("the program lays nothing: its valve never opens on its path, or its flow is 0 there.")
-    beads = LaidBeads(places, np.zeros_like(places), ahead, widths, areas, arcs, owners.astype(np.int64), height)
+    beads = DepositedBeads(places, np.zeros_like(places), ahead, widths, areas, arcs, owners.astype(np.int64), height)
     return landed(beads, surface, faults=faults)
 
 
@@ -288,7 +288,7 @@ def _run(
     faults: Faults,
     random: np.random.Generator,
 ) -> tuple[FloatArray, ...]:
-    """Return finely placed points below what the tip does in one run, as `LaidBeads` has them, with its number."""
+    """Return finely placed points below what the tip does in one run, as `DepositedBeads` has them, with its number."""
     own = np.flatnonzero(program.runs == number)
     tips, amounts, wanted, arcs = _cut(program, volumes, own, step=STEP_SHARE * usual / height)
     places = closest(surface, tips)[0].xyz(surface)

@@ -12,7 +12,7 @@ from geoprint.errors import InputError
 from geoprint.geometry import normals
 from geoprint.geometry.rays import first_hits
 from geoprint.model import BoolArray, FloatArray, Surface, freeze_arrays, frozen
-from geoprint.simulation.deposited import LaidBeads
+from geoprint.simulation.deposited import DepositedBeads
 from geoprint.simulation.viewpoint import Viewpoint
 
 # How high material stands over a part: the beads of a print in silico, added up where they meet.
@@ -26,7 +26,7 @@ from geoprint.simulation.viewpoint import Viewpoint
 BATCH = 20_000
 
 
-def heights(beads: LaidBeads, feet: FloatArray) -> FloatArray:
+def heights(beads: DepositedBeads, feet: FloatArray) -> FloatArray:
     """Return the (k,) height of the material over places of the part, along the normals there [mm].
 
     Args:
@@ -46,8 +46,8 @@ def heights(beads: LaidBeads, feet: FloatArray) -> FloatArray:
         foot, place, away = near["i"], near["j"], near["v"]
         radius = radii[place]
         cap = np.sqrt(np.maximum(radius**2 - away**2, 0.0))
-        laid = 1.5 * volumes[place] * cap / (np.pi * radius**3)
-        result[start : start + BATCH] = np.bincount(foot, laid, minlength=len(some))
+        deposited = 1.5 * volumes[place] * cap / (np.pi * radius**3)
+        result[start : start + BATCH] = np.bincount(foot, deposited, minlength=len(some))
     return result
 
 
@@ -83,7 +83,7 @@ class Sensor:
 
 @final
 @frozen
-class SilicoScan:
+class SimulatedScan:
     """A scan whose truth is known.
 
     Attributes:
@@ -104,12 +104,12 @@ class SilicoScan:
 
 def scanned(
     surface: Surface,
-    beads: LaidBeads | None,
+    beads: DepositedBeads | None,
     sensor: Sensor,
     *,
     T_work_scan: FloatArray,
     random: np.random.Generator,
-) -> SilicoScan:
+) -> SimulatedScan:
     """Return a scan of a part with beads on it.
 
     Args:
@@ -131,7 +131,7 @@ def scanned(
     kept = _kept(feet, sensor, random)
     noise = sensor.noise * random.standard_normal(len(feet))
     points = feet + high[:, None] * up + noise[:, None] * toward
-    return SilicoScan(
+    return SimulatedScan(
         transforms.apply(transforms.inverse(T_work_scan), points[kept]), feet[kept], high[kept], T_work_scan
     )
 

@@ -14,7 +14,7 @@ from geoprint.errors import InputError
 from geoprint.geometry import normals
 from geoprint.geometry.rays import first_hits
 from geoprint.model import BoolArray, FloatArray, Surface, comparable, freeze_arrays, frozen
-from geoprint.simulation.deposited import LaidBeads
+from geoprint.simulation.deposited import DepositedBeads
 
 # Where a camera in silico stands, and how it sees: a pinhole with a lens that bends.
 
@@ -175,7 +175,7 @@ class Development:
 
 def pictured(
     surface: Surface,
-    beads: LaidBeads,
+    beads: DepositedBeads,
     view: Viewpoint,
     lighting: Lighting,
     development: Development | None = None,
@@ -247,7 +247,9 @@ def png(grey: FloatArray) -> bytes:
     return written.getvalue()
 
 
-def _skin(beads: LaidBeads, landed: FloatArray, up: FloatArray, toward: FloatArray) -> tuple[FloatArray, BoolArray]:
+def _skin(
+    beads: DepositedBeads, landed: FloatArray, up: FloatArray, toward: FloatArray
+) -> tuple[FloatArray, BoolArray]:
     """Return the (k, 3) normals of what rays meet that land on the part, and whether that is a bead."""
     tree = KDTree(beads.places)
     steep = np.maximum(-(up * toward).sum(axis=1), 0.1)

@@ -457,17 +457,19 @@ def drawn_out(strands: Strands, places: FloatArray, beads: FloatArray) -> FloatA
         beads: (j, 3) places along beads on ridges; tips with one outside of them stay [mm].
     """
     result = places.copy()
-    laid = KDTree(beads) if len(beads) else None
+    deposited = KDTree(beads) if len(beads) else None
     for strand in range(strands.count):
         held = strands.rows(strand)
         if strands.levels[held.start] > 0:
             closed = bool(strands.closed[strand])
-            moves = _reaches(places[held], strands.normals[held], laid, closed=closed, spacing=strands.spacing)
+            moves = _reaches(places[held], strands.normals[held], deposited, closed=closed, spacing=strands.spacing)
             result[held] += moves
     return result
 
 
-def _reaches(line: FloatArray, normals: FloatArray, laid: KDTree | None, *, closed: bool, spacing: float) -> FloatArray:
+def _reaches(
+    line: FloatArray, normals: FloatArray, deposited: KDTree | None, *, closed: bool, spacing: float
+) -> FloatArray:
     """Return how far each place of a strand (n, 3) is to move; nowhere with a bead outside of it [mm]."""
     moved = np.zeros_like(line)
     half = round(HALF_CORNER / STEP_SHARE)
@@ -487,7 +489,7 @@ def _reaches(line: FloatArray, normals: FloatArray, laid: KDTree | None, *, clos
         outwards = np.roll(ahead, half + 1, axis=0)[tip] - np.roll(ahead, -half, axis=0)[tip]
         foot = np.clip(1.0 - away / (FOOT * spacing), 0.0, 1.0)
         outwards /= np.linalg.norm(outwards)
-        if laid is None or laid.query(line[tip] + SERVED * spacing * outwards)[0] > SERVED * spacing:
+        if deposited is None or deposited.query(line[tip] + SERVED * spacing * outwards)[0] > SERVED * spacing:
             moved += _reach(turns[tip]) * spacing * foot[:, None] * outwards
         turns = np.where(away < spacing, 0.0, turns)
     return moved

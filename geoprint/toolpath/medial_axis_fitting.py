@@ -68,7 +68,7 @@ class MovedStrands(NamedTuple):
     merged: BoolArray
 
 
-class LaidLine(NamedTuple):
+class DepositedLine(NamedTuple):
     """A line of material.
 
     Attributes:
@@ -80,7 +80,7 @@ class LaidLine(NamedTuple):
     level: int
 
 
-def strokes_of(surface: Surface, contours: Contours, moved: MovedStrands, beads: list[LaidLine]) -> Strokes:
+def strokes_of(surface: Surface, contours: Contours, moved: MovedStrands, beads: list[DepositedLine]) -> Strokes:
     """Return what is left of the strands where they lie now, and the beads along ridges, level by level.
 
     Args:
@@ -90,7 +90,7 @@ def strokes_of(surface: Surface, contours: Contours, moved: MovedStrands, beads:
         beads: along ridges; they go on to the tips of what was merged there.
     """
     stays = _staying(moved)
-    left, tips = list[LaidLine](), list[LaidLine]()
+    left, tips = list[DepositedLine](), list[DepositedLine]()
     for strand in np.flatnonzero(~stays).tolist():
         bent = contours.curves.xyz(surface, strand)
         for bead in _left(moved, strand, bent, level=int(contours.levels[strand])):
@@ -121,17 +121,19 @@ def _staying(moved: MovedStrands) -> BoolArray:
     return np.bincount(strands.strand, far | moved.merged, minlength=strands.count) == 0
 
 
-def _left(moved: MovedStrands, strand: int, curve: FloatArray, *, level: int) -> list[LaidLine]:
+def _left(moved: MovedStrands, strand: int, curve: FloatArray, *, level: int) -> list[DepositedLine]:
     """Return what a strand has become: its traced curve (n, 3) moved [mm], or what is not merged of its samples."""
     strands, held = moved.strands, moved.strands.rows(strand)
     closed, merged, places = bool(strands.closed[strand]), moved.merged[held], moved.places[held]
     if merged.any():
-        return [LaidLine(places[each], level) for each in stretches(~merged, closed=closed) if each.size >= LEAST_LEFT]
+        return [
+            DepositedLine(places[each], level) for each in stretches(~merged, closed=closed) if each.size >= LEAST_LEFT
+        ]
     arcs, moves, own = strands.arcs[held], places - strands.places[held], arc_lengths(curve)
     if closed:
         arcs, moves = np.append(arcs, own[-1]), np.vstack([moves, moves[:1]])
     bent = curve + interpolated(own, arcs, moves)
-    return [LaidLine(np.vstack([bent[:-1], bent[:1]]) if closed else bent, level)]
+    return [DepositedLine(np.vstack([bent[:-1], bent[:1]]) if closed else bent, level)]
 
 
 def _is_tip(line: FloatArray, *, spacing: float) -> bool:
@@ -140,7 +142,9 @@ def _is_tip(line: FloatArray, *, spacing: float) -> bool:
     return 0.0 < across < TIP_WIDTH * spacing and float(arc_lengths(line)[-1]) < TIP_LENGTH * spacing
 
 
-def _to_the_end(bead: LaidLine, tips: list[LaidLine], beside: KDTree, *, spacing: float) -> tuple[LaidLine, set[int]]:
+def _to_the_end(
+    bead: DepositedLine, tips: list[DepositedLine], beside: KDTree, *, spacing: float
+) -> tuple[DepositedLine, set[int]]:
     """Return a bead that goes on to tips ahead of its ends, or straight on; closed where its ends face each other.
 
     Args:
@@ -162,20 +166,20 @@ def _to_the_end(bead: LaidLine, tips: list[LaidLine], beside: KDTree, *, spacing
     is_long = float(arc_lengths(line)[-1]) > 4.0 * CLOSING * spacing
     near = np.linalg.norm(line[0] - line[-1]) < CLOSING * spacing
     if is_long and near and _is_ahead(line, line[0]) and _is_ahead(line[::-1], line[-1]):
-        return LaidLine(np.vstack([line, line[:1]]), bead.level), reached
+        return DepositedLine(np.vstack([line, line[:1]]), bead.level), reached
     for _ in range(2):
         line = _straight_on(line, beside, spacing=spacing)[::-1]
-    return LaidLine(line, bead.level), reached
+    return DepositedLine(line, bead.level), reached
 
 
-def _tip_ahead(line: FloatArray, tips: list[LaidLine], *, spacing: float) -> int | None:
+def _tip_ahead(line: FloatArray, tips: list[DepositedLine], *, spacing: float) -> int | None:
     """Return which tip is nearest to the end of a line among those that lie ahead of it; None where none does."""
     away = np.array([float(np.linalg.norm(_turn_of(tip) - line[-1])) for tip in tips])
     ahead = [k for k in range(len(tips)) if away[k] < TIP_REACH * spacing and _is_ahead(line, _turn_of(tips[k]))]
     return min(ahead, key=lambda k: away[k], default=None)
 
 
-def _turn_of(tip: LaidLine) -> FloatArray:
+def _turn_of(tip: DepositedLine) -> FloatArray:
     return tip.line[len(tip.line) // 2]
 
 
@@ -243,7 +247,7 @@ class _Ridge:
     def __post_init__(self) -> None:
         freeze_arrays(self, rows="int: n", counts="int: n")
 
-    def beads(self, places: FloatArray, beside: InnerNeighbours, *, spacing: float) -> list[LaidLine]:
+    def beads(self, places: FloatArray, beside: InnerNeighbours, *, spacing: float) -> list[DepositedLine]:
         """Return the beads that lie on the ridge itself, where their number across it is odd.
 
         Args:
@@ -252,7 +256,7 @@ class _Ridge:
             spacing: of the levels [mm].
         """
         tree = KDTree(places)
-        found = list[LaidLine]()
+        found = list[DepositedLine]()
         for stretch in stretches(self.counts % 2 == 1, closed=False):
             rows, line = self.rows[stretch], middles(self.rows[stretch], places, beside)
             half = 0.5 * np.linalg.norm(places[rows] - places[beside.facing[rows]], axis=1)
@@ -262,7 +266,7 @@ class _Ridge:
                 # Pieces of a ridge overlap where they were joined: the bead does not go back for that.
                 onwards = line[clear[0] : clear[-1] + 1]
                 onwards = onwards[unfolded(onwards, turn=BACKTRACK, error=OVERLAPPING * spacing)]
-                found.append(LaidLine(onwards, int(self.counts[stretch[0]] - 1) // 2))
+                found.append(DepositedLine(onwards, int(self.counts[stretch[0]] - 1) // 2))
         return found
 
 

@@ -504,7 +504,7 @@ def check_sum(whole: PoseStream, parts: Sequence[PoseStream]) -> None:
     """
     volumes, middles, runs = _volumes(whole)
     tree = KDTree(middles)
-    wanted, laid = np.zeros((2, len(middles)))
+    wanted, deposited = np.zeros((2, len(middles)))
     # Where the deposit passes the same line twice, both count as one.
     np.add.at(wanted, np.asarray(tree.query(middles)[1]), volumes)
     for number, part in enumerate(parts, start=1):
@@ -518,14 +518,15 @@ def check_sum(whole: PoseStream, parts: Sequence[PoseStream]) -> None:
                 part=number,
                 place=triple(places[far[0]]),
             )
-        np.add.at(laid, np.asarray(rows), volumes)
-    off = np.abs(laid - wanted) / np.where(wanted > 0.0, wanted, 1.0)
+        np.add.at(deposited, np.asarray(rows), volumes)
+    off = np.abs(deposited - wanted) / np.where(wanted > 0.0, wanted, 1.0)
     worst = int(off.argmax())
     if off[worst] > SHARE:
         raise VerificationError(
-            f"all parts together lay {laid[worst]:.4g} mm3 in run {runs[worst] + 1} at {in_words(middles[worst])}, the "
+            f"all parts together lay {deposited[worst]:.4g} mm3 in run {runs[worst] + 1} at "
+            f"{in_words(middles[worst])}, the "
             f"paths ask for {wanted[worst]:.4g}; please report this as a defect of geoprint.",
-            laid=float(laid[worst]),
+            deposited=float(deposited[worst]),
             wanted=float(wanted[worst]),
             place=triple(middles[worst]),
         )
@@ -533,7 +534,7 @@ def check_sum(whole: PoseStream, parts: Sequence[PoseStream]) -> None:
 
 def _volumes(stream: PoseStream) -> tuple[FloatArray, FloatArray, IntArray]:
     """Return the (k,) volumes that are laid from pose to pose [mm3], their (k, 3) middles, and the runs."""
-    rows, places = np.flatnonzero(stream.laid), stream.surface_points
+    rows, places = np.flatnonzero(stream.deposited), stream.surface_points
     lengths = np.linalg.norm(places[rows + 1] - places[rows], axis=1)
     volumes = lengths * (stream.flow[rows + 1] + stream.flow[rows]) / 2.0
     return volumes, (places[rows + 1] + places[rows]) / 2.0, stream.runs[rows]

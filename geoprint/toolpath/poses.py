@@ -526,7 +526,10 @@ def largest_lean(stream: PoseStream) -> float:
 
 def mean_lean(stream: PoseStream) -> float:
     """Return the mean angle between nozzle and surface normal over the deposited length [rad]; 0 without any."""
-    leans, lengths = _leans(stream), np.where(stream.laid, np.linalg.norm(np.diff(stream.tips, axis=0), axis=1), 0.0)
+    leans, lengths = (
+        _leans(stream),
+        np.where(stream.deposited, np.linalg.norm(np.diff(stream.tips, axis=0), axis=1), 0.0),
+    )
     total = float(lengths.sum())
     return float(lengths @ (leans[1:] + leans[:-1]) / (2.0 * total)) if total > 0.0 else 0.0
 

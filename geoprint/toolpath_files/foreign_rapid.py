@@ -151,10 +151,10 @@ class _Translator:
 
     def module(self) -> Module:
         """Return the module; its file declares the routine that is told of arcs."""
-        told = Parameter(1, "place", "robtarget", "", optional=False, group=0, dimensions=0)
+        record = Parameter(1, "place", "robtarget", "", optional=False, group=0, dimensions=0)
         # RAPID wants routines behind data, in a module of data alone too.
         end = max((each.line for each in self._module.data), default=1)
-        through = Routine(end, end, THROUGH, "PROC", "", (told,), (), (), (), (), (), local=True)
+        through = Routine(end, end, THROUGH, "PROC", "", (record,), (), (), (), (), (), local=True)
         routines = [
             replace(
                 routine,
@@ -313,15 +313,15 @@ class _Translator:
         place = 2 + curved
         arguments = [*rest[:place], *rest[place + data :]]
         self._notes.process.add(output)
-        told = Call(call.line, move, None, (*arguments, *kept))
+        record = Call(call.line, move, None, (*arguments, *kept))
         if not change:
-            return self._move(told)
+            return self._move(record)
         said = "deposit from the target of DispL\\On to that of DispL\\Off"
         if output == DISPENSER and said not in self._notes.assumed:
             self._notes.assumed.append(said)
         signal = Argument(call.line, "", Name(call.line, output), optional=False)
         value = Argument(call.line, "", Literal(call.line, float(change == "on")), optional=False)
-        stopping = self._stopping(told, move, arguments)
+        stopping = self._stopping(record, move, arguments)
         return [*self._move(stopping), Call(call.line, "SetDO", None, (signal, value))]
 
 

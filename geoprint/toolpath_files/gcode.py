@@ -694,12 +694,12 @@ class _Program:
         reading_of_e = extruder.chosen(self._guess.dialect if self._guess.sure else "")
         by_feed = not deposit.by_code or (deposit.asked is None and bool(moves.seen & 1 << reading_of_e))
         if by_feed:
-            bits, told = 1 << reading_of_e, f"growing {deposit.extruder}"
+            bits, recorded = 1 << reading_of_e, f"growing {deposit.extruder}"
             self._assume(extruder.assumed(reading_of_e))
         elif deposit.named or moves.seen & _ON:
-            bits, told = _ON | (0 if deposit.named else _FEEDS), "M-codes"
+            bits, recorded = _ON | (0 if deposit.named else _FEEDS), "M-codes"
         else:
-            bits, told = _FEEDS, "G1, while G0 travels"
+            bits, recorded = _FEEDS, "G1, while G0 travels"
         read = moves.recorder.read
         self._skipped["moves from an unknown place"] = moves.runs(bits, approach=bits == _FEEDS)
         moves.recorder.read = read
@@ -710,7 +710,7 @@ class _Program:
         if not self._units_said and not self._printer:
             self._assume(["mm, as no G20 or G21 stands in it"])
         record = reading(used=self._used, skipped=self._skipped, assumed=self._assumed)
-        return moves.recorder.file(title=TITLE, deposit=told, reading=record)
+        return moves.recorder.file(title=TITLE, deposit=recorded, reading=record)
 
     def _assume(self, phrases: list[str]) -> None:
         self._assumed.update(dict.fromkeys(phrases))

@@ -178,7 +178,7 @@ def _runs(name: str, ran: Execution, notes: Notes, deposit: str | None) -> PathF
     if (others := np.flatnonzero(frames != frames[:1])).size:
         line = int(moves.lines[deposits][others[0]])
         refuse(name, line, "it deposits in a second work object or displacement; give one part at a time")
-    told = "MoveL and MoveC, while MoveJ travels" if signal is None else f"the output {signal}"
+    record = "MoveL and MoveC, while MoveJ travels" if signal is None else f"the output {signal}"
     others = {f"switchings of {each}": 0 for each in dict.fromkeys(each.signal for each in ran.switchings)}
     for each in ran.switchings:
         others[f"switchings of {each.signal}"] += 1
@@ -186,7 +186,7 @@ def _runs(name: str, ran: Execution, notes: Notes, deposit: str | None) -> PathF
     skipped = dict(notes.skipped) | {kind: n for kind, n in others.items() if kind not in used}
     bends = [f"{bent} MoveJ that deposit lead straight"] if bent else []
     said = reading(used=used, skipped=skipped, assumed=[*notes.assumed, *bends])
-    return recorder.file(title=TITLE, deposit=told, reading=said)
+    return recorder.file(title=TITLE, deposit=record, reading=said)
 
 
 def _depositing(name: str, ran: Execution, notes: Notes, deposit: str | None) -> str | None:

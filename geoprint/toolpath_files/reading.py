@@ -105,7 +105,7 @@ def read_table(path: Path, *, deposit: str | None) -> PathFile:
         else:
             recorder.begin(number, (x, y, z))
             last = run
-    return recorder.file(title=TABLE_TITLE, deposit=columns.told, reading=columns.reading(recorder.read, breaks))
+    return recorder.file(title=TABLE_TITLE, deposit=columns.record, reading=columns.reading(recorder.read, breaks))
 
 
 @final
@@ -116,13 +116,13 @@ class _Columns:
         axes: places of x, y and z.
         keys: places of the columns that tell runs apart.
         flags: place of the column that says what deposits; empty where none does.
-        told: how deposit is told from travel, in words.
+        record: how deposit is told from travel, in words.
     """
 
     def __init__(self, table: Delimited, deposit: str | None) -> None:
         self._table = table
         self.axes, self.keys, self.flags = [0, 1, 2], list[int](), list[int]()
-        self._on, self._off, self.told = _ON, _OFF, "nothing: all of it deposits"
+        self._on, self._off, self.record = _ON, _OFF, "nothing: all of it deposits"
         if table.header is None:
             if table.width != len(AXES):
                 refuse(
@@ -140,7 +140,7 @@ class _Columns:
         travels = [] if own else self._first(TRAVELS)
         self.flags = own or self._first(DEPOSITS) or travels
         if self.flags:
-            self.told = f"its column {self.name(self.flags[0])}"
+            self.record = f"its column {self.name(self.flags[0])}"
         if self.flags and self.flags == travels:
             self._on, self._off = _OFF, _ON
 
@@ -177,8 +177,8 @@ class _Columns:
             assumed.append("columns x, y, z, as no header names them")
         if breaks:
             assumed.append(f"a run ends at each of {breaks} blank rows")
-        told = [f"runs by the column {self.name(place)}" for place in self.keys[:1]]
-        return reading(used={"points": points}, skipped=dict(self._table.skipped) | unused, assumed=[*told, *assumed])
+        record = [f"runs by the column {self.name(place)}" for place in self.keys[:1]]
+        return reading(used={"points": points}, skipped=dict(self._table.skipped) | unused, assumed=[*record, *assumed])
 
 
 # Paths of a bundle that geoprint wrote: its poses.csv, on the surface.

@@ -215,7 +215,7 @@ ON_SURFACE = 0.01
 LENGTH_TOLERANCE, LENGTH_SHARE = 1e-3, 1e-6
 
 
-def stream_of(folder: Path, told: PlanRecord) -> PoseStream:
+def stream_of(folder: Path, record: PlanRecord) -> PoseStream:
     """Return the pose stream that a bundle's poses.csv holds; where the tool stops it does not say.
 
     Raises:
@@ -223,9 +223,9 @@ def stream_of(folder: Path, told: PlanRecord) -> PoseStream:
         InputError: it is no stream of poses.
     """
     table = read_poses_table(folder / "poses.csv")
-    (layer,) = told.layers
+    (layer,) = record.layers
     # The paths of a layer of several lie in its middle.
-    standoff = told.settings.standoff_mm - (layer.height_mm / 2.0 if is_layer(told) else 0.0)
+    standoff = record.settings.standoff_mm - (layer.height_mm / 2.0 if is_layer(record) else 0.0)
     normals = _unit(table.normals)
     return PoseStream(
         tips=table.points + np.where(table.deposit, standoff, 0.0)[:, None] * normals,
@@ -242,37 +242,37 @@ def stream_of(folder: Path, told: PlanRecord) -> PoseStream:
     )
 
 
-def is_layer(told: PlanRecord) -> bool:
+def is_layer(record: PlanRecord) -> bool:
     """Return whether a plan is of a layer over the part."""
-    return as_json(told.settings).get("layer") is not None
+    return as_json(record.settings).get("layer") is not None
 
 
-def path_findings(folder: Path, told: PlanRecord) -> Iterator[Finding]:
+def path_findings(folder: Path, record: PlanRecord) -> Iterator[Finding]:
     """Yield where the paths leave the surface that they were planned on, and which figures of plan.json are not theirs.
 
     Raises:
         VerificationError: a table cannot be read.
         InputError: surface.ply or poses.csv holds something else.
     """
-    stream = stream_of(folder, told)
-    laid = np.flatnonzero(stream.deposit)
-    _, misses = closest(load(folder / "surface.ply", unit="mm"), stream.surface_points[laid])
+    stream = stream_of(folder, record)
+    deposited = np.flatnonzero(stream.deposit)
+    _, misses = closest(load(folder / "surface.ply", unit="mm"), stream.surface_points[deposited])
     if misses.max(initial=0.0) > ON_SURFACE:
         worst = int(misses.argmax())
         yield Finding(
             "poses.csv",
-            int(laid[worst]) + 2,
+            int(deposited[worst]) + 2,
             f"the pose lies {misses[worst]:.3f} mm off surface.ply, allowed are {ON_SURFACE} mm",
         )
     lengths = np.linalg.norm(np.diff(stream.tips, axis=0), axis=1)
     found = {
         "runs": float(np.unique(stream.runs).size),
         "poses": float(stream.count),
-        "deposit_mm": float(lengths[stream.laid].sum()),
-        "travel_mm": float(lengths[~stream.laid].sum()),
+        "deposit_mm": float(lengths[stream.deposited].sum()),
+        "travel_mm": float(lengths[~stream.deposited].sum()),
     }
     for name, value in found.items():
-        said = float(getattr(told.paths, name))
+        said = float(getattr(record.paths, name))
         if abs(value - said) > LENGTH_TOLERANCE + LENGTH_SHARE * abs(said):
             yield Finding(PLAN, 1, f"paths.{name} is {said:.10g}, by poses.csv it is {value:.10g}")
 
@@ -363,7 +363,7 @@ def _program(checked: Checked | CheckedComparison) -> _Program:
         raise UsageError(f"{checked.folder} holds several bundles: name the one whose program you saw, of {named}.")
     # All layers stand where the part stands.
     setups = [one.setup for _, one in checked.bundles if one.setup is not None]
-    there = stack.told is None or stack.told.program is not None
+    there = stack.record is None or stack.record.program is not None
     return _Program(there, stack.program_sha256, setups[0].placement.missing if setups else ())
 
 
@@ -385,19 +385,19 @@ def _write(folder: Path, content: SeenFile) -> None:
 # The program of all attitudes of a table, read back from a bundle and held against those of each and the paths.
 
 
-def check_joined(folder: Path, names: Iterable[str], told: PlanRecord) -> CheckedJoined:
+def check_joined(folder: Path, names: Iterable[str], record: PlanRecord) -> CheckedJoined:
     """Check the program of all attitudes of a bundle, and that what they lay is together what the paths ask for.
 
     Args:
         folder: the bundle.
         names: of its files.
-        told: what its plan.json says.
+        record: what its plan.json says.
     """
     findings: list[Finding] = []
     try:
-        own = [own_program(folder, f"{PART}{number}", layer=1) for number, _ in enumerate(told.robot, start=1)]
+        own = [own_program(folder, f"{PART}{number}", layer=1) for number, _ in enumerate(record.robot, start=1)]
         findings += resident_findings(folder, own[-1])
-        _check_laid(folder, told)
+        _check_deposited(folder, record)
         modules = dict(program_modules(folder, names))
         judged = judge_stack(modules, own)
     except GeoprintError as error:
@@ -406,9 +406,9 @@ def check_joined(folder: Path, names: Iterable[str], told: PlanRecord) -> Checke
     return CheckedJoined(tuple(findings), judged.settings, judged.proof, program_digest(modules.items()))
 
 
-def _check_laid(folder: Path, told: PlanRecord) -> None:
-    parts = [stream_of(folder / f"{PART}{number}", told) for number, _ in enumerate(told.robot, start=1)]
-    check_sum(stream_of(folder, told), parts)
+def _check_deposited(folder: Path, record: PlanRecord) -> None:
+    parts = [stream_of(folder / f"{PART}{number}", record) for number, _ in enumerate(record.robot, start=1)]
+    check_sum(stream_of(folder, record), parts)
 
 
 def own_program(folder: Path, part: str, *, layer: int) -> OwnProgram:

@@ -70,8 +70,8 @@ def bundle_findings(checked: Checked, names: Mapping[str, str]) -> Iterator[Find
         checked: a bundle, with what its program did in this check.
         names: of its files.
     """
-    told, folder = checked.told, checked.folder
-    if told is None:
+    record, folder = checked.record, checked.folder
+    if record is None:
         return
     surfaces: list[Surface] = []
     yield from _collected(SURFACE, lambda: surfaces.append(load(folder / SURFACE, unit="mm")))
@@ -81,32 +81,32 @@ def bundle_findings(checked: Checked, names: Mapping[str, str]) -> Iterator[Find
     yield from _collected(JOB, lambda: jobs.append(planned_job(folder, names)))
     cells: list[Cell] = []
     for job in jobs:
-        yield from _collected(JOB, lambda job=job: cells.append(planned_cell(job, told)))
+        yield from _collected(JOB, lambda job=job: cells.append(planned_cell(job, record)))
     each = [one for one in checked.attitudes or (checked,) if one.program]
     for job, cell in zip(jobs, cells, strict=False):
         setups = [one.setup for one in each if one.setup is not None]
         printing = cell if not setups else setups[-1].cell
-        yield from _collected(PLAN, lambda job=job, cell=printing: settings_findings(job, cell, told))
-        yield from _collected(SURFACE, lambda job=job: _surface_findings(surfaces[0], job, told, each))
-        for number, setup in enumerate(setups[: len(told.robot)], start=1):
-            file = f"{_prefix(number, told)}setup.json"
+        yield from _collected(PLAN, lambda job=job, cell=printing: settings_findings(job, cell, record))
+        yield from _collected(SURFACE, lambda job=job: _surface_findings(surfaces[0], job, record, each))
+        for number, setup in enumerate(setups[: len(record.robot)], start=1):
+            file = f"{_prefix(number, record)}setup.json"
             yield from _collected(
                 file,
                 lambda job=job, cell=cell, setup=setup, number=number, file=file: setup_findings(
-                    job, cell, setup, told, number=number, file=file
+                    job, cell, setup, record, number=number, file=file
                 ),
             )
-    if told.robot and each:
+    if record.robot and each:
         # Without a program this was looked at before.
-        yield from _collected("poses.csv", lambda: path_findings(folder, told))
-    yield from _collected("poses.csv", lambda: _path_figures(folder, told, each))
-    if len(each) == len(told.robot):
-        for number, (one, of) in enumerate(zip(each, told.robot, strict=True), start=1):
-            yield from _robot_findings(one, of, told, names, number=number)
-        yield from _collected(PLAN, lambda: _joined_findings(checked, told, each))
+        yield from _collected("poses.csv", lambda: path_findings(folder, record))
+    yield from _collected("poses.csv", lambda: _path_figures(folder, record, each))
+    if len(each) == len(record.robot):
+        for number, (one, of) in enumerate(zip(each, record.robot, strict=True), start=1):
+            yield from _robot_findings(one, of, record, names, number=number)
+        yield from _collected(PLAN, lambda: _joined_findings(checked, record, each))
     elif checked.program:
-        yield Finding(PLAN, 1, f"it tells of {len(told.robot)} programs, there are {len(each)}")
-    yield from _warning_findings(told, jobs)
+        yield Finding(PLAN, 1, f"it tells of {len(record.robot)} programs, there are {len(each)}")
+    yield from _warning_findings(record, jobs)
 
 
 def not_derived(names: Iterable[str]) -> tuple[str, ...]:
@@ -127,8 +127,8 @@ def _collected(file: str, check: Callable[[], object]) -> Iterator[Finding]:
         yield Finding(file, 1, str(error))
 
 
-def _prefix(number: int, told: PlanRecord) -> str:
-    folder = part_folder(number, len(told.robot))
+def _prefix(number: int, record: PlanRecord) -> str:
+    folder = part_folder(number, len(record.robot))
     return f"{folder}/" if folder else ""
 
 
@@ -151,9 +151,9 @@ def figures(
         yield Finding(file, 1, f"{dot}{key} is {now}, by the files beside it {other}")
 
 
-def _surface_findings(surface: Surface, job: Job, told: PlanRecord, each: Sequence[Checked]) -> Iterator[Finding]:
+def _surface_findings(surface: Surface, job: Job, record: PlanRecord, each: Sequence[Checked]) -> Iterator[Finding]:
     """Yield what surface.ply is not: of so many triangles and so large, and on the part."""
-    said = told.surface
+    said = record.surface
     mesh: dict[str, Json] = {
         "vertices": len(surface.vertices),
         "faces": len(surface.faces),
@@ -167,23 +167,23 @@ def _surface_findings(surface: Surface, job: Job, told: PlanRecord, each: Sequen
     }
     yield from figures(PLAN, "surface", as_json(said), whole, near=1e-3, share=1e-3)
     refinement: dict[str, Json] = {"faces_before": said.prepared.faces, "faces_after": said.refined.faces}
-    yield from figures(PLAN, "field.refinement", as_json(told.field.refinement), refinement)
-    if not _prepared(told, "filled_holes"):
+    yield from figures(PLAN, "field.refinement", as_json(record.field.refinement), refinement)
+    if not _prepared(record, "filled_holes"):
         yield from _off_part(
-            surface, load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold).surface, told
+            surface, load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold).surface, record
         )
     low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     extents = [one.setup.extent for one in each if one.setup is not None]
     for number, extent in enumerate(extents, start=1):
         if np.abs(extent - np.stack([low, high])).max() > ON_PART:
-            yield Finding(f"{_prefix(number, told)}setup.json", 1, "extent is not the box of surface.ply")
+            yield Finding(f"{_prefix(number, record)}setup.json", 1, "extent is not the box of surface.ply")
 
 
-def _off_part(surface: Surface, part: Surface, told: PlanRecord) -> Iterator[Finding]:
+def _off_part(surface: Surface, part: Surface, record: PlanRecord) -> Iterator[Finding]:
     """Yield that surface.ply lies off the part as it was read, or a layer not where its stack has it."""
-    (layer,) = told.layers
+    (layer,) = record.layers
     _, distances = closest(part, surface.vertices)
-    over = layer.bottom_mm + layer.height_mm / 2.0 if is_layer(told) else 0.0
+    over = layer.bottom_mm + layer.height_mm / 2.0 if is_layer(record) else 0.0
     allowed = ON_PART + LAYER_SHARE * over
     off = np.abs(distances - over)
     # Over a rim a level of the distance comes nearer to the part's edge, so that its middle counts.
@@ -191,67 +191,67 @@ def _off_part(surface: Surface, part: Surface, told: PlanRecord) -> Iterator[Fin
     if worst > allowed:
         where = f"{over:g} mm over part.ply" if over else "part.ply"
         yield Finding(SURFACE, 1, f"it lies {worst:.3f} mm off {where}, allowed are {allowed:.3f} mm")
-    dropped = any(_prepared(told, f"dropped_{what}_faces") for what in ("debris", "degenerate", "duplicate"))
-    whole = not (dropped or _prepared(told, "junction_faces") or told.settings.patches or over)
+    dropped = any(_prepared(record, f"dropped_{what}_faces") for what in ("debris", "degenerate", "duplicate"))
+    whole = not (dropped or _prepared(record, "junction_faces") or record.settings.patches or over)
     used = [one.vertices[one.faces].reshape(-1, 3) for one in (surface, part)]
     boxes = [np.stack([corners.min(axis=0), corners.max(axis=0)]) for corners in used]
     if whole and np.abs(boxes[0] - boxes[1]).max() > ON_PART:
         yield Finding(SURFACE, 1, "its box is not that of part.ply")
 
 
-def _prepared(told: PlanRecord, what: str) -> bool:
+def _prepared(record: PlanRecord, what: str) -> bool:
     """Return whether preparing the part changed something of a kind."""
-    found = told.surface.preparation
+    found = record.surface.preparation
     return found is not None and bool(as_json(found).get(what))
 
 
-def _path_figures(folder: Path, told: PlanRecord, each: Sequence[Checked]) -> Iterator[Finding]:
+def _path_figures(folder: Path, record: PlanRecord, each: Sequence[Checked]) -> Iterator[Finding]:
     """Yield the figures of paths, layer and deposit that are not those of poses.csv."""
-    stream = stream_of(folder, told)
+    stream = stream_of(folder, record)
     lengths = np.linalg.norm(np.diff(stream.tips, axis=0), axis=1)
-    of_runs = np.bincount(stream.runs[:-1][stream.laid], weights=lengths[stream.laid])
+    of_runs = np.bincount(stream.runs[:-1][stream.deposited], weights=lengths[stream.deposited])
     angles: dict[str, Json] = {
         "largest_lean_deg": float(np.degrees(largest_lean(stream))),
         "mean_lean_deg": float(np.degrees(mean_lean(stream))),
     }
-    yield from figures(PLAN, "paths", as_json(told.paths), angles, near=ANGLE)
+    yield from figures(PLAN, "paths", as_json(record.paths), angles, near=ANGLE)
     counted: dict[str, Json] = {
-        "fragments": int((of_runs < 5.0 * told.settings.spacing_mm).sum()),
-        "corners_rounded": len(told.paths.corners_rounded_mm),
-        "corners_split": len(told.paths.corners_split_mm),
+        "fragments": int((of_runs < 5.0 * record.settings.spacing_mm).sum()),
+        "corners_rounded": len(record.paths.corners_rounded_mm),
+        "corners_split": len(record.paths.corners_split_mm),
     }
-    yield from figures(PLAN, "paths", as_json(told.paths), counted)
-    (layer,) = told.layers
+    yield from figures(PLAN, "paths", as_json(record.paths), counted)
+    (layer,) = record.layers
     of_layer: dict[str, Json] = {
-        "height_mm": told.settings.layer_height_mm,
-        "standoff_mm": told.settings.standoff_mm,
-        "runs": [0, told.paths.runs - 1],
+        "height_mm": record.settings.layer_height_mm,
+        "standoff_mm": record.settings.standoff_mm,
+        "runs": [0, record.paths.runs - 1],
     }
     yield from figures(PLAN, "layers.0", as_json(layer), of_layer)
     setups = [one.setup for one in each if one.setup is not None]
-    if told.deposition is not None:
-        yield from _deposition_findings(stream, told, setups[-1].cell if setups else None)
-    yield from _row_findings(stream, told)
+    if record.deposition is not None:
+        yield from _deposition_findings(stream, record, setups[-1].cell if setups else None)
+    yield from _row_findings(stream, record)
 
 
-def _row_findings(stream: PoseStream, told: PlanRecord) -> Iterator[Finding]:
+def _row_findings(stream: PoseStream, record: PlanRecord) -> Iterator[Finding]:
     """Yield the first row of poses.csv whose arc length or level is not that of its run."""
-    laid, steps = stream.laid, np.linalg.norm(np.diff(stream.tips, axis=0), axis=1)
+    deposited, steps = stream.deposited, np.linalg.norm(np.diff(stream.tips, axis=0), axis=1)
     along = np.diff(stream.arcs)
-    wrong = laid & (np.abs(along - steps) > NEAR + ARC_SHARE * steps)
+    wrong = deposited & (np.abs(along - steps) > NEAR + ARC_SHARE * steps)
     if wrong.any():
         row = int(np.argmax(wrong))
         yield Finding("poses.csv", row + 3, f"s grows by {along[row]:.6g} mm, the path by {steps[row]:.6g}")
     levels = stream.levels
-    off = np.where(stream.deposit, (levels < 0) | (levels >= told.paths.levels), levels != -1)
+    off = np.where(stream.deposit, (levels < 0) | (levels >= record.paths.levels), levels != -1)
     if off.any():
         row = int(np.argmax(off))
-        yield Finding("poses.csv", row + 2, f"the level is {levels[row]}, plan.json has {told.paths.levels} of them")
+        yield Finding("poses.csv", row + 2, f"the level is {levels[row]}, plan.json has {record.paths.levels} of them")
 
 
-def _deposition_findings(stream: PoseStream, told: PlanRecord, cell: Cell | None) -> Iterator[Finding]:
+def _deposition_findings(stream: PoseStream, record: PlanRecord, cell: Cell | None) -> Iterator[Finding]:
     """Yield what plan.json says of flow and light, and the paths do not."""
-    said, settings = told.deposition, told.settings
+    said, settings = record.deposition, record.settings
     assert said is not None  # noqa: S101  # As its caller has asked.
     rate = stream.flow.max(keepdims=True) * settings.speed_mm_s
     found: dict[str, Json] = {"valve_mm3_s": float(rate[0])}
@@ -265,12 +265,12 @@ def _deposition_findings(stream: PoseStream, told: PlanRecord, cell: Cell | None
     nominal = settings.spacing_mm * settings.layer_height_mm
     deposited = stream.flow[stream.deposit]
     least, most = settings.flow_shares
-    widths = told.paths.widths_mm
+    widths = record.paths.widths_mm
     if widths is None and (deposited.min() < least * nominal - NEAR or deposited.max() > most * nominal + NEAR):
         yield Finding("poses.csv", 1, f"flow lies outside of {least:g} to {most:g} of a bead's {nominal:g} mm3/mm")
-    if cell is not None and cell.signals.mode == "io" and widths is None and told.feedback is None:
+    if cell is not None and cell.signals.mode == "io" and widths is None and record.feedback is None:
         # A layer of a stack is slowed down by what its paths miss, and its flow rises as much.
-        largest = nominal * (1.0 if not is_layer(told) else 1.04)
+        largest = nominal * (1.0 if not is_layer(record) else 1.04)
         if np.ptp(deposited) > NEAR or not nominal - NEAR <= deposited.max() <= largest + NEAR:
             yield Finding("poses.csv", 1, f"flow is {deposited.max():g}, a valve lets {nominal:g} mm3/mm through")
     if (stream.flow[~stream.deposit] != 0.0).any():
@@ -284,11 +284,11 @@ def _deposition_findings(stream: PoseStream, told: PlanRecord, cell: Cell | None
 
 
 def _robot_findings(
-    one: Checked, of: RobotRecord, told: PlanRecord, names: Mapping[str, str], *, number: int
+    one: Checked, of: RobotRecord, record: PlanRecord, names: Mapping[str, str], *, number: int
 ) -> Iterator[Finding]:
     """Yield what plan.json and the files of a program say that its tables and its execution do not."""
     setup, orders, at = one.setup, one.orders, f"robot.{number}"
-    prefix = _prefix(number, told)
+    prefix = _prefix(number, record)
     if setup is None or orders is None:
         return
     yield from _collected(PLAN, lambda: _program_findings(one, setup, orders, of, at=at))
@@ -297,12 +297,12 @@ def _robot_findings(
         f"{prefix}trajectory.csv",
         lambda: _trajectory_findings(one, orders, of, at=at, file=f"{prefix}trajectory.csv"),
     )
-    yield from _collected(PLAN, lambda: _volume_findings(one, setup, orders, told, of, at=at))
+    yield from _collected(PLAN, lambda: _volume_findings(one, setup, orders, record, of, at=at))
     modules = of.program.modules
     loading = any(name.startswith("GeoPath") for name in modules)
     yield from controller_files_findings(one.folder, names, setup, loading=loading, prefix=prefix)
     yield from _collected(
-        f"{prefix}{RAPID_FOLDER}", lambda: _header_findings(one, setup, orders, of, told, prefix=prefix)
+        f"{prefix}{RAPID_FOLDER}", lambda: _header_findings(one, setup, orders, of, record, prefix=prefix)
     )
 
 
@@ -431,14 +431,14 @@ def _run_rows(table: TrajectoryTable, orders: Orders, *, file: str) -> Iterator[
 
 
 def _volume_findings(
-    one: Checked, setup: Setup, orders: Orders, told: PlanRecord, of: RobotRecord, *, at: str
+    one: Checked, setup: Setup, orders: Orders, record: PlanRecord, of: RobotRecord, *, at: str
 ) -> Iterator[Finding]:
     """Yield volumes that are not what flows while the valve is open, as the program was executed."""
     if one.switching is None or not orders.deposits:
         return
     said, cell = of.motion.deposited, setup.cell
-    stream = stream_of(one.folder, told)
-    rows = np.flatnonzero(stream.laid)
+    stream = stream_of(one.folder, record)
+    rows = np.flatnonzero(stream.deposited)
     steps = stream.bead_lengths[rows] * (stream.flow[rows] + stream.flow[rows + 1]) / 2.0
     runs, own = np.unique(stream.runs[rows + 1], return_inverse=True)
     wanted = np.bincount(own, steps).astype(np.float64)
@@ -447,10 +447,10 @@ def _volume_findings(
         rate = float(stream.flow.max()) * cell.process.speed
         begins, ends = np.maximum(material[:, 0], windows[:, 0]), np.minimum(material[:, 1], windows[:, 1])
         # A flow that settles rises evenly while the tip waits where a deposit begins.
-        laid = rate * (np.maximum(ends - begins, 0.0) + cell.signals.settle / 2.0)
+        deposited = rate * (np.maximum(ends - begins, 0.0) + cell.signals.settle / 2.0)
     else:
-        laid = _followed(one, setup, stream, wanted, windows=windows, material=material)
-    of_runs = np.bincount(np.searchsorted(runs, one.switching.runs), laid, minlength=runs.size)
+        deposited = _followed(one, setup, stream, wanted, windows=windows, material=material)
+    of_runs = np.bincount(np.searchsorted(runs, one.switching.runs), deposited, minlength=runs.size)
     widest = float(stream.flow.max())
     shares = 1.0 + (of_runs - wanted) / np.maximum(wanted, widest * widest / cell.process.layer_height)
     found: dict[str, Json] = {
@@ -507,16 +507,16 @@ def controller_files_findings(
 
 
 def _header_findings(
-    one: Checked, setup: Setup, orders: Orders, of: RobotRecord, told: PlanRecord, *, prefix: str
+    one: Checked, setup: Setup, orders: Orders, of: RobotRecord, record: PlanRecord, *, prefix: str
 ) -> Iterator[Finding]:
     """Yield where the header of a module says another thing than plan.json, setup.json and targets.csv."""
     arm = Arm(setup.cell.robot, T_flange_tool=setup.cell.tool.T_flange_tool)
     said = of.clearance
     begins = [
-        f"Written by geoprint {told.version}. Change the plan and write again, not this.",
-        f"Part: {told.input.name}",
+        f"Written by geoprint {record.version}. Change the plan and write again, not this.",
+        f"Part: {record.input.name}",
         f"Cell: {setup.cell.name}; robot: {setup.cell.robot.model}",
-        f"Spacing: {told.settings.spacing_mm:.4f} mm; runs: {int(orders.runs[-1]) + 1}; targets: {orders.count}",
+        f"Spacing: {record.settings.spacing_mm:.4f} mm; runs: {int(orders.runs[-1]) + 1}; targets: {orders.count}",
     ]
     checked = [
         "the text reads back as the plan: targets, speeds, zones, outputs, frames.",
@@ -600,11 +600,11 @@ def _says(found: str, wanted: str) -> bool:
     return found == plain or (found.endswith("...") and plain.startswith(found.removesuffix("...")))
 
 
-def _joined_findings(checked: Checked, told: PlanRecord, each: Sequence[Checked]) -> Iterator[Finding]:
+def _joined_findings(checked: Checked, record: PlanRecord, each: Sequence[Checked]) -> Iterator[Finding]:
     """Yield what is said of the program of all attitudes that their own and its execution are not."""
-    joined, said = checked.joined, told.joined
-    if (said is None) is not (len(told.robot) < 2):
-        yield Finding(PLAN, 1, f"it tells of {len(told.robot)} attitudes, and joined is {said and said.file}")
+    joined, said = checked.joined, record.joined
+    if (said is None) is not (len(record.robot) < 2):
+        yield Finding(PLAN, 1, f"it tells of {len(record.robot)} attitudes, and joined is {said and said.file}")
     if joined is None or said is None:
         return
     setups = [one.setup for one in each if one.setup is not None]
@@ -616,7 +616,7 @@ def _joined_findings(checked: Checked, told: PlanRecord, each: Sequence[Checked]
     moving = sum(sweep_seconds(cell, table_machine(cell.table), Ts_from=plates[:-1], Ts_to=plates[1:]))
     found: dict[str, Json] = {
         "table_s": float(moving),
-        "print_s": sum(one.motion.duration_s for one in told.robot) + float(moving),
+        "print_s": sum(one.motion.duration_s for one in record.robot) + float(moving),
     }
     if joined.proof is not None:
         proof = joined.proof
@@ -628,21 +628,21 @@ def _joined_findings(checked: Checked, told: PlanRecord, each: Sequence[Checked]
         }
     yield from figures(PLAN, "joined", as_json(said), found)
     yield from joined_header_findings(
-        checked.folder, part=told.input.name, version=told.version, cell=cell, layers=[1] * len(each), tilted=True
+        checked.folder, part=record.input.name, version=record.version, cell=cell, layers=[1] * len(each), tilted=True
     )
-    loading = any(name.startswith("GeoPath") for robot in told.robot for name in robot.program.modules)
+    loading = any(name.startswith("GeoPath") for robot in record.robot for name in robot.program.modules)
     folders = [part_folder(number, len(each)) for number, _ in enumerate(each, start=1)]
     names = {path.relative_to(checked.folder).as_posix(): "" for path in (checked.folder / RAPID_FOLDER).rglob("*")}
     last = replace(setups[-1], placement=setups[0].placement)
     yield from controller_files_findings(checked.folder, names, last, loading=loading, folders=folders)
 
 
-def _warning_findings(told: PlanRecord, jobs: Sequence[Job]) -> Iterator[Finding]:
+def _warning_findings(record: PlanRecord, jobs: Sequence[Job]) -> Iterator[Finding]:
     """Yield each warning that the figures of a plan ask for and that is not there."""
-    needed = [*coverage_warnings(told)]
-    needed += [text for job in jobs if job.place != "demo" for text in placement_texts(told.robot)]
+    needed = [*coverage_warnings(record)]
+    needed += [text for job in jobs if job.place != "demo" for text in placement_texts(record.robot)]
     for text in needed:
-        if text not in told.warnings:
+        if text not in record.warnings:
             yield Finding(PLAN, 1, f"its warnings lack what its figures ask for: {text[:120]!r}")
-    if told.not_printable is not None and told.robot:
+    if record.not_printable is not None and record.robot:
         yield Finding(PLAN, 1, "not_printable says why there is no program, but there is one")

@@ -49,7 +49,7 @@ def comparison_findings(folder: Path, checked: Sequence[tuple[str, Checked]]) ->
     except GeoprintError:
         # Said where the order of the bundles is read.
         return
-    plans = {name: one.told for name, one in checked}
+    plans = {name: one.record for name, one in checked}
     for number, (place, part) in enumerate(zip(part_folders([one.part for one in parts]), parts, strict=True)):
         if not isinstance(part, PartRecord):
             continue
@@ -96,17 +96,17 @@ def stacks_findings(folder: Path, stacks: Sequence[tuple[str, CheckedComparison]
     except GeoprintError as error:
         yield Finding(STACKS, 1, str(error))
         return
-    told = {name: one.stack.told for name, one in stacks if one.stack is not None and one.stack.told is not None}
+    record = {name: one.stack.record for name, one in stacks if one.stack is not None and one.stack.record is not None}
     planned = [row.backend for row in said.backends if not isinstance(row, RefusedStackRecord)]
-    if sorted(planned) != sorted(told):
-        yield Finding(STACKS, 1, f"it tells of {', '.join(planned)}, stacks are of {', '.join(told) or 'none'}")
+    if sorted(planned) != sorted(record):
+        yield Finding(STACKS, 1, f"it tells of {', '.join(planned)}, stacks are of {', '.join(record) or 'none'}")
         return
     asked = any(not isinstance(row, RefusedStackRecord) and row.printable is not None for row in said.backends)
     rows = [
-        row if isinstance(row, RefusedStackRecord) else compared_stack(row.backend, told[row.backend], asked=asked)
+        row if isinstance(row, RefusedStackRecord) else compared_stack(row.backend, record[row.backend], asked=asked)
         for row in said.backends
     ]
-    first = told[planned[0]]
+    first = record[planned[0]]
     found: dict[str, Json] = {
         "part": first.part,
         "thickness_mm": first.thickness_mm,
@@ -166,9 +166,9 @@ def check_folder(folder: Path | str, *, full: bool = False) -> Checked | Checked
 def _check_plan(folder: Path, *, full: bool, keep: Callable[[Plan], object] = lambda _: None) -> Checked:
     """Check one bundle, and where all of it is asked for, plan it again and compare."""
     checked = check_bundle(folder, full=full)
-    if not full or checked.told is None:
+    if not full or checked.record is None:
         return checked
-    if checked.told.version != version("geoprint"):
+    if checked.record.version != version("geoprint"):
         # What another release plans differently is no damage.
         return checked
     again = replanned(folder, listed(folder), keep=keep)

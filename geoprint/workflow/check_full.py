@@ -27,7 +27,7 @@ from geoprint.reporting.records.evenness import EvennessRecord
 from geoprint.reporting.records.plan import ClearanceRecord, PlanRecord, RobotRecord
 from geoprint.robot.arm import Arm
 from geoprint.robot.collision import ClearanceCheck
-from geoprint.robot.controller import ALOFT_STEP, aloft_path, controller_path
+from geoprint.robot.controller import LIFTED_STEP, controller_path, lifted_path
 from geoprint.robot.reach import tool_poses
 from geoprint.robot.timing import joints_at
 from geoprint.workflow.bundles import listed, stream_of
@@ -47,13 +47,13 @@ _T = TypeVar("_T")
 
 
 def repeat(
-    folder: Path, told: PlanRecord, motions: Sequence[tuple[Path, Setup, Orders]]
+    folder: Path, record: PlanRecord, motions: Sequence[tuple[Path, Setup, Orders]]
 ) -> tuple[Repeated, tuple[Finding, ...]]:
     """Check clearance and evenness of a bundle once more.
 
     Args:
         folder: the bundle.
-        told: its plan.json.
+        record: its plan.json.
         motions: folder, cell and targets of each of its programs, as many as plan.json tells of; none without one.
 
     Returns:
@@ -66,17 +66,17 @@ def repeat(
     printing: list[Clearance] = []
     dry: list[Clearance] = []
     if part is not None:
-        even = _found("poses.csv", lambda: _evenness(folder, told, part), findings)
-        for number, ((place, setup, orders), of) in enumerate(zip(motions, told.robot, strict=False), start=1):
+        even = _found("poses.csv", lambda: _evenness(folder, record, part), findings)
+        for number, ((place, setup, orders), of) in enumerate(zip(motions, record.robot, strict=False), start=1):
             targets = (place / "targets.csv").relative_to(folder).as_posix()
             passed = _found(targets, partial(_clearances, place, part, setup, orders), findings)
             if passed is not None:
                 printing.append(passed[0])
                 dry.append(passed[1])
                 findings += _closer(*passed, of.clearance, number=number)
-        findings += _table_findings(part, [setup for _, setup, _ in motions], told.robot)
-    if even is not None and told.uniformity is not None:
-        findings += _uneven(even, told.uniformity)
+        findings += _table_findings(part, [setup for _, setup, _ in motions], record.robot)
+    if even is not None and record.uniformity is not None:
+        findings += _uneven(even, record.uniformity)
     seconds = time.perf_counter() - started
     return Repeated(_narrowest(printing), _narrowest(dry), even, seconds, peak_memory()), tuple(findings)
 
@@ -94,11 +94,11 @@ def _found(file: str, check: Callable[[], _T], findings: list[Finding]) -> _T | 
         return None
 
 
-def _evenness(folder: Path, told: PlanRecord, part: SidedPart) -> EvennessRecord | None:
-    if told.uniformity is None:
+def _evenness(folder: Path, record: PlanRecord, part: SidedPart) -> EvennessRecord | None:
+    if record.uniformity is None:
         return None
-    stream, spacing = stream_of(folder, told), told.settings.spacing_mm
-    found = uniformity(stream, part.part, spacing=spacing, wanted=part.widths, flow_shares=told.settings.flow_shares)
+    stream, spacing = stream_of(folder, record), record.settings.spacing_mm
+    found = uniformity(stream, part.part, spacing=spacing, wanted=part.widths, flow_shares=record.settings.flow_shares)
     return record_evenness(found)
 
 
@@ -109,14 +109,14 @@ def _clearances(folder: Path, part: SidedPart, setup: Setup, orders: Orders) -> 
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     table = read_trajectory_table(folder / "trajectory.csv")
     path, targets = _written_motion(setup, orders, table, arm, standoff=cell.process.standoff - below)
-    aloft, aloft_targets = aloft_path(path, targets, arm)
+    lifted, lifted_targets = lifted_path(path, targets, arm)
 
     check = ClearanceCheck(
         arm, tool=cell.tool, process=cell.process, T_base_work=path.T_base_work, part=ground, body=part.body,
         obstacles=_solids(setup), below=below,
     )  # fmt: skip
     printing = check(controller_path(path, targets, arm, step=PRINT_STEP), poses=path.poses)
-    return printing, check(controller_path(aloft, aloft_targets, arm, step=ALOFT_STEP), poses=aloft.poses)
+    return printing, check(controller_path(lifted, lifted_targets, arm, step=LIFTED_STEP), poses=lifted.poses)
 
 
 def _solids(setup: Setup) -> tuple[Obstacle, ...]:
@@ -142,7 +142,7 @@ def _written_motion(
         runs=orders.runs,
         levels=np.full(orders.count, -1),
         layers=np.zeros(orders.count, dtype=np.int64),
-        deposit=orders.laid | np.insert(orders.laid[:-1], 0, np.False_),
+        deposit=orders.deposited | np.insert(orders.deposited[:-1], 0, np.False_),
         stops=orders.zones == 0.0,
         arcs=none,
         flow=none,
@@ -166,33 +166,33 @@ def _written_motion(
     return path, Targets(np.arange(orders.count), orders.zones, orders.speeds)
 
 
-def _closer(printing: Clearance, dry: Clearance, told: ClearanceRecord, *, number: int) -> Iterator[Finding]:
+def _closer(printing: Clearance, dry: Clearance, record: ClearanceRecord, *, number: int) -> Iterator[Finding]:
     """Yield each clearance that is not the one of the plan."""
     pairs = {
-        "smallest_mm": (told.smallest_mm, printing.smallest),
-        "arm_smallest_mm": (told.arm_smallest_mm, printing.arm_smallest),
-        "tip_margin_mm": (told.tip_margin_mm, printing.tip_margin),
-        "dry_run.smallest_mm": (told.dry_run.smallest_mm, dry.smallest),
+        "smallest_mm": (record.smallest_mm, printing.smallest),
+        "arm_smallest_mm": (record.arm_smallest_mm, printing.arm_smallest),
+        "tip_margin_mm": (record.tip_margin_mm, printing.tip_margin),
+        "dry_run.smallest_mm": (record.dry_run.smallest_mm, dry.smallest),
     }
     for name, (said, now) in pairs.items():
         if (said is None) is not (now is None) or abs((said or 0.0) - (now or 0.0)) > CLEARANCE_TOLERANCE:
             yield Finding(PLAN, 1, f"robot.{number}.clearance.{name} is {said}, checked again it is {now}")
 
 
-def _table_findings(part: SidedPart, setups: Sequence[Setup], told: Sequence[RobotRecord]) -> Iterator[Finding]:
+def _table_findings(part: SidedPart, setups: Sequence[Setup], record: Sequence[RobotRecord]) -> Iterator[Finding]:
     """Yield what is wrong with how a table comes to each attitude, the first from rest."""
     surfaces = (part.base,) if part.body is None else (part.base, part.body)
     before: Placement | None = None
-    for number, (setup, of) in enumerate(zip(setups, told, strict=False), start=1):
+    for number, (setup, of) in enumerate(zip(setups, record, strict=False), start=1):
         if of.table is None:
             continue
-        to = f"attitude {number} of {len(told)}"
+        to = f"attitude {number} of {len(record)}"
         try:
             kept = move_clearance(
                 setup.cell, before=before, stands=setup.placement, surfaces=surfaces, place=part.place, to=to
             )
         except GeoprintError as error:
-            yield Finding(f"{part_folder(number, len(told))}/setup.json", 1, f"checked again: {error}")
+            yield Finding(f"{part_folder(number, len(record))}/setup.json", 1, f"checked again: {error}")
             return
         if abs(kept - of.table.kept_mm) > CLEARANCE_TOLERANCE:
             yield Finding(
@@ -201,10 +201,10 @@ def _table_findings(part: SidedPart, setups: Sequence[Setup], told: Sequence[Rob
         before = setup.placement
 
 
-def _uneven(now: EvennessRecord, told: EvennessRecord) -> Iterator[Finding]:
+def _uneven(now: EvennessRecord, record: EvennessRecord) -> Iterator[Finding]:
     """Yield each figure of evenness that is not the one of the plan."""
     for metric in (each for each in CATALOGUE if each not in OF_BACKEND):
-        said, found = metric.of(told), metric.of(now)
+        said, found = metric.of(record), metric.of(now)
         off, largest = abs((said or 0.0) - (found or 0.0)), max(abs(said or 0.0), 1.0)
         if (said is None) is not (found is None) or off > EVENNESS_TOLERANCE * largest:
             yield Finding(PLAN, 1, f"uniformity.{metric.key} is {said}, measured again it is {found}")

@@ -62,17 +62,17 @@ def _require_listed(folder: Path, path: Path, names: Collection[str], *, what: s
         raise VerificationError(f"{what} names {str(path)[-80:]!r}, which is no file of this bundle")
 
 
-def settings_findings(job: Job, cell: Cell, told: PlanRecord) -> Iterator[Finding]:
+def settings_findings(job: Job, cell: Cell, record: PlanRecord) -> Iterator[Finding]:
     """Yield what plan.json says of what was asked for and the job does not.
 
     Args:
         job: of the bundle.
         cell: that its program is for, or without one what its file says.
-        told: its plan.json.
+        record: its plan.json.
     """
-    said, process = told.settings, cell.process
+    said, process = record.settings, cell.process
     # A layer is slowed down by what its paths miss: the cell of its program says so, without one stack.json.
-    slower = job.layered and not told.robot and 0.0 < said.speed_mm_s <= process.speed
+    slower = job.layered and not record.robot and 0.0 < said.speed_mm_s <= process.speed
     wanted = SettingsRecord.model_validate(
         job.settings()
         | {
@@ -95,23 +95,23 @@ def settings_findings(job: Job, cell: Cell, told: PlanRecord) -> Iterator[Findin
         yield Finding(PLAN, 1, f"settings.{key} is {now}, by {JOB} and the cell it is {asked}")
 
 
-def planned_cell(job: Job, told: PlanRecord) -> Cell:
+def planned_cell(job: Job, record: PlanRecord) -> Cell:
     """Return the cell of a job as its plan takes it; only the speed of its print may be lower.
 
     Raises:
         GeoprintError: as `job_cell`.
     """
-    cell, fed = job_cell(job), told.feedback
+    cell, fed = job_cell(job), record.feedback
     if fed is not None and fed.speed_mm_s is not None:
         cell = cell.at_speed(min(fed.speed_mm_s, cell.process.speed))
     if not job.layered:
         return cell
-    height = told.layers[0].height_mm if job.thickness is None else even_stack(job.thickness, cell).height
+    height = record.layers[0].height_mm if job.thickness is None else even_stack(job.thickness, cell).height
     return replace(cell, process=replace(cell.process, layer_height=height))
 
 
 def setup_findings(
-    job: Job, cell: Cell, setup: Setup, told: PlanRecord, *, number: int, file: str
+    job: Job, cell: Cell, setup: Setup, record: PlanRecord, *, number: int, file: str
 ) -> Iterator[Finding]:
     """Yield what setup.json says of cell and placement and the job and its cell do not.
 
@@ -119,21 +119,21 @@ def setup_findings(
         job: of the bundle.
         cell: its `planned_cell`.
         setup: as it was read.
-        told: plan.json of the bundle.
+        record: plan.json of the bundle.
         number: of the attitude, from 1; of the program where there is one.
         file: the name of that setup.json.
     """
-    count, speed = len(told.robot), setup.cell.process.speed
+    count, speed = len(record.robot), setup.cell.process.speed
     cell = replace(cell, demo_rotation=cell.demo_turn)
     if not 0.0 < speed <= cell.process.speed * (1.0 + NEAR_SHARE):
         yield Finding(file, 1, f"it prints at {speed:g} mm/s, by the cell and {JOB} at {cell.process.speed:g} at most")
     # A layer of a stack is slowed down by what its paths miss.
-    ceiling = told.robot[number - 1].motion.speed_ceiling_mm_s
+    ceiling = record.robot[number - 1].motion.speed_ceiling_mm_s
     if ceiling > cell.process.speed * (1.0 + NEAR_SHARE) or (ceiling < cell.process.speed - NEAR and not job.layered):
         reason = f"robot.{number}.motion.speed_ceiling_mm_s is {ceiling:g}, by the cell {cell.process.speed:g}"
         yield Finding(PLAN, 1, reason)
     wanted = attitude_cell(cell.at_speed(speed), number=number, count=count)
-    if told.robot[number - 1].motion.placement_orientation is not None:
+    if record.robot[number - 1].motion.placement_orientation is not None:
         demo = setup.cell
         wanted = replace(wanted, demo_position=demo.demo_position, demo_rotation=demo.demo_rotation)
     if job.feedback is not None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from geoprint.config import Job, job_cell, job_of
 from geoprint.errors import GeoprintError, naming
-from geoprint.metrics.stack_thickness import laid_volume
+from geoprint.metrics.stack_thickness import deposited_volume
 from geoprint.model import PoseStream, frozen
 from geoprint.positioner import table_machine
 from geoprint.postprocessor import Json, read_setup
@@ -133,32 +133,32 @@ def stack_findings(
         moves: how a table comes to each but the lowest; none where the part stands still.
         names: of the files of each bundle, by its folder.
     """
-    told = stack.told
-    if told is None:
+    record = stack.record
+    if record is None:
         return
     folders: list[Json] = [name for name, _ in layers]
-    yield from figures(STACK, "", {"layers": [one.folder for one in told.layers]}, {"layers": folders})
-    plans = [one.told for _, one in layers]
-    if len(plans) != len(told.layers) or any(plan is None for plan in plans):
+    yield from figures(STACK, "", {"layers": [one.folder for one in record.layers]}, {"layers": folders})
+    plans = [one.record for _, one in layers]
+    if len(plans) != len(record.layers) or any(plan is None for plan in plans):
         return
     held = cast("Sequence[PlanRecord]", plans)
     jobs = [planned_job(one.folder, names[name]) for name, one in layers]
-    for number, (of, plan, (_, one), job) in enumerate(zip(told.layers, held, layers, jobs, strict=True)):
+    for number, (of, plan, (_, one), job) in enumerate(zip(record.layers, held, layers, jobs, strict=True)):
         yield from figures(STACK, f"layers.{number}", as_json(of), _layer(plan, one, job), near=SPEED)
         yield from _volume(of, plan, one, number=number)
-    yield from figures(STACK, "", as_json(told), _whole(told, held, jobs))
-    yield from _finished_volume(told)
-    untold = told.model_copy(
+    yield from figures(STACK, "", as_json(record), _whole(record, held, jobs))
+    yield from _finished_volume(record)
+    untold = record.model_copy(
         update={
             "cure": None,
             "not_checked": (),
-            "layers": tuple(layer.model_copy(update={"cure": None}) for layer in told.layers),
+            "layers": tuple(layer.model_copy(update={"cure": None}) for layer in record.layers),
         }
     )
     lit = with_cure(untold, job_cell(jobs[0]))
     for key in ("cure", "not_checked"):
-        yield from figures(STACK, "", {key: as_json(told).get(key)}, {key: as_json(lit).get(key)})
-    program = None if told.program is None else as_json(told.program)
+        yield from figures(STACK, "", {key: as_json(record).get(key)}, {key: as_json(lit).get(key)})
+    program = None if record.program is None else as_json(record.program)
     if (program is None) is not (not own):
         yield Finding(STACK, 1, f"it tells of {'no' if program is None else 'a'} program of all layers")
     if program is not None and own:
@@ -168,8 +168,14 @@ def stack_findings(
 def _layer(plan: PlanRecord, one: Checked, job: Job) -> dict[str, Json]:
     """Return what is said of a layer, by its own bundle."""
     (layer,) = plan.layers
-    even, laid, robots = plan.uniformity, plan.deposition, plan.robot
-    thickness = None if even is None or laid is None else even.thickness if laid.flow == "constant" else even.following
+    even, deposited, robots = plan.uniformity, plan.deposition, plan.robot
+    thickness = (
+        None
+        if even is None or deposited is None
+        else even.thickness
+        if deposited.flow == "constant"
+        else even.following
+    )
     seconds = plan.joined.print_s if plan.joined is not None else sum(one.motion.duration_s for one in robots)
     found: dict[str, Json] = {
         "bottom_mm": layer.bottom_mm,
@@ -187,7 +193,7 @@ def _layer(plan: PlanRecord, one: Checked, job: Job) -> dict[str, Json]:
         "attitudes": len(robots) if any(robot.table is not None for robot in robots) else None,
         "clearance_mm": min((robot.clearance.smallest_mm for robot in robots), default=None),
         "not_printable": plan.not_printable,
-        "dose_mj_cm2": None if laid is None or laid.light is None else laid.light.all_passes,
+        "dose_mj_cm2": None if deposited is None or deposited.light is None else deposited.light.all_passes,
         "warnings": [*plan.warnings],
         "not_checked": list(dict.fromkeys(text for robot in robots for text in robot.clearance.not_checked)),
     }
@@ -207,12 +213,12 @@ def _volume(of: StackedLayerRecord, plan: PlanRecord, one: Checked, *, number: i
     folders = [part_folder(each, count) for each in range(1, count + 1)] or [""]
     shares = [robot.motion.deposited.share if robot.motion.deposited else 0.0 for robot in plan.robot] or [1.0]
     streams: list[PoseStream] = [stream_of(one.folder / folder, plan) for folder in folders]
-    laid = sum(share * laid_volume(each, each.flow) for share, each in zip(shares, streams, strict=True))
-    found: dict[str, Json] = {"laid_mm3": laid}
-    yield from figures(STACK, f"layers.{number}", as_json(of), found, near=VOLUME_SHARE * laid)
+    deposited = sum(share * deposited_volume(each, each.flow) for share, each in zip(shares, streams, strict=True))
+    found: dict[str, Json] = {"laid_mm3": deposited}
+    yield from figures(STACK, f"layers.{number}", as_json(of), found, near=VOLUME_SHARE * deposited)
 
 
-def _whole(told: StackRecord, plans: Sequence[PlanRecord], jobs: Sequence[Job]) -> dict[str, Json]:
+def _whole(record: StackRecord, plans: Sequence[PlanRecord], jobs: Sequence[Job]) -> dict[str, Json]:
     """Return what is said of all layers together, by their own bundles."""
     first, job = plans[0], jobs[0]
     (layer,) = first.layers
@@ -225,18 +231,18 @@ def _whole(told: StackRecord, plans: Sequence[PlanRecord], jobs: Sequence[Job]) 
     if job.target is None:
         found["target_mm3"] = None
         found["left_out"] = []
-    numbers: list[Json] = [each.number for each in told.left_out]
+    numbers: list[Json] = [each.number for each in record.left_out]
     if numbers != [*range(len(plans) + 1, len(plans) + 1 + len(numbers))] or len(plans) + len(numbers) != layer.count:
         found["left_out (numbers)"] = [*range(len(plans) + 1, layer.count + 1)]
     return found
 
 
-def _finished_volume(told: StackRecord) -> Iterator[Finding]:
+def _finished_volume(record: StackRecord) -> Iterator[Finding]:
     """Yield that the volume of the finished stack is not that of its layers."""
-    finished = told.finished.printed
-    wanted = told.target_mm3 or sum(layer.wanted_mm3 for layer in told.layers)
+    finished = record.finished.printed
+    wanted = record.target_mm3 or sum(layer.wanted_mm3 for layer in record.layers)
     if finished is not None and wanted > 0.0:
-        volume: dict[str, Json] = {"volume": sum(layer.laid_mm3 for layer in told.layers) / wanted}
+        volume: dict[str, Json] = {"volume": sum(layer.laid_mm3 for layer in record.layers) / wanted}
         yield from figures(STACK, "finished.printed", as_json(finished), volume)
 
 
@@ -274,23 +280,23 @@ def finished_findings(folder: Path, stack: CheckedStack, kept: Sequence[StackedL
         stack: with stack.json.
         kept: what a stack takes of each layer that was planned again.
     """
-    told = stack.told
-    if told is None or len(kept) != len(told.layers):
+    record = stack.record
+    if record is None or len(kept) != len(record.layers):
         return []
     try:
-        job = job_of(surface=folder / told.layers[0].folder / JOB).model_copy(update={"layer": None})
+        job = job_of(surface=folder / record.layers[0].folder / JOB).model_copy(update={"layer": None})
         whole = read_stack(job)
         finished = finished_stack(job, whole, kept)
     except GeoprintError as error:
         return [Finding(STACK, 1, f"simulated again: {error}")]
     target = None if whole.target is None else whole.target.volume
-    wanted = sum(layer.wanted_mm3 for layer in told.layers) if target is None else target
+    wanted = sum(layer.wanted_mm3 for layer in record.layers) if target is None else target
     again: dict[str, Json] = {
         "finished": as_json(finished_record(finished, wanted=wanted)),
         "thickness_mm": whole.thickness,
         "target_mm3": target,
     }
-    said: dict[str, Json] = {**as_json(told)}
+    said: dict[str, Json] = {**as_json(record)}
     return [*record_findings(STACK, {key: said.get(key) for key in again}, again)]
 
 
@@ -370,22 +376,22 @@ def check_stack(
     Returns:
         What is wrong, and what a person reads of it.
     """
-    told: StackRecord | None = None
+    record: StackRecord | None = None
     try:
-        told = read_record(folder / STACK, StackRecord)
+        record = read_record(folder / STACK, StackRecord)
         if any(one.findings for _, one in layers):
             reason = "a layer is not as it was planned, so that nothing of the stack was held against it"
-            return [Finding(STACK if told.program is None else JOINED_LIST, 1, reason)], CheckedStack(told)
-        own = own_programs(folder, told.layers)
+            return [Finding(STACK if record.program is None else JOINED_LIST, 1, reason)], CheckedStack(record)
+        own = own_programs(folder, record.layers)
         findings: list[Finding] = []
-        stack, moves = CheckedStack(told), ()
+        stack, moves = CheckedStack(record), ()
         if own:
-            found, stack, moves = _program_findings(folder, names, told, own)
+            found, stack, moves = _program_findings(folder, names, record, own)
             findings += found
         of_each = {name: _below(names, name) for name, _ in layers}
         findings += stack_findings(stack, layers, own, moves, names=of_each)
     except GeoprintError as error:
-        return [Finding(STACK, 1, str(error))], CheckedStack(told)
+        return [Finding(STACK, 1, str(error))], CheckedStack(record)
     return findings, stack
 
 
@@ -395,7 +401,7 @@ def _below(names: Iterable[str], folder: str) -> dict[str, str]:
 
 
 def _program_findings(
-    folder: Path, names: Iterable[str], told: StackRecord, own: Sequence[OwnProgram]
+    folder: Path, names: Iterable[str], record: StackRecord, own: Sequence[OwnProgram]
 ) -> tuple[list[Finding], CheckedStack, tuple[LayerMove, ...]]:
     """Return what is wrong with the program of a stack, what it did, and how a table comes to its layers."""
     modules = dict(program_modules(folder, names))
@@ -403,11 +409,11 @@ def _program_findings(
     findings = [*resident_findings(folder, own[0]), *map(program_finding, judged.findings)]
     moves: tuple[LayerMove, ...] = ()
     try:
-        moves = layer_moves([job_of(surface=folder / layer.folder / JOB) for layer in told.layers], own)
+        moves = layer_moves([job_of(surface=folder / layer.folder / JOB) for layer in record.layers], own)
     except GeoprintError as error:
         findings.append(Finding(JOINED_LIST, 1, str(error)))
     else:
-        findings += _kept_findings(told, moves)
+        findings += _kept_findings(record, moves)
     last = read_setup(folder / own[-1].folder / "setup.json")
     placed = replace(last, placement=own[0].placement)
     loading = any(PurePosixPath(name).name.startswith("GeoPath") for name in modules)
@@ -416,20 +422,20 @@ def _program_findings(
     )
     findings += joined_header_findings(
         folder,
-        part=told.part,
-        version=told.version,
+        part=record.part,
+        version=record.version,
         cell=last.cell,
         layers=[one.layer for one in own],
         tilted=own[0].placement.table is not None,
     )
     digest = program_digest(modules.items())
-    stack = CheckedStack(told, settings=judged.settings, proof=judged.proof, program_sha256=digest)
+    stack = CheckedStack(record, settings=judged.settings, proof=judged.proof, program_sha256=digest)
     return findings, stack, moves
 
 
-def _kept_findings(told: StackRecord, moves: Sequence[LayerMove]) -> Iterator[Finding]:
+def _kept_findings(record: StackRecord, moves: Sequence[LayerMove]) -> Iterator[Finding]:
     """Yield that a table comes otherwise than is told from layer to layer."""
-    said, kept = None if told.program is None else told.program.table_kept_mm, _kept(moves)
+    said, kept = None if record.program is None else record.program.table_kept_mm, _kept(moves)
     if (said is None) is not (kept is None) or abs((said or 0.0) - (kept or 0.0)) > NEAR:
         yield Finding(STACK, 1, f"program.table_kept_mm is {said}, checked again it is {kept}")
 

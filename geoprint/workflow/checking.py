@@ -64,13 +64,13 @@ from geoprint.workflow.bundles import (
 from geoprint.workflow.check_figures import bundle_findings, not_derived
 from geoprint.workflow.check_full import repeat
 from geoprint.workflow.checking_motion import (
-    check_aloft,
     check_bead_speed,
     check_configuration,
     check_deposited_path,
     check_extent,
     check_frame,
     check_joints,
+    check_lifted,
     check_moves,
     check_passing,
     check_poses,
@@ -110,10 +110,10 @@ def check_bundle(folder: Path | str, *, full: bool = False) -> Checked:
     if not checked.findings:
         # What is wrong already is not said a second time by the figures that follow from it.
         checked = replace(checked, findings=tuple(bundle_findings(checked, names)), not_derived=not_derived(names))
-    if full and checked.told is not None:
+    if full and checked.record is not None:
         each = [(one.folder, one.setup, one.orders) for one in checked.attitudes or (checked,)]
         motions = [(place, setup, orders) for place, setup, orders in each if setup and orders]
-        repeated, found = repeat(folder, checked.told, motions)
+        repeated, found = repeat(folder, checked.record, motions)
         checked = replace(checked, repeated=repeated, findings=(*checked.findings, *found))
     try:
         return replace(checked, seen=read_seen(folder))
@@ -132,15 +132,15 @@ def _check_attitudes(folder: Path, names: Sequence[str]) -> Checked:
         own = [name.removeprefix(f"{part}/") for name in names if name.startswith(f"{part}/")]
         attitudes.append(check_program(folder / part, own, plan=folder))
         findings += [replace(one, file=f"{part}/{one.file}") for one in attitudes[-1].findings if one.file != PLAN]
-    told = attitudes[0].told
-    if told is None:
+    record = attitudes[0].record
+    if record is None:
         findings += [one for one in attitudes[0].findings if one.file == PLAN]
         return Checked(folder, tuple(findings), None, attitudes=tuple(attitudes))
-    joined = check_joined(folder, names, told)
+    joined = check_joined(folder, names, record)
     return Checked(
         folder,
         (*findings, *joined.findings),
-        told,
+        record,
         setup=attitudes[0].setup,
         program_sha256=joined.program_sha256,
         attitudes=tuple(attitudes),
@@ -151,15 +151,15 @@ def _check_attitudes(folder: Path, names: Sequence[str]) -> Checked:
 def _check_paths(folder: Path) -> Checked:
     """Check a bundle without a program: its paths lie on its surface and are those of plan.json."""
     findings: list[Finding] = []
-    told: PlanRecord | None = None
+    record: PlanRecord | None = None
     try:
-        told = read_record(folder / PLAN, PlanRecord)
-        findings += path_findings(folder, told)
+        record = read_record(folder / PLAN, PlanRecord)
+        findings += path_findings(folder, record)
     except GeoprintError as error:
-        findings.append(_finding(error, PLAN if told is None else "poses.csv"))
-    if told is not None and told.robot:
+        findings.append(_finding(error, PLAN if record is None else "poses.csv"))
+    if record is not None and record.robot:
         findings.append(Finding(PLAN, 1, "it tells of a program, but the manifest lists none"))
-    return Checked(folder, tuple(findings), told, program=False)
+    return Checked(folder, tuple(findings), record, program=False)
 
 
 def check_program(folder: Path, names: Sequence[str], *, plan: Path | None = None) -> Checked:
@@ -175,7 +175,7 @@ def check_program(folder: Path, names: Sequence[str], *, plan: Path | None = Non
     return Checked(
         folder,
         tuple(checking.findings),
-        told=checking.told,
+        record=checking.record,
         setup=checking.setup,
         orders=checking.orders,
         settings=checking.settings,
@@ -191,7 +191,7 @@ class _Checking:
 
     def __init__(self, folder: Path, plan: Path) -> None:
         self.findings: list[Finding] = []
-        self.told: PlanRecord | None = None
+        self.record: PlanRecord | None = None
         self.setup: Setup | None = None
         self.orders: Orders | None = None
         self.settings: Settings | None = None
@@ -223,8 +223,8 @@ class _Checking:
                 )
 
     def _read_plan(self) -> None:
-        self.told = read_record(self._plan / PLAN, PlanRecord)
-        if not self.told.robot:
+        self.record = read_record(self._plan / PLAN, PlanRecord)
+        if not self.record.robot:
             raise VerificationError("plan.json: robot: it has no part of the robot; write the plan again.")
 
     def _read_setup(self) -> None:
@@ -238,7 +238,7 @@ class _Checking:
     def _read_orders(self, setup: Setup, table: TrajectoryTable, poses: PosesTable) -> None:
         self.orders = read_orders(
             self._folder / "targets.csv", poses, start=setup.start,
-            aloft=setup.aloft, extent=setup.extent, duration=float(table.times[-1]),
+            lifted=setup.lifted, extent=setup.extent, duration=float(table.times[-1]),
             frame=inf if setup.frame is None else setup.frame,
         )  # fmt: skip
         check_extent(poses, setup.extent)
@@ -282,8 +282,8 @@ class _Checking:
 
     def _check_poses(self, orders: Orders, table: TrajectoryTable, tips: TipsAt) -> list[PoseStream]:
         streams: list[PoseStream] = []
-        if (told := self.told) is not None:
-            self._collecting("poses.csv", lambda: streams.append(stream_of(self._folder, told)))
+        if (record := self.record) is not None:
+            self._collecting("poses.csv", lambda: streams.append(stream_of(self._folder, record)))
         for poses in streams:
             self._collecting("targets.csv", lambda poses=poses: check_poses(orders, poses))
             self._collecting("trajectory.csv", lambda poses=poses: check_deposited_path(poses, table, tips))
@@ -295,7 +295,7 @@ class _Checking:
         made, T_base_work = proof.printing, setup.placement.T_base_work
         self._collecting(RAPID_FOLDER, lambda: check_times(proof.executed))
         self._collecting(RAPID_FOLDER, lambda: check_configuration(made, orders, table, arm, T_base_work))
-        self._collecting(RAPID_FOLDER, lambda: check_aloft(made, proof.dry, orders, arm, T_base_work))
+        self._collecting(RAPID_FOLDER, lambda: check_lifted(made, proof.dry, orders, arm, T_base_work))
         self._collecting("setup.json", lambda: check_frame(made, orders, table, arm, T_base_work))
         self._collecting("targets.csv", lambda: self._simulate(made, orders, setup, tips))
 

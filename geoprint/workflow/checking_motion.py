@@ -92,13 +92,13 @@ def check_poses(orders: Orders, poses: PoseStream) -> None:
     Raises:
         VerificationError: one is not.
     """
-    wanted, chosen = np.append(poses.laid, np.False_), orders.poses
+    wanted, chosen = np.append(poses.deposited, np.False_), orders.poses
     if chosen[0] != 0 or chosen[-1] != poses.count - 1:
         raise VerificationError(
             f"the targets go from pose {chosen[0]} to pose {chosen[-1]}, poses.csv from 0 to {poses.count - 1}", line=2
         )
-    laid, spans = np.append(0, np.cumsum(wanted)), np.append(np.diff(chosen), 1)
-    deposited = laid[np.append(chosen[1:], chosen[-1] + 1)] - laid[chosen]
+    deposited_there, spans = np.append(0, np.cumsum(wanted)), np.append(np.diff(chosen), 1)
+    deposited = deposited_there[np.append(chosen[1:], chosen[-1] + 1)] - deposited_there[chosen]
     tips = poses.tips[chosen]
     misses = np.minimum(*(np.linalg.norm(each - tips, axis=1) for each in (orders.tips, _corner_middles(orders))))
     # The flow is that by the length from target to target as these stand, some of them outside of bends.
@@ -111,9 +111,9 @@ def check_poses(orders: Orders, poses: PoseStream) -> None:
     )
     flow_off = np.abs(orders.flow * lengths - volumes) > FLOW_SHARE * volumes + SMALLEST_VOLUME
     for wrong, what in (
-        (deposited != np.where(orders.laid, spans, 0), "material is deposited elsewhere than in poses.csv"),
+        (deposited != np.where(orders.deposited, spans, 0), "material is deposited elsewhere than in poses.csv"),
         (orders.runs != poses.runs[chosen], "another run than in poses.csv"),
-        (orders.laid & flow_off, "another flow than in poses.csv"),
+        (orders.deposited & flow_off, "another flow than in poses.csv"),
         (misses > POSE_TOLERANCE, "it neither stands where its pose is nor has a corner that passes there"),
     ):
         if wrong.any():
@@ -213,7 +213,7 @@ def _largest_zones(orders: Orders) -> FloatArray:
     nearer = np.minimum(np.append(distances, 0.0), np.append(0.0, distances))
     borders = np.diff(orders.runs) != 0
     stops = np.append(borders, np.True_) | np.append(np.True_, borders)
-    stops |= np.diff(orders.laid.astype(np.int8), prepend=0) != 0
+    stops |= np.diff(orders.deposited.astype(np.int8), prepend=0) != 0
     return np.where(stops | (nearer < TURN_ON_THE_SPOT), 0.0, np.minimum(nearer / 2.0, LARGEST_ZONE))
 
 
@@ -245,12 +245,12 @@ def check_speeds(orders: Orders, tips: TipsAt, times: FloatArray, *, process: Pr
     """
     lines, durations = np.linalg.norm(np.diff(_corner_middles(orders), axis=0), axis=1), np.diff(orders.times)
     paths = np.maximum(_path_lengths(orders.times, tips, times), lines)
-    planned = np.where(orders.laid[:-1], process.speed, process.travel_speed)
+    planned = np.where(orders.deposited[:-1], process.speed, process.travel_speed)
     with np.errstate(divide="ignore", invalid="ignore"):
         slow, fast = (lines - LINE_TOLERANCE) / durations, (paths + CORNER_TOLERANCE) / durations
     moves = (paths > TURN_ON_THE_SPOT) & (durations > 0.0)
     # What deposits is bounded by the speed of the bead, which `check_bead_speed` looks at.
-    most = np.where(orders.laid[:-1], np.inf, planned)
+    most = np.where(orders.deposited[:-1], np.inf, planned)
     lowest = np.where(moves, np.minimum(most, np.maximum(slow - SPEED_TOLERANCE, SMALLEST_SPEED)), planned)
     highest = np.where(moves, np.minimum(most, np.maximum(fast + SPEED_TOLERANCE, SMALLEST_SPEED)), planned)
     lowest, highest = (np.append(process.travel_speed, each) for each in (lowest, highest))
@@ -365,7 +365,7 @@ def check_configuration(made: Made, orders: Orders, table: TrajectoryTable, arm:
     _check_data(made, wound[rows, nearest], made.configurations.astype(np.int64), arm=arm, how="")
 
 
-def check_aloft(made: Made, lifted: Made, orders: Orders, arm: Arm, T_base_work: FloatArray) -> None:
+def check_lifted(made: Made, lifted: Made, orders: Orders, arm: Arm, T_base_work: FloatArray) -> None:
     """Check the same of the dry run: the targets lifted, on the branch on which it begins.
 
     Raises:
@@ -373,7 +373,7 @@ def check_aloft(made: Made, lifted: Made, orders: Orders, arm: Arm, T_base_work:
     """
     lift = transforms.rigid(np.eye(3), np.array([0.0, 0.0, LIFT]))
     solutions = arm.solutions(lift @ T_base_work @ _frames(made))
-    misses = np.abs(transforms.wrapped(solutions[0] - orders.aloft)).max(axis=1)
+    misses = np.abs(transforms.wrapped(solutions[0] - orders.lifted)).max(axis=1)
     branch = int(np.nanargmin(np.where(np.isnan(misses), np.inf, misses)))
     found = solutions[:, branch]
     missing = np.isnan(found).any(axis=1)
@@ -382,7 +382,7 @@ def check_aloft(made: Made, lifted: Made, orders: Orders, arm: Arm, T_base_work:
     if not misses[branch] <= JOINT_TOLERANCE:
         _refuse(made, 0, "lifted for the dry run it is not where setup.json has its joints")
     joints: FloatArray = np.unwrap(found, axis=0)
-    joints = joints + 2.0 * np.pi * np.rint((orders.aloft - joints[0]) / (2.0 * np.pi))
+    joints = joints + 2.0 * np.pi * np.rint((orders.lifted - joints[0]) / (2.0 * np.pi))
     _check_data(made, joints, lifted.configurations.astype(np.int64), arm=arm, how="lifted for the dry run, ")
 
 

@@ -14,13 +14,13 @@ from geoprint.workflow.stages import Stages
 
 def with_print(plan: Plan, stage: Stages) -> Plan:
     """Return a plan with the thickness that prints of it are expected to have; as it is where it was not measured."""
-    if plan.uniformity is None or plan.laid is None:
+    if plan.uniformity is None or plan.deposited is None:
         return plan
     with stage("expected print"):
         part, placement = plan.workpiece.part, plan.workpiece.placement
         errors = errors_of(plan.workpiece.cell, placement, middle=part.vertices.mean(axis=0))
         measured = plan.uniformity
-        layer, along = measured.layer(follows=plan.laid.mode == "analog")
+        layer, along = measured.layer(follows=plan.deposited.mode == "analog")
         found = printed(
             layer, along, measured.sides, errors, poses=plan.poses,
             wanted=plan.workpiece.widths,

@@ -141,28 +141,28 @@ def _without_program(content: dict[str, Json]) -> str:
     return f"it is no appraisal of a print; {WRITTEN}."
 
 
-def _of_scan(told: ScanAppraisalRecord) -> LastPrint:
+def _of_scan(record: ScanAppraisalRecord) -> LastPrint:
     """Return a print by a scan; all parts share the height of the scan, along the direction it is known worst."""
-    parts = told.parts
+    parts = record.parts
     measured = _measured(
-        told.printed,
+        record.printed,
         runs=[part.run for part in parts],
         columns=[(part.start_mm, part.end_mm, part.ratio or 0.0, part.deviation or 0.0) for part in parts],
         seen=[part.ratio is not None for part in parts],
-        common=told.registration.shift_deviation_mm / told.layer_height_mm,
+        common=record.registration.shift_deviation_mm / record.layer_height_mm,
     )
-    return LastPrint(told.printed, told.scan.file, measured)
+    return LastPrint(record.printed, record.scan.file, measured)
 
 
-def _of_photograph(told: AppraisalRecord) -> LastPrint:
+def _of_photograph(record: AppraisalRecord) -> LastPrint:
     """Return a print by a photograph, its volumes beside that of the rest of the print.
 
     Where a bead keeps its shape its volume goes with the square of its width, where it keeps its height with the width.
     So the volume is the width to the power of `VOLUME_POWER`, give or take; and how wide a bead is for its volume
     differs from material to material by more than any print does.
     """
-    (photograph,) = told.photographs
-    assert photograph.on_plan is not None and told.printed is not None  # noqa: S101, PT018  (`appraise` writes both)
+    (photograph,) = record.photographs
+    assert photograph.on_plan is not None and record.printed is not None  # noqa: S101, PT018  (`appraise` writes both)
     parts, width_mean = photograph.on_plan.parts, photograph.on_plan.width_mean_mm
     if width_mean is None:
         raise InputError(
@@ -178,7 +178,7 @@ def _of_photograph(told: AppraisalRecord) -> LastPrint:
     ]
     edges = max(LEAST_EDGES, EDGES_SHARE * photograph.on_plan.camera.mm_per_px)
     measured = _measured(
-        told.printed,
+        record.printed,
         runs=[part.run for part in parts],
         columns=[
             (part.start_mm, part.end_mm, ratio, deviation)
@@ -189,7 +189,7 @@ def _of_photograph(told: AppraisalRecord) -> LastPrint:
         by_run=VOLUME_POWER * edges / width_mean,
         scale=POWER_DEVIATION / VOLUME_POWER,
     )
-    return LastPrint(told.printed, photograph.file, measured)
+    return LastPrint(record.printed, photograph.file, measured)
 
 
 def _measured(

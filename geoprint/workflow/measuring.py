@@ -117,19 +117,19 @@ def save_measurement(found: Measurement, directory: Path | str, *, overwrite: bo
         ExportError: nothing can be written there.
         VerificationError: what was written reads back otherwise.
     """
-    told = record_measurement(found)
+    record = record_measurement(found)
     files = {
-        RECORD: json_bytes(as_json(told)),
-        "measure.csv": measure_csv(told).encode("utf-8"),
-        "measure.png": measure_picture(found, told),
-        "report.html": measure_report(found, told),
+        RECORD: json_bytes(as_json(record)),
+        "measure.csv": measure_csv(record).encode("utf-8"),
+        "measure.png": measure_picture(found, record),
+        "report.html": measure_report(found, record),
     }
 
     def verify(written: Path) -> None:
-        verify_record(written / RECORD, told)
+        verify_record(written / RECORD, record)
 
     write_bundle(directory, files, overwrite=overwrite, verify=verify)
-    return told
+    return record
 
 
 def _surface(job: Job, part: MeshFile) -> Surface:

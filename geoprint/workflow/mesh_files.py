@@ -149,9 +149,9 @@ def inspect_file(
     """
     path = Path(path)
     volume = labels_of(path, unit=unit, threshold=threshold)
-    labels, told = volume[:2] if volume else ((), Reading())
+    labels, record = volume[:2] if volume else ((), Reading())
     if len(labels) > 1 and label is None:
-        return VolumeInspection(path.name, labels, None, told)
+        return VolumeInspection(path.name, labels, None, record)
     try:
         if unit is None:
             loaded, assumed = load_likely(path, label=label, threshold=threshold)
@@ -160,7 +160,7 @@ def inspect_file(
     except InputError as error:
         if not labels:
             raise
-        return VolumeInspection(path.name, labels, str(error), told)
+        return VolumeInspection(path.name, labels, str(error), record)
     found = inspect(loaded.surface, longest_hole=longest_hole)
     areas = face_areas(loaded.surface)
     used = found.examined.vertices[found.examined.faces.ravel()]
@@ -229,7 +229,7 @@ def remesh_file(
         thin: whether a label as thin as its voxels is taken with their terraces.
         threshold: of a volume of shares or probabilities, from which on a voxel belongs to a label.
         wavelength: as for `surfaces.smooth` [mm]; None leaves the noise.
-        edge_length: as for `surfaces.remesh` [mm].
+        edge_length: as for `geometry` [mm].
         faces: as for `surfaces.decimate`, instead.
         max_deviation: how far the surfaces, and their rims, may lie apart [mm]; None for DEVIATION_SHARE of the part.
 

@@ -166,7 +166,7 @@ def pose_stream(
 ) -> PoseStream:
     """Return the poses of a toolpath on a workpiece, as it stands; the nozzle leans by at most so many degrees.
 
-    What travel and what is known mean is said by `paths.poses`.
+    What travel and what is known mean is said by `toolpath.poses`.
     """
     process = workpiece.cell.process
     return poses(

@@ -21,7 +21,7 @@ from geoprint import transforms
 from geoprint.config import Job
 from geoprint.errors import ClearanceError, FieldError, LimitError, PlanError, ReachError, naming
 from geoprint.geometry import face_areas
-from geoprint.metrics.stack_thickness import deposited_shares, executed_flow, laid_volume
+from geoprint.metrics.stack_thickness import deposited_shares, deposited_volume, executed_flow
 from geoprint.model import Cell, Clearance, FloatArray, JointPath, Placement, PoseStream, Program, Trajectory
 from geoprint.postprocessor import Orders, TipsAt, orders_of
 from geoprint.postprocessor.rapid import Proof, Timeline, check_timeline, check_times, proven_program, timeline
@@ -30,10 +30,10 @@ from geoprint.results import Laid, Plan, RobotPlan, Workpiece
 from geoprint.robot.arm import Arm, check_load
 from geoprint.robot.collision import ClearanceCheck, runs_hit_by_links
 from geoprint.robot.controller import (
-    ALOFT_STEP,
-    aloft_configuration,
-    aloft_path,
+    LIFTED_STEP,
     controller_path,
+    lifted_configuration,
+    lifted_path,
     there_and_back,
     written_path,
 )
@@ -152,8 +152,8 @@ def _with_layer(covered: Measured, stage: Stages) -> Plan:
     paths, measured = covered
     workpiece = paths.workpiece
     with stage("layer"):
-        stream, laid = _lay(paths.poses, measured.pose_widths, workpiece, spacing=paths.contours.spacing)
-    paths = _whole_layer(replace(paths, poses=stream, laid=laid))
+        stream, deposited = _lay(paths.poses, measured.pose_widths, workpiece, spacing=paths.contours.spacing)
+    paths = _whole_layer(replace(paths, poses=stream, deposited=deposited))
     if workpiece.cell.table is not None:
         with stage("table"):
             paths = with_table(paths, workpiece.cell.table)
@@ -245,10 +245,10 @@ def _with_robot(
         found = check(path, poses=joint_path.poses)
         if placement.table is not None:
             found = replace(found, not_checked=(*found.not_checked, *OVER_A_TABLE))
-        aloft, aloft_targets = aloft_path(joint_path, targets, arm)
-        dry = controller_path(aloft, aloft_targets, arm, step=ALOFT_STEP)
-        dry_found = check(dry, poses=aloft.poses)
-        _check_stations(aloft, cell, arm, check=check)
+        lifted, lifted_targets = lifted_path(joint_path, targets, arm)
+        dry = controller_path(lifted, lifted_targets, arm, step=LIFTED_STEP)
+        dry_found = check(dry, poses=lifted.poses)
+        _check_stations(lifted, cell, arm, check=check)
     with stage("program"):
         written = written_path(joint_path, targets, arm)
         off = off_moves(trajectory, written, targets, arm)
@@ -258,11 +258,11 @@ def _with_robot(
             targets,
             trajectory,
             placement=placement,
-            aloft=aloft.joints[0],
-            aloft_configuration=aloft_configuration(aloft, joint_path, targets),
+            lifted=lifted.joints[0],
+            lifted_configuration=lifted_configuration(lifted, joint_path, targets),
             extent=extent,
             frame=frame_room(
-                np.vstack([written.joints[targets.poses], aloft.joints]),
+                np.vstack([written.joints[targets.poses], lifted.joints]),
                 arm,
                 middle=transforms.apply(placement.T_base_work, extent.mean(axis=0)[None])[0],
                 radius=float(np.linalg.norm(extent[1] - extent[0]) / 2.0),
@@ -326,8 +326,8 @@ def _lay(poses: PoseStream, widths: FloatArray, workpiece: Workpiece, *, spacing
     cell = workpiece.cell
     wanted = poses.flow / (spacing * cell.process.layer_height)
     followed = following_flow(widths, deposit=poses.deposit, spacing=spacing, process=cell.process, wanted=wanted)
-    laid = Laid(cell.signals.mode, spacing * float(wanted.max()), following_flow=followed)
-    return (replace(poses, flow=followed) if laid.mode == "analog" else poses), laid
+    deposited = Laid(cell.signals.mode, spacing * float(wanted.max()), following_flow=followed)
+    return (replace(poses, flow=followed) if deposited.mode == "analog" else poses), deposited
 
 
 def _whole_layer(paths: Plan) -> Plan:
@@ -340,8 +340,8 @@ def _whole_layer(paths: Plan) -> Plan:
     place, cell, poses = paths.workpiece.place, paths.workpiece.cell, paths.poses
     if place is None or cell.signals.mode == "analog":
         return paths
-    wanted, laid = place.height * face_areas(paths.workpiece.part).sum(), laid_volume(poses, poses.flow)
-    share = float(np.clip(wanted / laid, 1.0, MOST_MADE_UP)) if laid else 1.0
+    wanted, deposited = place.height * face_areas(paths.workpiece.part).sum(), deposited_volume(poses, poses.flow)
+    share = float(np.clip(wanted / deposited, 1.0, MOST_MADE_UP)) if deposited else 1.0
     return replace(
         paths,
         poses=replace(poses, flow=share * poses.flow),
@@ -349,13 +349,13 @@ def _whole_layer(paths: Plan) -> Plan:
     )
 
 
-def _check_stations(aloft: JointPath, cell: Cell, arm: Arm, *, check: ClearanceCheck) -> None:
+def _check_stations(lifted: JointPath, cell: Cell, arm: Arm, *, check: ClearanceCheck) -> None:
     """Check the motion from home and back to where the program primes the nozzle and floods the part."""
     stations = (("purge", cell.purge), ("flood", cell.flood))
     for name, at in stations:
         if at is not None and at.joints is not None:
             with naming(f"the joints of [{name}]"):
-                check(there_and_back(at.joints, arm, step=ALOFT_STEP), poses=aloft.poses)
+                check(there_and_back(at.joints, arm, step=LIFTED_STEP), poses=lifted.poses)
 
 
 def _check_deposit(poses: PoseStream, trajectory: Trajectory, switching: Timeline, paths: Plan) -> None:

@@ -29,10 +29,10 @@ from geoprint.postprocessor import (
 )
 from geoprint.postprocessor.rapid import CONTROLLER_FOLDER, controller_files
 from geoprint.reporting.check import Finding
-from geoprint.reporting.comparison import comparison_report, plan_report, tell_comparison
+from geoprint.reporting.comparison import comparison_report, plan_report, recorded_comparison
 from geoprint.reporting.pictures import ComparisonPictures, chart_pictures, comparison_pictures
 from geoprint.reporting.plan import record_plan, record_timings
-from geoprint.reporting.records.comparison import ToldComparison
+from geoprint.reporting.records.comparison import RecordedComparison
 from geoprint.reporting.records.plan import PlanRecord
 from geoprint.reporting.records.rounding import as_json, read_record, verify_record
 from geoprint.reporting.tables import spacing_table
@@ -62,19 +62,19 @@ def save_plan(plan: Plan, directory: Path | str, *, overwrite: bool = False, rep
         VerificationError: what was written differs from the plan when it is read back.
     """
     if report:
-        told, charts, page = plan_report(plan)
-        files = plan_files(plan, told, charts=charts) | {REPORT: page}
+        record, charts, page = plan_report(plan)
+        files = plan_files(plan, record, charts=charts) | {REPORT: page}
     else:
-        told = record_plan(plan)
-        files = plan_files(plan, told, charts=chart_pictures(plan))
+        record = record_plan(plan)
+        files = plan_files(plan, record, charts=chart_pictures(plan))
     write_bundle(
         directory,
         files,
         overwrite=overwrite,
-        verify=lambda folder: verify_files(plan, told, folder),
+        verify=lambda folder: verify_files(plan, record, folder),
         unlisted={TIMINGS: _timings(plan)},
     )
-    return told
+    return record
 
 
 def save_comparisons(
@@ -85,7 +85,7 @@ def save_comparisons(
     figures: bool = False,
     overwrite: bool = False,
     helper: OtherProcesses | None = None,
-) -> ToldComparison:
+) -> RecordedComparison:
     """Write compare.json, report.html, and for each part a picture and a bundle a planned backend: all or nothing.
 
     One part's files stand in the folder itself, those of several in a folder each, named after the part.
@@ -106,12 +106,12 @@ def save_comparisons(
         ExportError: nothing can be written there.
         VerificationError: what was written differs from the plans when it is read back.
     """
-    told = tell_comparison(parts)
+    record = recorded_comparison(parts)
     drawn = [_drawn(part, helper) if isinstance(part, Comparison) else None for part in parts]
-    report = comparison_report(parts, told, pictures=drawn)
-    files = {COMPARISON: json_bytes(as_json(told.record)), REPORT: report}
+    report = comparison_report(parts, record, pictures=drawn)
+    files = {COMPARISON: json_bytes(as_json(record.record)), REPORT: report}
     bundles: list[tuple[Plan, PlanRecord, str]] = []
-    for part, plans, pictures, folder in zip(parts, told.plans, drawn, part_folders(_names(parts)), strict=True):
+    for part, plans, pictures, folder in zip(parts, record.plans, drawn, part_folders(_names(parts)), strict=True):
         if isinstance(part, Comparison) and pictures is not None:
             shown = _shown_files(part, pictures, samples=samples, figures=figures)
             files |= {f"{folder}{file}": content for file, content in shown.items()}
@@ -122,11 +122,11 @@ def save_comparisons(
 
     def verify(written: Path) -> None:
         shared(helper, _verified, [(_promised(plan, of), written / folder) for plan, of, folder in bundles])
-        verify_record(written / COMPARISON, told.record)
+        verify_record(written / COMPARISON, record.record)
 
     timings = {f"{folder}{TIMINGS}": _timings(plan) for plan, _, folder in bundles}
     write_bundle(directory, files, overwrite=overwrite, verify=verify, unlisted=timings)
-    return told
+    return record
 
 
 def _drawn(part: Comparison, helper: OtherProcesses | None) -> ComparisonPictures:
@@ -164,16 +164,16 @@ def _shown_files(part: Comparison, pictures: ComparisonPictures, *, samples: boo
     return files
 
 
-def plan_files(plan: Plan, told: PlanRecord, *, charts: Mapping[str, bytes]) -> dict[str, bytes]:
+def plan_files(plan: Plan, record: PlanRecord, *, charts: Mapping[str, bytes]) -> dict[str, bytes]:
     """Return name and content of every file of a plan's bundle.
 
     Args:
         plan: what to write.
-        told: what plan.json says of it.
+        record: what plan.json says of it.
         charts: its `chart_pictures`.
     """
     files = {
-        "plan.json": json_bytes(as_json(told)),
+        "plan.json": json_bytes(as_json(record)),
         "poses.csv": poses_table(plan.poses),
         "surface.ply": ply_bytes(plan.workpiece.surface),
         **input_files(plan),
@@ -206,7 +206,7 @@ def _robot_files(workpiece: Workpiece, robot: RobotPlan, cell: Cell) -> dict[str
         robot.placement,
         workpiece.surface_within,
         start=orders.start,
-        aloft=orders.aloft,
+        lifted=orders.lifted,
         extent=orders.extent,
         frame=orders.frame,
     )
@@ -222,18 +222,18 @@ def _robot_files(workpiece: Workpiece, robot: RobotPlan, cell: Cell) -> dict[str
     }
 
 
-def verify_files(plan: Plan, told: PlanRecord, folder: Path) -> None:
+def verify_files(plan: Plan, record: PlanRecord, folder: Path) -> None:
     """Read a plan's bundle back and compare it with the plan.
 
     Args:
         plan: that was written.
-        told: what plan.json shall say of it.
+        record: what plan.json shall say of it.
         folder: the bundle.
 
     Raises:
         VerificationError: a file differs; the message names it.
     """
-    _verify(_promised(plan, told), folder)
+    _verify(_promised(plan, record), folder)
 
 
 @final
@@ -242,33 +242,33 @@ class _Promise:
     """What of a plan its files are compared with: a helper gets no more of it, for bodies are large.
 
     Attributes:
-        told: what plan.json shall say.
+        record: what plan.json shall say.
         poses: of poses.csv.
         surface: of surface.ply.
         robots: of each placement its folder, its trajectory, and the files of its program.
         joined: the files of the program of all attitudes of a table, or none.
     """
 
-    told: PlanRecord
+    record: PlanRecord
     poses: PoseStream
     surface: Surface
     robots: tuple[tuple[str, Trajectory, list[str]], ...]
     joined: list[str]
 
 
-def _promised(plan: Plan, told: PlanRecord) -> _Promise:
+def _promised(plan: Plan, record: PlanRecord) -> _Promise:
     robots = [
         (part, robot.trajectory, [f"{RAPID_FOLDER}/{name}" for name, _ in robot.program.modules])
         for robot, part in zip(plan.robot, robot_folders(plan), strict=True)
     ]
     joined = [f"{RAPID_FOLDER}/{name}" for name, _ in plan.joined.modules] if plan.joined else []
-    return _Promise(told, plan.poses, plan.workpiece.surface, tuple(robots), joined)
+    return _Promise(record, plan.poses, plan.workpiece.surface, tuple(robots), joined)
 
 
 def _verify(promise: _Promise, folder: Path) -> None:
     verify_poses_table(folder / "poses.csv", promise.poses)
     _verify_surface(promise.surface, folder / "surface.ply")
-    verify_record(folder / "plan.json", promise.told)
+    verify_record(folder / "plan.json", promise.record)
     for part, trajectory, names in promise.robots:
         verify_trajectory_table(folder / part / "trajectory.csv", trajectory)
         _refuse(check_program(folder / part, names, plan=folder).findings)

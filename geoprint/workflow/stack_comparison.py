@@ -58,7 +58,7 @@ def compare_stacks(
         found = [(name, _stack(with_backend(job, name), names, folder / name, observe)) for name in names]
         stacks = {name: stack for name, stack in found if not isinstance(stack, str)}
         if not stacks:
-            raise FieldError(next(told for _, told in found if isinstance(told, str)))
+            raise FieldError(next(recorded for _, recorded in found if isinstance(recorded, str)))
         record = _record(job, found)
         (folder / STACKS).write_bytes(json_bytes(as_json(record)))
         (folder / REPORT).write_bytes(compared_stacks_page(stacks, record, job, page=REPORT))
@@ -68,8 +68,11 @@ def compare_stacks(
 
 def _record(job: Job, found: Sequence[tuple[str, _Found]]) -> StackComparisonRecord:
     """Return what is said of the stacks of all backends, at least one of which planned."""
-    rows = [compared_stack(name, told if isinstance(told, str) else told[0], asked=job.robot) for name, told in found]
-    first, _ = next(told for _, told in found if not isinstance(told, str))
+    rows = [
+        compared_stack(name, record if isinstance(record, str) else record[0], asked=job.robot)
+        for name, record in found
+    ]
+    first, _ = next(record for _, record in found if not isinstance(record, str))
     return StackComparisonRecord(
         schema=2,
         version=version("geoprint"),

@@ -14,12 +14,12 @@ from geoprint.layers.feet import Ground
 from geoprint.metrics import LevelledLayer, stretches_of_poses
 from geoprint.metrics.stack_thickness import (
     column_feet,
+    deposited_over,
+    deposited_volume,
     executed_flow,
     finished,
     flow_of_all,
     have_met,
-    laid_over,
-    laid_volume,
     wanted_over,
     within_sides,
 )
@@ -38,16 +38,16 @@ def stacked_layer(planned: Plan) -> StackedLayer:
     Args:
         planned: with a place in a stack, and with the flow chosen.
     """
-    place, laid, poses = planned.workpiece.place, planned.laid, planned.poses
+    place, deposited, poses = planned.workpiece.place, planned.deposited, planned.poses
     assert place is not None  # noqa: S101  # A stack's job names the layer.
-    assert laid is not None  # noqa: S101  # A whole plan has its flow.
+    assert deposited is not None  # noqa: S101  # A whole plan has its flow.
     points, widths = poses.surface_points, planned.workpiece.widths
     nominal = place.height * (planned.contours.spacing if widths is None else widths(points))
-    constant = np.where(poses.deposit, nominal, 0.0) if laid.mode == "analog" else poses.flow
+    constant = np.where(poses.deposit, nominal, 0.0) if deposited.mode == "analog" else poses.flow
     # Constant, following, and as executed.
-    flows = [constant, _at(planned, laid.following_flow)]
+    flows = [constant, _at(planned, deposited.following_flow)]
     flows += [_executed(planned)] if planned.robot else []
-    printed = 2 if planned.robot else int(laid.mode == "analog")
+    printed = 2 if planned.robot else int(deposited.mode == "analog")
     spacing = planned.contours.spacing
     pieces = stretches_of_poses(poses, spacing=spacing)
     layer = LevelledLayer(planned.workpiece.part, pieces.places, spacing=spacing, wanted=widths)
@@ -59,11 +59,11 @@ def stacked_layer(planned: Plan) -> StackedLayer:
         bottom=place.bottom,
         height=place.height,
         spacing=spacing,
-        laid=laid_over(feet, ground, layer.surface, fields, bottom=place.bottom, height=place.height),
+        deposited=deposited_over(feet, ground, layer.surface, fields, bottom=place.bottom, height=place.height),
         printed=printed,
         met=have_met(feet, ground, height=place.bottom + place.height),
         within=within_sides(feet, ground, height=place.middle),
-        volumes=np.array([laid_volume(poses, flow) for flow in flows]),
+        volumes=np.array([deposited_volume(poses, flow) for flow in flows]),
         slices=tuple(
             sliced_layer(planned.workpiece.part, shown, plane, height=place.height)
             for plane in middle_planes(place.base, upright_of(place.base))
@@ -76,7 +76,7 @@ def stacked_layer(planned: Plan) -> StackedLayer:
 def _executed(planned: Plan) -> FloatArray:
     """Return the flow at the poses of a plan that its robot's parts lay together, as they were executed."""
     cell = planned.workpiece.cell
-    laid = [
+    deposited = [
         (
             robot.joint_path.poses,
             executed_flow(robot.joint_path.poses, robot.trajectory.pose_times, robot.switching.material, cell=cell),
@@ -84,7 +84,7 @@ def _executed(planned: Plan) -> FloatArray:
         for robot in planned.robot
     ]
     # Over a table each part has poses of its own, for travel and attitude depend on how the part stands.
-    return laid[0][1] if planned.tilting is None else flow_of_all(planned.poses, laid)
+    return deposited[0][1] if planned.tilting is None else flow_of_all(planned.poses, deposited)
 
 
 def finished_stack(job: Job, stack: Stack, layers: Sequence[StackedLayer]) -> FinishedStack:
@@ -120,8 +120,8 @@ def finished_stack(job: Job, stack: Stack, layers: Sequence[StackedLayer]) -> Fi
         wanted=wanted,
         layers=tuple(layers),
         flows=tuple(
-            finished(np.stack(laid), wanted, met=met, within=within, bottoms=bottoms, height=stack.height)
-            for laid in zip(*(layer.laid for layer in layers), strict=True)
+            finished(np.stack(deposited), wanted, met=met, within=within, bottoms=bottoms, height=stack.height)
+            for deposited in zip(*(layer.deposited for layer in layers), strict=True)
         ),
         printed=layers[0].printed,
     )

@@ -67,9 +67,9 @@ def plan_stack(
     check_stacked(job)
     check_options(job, [job.backend])
     with staging(directory, overwrite=overwrite) as folder:
-        told, _ = stack_into(job, folder, observe=observe)
-        verify_stacks(folder, {STACK: told})
-    return told
+        record, _ = stack_into(job, folder, observe=observe)
+        verify_stacks(folder, {STACK: record})
+    return record
 
 
 def check_stacked(job: Job) -> None:
@@ -104,28 +104,28 @@ def stack_into(job: Job, folder: Path, *, observe: Callable[[str], None]) -> tup
     jobs = [job.model_copy(update={"layer": number}) for number, _ in enumerate(layers, start=1)]
     files, program = stack_program(own, layers, layer_moves(jobs, own), part_name=job.surface.name)
     observe("finished thickness")
-    told, finished = _finished(job, read_stack(job), found, program=program)
-    page = stack_page(finished, told, job)
-    for name, content in {STACK: json_bytes(as_json(told)), REPORT: page, **files}.items():
+    recorded, finished = _finished(job, read_stack(job), found, program=program)
+    page = stack_page(finished, recorded, job)
+    for name, content in {STACK: json_bytes(as_json(recorded)), REPORT: page, **files}.items():
         place = folder / name
         place.parent.mkdir(parents=True, exist_ok=True)
         place.write_bytes(content)
-    return told, finished
+    return recorded, finished
 
 
-def verify_stacks(folder: Path, told: Mapping[str, Record]) -> None:
+def verify_stacks(folder: Path, recorded: Mapping[str, Record]) -> None:
     """List what was written into a folder that nobody sees yet, and read its records back before it appears.
 
     Args:
         folder: that is staged.
-        told: records that must read back, by the name of their file.
+        recorded: records that must read back, by the name of their file.
 
     Raises:
         ExportError: the list cannot be written.
         VerificationError: a record does not read back.
     """
     seal(folder)
-    for name, record in told.items():
+    for name, record in recorded.items():
         verify_record(folder / name, record)
 
 
@@ -253,7 +253,7 @@ def _layer(job: Job, number: int, folder: Path) -> _Found:
     try:
         with naming(f"layer {number}"):
             planned = plan(job.model_copy(update={"layer": number}))
-            told = save_plan(planned, folder, overwrite=True)
+            record = save_plan(planned, folder, overwrite=True)
     except FieldError as error:
         if not error.details.get(EMPTY):
             raise
@@ -263,7 +263,7 @@ def _layer(job: Job, number: int, folder: Path) -> _Found:
     asked = job_cell(job).process.speed
     share = workpiece.cell.process.speed / planned.robot[0].ceiling if planned.robot else 1.0
     return layer_record(
-        told,
+        record,
         kept,
         folder=folder.name,
         area=float(face_areas(workpiece.part).sum()),

@@ -42,7 +42,7 @@ def sweep_clearance(
         ClearanceError: no such distance can be proven.
         ReachError: the table has no such poses.
     """
-    laid = 0.0 if place is None else place.height
+    deposited = 0.0 if place is None else place.height
     kept = table_motion_clearance(
         Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool),
         tool=cell.tool,
@@ -50,10 +50,10 @@ def sweep_clearance(
         Ts_table_plate=Ts_table_plate,
         T_base_work=T_base_work,
         surfaces=surfaces if place is None else (*surfaces, place.ground),
-        kept=cell.process.clearance + laid,
+        kept=cell.process.clearance + deposited,
         to=to,
     )
-    return kept - laid
+    return kept - deposited
 
 
 def move_clearance(

@@ -318,7 +318,7 @@ def tilting_of(
 def _lengths(poses: PoseStream) -> FloatArray:
     """Return the (n,) length of path of the tip that each of deposited poses stands for [mm]."""
     steps = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)
-    steps = np.where(poses.laid, steps, 0.0)
+    steps = np.where(poses.deposited, steps, 0.0)
     return (np.append(steps, 0.0) + np.append(0.0, steps)) / 2.0
 
 

@@ -93,11 +93,11 @@ def printed_side(
         return part, Side("closed", flip, None, f"printed on the {where}.{_also(filed)}")
     agreeing = None if body is None else _agreeing(part, body, cut=cut)
     source = "flip" if flip else "winding"
-    told = "the side to which `--flip` turned it" if flip else "the side that the file's winding calls outside"
+    record = "the side to which `--flip` turned it" if flip else "the side that the file's winding calls outside"
     if agreeing is None:
         other = "leave `--flip` out for the other" if flip else "`--flip` turns it"
         return part, Side(
-            source, flip, None, f"printed on {told}, {shape_in_words(part)}; {other}, a closed `--body` decides."
+            source, flip, None, f"printed on {record}, {shape_in_words(part)}; {other}, a closed `--body` decides."
         )
     name = body.name if body is not None else ""
     if agreeing >= TELLING_SHARE:
@@ -105,7 +105,7 @@ def printed_side(
         return part, Side("body", flip, agreeing, sentence)
     share = f"{1 - agreeing:.0%} of it faces into {name}"
     if agreeing > 1 - TELLING_SHARE or flip:
-        return part, Side(source, flip, agreeing, f"printed on {told}, but {share}: check the side.")
+        return part, Side(source, flip, agreeing, f"printed on {record}, but {share}: check the side.")
     sentence = f"turned: as the file is wound, {share}; printed on the other side.{_also(filed)}"
     return turned_over(part), Side(source="body", turned=True, agreeing=1 - agreeing, sentence=sentence)
 

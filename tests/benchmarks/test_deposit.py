@@ -34,18 +34,18 @@ def printed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, PlanRecord]
     return folder / "out", save_plan(planned, folder / "out")
 
 
-def in_text(folder: Path, told: PlanRecord, program: Program | None = None) -> Deposited:
+def in_text(folder: Path, record: PlanRecord, program: Program | None = None) -> Deposited:
     """Return what a program deposits, by default that of a bundle."""
-    assert told.deposition is not None
+    assert record.deposition is not None
     volumes = wanted(folder / "poses.csv").volumes
-    return deposited(program or read_program(folder / "rapid"), volumes, rate=told.deposition.valve_mm3_s)
+    return deposited(program or read_program(folder / "rapid"), volumes, rate=record.deposition.valve_mm3_s)
 
 
 def test_what_the_text_deposits_is_what_the_plan_says(printed: tuple[Path, PlanRecord]) -> None:
-    folder, told = printed
-    found, said = in_text(folder, told), told.robot[0].motion.deposited
+    folder, record = printed
+    found, said = in_text(folder, record), record.robot[0].motion.deposited
     assert said is not None
-    assert len(found.runs) == told.paths.runs
+    assert len(found.runs) == record.paths.runs
     assert found.whole == pytest.approx(said.share, abs=0.002)
     assert found.runs.max() == pytest.approx(said.most_run, abs=0.02)
     assert found.whole == pytest.approx(1.0, abs=0.02)
@@ -64,32 +64,32 @@ def test_a_flow_that_settles_and_a_lamp_that_shines_on_are_written_executed_chec
             surface=tmp_path / "cap.ply", unit="mm", spacing=2.0, place="demo", cell=str(tmp_path / "cell.toml")
         )
     )  # fmt: skip
-    told = save_plan(planned, tmp_path / "out")
+    record = save_plan(planned, tmp_path / "out")
     assert check_bundle(tmp_path / "out").findings == ()
-    program, said = read_program(tmp_path / "out" / "rapid"), told.robot[0].motion.deposited
+    program, said = read_program(tmp_path / "out" / "rapid"), record.robot[0].motion.deposited
     assert said is not None
-    found = in_text(tmp_path / "out", told)
+    found = in_text(tmp_path / "out", record)
     assert found.whole == pytest.approx(said.share, abs=0.005)
     assert (found.runs.min(), found.runs.max()) == pytest.approx((said.least_run, said.most_run), abs=0.01)
     waits = program.waits[program.waits > 0.0]
     np.testing.assert_array_equal(waits[:-1], 0.04)
-    assert waits.size == told.paths.runs + 1
+    assert waits.size == record.paths.runs + 1
     ((_, on), off) = planned.robot[0].switching.lamp[-1], planned.robot[0].switching.deposits[-1, 1]
     assert on - off == pytest.approx(20.0, abs=0.03)
     # Without the waits the text deposits what flows in half of each less.
-    still = in_text(tmp_path / "out", told, program._replace(waits=np.zeros(program.waits.size)))
+    still = in_text(tmp_path / "out", record, program._replace(waits=np.zeros(program.waits.size)))
     assert still.whole < found.whole - 0.001
 
 
 def test_a_run_at_half_its_speed_gets_twice_its_volume(printed: tuple[Path, PlanRecord], tmp_path: Path) -> None:
-    folder, told = printed
+    folder, record = printed
     program = read_program(shutil.copytree(folder / "rapid", tmp_path / "rapid"))
     stops = np.flatnonzero(program.stops)
     opened = [move for move, _, opens in program.switches if opens]
     first, last = stops[np.searchsorted(stops, opened[0]) - 1], stops[np.searchsorted(stops, opened[0])]
     speeds = program.speeds.copy()
     speeds[first + 1 : last + 1] /= 2.0
-    before, after = (in_text(folder, told, each) for each in (program, program._replace(speeds=speeds)))
+    before, after = (in_text(folder, record, each) for each in (program, program._replace(speeds=speeds)))
     assert after.runs[0] == pytest.approx(2.0 * before.runs[0], rel=0.01)
     np.testing.assert_allclose(after.runs[1:], before.runs[1:])
 
@@ -101,7 +101,7 @@ def test_an_output_that_follows_the_speed_deposits_what_poses_csv_asks_for(tmp_p
     (tmp_path / "cell.toml").write_text(text, encoding="utf-8")
     save_ply(spherical_cap(radius=15.0, angle=0.5, rings=12), tmp_path / "cap.ply")
     cell = str(tmp_path / "cell.toml")
-    told = save_plan(
+    record = save_plan(
         plan(job_of(surface=tmp_path / "cap.ply", unit="mm", spacing=2.0, place="demo", cell=cell)), tmp_path / "out"
     )
     assert programs(tmp_path / "out") == [tmp_path / "out"]
@@ -110,6 +110,6 @@ def test_an_output_that_follows_the_speed_deposits_what_poses_csv_asks_for(tmp_p
     assert max(found.off) < 0.2
     assert output_of(tmp_path / "out") == 0.1
     program, volumes = read_program(tmp_path / "out" / "rapid"), wanted(tmp_path / "out" / "poses.csv").volumes
-    rate = told.deposition.valve_mm3_s if told.deposition is not None else 0.0
+    rate = record.deposition.valve_mm3_s if record.deposition is not None else 0.0
     halved = deposited(program._replace(flows=program.flows / 2.0), volumes, rate=rate, output=0.1)
     assert halved.whole == pytest.approx(0.5, abs=0.003)

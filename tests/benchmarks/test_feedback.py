@@ -19,7 +19,7 @@ def test_one_corrected_print_leaves_less_than_half_of_the_error() -> None:
     first, second = islice(closed_loop(plant_of(0), seed=0, rays=RAYS, side=SIDE), 2)
     assert first.error > 0.2
     assert second.error < 0.5 * first.error
-    assert {change.name for change in first.told.changes} >= {"opening"}
+    assert {change.name for change in first.record.changes} >= {"opening"}
 
 
 @pytest.mark.parametrize("mode", ["io", "analog"])

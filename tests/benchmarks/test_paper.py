@@ -109,8 +109,8 @@ def test_the_layer_holds_what_the_beads_hold_apart_from_what_lies_beyond_the_rim
         lengths = np.gradient(beads.arcs[own])
         sections = [segment_area(w, height=0.5 * w * np.tan(0.5 * angle)) for w in beads.widths[own].tolist()]
         held += float(lengths @ np.array(sections))
-    laid = thickness(studio.patch, beads, angle=angle)
-    assert float(laid @ face_areas(studio.patch)) == pytest.approx(held, rel=0.02)
+    deposited = thickness(studio.patch, beads, angle=angle)
+    assert float(deposited @ face_areas(studio.patch)) == pytest.approx(held, rel=0.02)
 
 
 def test_case_b_leaves_gaps_and_case_a_too_much(found: Compared) -> None:

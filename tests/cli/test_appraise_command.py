@@ -27,7 +27,7 @@ from geoprint.simulation import (
     Lighting,
     Sensor,
     Viewpoint,
-    laid_beads,
+    deposited_beads,
     looking_at,
     pictured,
     png,
@@ -78,7 +78,7 @@ def printed(folder: Path) -> Path:
     random = np.random.default_rng(4)
     faults = Faults(offset=0.3, width_scale=0.5, breaks=(Break(0, 40.0, 46.0),))
     surface = planned.workpiece.surface
-    beads = laid_beads(planned.poses, surface, height=0.5, faults=faults, random=random)
+    beads = deposited_beads(planned.poses, surface, height=0.5, faults=faults, random=random)
     grey = pictured(surface, beads, VIEW, Lighting(np.array([0.0, 0.0, 1.0])), random=random)
     (folder / "print.png").write_bytes(png(grey))
     return folder
@@ -126,9 +126,9 @@ def test_photographs_of_one_name_keep_their_distance_in_text_and_page(run: Run, 
     (folder / "other" / "a.png").write_bytes((folder / "b.png").read_bytes())
     status, _, stderr = run("a.png other/a.png a.png --out alike")
     assert status == 0, stderr
-    told = read_record(folder / "alike" / "appraisal.json", AppraisalRecord)
-    apart = f"{told.pairs[0].apart_px.hausdorff:.4f}"
-    assert told.pairs[0].apart_px.hausdorff == pytest.approx(4.0, abs=1.0)
+    record = read_record(folder / "alike" / "appraisal.json", AppraisalRecord)
+    apart = f"{record.pairs[0].apart_px.hausdorff:.4f}"
+    assert record.pairs[0].apart_px.hausdorff == pytest.approx(4.0, abs=1.0)
     rows = [line.split()[1:] for line in stderr.splitlines() if line.startswith("a.png  ") and " 0" in line]
     assert rows[-3:] == [["0", apart, "0.0000"], [apart, "0", apart], ["0.0000", apart, "0"]]
     page = (folder / "alike" / "report.html").read_text(encoding="utf-8")
@@ -146,17 +146,17 @@ def test_a_print_is_held_against_its_plan_and_written(run: Run, printed: Path) -
         "appraisal.json", "appraisal.txt", "edges-1.png", "lines-1.csv", "manifest.json", "overlay-1.png",
         "report.html", "stretches-1.csv",
     ]  # fmt: skip
-    told = read_record(written / "appraisal.json", AppraisalRecord)
+    record = read_record(written / "appraisal.json", AppraisalRecord)
     assert json.loads(stdout) == json.loads((written / "appraisal.json").read_text(encoding="utf-8"))
-    (photograph,) = told.photographs
+    (photograph,) = record.photographs
     found = photograph.on_plan
     assert found is not None
-    assert (told.plan, told.part, told.shade, told.width_chosen) == ("plan", "plate.ply", "lighter", True)
+    assert (record.plan, record.part, record.shade, record.width_chosen) == ("plan", "plate.ply", "lighter", True)
     assert found.offset_mean_mm == pytest.approx(0.3, abs=0.02)
     assert found.width_mean_mm == pytest.approx(1.75, abs=0.03)
     assert found.usual == pytest.approx(0.5, abs=0.02)
     assert found.runs[0].width_planned_mm == pytest.approx(3.5, abs=0.1)
-    assert told.printed is not None
+    assert record.printed is not None
     assert {part.run for part in found.parts} == {run.run for run in found.runs}
     assert found.camera.residual_px < 0.01
     assert np.abs(np.array(found.camera.place_mm) - VIEW.place).max() < 0.1
@@ -193,7 +193,9 @@ def test_without_fiducials_the_outline_places_the_camera_and_that_is_said(
     surface, random = planned.workpiece.surface, np.random.default_rng(4)
     up, middle = mean_normal(surface), surface.vertices.mean(axis=0)
     seen = looking_at(middle, place=middle + 200.0 * up + [30.0, 20.0, 0.0], focal=1420.0, size=(500, 500), turn=0.7)
-    beads = laid_beads(planned.poses, surface, height=0.5, faults=Faults(offset=0.2, width_scale=0.5), random=random)
+    beads = deposited_beads(
+        planned.poses, surface, height=0.5, faults=Faults(offset=0.2, width_scale=0.5), random=random
+    )
     grey = pictured(surface, beads, seen, Lighting(up), random=random)
     (folder / "patch.png").write_bytes(png(grey))
     (folder / "patch.toml").write_text(
@@ -204,9 +206,9 @@ def test_without_fiducials_the_outline_places_the_camera_and_that_is_said(
     assert status == 0, stderr
     assert "the part's outline, not fiducials, placed the camera" in stderr
     written = folder / "patch-told"
-    told = read_record(written / "appraisal.json", AppraisalRecord)
+    record = read_record(written / "appraisal.json", AppraisalRecord)
     assert json.loads(stdout) == json.loads((written / "appraisal.json").read_text(encoding="utf-8"))
-    found = told.photographs[0].on_plan
+    found = record.photographs[0].on_plan
     assert found is not None
     outline = found.camera.outline
     assert outline is not None
@@ -329,24 +331,24 @@ def test_a_scan_is_held_against_its_plan_and_written(run: Run, printed: Path) ->
     assert sorted(path.name for path in written.iterdir()) == [
         "appraisal.json", "appraisal.txt", "manifest.json", "parts.csv", "report.html",
     ]  # fmt: skip
-    told = read_record(written / "appraisal.json", ScanAppraisalRecord)
+    record = read_record(written / "appraisal.json", ScanAppraisalRecord)
     assert json.loads(stdout) == json.loads((written / "appraisal.json").read_text(encoding="utf-8"))
-    assert (told.kind, told.printed.plan, told.printed.part, told.registration.loose) == (
+    assert (record.kind, record.printed.plan, record.printed.part, record.registration.loose) == (
         "scan",
         "plan",
         "plate.ply",
         0,
     )
-    assert told.registration.shift_deviation_mm < 0.05
-    assert told.registration.bead_width == pytest.approx(0.5 * 1.1**0.5, abs=0.05)
-    whole = [part.ratio for part in told.parts if part.run > 0 and part.ratio is not None]
+    assert record.registration.shift_deviation_mm < 0.05
+    assert record.registration.bead_width == pytest.approx(0.5 * 1.1**0.5, abs=0.05)
+    whole = [part.ratio for part in record.parts if part.run > 0 and part.ratio is not None]
     assert np.mean(whole) == pytest.approx(1.1, abs=0.03)
-    gone = [part.ratio for part in told.parts if part.run == 0 and part.start_mm > 41.0 and part.end_mm < 59.0]
+    gone = [part.ratio for part in record.parts if part.run == 0 and part.start_mm > 41.0 and part.end_mm < 59.0]
     assert max(ratio for ratio in gone if ratio is not None) < 0.1
-    assert told.runs[0].missing_mm == pytest.approx(20.0, abs=8.0)
+    assert record.runs[0].missing_mm == pytest.approx(20.0, abs=8.0)
     assert "warning: " in stderr
     assert "more material than planned" in stderr
-    assert told.registration.scale is None
+    assert record.registration.scale is None
     page = (written / "report.html").read_text(encoding="utf-8")
     assert "measured thickness" in page
     assert "print.xyz: the print has" in page
@@ -360,10 +362,10 @@ def test_a_scan_that_is_too_large_is_measured_true_to_scale_with_a_warning(run: 
     np.savetxt(printed / "large.xyz", 1.01 * scan_of_plan(printed, Faults()))
     status, stdout, stderr = run("large.xyz --plan plan --json")
     assert status == 0, stderr
-    told = ScanAppraisalRecord.model_validate_json(stdout)
-    assert told.registration.scale is not None
-    assert told.registration.scale.value == pytest.approx(1.0 / 1.01, abs=0.0005)
-    assert told.volume_ratio.value == pytest.approx(1.0, abs=0.03)
+    record = ScanAppraisalRecord.model_validate_json(stdout)
+    assert record.registration.scale is not None
+    assert record.registration.scale.value == pytest.approx(1.0 / 1.01, abs=0.0005)
+    assert record.volume_ratio.value == pytest.approx(1.0, abs=0.03)
     assert "warning: large.xyz is " in stderr
     assert "% too large; its coordinates are multiplied by 0.990" in stderr
 
@@ -389,11 +391,11 @@ def test_a_part_that_lies_otherwise_is_told_and_its_mesh_can_be_planned_on(
     asked = "lies.xyz --before --part plate.ply --unit mm --pose pose.csv"
     status, _, stderr = run(f"{asked} --out lying")
     assert status == 0, stderr
-    told = read_record(folder / "lying" / "lying.json", LyingRecord)
-    assert told.registration.given
-    assert told.registration.loose == 3
-    assert told.offset_most_mm == pytest.approx(0.3, abs=0.08)
-    assert told.residual_mm == pytest.approx(0.02, abs=0.01)
+    record = read_record(folder / "lying" / "lying.json", LyingRecord)
+    assert record.registration.given
+    assert record.registration.loose == 3
+    assert record.offset_most_mm == pytest.approx(0.3, abs=0.08)
+    assert record.residual_mm == pytest.approx(0.02, abs=0.01)
     mesh = load(folder / "lying" / "lying.ply", unit="mm")
     lies = folder / "lying" / "lying.ply"
     planned = plan(job_of(surface=lies, unit="mm", spacing=10.0, backend="fast-marching", robot=False))
@@ -407,7 +409,7 @@ def scan_of_plan(folder: Path, faults: Faults) -> FloatArray:
     """Return the points of a scan of the print of a bundle, 3 mm off."""
     held = read_plan(folder / "plan")
     random = np.random.default_rng(4)
-    beads = laid_beads(held.poses, held.surface, height=held.height, faults=faults, random=random)
+    beads = deposited_beads(held.poses, held.surface, height=held.height, faults=faults, random=random)
     above = looking_at(np.array([20.0, 15.0, 0.0]), place=np.array([20.0, 15.0, 300.0]), focal=610.0, size=(90, 70))
     T_work_scan = np.eye(4)
     T_work_scan[:3, 3] = [2.0, -2.0, 1.0]

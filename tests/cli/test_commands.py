@@ -237,10 +237,10 @@ def test_doctor_shows_versions_and_passes_its_controls(run: Run) -> None:
 
 
 def test_place_takes_a_patch_and_a_label_as_plan_does(run: Run, part: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def told(job: Job, **_: object) -> None:
+    def record(job: Job, **_: object) -> None:
         raise UsageError(f"label {job.label}, patch {job.patches[0].model_dump(exclude_none=True)}")
 
-    monkeypatch.setattr("geoprint.workflow.propose_placement", told)
+    monkeypatch.setattr("geoprint.workflow.propose_placement", record)
     patch = ("--at", 1, 2, 3, "--radius", 4, "--cone", 5, "--box", 0, 0, 0, 9, 9, 9, "--region", "wall")
     status, _, stderr = run("place", part, "--unit", "mm", "--label", 7, *patch)
     assert status == 2

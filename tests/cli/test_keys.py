@@ -19,7 +19,7 @@ from geoprint.errors import UsageError
 class LongerJob(Job):
     """A job with one key more."""
 
-    colour: Annotated[str, Key("Colour of the ink.", "# of the ink", group="paths", told="colour_name")] = "red"
+    colour: Annotated[str, Key("Colour of the ink.", "# of the ink", group="paths", record="colour_name")] = "red"
 
 
 def said(*arguments: str, model: type[Job] = Job) -> Keys:

@@ -99,16 +99,16 @@ def test_a_narrow_terminal_has_the_columns_that_decide(run: Run, monkeypatch: py
 def test_json_has_every_figure_and_the_time(run: Run) -> None:
     status, stdout, _ = run(f"shifted.csv {PART} --json")
     found = json.loads(stdout)
-    (told,) = found["files"]
+    (record,) = found["files"]
     assert status == 0
     assert found["timings"]["files"][0]["processor_s_per_m"] > 0.0
-    even = told["uniformity"]
+    even = record["uniformity"]
     assert even["left"]["spacing"]["cv"] == pytest.approx(0.1, abs=1e-6)
     assert even["right"]["none"] == pytest.approx(1.0 / 15.0, abs=1e-6)
     assert even["thickness"]["cv"] == pytest.approx(0.042, abs=0.003)
     assert even["printed"]["cv"] > even["thickness"]["cv"]
     assert "levels" not in even
-    assert (told["format"], told["runs"], told["fit"]) == ("table", 15, None)
+    assert (record["format"], record["runs"], record["fit"]) == ("table", 15, None)
     assert json.loads(run(f"half.csv {PART} --json")[1])["files"][0]["uniformity"]["largest_hole_mm2"] > 400.0
 
 
@@ -129,17 +129,17 @@ def test_a_folder_holds_page_picture_table_and_record(run: Run, folder: Path) ->
     assert sorted(path.name for path in written.iterdir()) == [
         "manifest.json", "measure.csv", "measure.json", "measure.png", "report.html",
     ]  # fmt: skip
-    told = read_record(written / "measure.json", MeasurementRecord)
-    assert [row.file for row in told.files] == ["even.csv", "shifted.csv"]
+    record = read_record(written / "measure.json", MeasurementRecord)
+    assert [row.file for row in record.files] == ["even.csv", "shifted.csv"]
     header, *rows = (written / "measure.csv").read_text(encoding="utf-8").splitlines()
     assert len(rows) == 2
     cells = dict(zip(header.split(","), rows[1].split(","), strict=True))
     assert (cells["left_cv"], cells["both_spacing_cv"]) == ("0.1", "0.1")
-    assert float(cells["thickness_cv"]) == told.files[1].uniformity.thickness.cv
+    assert float(cells["thickness_cv"]) == record.files[1].uniformity.thickness.cv
     assert "levels_spacing_cv" not in cells
     page = (written / "report.html").read_text(encoding="utf-8")
     assert "even.csv covers plate.ply best of 2." in page
-    varies = f"{told.files[1].uniformity.thickness.cv:.2%}"
+    varies = f"{record.files[1].uniformity.thickness.cv:.2%}"
     assert f"shifted.csv: with a constant flow the thickness of its layer varies by {varies} (standard" in page
     assert "Distance from border or seed" not in page
     before = {path.name: path.read_bytes() for path in written.iterdir()}

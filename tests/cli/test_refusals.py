@@ -116,10 +116,10 @@ def test_with_json_an_error_is_one_object_on_stdout(
     status: int,
 ) -> None:
     assert refused(monkeypatch, folder, *line.split(), "--json") == status
-    told = capsys.readouterr()
-    found = json.loads(told.out)
+    record = capsys.readouterr()
+    found = json.loads(record.out)
     assert (found["kind"], found["exit_status"]) == (kind, status)
-    assert told.err == f"geoprint: {found['error']}\n"
+    assert record.err == f"geoprint: {found['error']}\n"
 
 
 def test_the_numbers_of_an_error_are_told_to_programs(

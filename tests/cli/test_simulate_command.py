@@ -45,24 +45,24 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> 
     return call
 
 
-def told_of(run: Run, folder: Path, *options: object) -> SimulatedRecord:
+def record_of(run: Run, folder: Path, *options: object) -> SimulatedRecord:
     status, stdout, stderr = run(folder, "--json", *options)
     assert status == 0, stderr
     return SimulatedRecord.model_validate_json(stdout)
 
 
 def test_a_program_as_written_lays_what_its_plan_says_that_it_lays(run: Run, bundle: Path) -> None:
-    told = told_of(run, bundle)
-    assert (told.laid_by, len(told.runs)) == ("program", 3)
+    record = record_of(run, bundle)
+    assert (record.laid_by, len(record.runs)) == ("program", 3)
     planned = json.loads((bundle / "plan.json").read_text())
     settings, (robot,) = planned["settings"], planned["robot"]
     rate = settings["spacing_mm"] * settings["layer_height_mm"] * settings["speed_mm_s"]
     flowing = [run["material_s"] for run in robot["program"]["switching"]["runs"]]
-    assert [each.laid_mm3 for each in told.runs] == pytest.approx(
+    assert [each.laid_mm3 for each in record.runs] == pytest.approx(
         [rate * (end - begin) for begin, end in flowing], rel=1e-3
     )
-    assert told.laid_mm3 / told.wanted_mm3 == pytest.approx(robot["motion"]["deposited"]["share"], rel=1e-2)
-    assert all(each.beside_mm3 == 0.0 and each.longest_bare_mm < 0.3 for each in told.runs)
+    assert record.laid_mm3 / record.wanted_mm3 == pytest.approx(robot["motion"]["deposited"]["share"], rel=1e-2)
+    assert all(each.beside_mm3 == 0.0 and each.longest_bare_mm < 0.3 for each in record.runs)
 
 
 def test_a_speed_halved_in_one_run_lays_twice_as_much_there_and_no_more_elsewhere(
@@ -70,7 +70,7 @@ def test_a_speed_halved_in_one_run_lays_twice_as_much_there_and_no_more_elsewher
 ) -> None:
     copy = edited(bundle, tmp_path / "copy", lambda modules: slowed(modules, run=1, factor=2.0))
     assert check_bundle(copy).findings
-    before, after = told_of(run, bundle), told_of(run, copy)
+    before, after = record_of(run, bundle), record_of(run, copy)
     # From when the valve opens to when it shuts, whose lags stay as long.
     assert after.runs[0].laid_mm3 / before.runs[0].laid_mm3 == pytest.approx(2.0, abs=0.05)
     assert after.runs[1].laid_mm3 == pytest.approx(before.runs[1].laid_mm3, rel=1e-3)
@@ -79,7 +79,7 @@ def test_a_speed_halved_in_one_run_lays_twice_as_much_there_and_no_more_elsewher
 def test_a_valve_that_opens_late_or_stays_open_shows(run: Run, bundle: Path, tmp_path: Path) -> None:
     opens_late = edited(bundle, tmp_path / "late", lambda modules: late(modules, run=1))
     stays_open = edited(bundle, tmp_path / "open", lambda modules: left_open(modules, run=1))
-    before, lacking, oozing = (told_of(run, each) for each in (bundle, opens_late, stays_open))
+    before, lacking, oozing = (record_of(run, each) for each in (bundle, opens_late, stays_open))
     assert lacking.runs[0].longest_bare_mm > before.runs[0].longest_bare_mm + 0.2
     assert lacking.runs[0].laid_mm3 < before.runs[0].laid_mm3
     assert oozing.runs[1].beside_mm3 > 1.0
@@ -138,9 +138,9 @@ def test_scan_and_photograph_are_written_to_be_appraised(
     assert sorted(path.name for path in out.iterdir()) == [
         "lens.toml", "manifest.json", "marks.csv", "print.png", "scan.xyz", "simulated.json", "simulated.txt",
     ]  # fmt: skip
-    told = read_record(out / "simulated.json", SimulatedRecord)
+    record = read_record(out / "simulated.json", SimulatedRecord)
     assert json.loads(stdout) == json.loads((out / "simulated.json").read_text(encoding="utf-8"))
-    assert (told.spread, told.flow, told.seed) == (0.5, 0.9, 3)
+    assert (record.spread, record.flow, record.seed) == (0.5, 0.9, 3)
     marks = ["--fiducials", out / "marks.csv", "--lens", out / "lens.toml"]
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(
@@ -156,9 +156,9 @@ def test_a_plan_without_a_robot_is_laid_by_its_paths(run: Run, tmp_path: Path) -
     save_ply(plate((16.0, 12.0), (12, 9)), tmp_path / "plate.ply")
     job = job_of(surface=tmp_path / "plate.ply", unit="mm", spacing=2.5, backend="fast-marching", robot=False)
     save_plan(plan(job), tmp_path / "planned")
-    told = told_of(run, tmp_path / "planned", "--flow", 1.2)
-    assert told.laid_by == "paths"
-    assert told.laid_mm3 / told.wanted_mm3 == pytest.approx(1.2, rel=1e-2)
+    record = record_of(run, tmp_path / "planned", "--flow", 1.2)
+    assert record.laid_by == "paths"
+    assert record.laid_mm3 / record.wanted_mm3 == pytest.approx(1.2, rel=1e-2)
     status, _, stderr = run(tmp_path / "planned")
     assert status == 0
     assert "by its paths, because it has no program" in stderr

@@ -41,17 +41,17 @@ def test_the_commented_file_follows_the_rim_and_every_comment_in_it_is_a_table(t
         "rim", "direction", "curvature", "stroke", "weight"
     }  # fmt: skip
     assert designed.singularities[0].index == 1.0
-    told = FieldFile.model_validate({"helix": helix}).helix
-    assert told is not None
-    assert told.angle == 30.0
+    record = FieldFile.model_validate({"helix": helix}).helix
+    assert record is not None
+    assert record.angle == 30.0
     ventricle = FieldFile.model_validate({"wall": wall}).wall
     assert ventricle is not None
     assert (ventricle.labels, ventricle.cavity, ventricle.base) == ([1, 7], [11], [3, 5])
     for names in ({"table"}, {"direction", "begin_mm", "end_mm"}, {"places", "at_mm", "within_mm"}):
         chosen = {"preferences": [{"rim": True}], "width": {name: width.pop(name) for name in names}}
-        told_width = FieldFile.model_validate(chosen).width
-        assert told_width is not None
-        assert told_width.model_fields_set == names
+        recorded_width = FieldFile.model_validate(chosen).width
+        assert recorded_width is not None
+        assert recorded_width.model_fields_set == names
     assert width == {}
     assert designed.through is not None
     assert (designed.through.inner_deg, designed.through.outer_deg) == (60.0, -60.0)

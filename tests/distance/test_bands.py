@@ -16,8 +16,8 @@ from geoprint.distance.lscm_seam import (
     Continuation,
     flat_turn,
     flattened,
+    flattened_band,
     joined,
-    laid_flat,
     shortest_cut,
 )
 from geoprint.errors import FieldError
@@ -76,7 +76,7 @@ def with_other_cut(monkeypatch: pytest.MonkeyPatch, steps: int) -> None:
     def elsewhere(surface: Surface) -> Chart:
         loops = boundary_loops(surface)
         seam = (shortest_cut(surface, loops) + 17 * steps) % len(surface.vertices)
-        return laid_flat(surface, seam=seam, turn=flat_turn(surface, loops))
+        return flattened_band(surface, seam=seam, turn=flat_turn(surface, loops))
 
     monkeypatch.setattr(lscm, "flattened", elsewhere)
 

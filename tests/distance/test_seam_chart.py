@@ -7,7 +7,15 @@ import pytest
 
 from geoprint.distance.distortion import distortion, signed_areas
 from geoprint.distance.lscm_chart import conformal_chart
-from geoprint.distance.lscm_seam import LARGEST_TURN, UNCUT, Continuation, flat_turn, flattened, laid_flat, shortest_cut
+from geoprint.distance.lscm_seam import (
+    LARGEST_TURN,
+    UNCUT,
+    Continuation,
+    flat_turn,
+    flattened,
+    flattened_band,
+    shortest_cut,
+)
 from geoprint.errors import InputError
 from geoprint.geometry import boundary_loops, prepare
 from geoprint.geometry.files import load
@@ -84,7 +92,7 @@ def test_lengths_do_not_tell_where_the_cut_runs() -> None:
     turn, first = flat_turn(surface, loops), shortest_cut(surface, loops)
     # The grid has rows of 17 vertices: half way round, and not along the shortest path.
     second = (first + 36 * 17) % len(surface.vertices)
-    charts = [laid_flat(surface, seam=seam, turn=turn) for seam in (first, second)]
+    charts = [flattened_band(surface, seam=seam, turn=turn) for seam in (first, second)]
     areas = [signed_areas(chart.flat.vertices, chart.flat.faces) for chart in charts]
     np.testing.assert_allclose(areas[1], areas[0], rtol=1e-8)
 

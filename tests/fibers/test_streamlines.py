@@ -110,14 +110,14 @@ def _rays(surface: Surface) -> DirectionField:
 
 
 @cache
-def _laid(made: str) -> tuple[DirectionField, Strokes]:
+def _deposited(made: str) -> tuple[DirectionField, Strokes]:
     field = MADE[made]()
     return field, _strokes(field, spacing=1.1)
 
 
 @pytest.mark.parametrize("made", MADE)
 def test_strokes_never_cross_and_follow_the_field(made: str) -> None:
-    field, strokes = _laid(made)
+    field, strokes = _deposited(made)
     assert crossings(field.surface, strokes.curves) == 0
     off, lengths = off_field(field, strokes.curves)
     assert np.degrees(np.average(off, weights=lengths)) < 0.5
@@ -127,7 +127,7 @@ def test_strokes_never_cross_and_follow_the_field(made: str) -> None:
 
 @pytest.mark.parametrize("made", MADE)
 def test_strokes_are_apart_over_the_surface_and_leave_no_wide_gap(made: str) -> None:
-    field, strokes = _laid(made)
+    field, strokes = _deposited(made)
     drawn = Polylines(np.concatenate(lines(field.surface, strokes)), strokes.curves.offsets)
     found = measure_paths(field.surface, drawn, spacing=1.1)
     ratios = found.sides.both.ratios

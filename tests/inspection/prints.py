@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from geoprint import transforms
 from geoprint.inspection.scan_target import PlannedDeposit, ScanTarget
 from geoprint.model import FloatArray
-from geoprint.simulation import Faults, Sensor, SilicoScan, laid_beads, looking_at, scanned
+from geoprint.simulation import Faults, Sensor, SimulatedScan, deposited_beads, looking_at, scanned
 from tests.inspection.drawn import rows_on_plate, stream
 from tests.meshes import plate
 
@@ -37,9 +37,9 @@ def pose(*, turn: tuple[float, float, float] = (0.0, 0.0, 0.0), shift: tuple[flo
 
 def scan_of(
     faults: Faults, *, T_work_scan: FloatArray | None = None, noise: float = 0.03, missing: float = 0.2, seed: int = 1
-) -> SilicoScan:
+) -> SimulatedScan:
     """Return a scan of the rows, printed with faults."""
     random = np.random.default_rng(seed)
-    beads = laid_beads(POSES, PLATE, height=HEIGHT, faults=faults, random=random)
+    beads = deposited_beads(POSES, PLATE, height=HEIGHT, faults=faults, random=random)
     stands = np.eye(4) if T_work_scan is None else T_work_scan
     return scanned(PLATE, beads, Sensor(VIEW, noise, missing), T_work_scan=stands, random=random)

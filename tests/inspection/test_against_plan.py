@@ -21,7 +21,7 @@ from geoprint.inspection import (
     print_shift,
 )
 from geoprint.model import FloatArray, PoseStream, Surface
-from geoprint.simulation import Break, Development, Faults, Lighting, Viewpoint, laid_beads, looking_at, pictured
+from geoprint.simulation import Break, Development, Faults, Lighting, Viewpoint, deposited_beads, looking_at, pictured
 from tests.inspection.drawn import rows_on_plate, stream
 from tests.meshes import cylinder_patch, plate
 
@@ -50,7 +50,7 @@ def faultless() -> Held:
 
 def appraised(faults: Faults, *, view: Viewpoint = VIEW, surface: Surface = PLATE, poses: PoseStream = POSES) -> Held:
     random = np.random.default_rng(1)
-    beads = laid_beads(poses, surface, height=HEIGHT, faults=faults, random=random)
+    beads = deposited_beads(poses, surface, height=HEIGHT, faults=faults, random=random)
     above = Lighting(np.array([0.1, 0.0, 1.0]))
     grey = pictured(surface, beads, view, above, random=random)
     return held(grey, view, surface, poses)
@@ -160,7 +160,7 @@ def test_what_the_camera_does_not_see_is_not_judged() -> None:
 def test_a_print_of_another_plan_is_refused() -> None:
     shifted = stream([run + np.array([0.0, 2.0, 0.0]) for run in rows_on_plate(count=5)], flow=WIDTH * HEIGHT)
     random = np.random.default_rng(1)
-    beads = laid_beads(POSES, PLATE, height=HEIGHT, faults=Faults(), random=random)
+    beads = deposited_beads(POSES, PLATE, height=HEIGHT, faults=Faults(), random=random)
     grey = pictured(PLATE, beads, VIEW, Lighting(np.array([0.0, 0.0, 1.0])), random=random)
     seen, plan = camera(VIEW), planned_runs(shifted, spacing=SPACING)
     all_seen = np.ones(len(plan.places), dtype=np.bool_)
@@ -183,7 +183,7 @@ def test_a_print_of_another_plan_is_refused() -> None:
 )
 def test_neither_tone_nor_exposure_nor_blur_moves_an_edge(development: Development) -> None:
     random = np.random.default_rng(1)
-    beads = laid_beads(POSES, PLATE, height=HEIGHT, faults=Faults(offset=0.2), random=random)
+    beads = deposited_beads(POSES, PLATE, height=HEIGHT, faults=Faults(offset=0.2), random=random)
     grey = pictured(PLATE, beads, VIEW, Lighting(np.array([0.1, 0.0, 1.0])), development, random=random)
     found = held(grey, VIEW, PLATE, POSES)
     assert found.sized.mean() > 0.7
@@ -199,7 +199,7 @@ def test_neither_tone_nor_exposure_nor_blur_moves_an_edge(development: Developme
 
 def test_a_negative_is_measured_and_said_to_be_darker() -> None:
     random = np.random.default_rng(1)
-    beads = laid_beads(POSES, PLATE, height=HEIGHT, faults=Faults(), random=random)
+    beads = deposited_beads(POSES, PLATE, height=HEIGHT, faults=Faults(), random=random)
     grey = pictured(PLATE, beads, VIEW, Lighting(np.array([0.1, 0.0, 1.0])), random=random)
     found = held(1.0 - grey, VIEW, PLATE, POSES)
     assert found.measured.darker
@@ -211,7 +211,7 @@ def test_a_picture_that_was_turned_after_the_fiducials_were_taken_says_so() -> N
     # Two runs that lie nowhere else however the picture is turned.
     poses = stream(rows_on_plate()[:2], flow=WIDTH * HEIGHT)
     random = np.random.default_rng(1)
-    beads = laid_beads(poses, PLATE, height=HEIGHT, faults=Faults(), random=random)
+    beads = deposited_beads(poses, PLATE, height=HEIGHT, faults=Faults(), random=random)
     grey = pictured(PLATE, beads, VIEW, Lighting(np.array([0.1, 0.0, 1.0])), random=random)
     with pytest.raises(InputError, match="of the plan if it is turned by 180 degrees"):
         held(np.rot90(grey, 2), VIEW, PLATE, poses)
@@ -221,7 +221,7 @@ def test_a_picture_that_was_turned_after_the_fiducials_were_taken_says_so() -> N
 @pytest.mark.parametrize("blur", [0.0, 3.0])
 def test_a_run_with_another_volume_is_at_fault_over_its_whole_length(volume: float, said: str, blur: float) -> None:
     random = np.random.default_rng(1)
-    beads = laid_beads(POSES, PLATE, height=HEIGHT, faults=Faults(width_noise=0.05), random=random)
+    beads = deposited_beads(POSES, PLATE, height=HEIGHT, faults=Faults(width_noise=0.05), random=random)
     beads = replace(beads, widths=np.where(beads.runs == 3, np.sqrt(volume), 1.0) * beads.widths)
     light, development = Lighting(np.array([0.1, 0.0, 1.0])), Development(tone=1.8, blur=blur)
     found = held(pictured(PLATE, beads, VIEW, light, development, random=random), VIEW, PLATE, POSES)
@@ -236,7 +236,7 @@ def test_a_run_with_another_volume_is_at_fault_over_its_whole_length(volume: flo
 @pytest.mark.parametrize("wider", [0.8, 1.8], ids=["apart", "touching the next bead"])
 def test_a_blob_is_found_where_no_width_is_known(wider: float) -> None:
     random = np.random.default_rng(1)
-    beads = laid_beads(POSES, PLATE, height=HEIGHT, faults=Faults(width_noise=0.05), random=random)
+    beads = deposited_beads(POSES, PLATE, height=HEIGHT, faults=Faults(width_noise=0.05), random=random)
     more = 1.0 + wider * np.exp(-0.5 * ((beads.arcs - 15.0) / 1.25) ** 2)
     beads = replace(beads, widths=np.where(beads.runs == 2, more, 1.0) * beads.widths)
     light, development = Lighting(np.array([0.1, 0.0, 1.0])), Development(tone=0.0, blur=3.0)
@@ -251,7 +251,7 @@ def test_a_blob_is_found_where_no_width_is_known(wider: float) -> None:
 
 def test_beads_that_are_white_are_said_to_be() -> None:
     random = np.random.default_rng(1)
-    beads = laid_beads(POSES, PLATE, height=HEIGHT, faults=Faults(), random=random)
+    beads = deposited_beads(POSES, PLATE, height=HEIGHT, faults=Faults(), random=random)
     grey = pictured(PLATE, beads, VIEW, Lighting(np.array([0.1, 0.0, 1.0])), Development(exposure=2.0), random=random)
     found = held(grey, VIEW, PLATE, POSES)
     assert found.measured.white > 0.9
@@ -265,7 +265,7 @@ def test_beads_that_are_white_are_said_to_be() -> None:
 )
 def test_the_reason_for_which_no_width_is_given_is_the_true_one(scale: float, blur: float, reason: str) -> None:
     random = np.random.default_rng(1)
-    beads = laid_beads(POSES, PLATE, height=HEIGHT, faults=Faults(width_scale=scale), random=random)
+    beads = deposited_beads(POSES, PLATE, height=HEIGHT, faults=Faults(width_scale=scale), random=random)
     light, development = Lighting(np.array([0.1, 0.0, 1.0])), Development(blur=blur)
     found = held(pictured(PLATE, beads, VIEW, light, development, random=random), VIEW, PLATE, POSES)
     assert found.sized.mean() < 0.5
@@ -298,7 +298,7 @@ def test_rows_to_and_fro_that_lie_to_one_side_of_the_part_are_shifted_and_to_the
 def test_a_print_beside_its_plan_is_said_to_be_shifted() -> None:
     random = np.random.default_rng(1)
     moved = stream([run + np.array([0.0, -0.6, 0.0]) for run in rows_on_plate()], flow=WIDTH * HEIGHT)
-    beads = laid_beads(moved, PLATE, height=HEIGHT, faults=Faults(), random=random)
+    beads = deposited_beads(moved, PLATE, height=HEIGHT, faults=Faults(), random=random)
     grey = pictured(PLATE, beads, VIEW, Lighting(np.array([0.1, 0.0, 1.0])), random=random)
     found = held(grey, VIEW, PLATE, POSES).shift
     assert found is not None

@@ -14,7 +14,7 @@ from geoprint.inspection.scan_measuring import MeasuredPrint, measured_print
 from geoprint.inspection.scan_registration import Adjusted, Registration, adjusted
 from geoprint.inspection.scan_target import ScanTarget
 from geoprint.model import FloatArray
-from geoprint.simulation import Break, Faults, heights, laid_beads
+from geoprint.simulation import Break, Faults, deposited_beads, heights
 from tests.inspection.prints import DEPOSIT, HEIGHT, PLATE, POSES, pose, scan_of, target_of
 
 STANDS = pose(turn=(0.01, -0.008, 0.012), shift=(0.3, -0.25, 0.4))
@@ -109,7 +109,7 @@ def test_crests_of_narrow_and_wide_beads_are_within_their_intervals_also_where_s
         few = scan.points[random.random(len(scan.points)) < share]
         _, found = found_by(few, spread=width)
         crests = measured_print(few, found, PLATE, DEPOSIT, random=random).crests
-        beads = laid_beads(POSES, PLATE, height=HEIGHT, faults=faults, random=np.random.default_rng(seed))
+        beads = deposited_beads(POSES, PLATE, height=HEIGHT, faults=faults, random=np.random.default_rng(seed))
         high = heights(beads, beads.places)
         truth = np.array([high[beads.runs == run].mean() for run in crests.runs])
         assert crests.seen.all()

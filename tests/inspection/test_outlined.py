@@ -190,10 +190,10 @@ def test_what_is_told_of_a_fit_holds_for_errors_that_are_alike_along_the_outline
     # Of each direction the square over what is told of it is 1 in the mean; of few blocks it is a little more.
     assert 0.8 < float(np.mean(ratios)) < 2.0
     alone = random.standard_normal(count)
-    told = covariance_of(alone, slopes, np.arange(count), count=count, unit=0.0)
+    record = covariance_of(alone, slopes, np.arange(count), count=count, unit=0.0)
     # Errors on their own are told no smaller than they are, and not much larger.
-    assert ((np.diag(told) > 2.0 / count) & (np.diag(told) < 10.0 / count)).all()
-    assert (np.diag(covariance_of(alone, slopes, np.arange(count), count=count, unit=1.0)) > np.diag(told)).all()
+    assert ((np.diag(record) > 2.0 / count) & (np.diag(record) < 10.0 / count)).all()
+    assert (np.diag(covariance_of(alone, slopes, np.arange(count), count=count, unit=1.0)) > np.diag(record)).all()
 
 
 def test_one_of_the_likeliest_poses_is_near_the_true_one(
@@ -240,12 +240,12 @@ def test_a_part_that_looks_alike_from_two_sides_with_a_plan_that_does_is_refused
     view, grey = photograph_of(printed, seed=1, size=PRINT_SIZE)
     with pytest.raises(
         InputError, match=r"looks alike from 2 places .* 180 degrees apart, .*give `--fiducials`"
-    ) as told:
+    ) as record:
         camera_by_outline(picture_outline(grey), printed.surface, true_camera(view).lens, lines=lines_of(printed, grey))
-    ratio = told.value.details["clearer"]
+    ratio = record.value.details["clearer"]
     assert isinstance(ratio, float)
     assert 1.0 <= ratio < 1.5
-    assert f"they lie {ratio:.2g} times nearer" in str(told.value)
+    assert f"they lie {ratio:.2g} times nearer" in str(record.value)
 
 
 def test_a_patch_on_a_body_that_the_plan_does_not_know_is_refused(
@@ -296,9 +296,9 @@ def test_an_outline_that_leaves_open_what_is_seen_where_is_refused(monkeypatch: 
     assert again.within == placing.within
     with pytest.raises(
         InputError, match="leaves open where the camera stood: places of the part are seen within"
-    ) as told:
+    ) as record:
         camera_by_outline(outline, printed.surface, camera.lens, lines=lines)
-    within = told.value.details["within"]
+    within = record.value.details["within"]
     assert isinstance(within, float)
     assert within > 2.0 * placing.within
 

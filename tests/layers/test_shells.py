@@ -58,7 +58,7 @@ class PathShell:
         radius = RADIUS + self.sign * (place.bottom + place.height / 2.0)
         steps = np.linalg.norm(np.diff(poses.surface_points, axis=0), axis=1)
         area = float(face_areas(planned.workpiece.part).sum())
-        length, volume = float(steps[poses.laid].sum()), float((steps * poses.flow[:-1])[poses.laid].sum())
+        length, volume = float(steps[poses.deposited].sum()), float((steps * poses.flow[:-1])[poses.deposited].sum())
         return (
             area / self.area(radius) - 1.0,
             length / self.length(radius) - 1.0,

@@ -9,7 +9,7 @@ from geoprint.geometry import prepare, turned_over
 from geoprint.geometry.files import load
 from geoprint.layers import TargetShape, TargetThickness, layer_level
 from geoprint.layers.feet import Ground
-from geoprint.metrics.stack_thickness import column_feet, have_met, laid_over, wanted_over, within_sides
+from geoprint.metrics.stack_thickness import column_feet, deposited_over, have_met, wanted_over, within_sides
 from geoprint.model import FloatArray, Surface
 from tests import meshes
 from tests.shared_data import shared
@@ -26,12 +26,12 @@ def valley(angle: float, *, length: float = 12.0, side: float = 10.0) -> Surface
     return Surface(vertices, flat.faces, "valley")
 
 
-def laid(part: Surface, number: int, thickness: float = HEIGHT) -> FloatArray:
+def deposited(part: Surface, number: int, thickness: float = HEIGHT) -> FloatArray:
     """Return how thick the layer of a number from 0 is on columns, if it has one thickness everywhere."""
     feet, ground = column_feet(part, count=COUNT), Ground(part)
     level = layer_level(part, (number + 0.5) * HEIGHT, height=HEIGHT)
     field = np.full((1, len(level.vertices)), thickness)
-    return laid_over(feet, ground, level, field, bottom=number * HEIGHT, height=HEIGHT)[0]
+    return deposited_over(feet, ground, level, field, bottom=number * HEIGHT, height=HEIGHT)[0]
 
 
 def test_feet_of_columns_are_spread_evenly_and_are_the_same_again() -> None:
@@ -61,7 +61,7 @@ def test_columns_go_through_every_layer_over_what_is_round(shape: str, side: str
     )
     part = part if side == "outside" else turned_over(part)
     for number in (0, 7):
-        np.testing.assert_allclose(laid(part, number), HEIGHT)
+        np.testing.assert_allclose(deposited(part, number), HEIGHT)
     assert not have_met(column_feet(part, count=COUNT), Ground(part), height=8 * HEIGHT).any()
 
 
@@ -76,7 +76,7 @@ def test_columns_meet_over_a_crease_as_high_as_they_stand_beside_it() -> None:
 
 def test_over_a_crease_a_layer_is_met_until_columns_meet() -> None:
     part = valley(np.pi / 4.0, length=5.0, side=6.0)
-    found = laid(part, 3)
+    found = deposited(part, 3)
     met = have_met(column_feet(part, count=COUNT), Ground(part), height=4 * HEIGHT)
     np.testing.assert_allclose(found[~met], HEIGHT)
 
@@ -99,7 +99,7 @@ def test_a_layer_lies_on_every_column_between_the_sides_of_a_band_whose_rim_bend
     feet, ground, over = column_feet(part, count=COUNT), Ground(part), (number + 0.5) * height
     level = layer_level(part, over, height=height)
     field = np.full((1, len(level.vertices)), height)
-    there = laid_over(feet, ground, level, field, bottom=number * height, height=height)[0] > 0.0
+    there = deposited_over(feet, ground, level, field, bottom=number * height, height=height)[0] > 0.0
     within, met = within_sides(feet, ground, height=over), have_met(feet, ground, height=(number + 1) * height)
     assert (there | met)[within].mean() > 0.999
     # One of twenty leaves through a side before: without these in mind, layers would be missed there.
@@ -110,7 +110,7 @@ def test_where_a_layer_is_not_nothing_is_laid() -> None:
     part = meshes.plate((20.0, 10.0), (20, 10))
     feet, half = column_feet(part, count=COUNT), meshes.plate((10.0, 10.0), (10, 10))
     level = Surface(half.vertices + np.array([0.0, 0.0, 0.2]), half.faces, "half")
-    found = laid_over(feet, Ground(part), level, np.full((2, 121), HEIGHT), bottom=0.0, height=HEIGHT)
+    found = deposited_over(feet, Ground(part), level, np.full((2, 121), HEIGHT), bottom=0.0, height=HEIGHT)
     np.testing.assert_array_equal(found[1] > 0.0, feet.places[:, 0] <= 10.0 + 0.25 * HEIGHT)
 
 
@@ -119,7 +119,7 @@ def test_a_layer_that_is_thinner_on_one_side_is_so_on_its_columns() -> None:
     level = layer_level(part, 0.2, height=HEIGHT)
     field = 0.02 * level.vertices[None, :, 0]
     feet = column_feet(part, count=COUNT)
-    found = laid_over(feet, Ground(part), level, field, bottom=0.0, height=HEIGHT)[0]
+    found = deposited_over(feet, Ground(part), level, field, bottom=0.0, height=HEIGHT)[0]
     np.testing.assert_allclose(found, 0.02 * feet.places[:, 0], atol=2e-4)
 
 

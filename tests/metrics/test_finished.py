@@ -13,14 +13,18 @@ BOTTOMS = np.array([0.0, 0.4, 0.8, 1.2, 1.6])
 
 
 def together(
-    laid: FloatArray, *, wanted: FloatArray | None = None, met: BoolArray | None = None, within: BoolArray | None = None
+    deposited: FloatArray,
+    *,
+    wanted: FloatArray | None = None,
+    met: BoolArray | None = None,
+    within: BoolArray | None = None,
 ) -> Finished:
     found = finished(
-        laid,
-        5 * HEIGHT * np.ones(laid.shape[1]) if wanted is None else wanted,
-        met=np.zeros(laid.shape, dtype=np.bool_) if met is None else met,
-        within=np.ones(laid.shape, dtype=np.bool_) if within is None else within,
-        bottoms=BOTTOMS[: len(laid)],
+        deposited,
+        5 * HEIGHT * np.ones(deposited.shape[1]) if wanted is None else wanted,
+        met=np.zeros(deposited.shape, dtype=np.bool_) if met is None else met,
+        within=np.ones(deposited.shape, dtype=np.bool_) if within is None else within,
+        bottoms=BOTTOMS[: len(deposited)],
         height=HEIGHT,
     )
     assert found is not None
@@ -34,11 +38,11 @@ def test_even_layers_make_the_thickness_that_was_wanted() -> None:
 
 
 def test_a_layer_with_half_of_its_flow_is_found() -> None:
-    laid = np.full((5, 1000), HEIGHT)
-    laid[2] *= 0.5
-    assert together(laid).mean == pytest.approx(0.9)
-    laid[2, :500] = HEIGHT
-    found = together(laid)
+    deposited = np.full((5, 1000), HEIGHT)
+    deposited[2] *= 0.5
+    assert together(deposited).mean == pytest.approx(0.9)
+    deposited[2, :500] = HEIGHT
+    found = together(deposited)
     assert found.cv == pytest.approx(0.05 / 0.95)
     assert found.within_5_percent == 0.5
     assert found.p1 == pytest.approx(0.9)
@@ -46,40 +50,40 @@ def test_a_layer_with_half_of_its_flow_is_found() -> None:
 
 def test_layers_that_are_uneven_in_opposite_places_even_each_other_out() -> None:
     wave = 0.1 * HEIGHT * np.sin(np.linspace(0.0, 20.0 * np.pi, 1001)[:-1])
-    laid = HEIGHT + np.outer([1.0, -1.0, 1.0, -1.0, 0.0], wave)
-    assert together(laid).cv == pytest.approx(0.0, abs=1e-12)
+    deposited = HEIGHT + np.outer([1.0, -1.0, 1.0, -1.0, 0.0], wave)
+    assert together(deposited).cv == pytest.approx(0.0, abs=1e-12)
     assert together(HEIGHT + np.outer(np.ones(5), wave)).cv == pytest.approx(0.1 / np.sqrt(2.0), rel=1e-3)
 
 
 def test_columns_that_meet_below_what_is_wanted_are_left_out_and_told() -> None:
-    laid, met = np.full((5, 1000), HEIGHT), np.zeros((5, 1000), dtype=np.bool_)
-    laid[:, :250], met[3:, :250] = 9.0, True
-    found = together(laid, met=met)
+    deposited, met = np.full((5, 1000), HEIGHT), np.zeros((5, 1000), dtype=np.bool_)
+    deposited[:, :250], met[3:, :250] = 9.0, True
+    found = together(deposited, met=met)
     assert (found.judged, found.creased, found.p99) == (0.75, 0.25, pytest.approx(1.0))
     assert np.isnan(found.ratios[:250]).all()
     # Where no more was wanted than lies below it does not matter.
     wanted = np.full(1000, 5 * HEIGHT)
     wanted[:250] = 3 * HEIGHT
-    assert together(laid, met=met, wanted=wanted).creased == 0.0
+    assert together(deposited, met=met, wanted=wanted).creased == 0.0
 
 
 def test_columns_that_leave_through_a_side_are_judged_up_to_there() -> None:
-    laid, within = np.full((5, 1000), HEIGHT), np.ones((5, 1000), dtype=np.bool_)
-    within[3:, :100], laid[3:, :100] = False, 0.0
-    found = together(laid, within=within)
+    deposited, within = np.full((5, 1000), HEIGHT), np.ones((5, 1000), dtype=np.bool_)
+    within[3:, :100], deposited[3:, :100] = False, 0.0
+    found = together(deposited, within=within)
     assert (found.mean, found.cv, found.judged, found.under_sides) == pytest.approx((1.0, 0.0, 1.0, 0.1))
     # What lies beyond the side, and what comes back from there, is no column's.
-    laid[3:, :100], within[4, :100] = HEIGHT, True
-    assert together(laid, within=within).cv == pytest.approx(0.0)
+    deposited[3:, :100], within[4, :100] = HEIGHT, True
+    assert together(deposited, within=within).cv == pytest.approx(0.0)
     # But a layer that is missing below the side is missed.
-    laid[2, :100] = 0.0
-    assert together(laid, within=within).p1 == pytest.approx(2.0 / 3.0)
+    deposited[2, :100] = 0.0
+    assert together(deposited, within=within).p1 == pytest.approx(2.0 / 3.0)
     # Columns that leave below the first layer hold none, and those that end lower anyway are as they were.
     within[:, :100] = False
-    assert (together(laid, within=within).judged, together(laid, within=within).under_sides) == (0.9, 0.1)
+    assert (together(deposited, within=within).judged, together(deposited, within=within).under_sides) == (0.9, 0.1)
     within[:, :100] = np.array([True, True, False, False, False])[:, None]
     wanted = np.full(1000, 2 * HEIGHT)
-    assert together(laid[:2], wanted=wanted, within=within[:2]).under_sides == 0.0
+    assert together(deposited[:2], wanted=wanted, within=within[:2]).under_sides == 0.0
 
 
 def test_only_where_at_least_a_layer_is_wanted_is_judged() -> None:
@@ -89,5 +93,5 @@ def test_only_where_at_least_a_layer_is_wanted_is_judged() -> None:
     assert (found.mean, found.cv) == pytest.approx((1.0, 0.0))
     nothing = np.zeros(1000)
     met = np.zeros((5, 1000), dtype=np.bool_)
-    laid = np.full((5, 1000), HEIGHT)
-    assert finished(laid, nothing, met=met, within=~met, bottoms=BOTTOMS, height=HEIGHT) is None
+    deposited = np.full((5, 1000), HEIGHT)
+    assert finished(deposited, nothing, met=met, within=~met, bottoms=BOTTOMS, height=HEIGHT) is None

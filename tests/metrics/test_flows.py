@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from geoprint.metrics.stack_thickness import flow_by_length, flow_by_time, flow_of_all, laid_volume
+from geoprint.metrics.stack_thickness import deposited_volume, flow_by_length, flow_by_time, flow_of_all
 from geoprint.model import FloatArray, PoseStream
 from tests.metrics.deposits import deposited, straight_line
 
@@ -35,7 +35,7 @@ def test_at_the_set_speed_both_lay_what_was_planned() -> None:
         flow_by_length(stream, times(stream), MATERIAL),
     ):
         np.testing.assert_allclose(found, 0.4)
-        assert laid_volume(stream, found) == pytest.approx(0.4 * 80.0)
+        assert deposited_volume(stream, found) == pytest.approx(0.4 * 80.0)
 
 
 def test_a_valve_lays_more_where_the_tip_is_slower_and_a_flow_that_follows_does_not() -> None:
@@ -44,7 +44,7 @@ def test_a_valve_lays_more_where_the_tip_is_slower_and_a_flow_that_follows_does_
     material = np.array([[0.0, 4.0], [6.0, 14.0]])
     valve = flow_by_time(stream, slow, material, rate=0.4 * SPEED)
     np.testing.assert_allclose(valve, np.where(stream.runs == 0, 0.4, 0.8))
-    assert laid_volume(stream, valve) == pytest.approx(0.4 * SPEED * 12.0)
+    assert deposited_volume(stream, valve) == pytest.approx(0.4 * SPEED * 12.0)
     np.testing.assert_allclose(flow_by_length(stream, slow, material), 0.4)
 
 
@@ -58,7 +58,7 @@ def test_what_opens_late_and_shuts_early_is_missing_at_the_ends() -> None:
         x, second = stream.surface_points[:, 0], stream.runs == 1
         np.testing.assert_allclose(found[(~second & (x < 4.7)) | (second & (x > 30.3))], 0.0, atol=1e-12)
         np.testing.assert_allclose(found[(~second & (x > 5.6)) | (second & (x < 29.4))], 0.4)
-        assert laid_volume(stream, found) == pytest.approx(0.4 * 65.0)
+        assert deposited_volume(stream, found) == pytest.approx(0.4 * 65.0)
 
 
 def test_half_of_what_flows_while_a_flow_settles_lies_at_the_start_of_each_deposit() -> None:
@@ -67,8 +67,10 @@ def test_half_of_what_flows_while_a_flow_settles_lies_at_the_start_of_each_depos
         flow_by_time(stream, times(stream), MATERIAL, rate=0.4 * SPEED, settle=settle) for settle in (0.0, 0.5)
     )
     # Two lines get 0.25 s of the flow more each, in their first step.
-    assert laid_volume(stream, settled) - laid_volume(stream, at_once) == pytest.approx(2.0 * 0.25 * 0.4 * SPEED)
-    starts = np.flatnonzero(np.diff(stream.laid.astype(int), prepend=0) == 1)
+    assert deposited_volume(stream, settled) - deposited_volume(stream, at_once) == pytest.approx(
+        2.0 * 0.25 * 0.4 * SPEED
+    )
+    starts = np.flatnonzero(np.diff(stream.deposited.astype(int), prepend=0) == 1)
     np.testing.assert_array_equal(np.flatnonzero(settled != at_once), sorted([*starts, *(starts + 1)]))
 
 
@@ -78,7 +80,7 @@ def test_what_flows_while_the_tip_stands_comes_to_its_neighbours() -> None:
     points[51] = points[50]
     waiting = times(stream) + np.where((np.arange(stream.count) > 50), 3.0, 0.0)
     found = flow_by_time(replace(stream, tips=points), waiting, np.array([[0.0, 7.0], [9.0, 13.0]]), rate=4.0)
-    assert laid_volume(replace(stream, tips=points), found) == pytest.approx(4.0 * 11.0)
+    assert deposited_volume(replace(stream, tips=points), found) == pytest.approx(4.0 * 11.0)
     assert found.argmax() in (50, 51)
 
 
@@ -89,8 +91,8 @@ def test_parts_that_share_the_lines_lay_together_what_each_lays_of_them_wherever
     # One part lays the start of the first line, at twice its flow, the other the rest; both have the pose between them.
     first, second = stream.taken(np.arange(middle + 1)), stream.taken(np.arange(middle, count))
     found = flow_of_all(stream, [(second, second.flow), (first, 2.0 * first.flow)])
-    assert laid_volume(stream, found) == pytest.approx(
-        laid_volume(second, second.flow) + 2.0 * laid_volume(first, first.flow)
+    assert deposited_volume(stream, found) == pytest.approx(
+        deposited_volume(second, second.flow) + 2.0 * deposited_volume(first, first.flow)
     )
     np.testing.assert_allclose(found[:middle], 0.8)
     np.testing.assert_allclose(found[middle + 1 :], 0.4)

@@ -18,7 +18,7 @@ SURFACE = plate((40.0, 30.0), (80, 60))
 MESH: FlatMesh = flat_mesh(SURFACE)
 
 
-def laid(*lines: list[tuple[float, float]], levels: list[int] | None = None) -> SurfacePath:
+def deposited(*lines: list[tuple[float, float]], levels: list[int] | None = None) -> SurfacePath:
     """Return lines in the plate's plane as runs, one a level from 0 on where nothing else is said."""
     places = np.array([(x, y, 0.0) for line in lines for x, y in line])
     runs = np.repeat(np.arange(len(lines)), [len(line) for line in lines])
@@ -48,7 +48,7 @@ def test_a_way_may_be_shorter_than_the_straight_line_by_a_millionth_of_a_millime
     # Two points 10 mm from the level outside; that level a little nearer to one of them plays a way that is too short.
     # A point is 1e-7 mm long, and half of that is taken off the straight distance.
     path, near, nearer = (
-        laid(point(10.0, 5.0), point(30.0, y), point(10.0, 15.0), point(30.0, 15.0), levels=[0, 0, 1, 1])
+        deposited(point(10.0, 5.0), point(30.0, y), point(10.0, 15.0), point(30.0, 15.0), levels=[0, 0, 1, 1])
         for y in (5.0, 5.0 + 1.03e-6, 5.0 + 1.07e-6)
     )
     samples = of_run(sampled(path, step=0.5), 2, 3)
@@ -60,7 +60,7 @@ def test_a_way_may_be_shorter_than_the_straight_line_by_a_millionth_of_a_millime
 
 
 def test_the_level_outside_is_the_next_lower_one_whatever_is_nearer() -> None:
-    path = laid(row(3.0), row(9.0), row(8.0), row(9.5), levels=[0, 4, 7, 7])
+    path = deposited(row(3.0), row(9.0), row(8.0), row(9.5), levels=[0, 4, 7, 7])
     samples = sampled(path, step=0.5)
     found = outer_distance(MESH, path, GeodesicDistance(MESH, path), of_run(samples, 1, 2, 3), spacing=2.0)
     wanted = np.repeat([6.0, 1.0, 0.5], 81)
@@ -70,7 +70,7 @@ def test_the_level_outside_is_the_next_lower_one_whatever_is_nearer() -> None:
 
 
 def test_without_work_the_straight_distance_is_the_bound_and_a_way_is_found_all_the_same() -> None:
-    path = laid(row(3.0), row(9.0))
+    path = deposited(row(3.0), row(9.0))
     samples = of_run(sampled(path, step=2.0), 1)
     lame = GeodesicDistance(MESH, path, windows=30)
     found = outer_distance(MESH, path, lame, samples, spacing=2.0)
@@ -84,7 +84,7 @@ def test_without_work_the_straight_distance_is_the_bound_and_a_way_is_found_all_
 
 def hairpin(gap: float) -> tuple[SurfacePath, Samples]:
     """Return a run that comes back beside itself, and samples every 0.05 mm."""
-    path = laid([(0.0, 10.0), (40.0, 10.0), (40.0, 10.0 + gap), (0.0, 10.0 + gap)])
+    path = deposited([(0.0, 10.0), (40.0, 10.0), (40.0, 10.0 + gap), (0.0, 10.0 + gap)])
     return path, sampled(path, step=0.05)
 
 
@@ -109,7 +109,7 @@ def test_of_no_samples_none_is_where_fronts_meet() -> None:
 
 
 def test_runs_cut_twice_as_finely_are_as_far_away_through_the_air(monkeypatch: pytest.MonkeyPatch) -> None:
-    path = laid([(0.0, 5.0), (13.0, 6.0), (40.0, 5.0)], [(0.0, 7.0), (20.0, 8.0), (40.0, 6.5)])
+    path = deposited([(0.0, 5.0), (13.0, 6.0), (40.0, 5.0)], [(0.0, 7.0), (20.0, 8.0), (40.0, 6.5)])
     samples = of_run(sampled(path, step=0.5), 1)
     distance = GeodesicDistance(MESH, path)
     found = [outer_distance(MESH, path, distance, samples, spacing=2.0).straight]
@@ -122,7 +122,7 @@ def test_the_straight_distance_is_that_to_the_corner_of_a_bent_run() -> None:
     corners = [(20.3 + 0.37 * k, 9.2 + 0.23 * k) for k in range(6)]
     bent = [[(0.0, y), (x, y), (x, 30.0)] for x, y in corners]
     for (x, y), line in zip(corners, bent, strict=True):
-        path = laid(line, point(x + 1.2, y - 0.9))
+        path = deposited(line, point(x + 1.2, y - 0.9))
         samples = of_run(sampled(path, step=0.5), 1)
         found = outer_distance(MESH, path, GeodesicDistance(MESH, path), samples, spacing=2.0)
         np.testing.assert_allclose(found.straight, 1.5, atol=1e-6)
@@ -131,7 +131,7 @@ def test_the_straight_distance_is_that_to_the_corner_of_a_bent_run() -> None:
 
 def test_no_straight_distance_is_thought_longer_than_the_one_to_the_end_of_a_piece() -> None:
     # An edge of the mesh as the level outside, and a point in line with it.
-    path = laid([(10.0, 5.0), (10.5, 5.0)], point(12.0, 5.0))
+    path = deposited([(10.0, 5.0), (10.5, 5.0)], point(12.0, 5.0))
     samples = of_run(sampled(path, step=0.5), 1)
     found = outer_distance(MESH, path, GeodesicDistance(MESH, path), samples, spacing=2.0)
     np.testing.assert_allclose(found.distances, 1.5, atol=1e-6)

@@ -132,9 +132,9 @@ def test_the_laid_volume_is_the_volume_of_the_layer() -> None:
     stream = deposited([circle(7.0), circle(3.0)], [0, 1])
     found = layer_of(stream, disc(radius=10.0, rings=20), np.full(stream.count, 0.8))
     points = stream.surface_points
-    laid = 0.8 * np.linalg.norm(np.diff(points, axis=0), axis=1)[stream.laid].sum()
+    deposited_there = 0.8 * np.linalg.norm(np.diff(points, axis=0), axis=1)[stream.deposited].sum()
     area = 0.5 * 120 * 10.0**2 * np.sin(2 * np.pi / 120)
-    assert found.mean * area == pytest.approx(laid, rel=1e-4)
+    assert found.mean * area == pytest.approx(deposited_there, rel=1e-4)
 
 
 def test_a_flow_that_doubles_from_end_to_end_is_reported_as_the_unevenness_that_it_is() -> None:

@@ -23,9 +23,9 @@ def _wanted(places: FloatArray) -> FloatArray:
 def _lines() -> Polylines:
     """Return the same rows as what another program may have written."""
     stream = _rows()
-    laid = np.flatnonzero(stream.deposit)
-    begins = np.flatnonzero(np.diff(stream.runs[laid], prepend=-1))
-    return Polylines(stream.surface_points[laid], np.append(begins, laid.size))
+    deposited = np.flatnonzero(stream.deposit)
+    begins = np.flatnonzero(np.diff(stream.runs[deposited], prepend=-1))
+    return Polylines(stream.surface_points[deposited], np.append(begins, deposited.size))
 
 
 def _rows(*, without: int | None = None) -> PoseStream:

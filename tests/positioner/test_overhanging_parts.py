@@ -35,16 +35,16 @@ def test_a_real_part_overhangs_no_more_where_the_table_can_prevent_it(name: str)
     critical = planned.workpiece.cell.critical_overhang
     before = overhang(poses, up=rest, critical=critical)
     assert before.share > 0.5
-    laid = np.flatnonzero(poses.deposit)
+    deposited = np.flatnonzero(poses.deposit)
     for range_deg in (30.0, 90.0):
         within = UpRange(cone(range_deg, rest=rest), rest=rest, critical=critical)
-        found = tilted(poses.normals[laid], runs=poses.runs[laid], within=within)
+        found = tilted(poses.normals[deposited], runs=poses.runs[deposited], within=within)
         ups = np.tile(rest, (poses.count, 1))
-        ups[laid] = found.pose_ups
+        ups[deposited] = found.pose_ups
         after = overhang(poses, up=ups, critical=critical + 1e-8)
         lacking = np.zeros(poses.count, dtype=np.bool_)
-        lacking[laid] = found.missing > 0.0
-        beside = poses.laid & (lacking[1:] | lacking[:-1])
+        lacking[deposited] = found.missing > 0.0
+        beside = poses.deposited & (lacking[1:] | lacking[:-1])
         most = float(np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)[beside].sum())
         assert after.length <= most + 1e-9
         assert after.length < before.length

@@ -151,7 +151,7 @@ def targets(poses: PoseStream) -> Targets:
 def trajectory(poses: PoseStream) -> Trajectory:
     """The tip moves at 20 mm/s on deposit and 60 mm/s else, without ramps; a second from and to home."""
     steps = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)
-    durations = steps / np.where(poses.laid, 20.0, 60.0)
+    durations = steps / np.where(poses.deposited, 20.0, 60.0)
     pose_times = 1.0 + np.append(0.0, np.cumsum(durations))
     count = int(np.ceil((float(pose_times[-1]) + 1.0) * 1000)) + 1
     times: FloatArray = np.arange(count, dtype=np.float64) / 1000
@@ -178,14 +178,14 @@ def orders(
     chosen = targets(poses) if chosen is None else chosen
     path = joint_path(poses, placement)
     found = orders_of(
-        path, chosen, trajectory(poses), placement=placement, aloft=np.full(6, -0.9),
-        aloft_configuration=aloft_configuration(path.configuration[chosen.poses]), extent=EXTENT,
+        path, chosen, trajectory(poses), placement=placement, lifted=np.full(6, -0.9),
+        lifted_configuration=lifted_configuration(path.configuration[chosen.poses]), extent=EXTENT,
     )  # fmt: skip
     # Its tips move a little farther than what lies under them; a round number of the tip's own is easier to read.
-    return replace(found, flow=np.where(found.laid, 0.5, 0.0)) if small else found
+    return replace(found, flow=np.where(found.deposited, 0.5, 0.0)) if small else found
 
 
-def aloft_configuration(configuration: IntArray) -> IntArray:
+def lifted_configuration(configuration: IntArray) -> IntArray:
     """Every fifth target stands in another quadrant of axis 6 when it is lifted."""
     lifted = configuration.copy()
     lifted[::5, 2] += 1

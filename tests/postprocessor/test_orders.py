@@ -23,6 +23,6 @@ def test_a_flow_is_by_the_length_that_the_tip_moves_and_lays_what_is_planned_by_
     outward = normals if bulging else -normals
     round_a_cylinder = replace(poses, tips=away * normals, normals=outward)
     found = orders(round_a_cylinder)
-    assert found.laid.any()
-    np.testing.assert_allclose(found.flow[found.laid], 0.5 * RADIUS / away, rtol=1e-9)
-    assert not found.flow[~found.laid].any()
+    assert found.deposited.any()
+    np.testing.assert_allclose(found.flow[found.deposited], 0.5 * RADIUS / away, rtol=1e-9)
+    assert not found.flow[~found.deposited].any()

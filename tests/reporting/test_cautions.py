@@ -59,18 +59,18 @@ def planned(shared_plans: SharedPlans) -> Plan:
 def test_an_arm_that_hardly_keeps_the_standoff_is_a_detail_and_one_that_may_scratch_is_warned_of(
     planned: Plan, within: float | None, detailed: int, warned: int
 ) -> None:
-    told = record_plan(planned)
-    assert told.uniformity is not None
-    assert told.uniformity.printed is not None
+    record = record_plan(planned)
+    assert record.uniformity is not None
+    assert record.uniformity.printed is not None
     standoff = StandoffRecord(wanted_mm=0.3, within_mm=within)
-    printed = told.uniformity.printed.model_copy(update={"standoff": standoff})
-    told = told.model_copy(update={"uniformity": told.uniformity.model_copy(update={"printed": printed})})
+    printed = record.uniformity.printed.model_copy(update={"standoff": standoff})
+    record = record.model_copy(update={"uniformity": record.uniformity.model_copy(update={"printed": printed})})
     details, notes, warnings = (
         [text for text in said if text.startswith("the arm keeps the stand-off of 0.3 mm within")]
-        for said in (details_of(planned, told), notes_of(planned, told), warnings_of(planned, told))
+        for said in (details_of(planned, record), notes_of(planned, record), warnings_of(planned, record))
     )
     assert (len(details), len(notes), len(warnings)) == (detailed, 0, warned)
-    assert not [text for text in warnings_of(replace(planned, robot=()), told) if "keeps the stand-off" in text]
+    assert not [text for text in warnings_of(replace(planned, robot=()), record) if "keeps the stand-off" in text]
 
 
 @pytest.mark.parametrize(
@@ -81,26 +81,26 @@ def test_an_arm_that_hardly_keeps_the_standoff_is_a_detail_and_one_that_may_scra
 def test_a_needle_that_ploughs_through_beads_is_warned_of_and_one_that_passes_over_them_is_noted(
     planned: Plan, standoff: float, spacing: float, warned: int, noted: int
 ) -> None:
-    told = record_plan(planned)
-    layers = tuple(layer.model_copy(update={"standoff_mm": standoff}) for layer in told.layers)
-    settings = told.settings.model_copy(update={"spacing_mm": spacing})
-    told = told.model_copy(update={"layers": layers, "settings": settings})
+    record = record_plan(planned)
+    layers = tuple(layer.model_copy(update={"standoff_mm": standoff}) for layer in record.layers)
+    settings = record.settings.model_copy(update={"spacing_mm": spacing})
+    record = record.model_copy(update={"layers": layers, "settings": settings})
     found = [
-        [text for text in of(planned, told) if text.startswith("the needle is 0.91 mm wide")]
+        [text for text in of(planned, record) if text.startswith("the needle is 0.91 mm wide")]
         for of in (warnings_of, notes_of, details_of)
     ]
     assert [len(each) for each in found] == [warned, noted, 0]
 
 
 def test_borders_of_quadrants_are_noted_where_the_part_will_stand_and_are_a_detail_elsewhere(planned: Plan) -> None:
-    told = record_plan(planned)
-    (robot,) = told.robot
+    record = record_plan(planned)
+    (robot,) = record.robot
     near = QuadrantRecord(axis=4, targets_near=2, crossings=0, nearest_deg=0.5, run=0, place_mm=(1.0, 2.0, 3.0))
     motion = robot.motion.model_copy(update={"quadrants": (near,)})
-    told = told.model_copy(update={"robot": (robot.model_copy(update={"motion": motion}),)})
+    record = record.model_copy(update={"robot": (robot.model_copy(update={"motion": motion}),)})
     stated = replace(planned, job=planned.job.model_copy(update={"place": None}))
     found = [
-        [text for text in of(plan, told) if text.startswith("within 1 degree of a border of quadrants on")]
+        [text for text in of(plan, record) if text.startswith("within 1 degree of a border of quadrants on")]
         for plan in (planned, stated)
         for of in (warnings_of, notes_of, details_of)
     ]
@@ -136,12 +136,12 @@ def with_bends(robot: RobotRecord, bends: tuple[BendRecord, ...]) -> RobotRecord
 
 
 def test_targets_that_follow_too_soon_are_told_of_all_attitudes_in_one_sentence(planned: Plan) -> None:
-    told = record_plan(planned)
+    record = record_plan(planned)
 
     def said(*each: tuple[int, float]) -> tuple[list[str], list[str]]:
         """Return the notes and the warnings on targets of attitudes with so many that follow so soon [ms]."""
-        robots = tuple(attitude(told.robot[0], closer=count, soonest=soonest) for count, soonest in each)
-        changed = told.model_copy(update={"robot": robots})
+        robots = tuple(attitude(record.robot[0], closer=count, soonest=soonest) for count, soonest in each)
+        changed = record.model_copy(update={"robot": robots})
         notes, warnings = (
             [text for text in of(planned, changed) if "sooner" in text] for of in (notes_of, warnings_of)
         )
@@ -166,10 +166,10 @@ def test_targets_that_follow_too_soon_are_told_of_all_attitudes_in_one_sentence(
 
 
 def test_what_is_told_of_each_attitude_says_of_which(planned: Plan) -> None:
-    told = record_plan(planned)
-    straight, bent = (with_bends(told.robot[0], bends) for bends in ((), (TIGHT,)))
+    record = record_plan(planned)
+    straight, bent = (with_bends(record.robot[0], bends) for bends in ((), (TIGHT,)))
     several, alone = (
-        [text for text in details_of(planned, told.model_copy(update={"robot": robots})) if "tight bend" in text]
+        [text for text in details_of(planned, record.model_copy(update={"robot": robots})) if "tight bend" in text]
         for robots in ((straight, bent), (bent,))
     )
     assert [text[:32] for text in several] == ["attitude 2 of 2: in 1 tight bend"]
@@ -183,14 +183,14 @@ def test_what_is_told_of_each_attitude_says_of_which(planned: Plan) -> None:
 def test_a_pressure_that_the_cell_names_is_warned_of_where_the_print_is_slower_than_the_ceiling(
     planned: Plan, pressure: float | None, speed: float, ceiling: float, warned: int
 ) -> None:
-    told = timed(record_plan(planned), pressure=pressure, speed=speed, ceilings=(ceiling,))
-    said = [text for text in warnings_of(planned, told) if "kPa" in text]
+    record = timed(record_plan(planned), pressure=pressure, speed=speed, ceilings=(ceiling,))
+    said = [text for text in warnings_of(planned, record) if "kPa" in text]
     flow = 3.0 * 0.5 * speed
     begin = (
         f"the cell's 120 kPa are for 20 mm/s and this prints at 15: set the pressure that lets {flow:g} mm3/s through"
     )
     assert said == [f"{begin}."] * warned
-    fitted = with_flow(told, valve_kpa=98.76)
+    fitted = with_flow(record, valve_kpa=98.76)
     said = [text for text in warnings_of(planned, fitted) if "kPa" in text]
     assert said == [f"{begin}, by [material] 98.8 kPa."] * warned
 
@@ -198,26 +198,26 @@ def test_a_pressure_that_the_cell_names_is_warned_of_where_the_print_is_slower_t
 def test_the_pressure_is_not_warned_of_where_nothing_sets_the_speed_and_counts_for_the_highest_ceiling(
     planned: Plan,
 ) -> None:
-    told = timed(record_plan(planned), pressure=120.0, speed=15.0, ceilings=(15.0, 20.0))
-    (said,) = [text for text in warnings_of(planned, told) if "kPa" in text]
+    record = timed(record_plan(planned), pressure=120.0, speed=15.0, ceilings=(15.0, 20.0))
+    (said,) = [text for text in warnings_of(planned, record) if "kPa" in text]
     assert said.startswith("the cell's 120 kPa are for 20 mm/s and this prints at 15")
-    without = told.model_copy(update={"robot": ()})
+    without = record.model_copy(update={"robot": ()})
     assert not [text for text in warnings_of(planned, without) if "kPa" in text]
 
 
-def timed(told: PlanRecord, *, pressure: float | None, speed: float, ceilings: tuple[float, ...]) -> PlanRecord:
+def timed(record: PlanRecord, *, pressure: float | None, speed: float, ceilings: tuple[float, ...]) -> PlanRecord:
     """Return what is said of a plan that prints at a speed [mm/s], with one attitude for each ceiling."""
-    settings = told.settings.model_copy(update={"pressure_kpa": pressure, "speed_mm_s": speed})
-    motions = [told.robot[0].motion.model_copy(update={"speed_ceiling_mm_s": ceiling}) for ceiling in ceilings]
-    robots = tuple(told.robot[0].model_copy(update={"motion": motion}) for motion in motions)
-    changed = told.model_copy(update={"settings": settings, "robot": robots})
+    settings = record.settings.model_copy(update={"pressure_kpa": pressure, "speed_mm_s": speed})
+    motions = [record.robot[0].motion.model_copy(update={"speed_ceiling_mm_s": ceiling}) for ceiling in ceilings]
+    robots = tuple(record.robot[0].model_copy(update={"motion": motion}) for motion in motions)
+    changed = record.model_copy(update={"settings": settings, "robot": robots})
     return with_flow(changed, valve_mm3_s=3.0 * 0.5 * speed)
 
 
-def with_flow(told: PlanRecord, **values: float) -> PlanRecord:
+def with_flow(record: PlanRecord, **values: float) -> PlanRecord:
     """Return what is said of a plan whose valve lets another flow through, or at another pressure."""
-    assert told.deposition is not None
-    return told.model_copy(update={"deposition": told.deposition.model_copy(update=values)})
+    assert record.deposition is not None
+    return record.model_copy(update={"deposition": record.deposition.model_copy(update=values)})
 
 
 def test_a_valve_lets_spacing_times_height_times_speed_through_at_the_pressure_of_the_material(planned: Plan) -> None:
@@ -263,11 +263,11 @@ def test_the_run_sheet_says_which_flow_the_pressure_lets_through(
     checked: Checked, named: float | None, fitted: float | None, said: str
 ) -> None:
     assert checked.setup is not None
-    assert checked.told is not None
+    assert checked.record is not None
     cell = checked.setup.cell.at_speed(15.0)
     setup = replace(checked.setup, cell=replace(cell, process=replace(cell.process, pressure=named)))
-    told = timed(checked.told, pressure=None, speed=15.0, ceilings=(20.0,))
-    told = told if fitted is None else with_flow(told, valve_kpa=fitted)
-    sheet = " ".join(run_sheet(replace(checked, setup=setup, told=told)).split())
+    record = timed(checked.record, pressure=None, speed=15.0, ceilings=(20.0,))
+    record = record if fitted is None else with_flow(record, valve_kpa=fitted)
+    sheet = " ".join(run_sheet(replace(checked, setup=setup, record=record)).split())
     assert said in sheet
     assert "prints at 15 mm/s" in sheet

@@ -12,7 +12,7 @@ from geoprint.config import job_of, load_cell, packaged_cell_text
 from geoprint.geometry.files import save_ply
 from geoprint.model import Placement, PrintErrors, TouchedPoints
 from geoprint.reporting import outcome_text, record_plan
-from geoprint.reporting.comparison import tell_comparison
+from geoprint.reporting.comparison import recorded_comparison
 from geoprint.reporting.evenness import expected_rows, expected_text, in_print
 from geoprint.reporting.records.comparison import PartRecord, PlannedRecord
 from geoprint.reporting.records.evenness import PrintedApartRecord, PrintedRecord, StandoffRecord, VarianceRecord
@@ -61,19 +61,19 @@ def compared(tmp_path_factory: pytest.TempPathFactory) -> Comparison:
 
 
 @pytest.fixture(scope="module")
-def told(compared: Comparison) -> PlannedRecord:
-    (part,) = tell_comparison([compared]).record.parts
+def record(compared: Comparison) -> PlannedRecord:
+    (part,) = recorded_comparison([compared]).record.parts
     assert isinstance(part, PartRecord)
     return part.planned[0]
 
 
-def like(told: PlannedRecord, name: str, printed: PrintedRecord | None) -> PlannedRecord:
-    measured = told.uniformity.model_copy(update={"printed": printed})
-    return told.model_copy(update={"backend": name, "uniformity": measured})
+def like(record: PlannedRecord, name: str, printed: PrintedRecord | None) -> PlannedRecord:
+    measured = record.uniformity.model_copy(update={"printed": printed})
+    return record.model_copy(update={"backend": name, "uniformity": measured})
 
 
-def test_plans_that_print_alike_are_indistinguishable_on_this_cell(told: PlannedRecord) -> None:
-    a, b, c = (like(told, name, in_prints(cv)) for name, cv in (("a", 0.01), ("b", 0.011), ("c", 0.09)))
+def test_plans_that_print_alike_are_indistinguishable_on_this_cell(record: PlannedRecord) -> None:
+    a, b, c = (like(record, name, in_prints(cv)) for name, cv in (("a", 0.01), ("b", 0.011), ("c", 0.09)))
     pairs = [apart("b", "a", alike=True), apart("a", "c", alike=False), apart("b", "c", alike=False)]
     assert in_print([a, b, c], pairs)[0] == (
         "In print the thickness is expected to vary by 1.0% (0.8-1.3) with a, 1.1% (0.9-1.4) with b and 9.0% "
@@ -83,12 +83,12 @@ def test_plans_that_print_alike_are_indistinguishable_on_this_cell(told: Planned
     assert in_print([a, c], pairs)[0].endswith(": a can be told from the other.")
     assert in_print([c, a, b], pairs)[0].endswith(": c can be told from the others.")
     assert in_print([a], [])[0].endswith("what 95 of 100 prints have.")
-    assert in_print([like(told, "a", None)], []) == ()
+    assert in_print([like(record, "a", None)], []) == ()
 
 
-def test_the_largest_error_is_the_one_to_mend_first(told: PlannedRecord) -> None:
+def test_the_largest_error_is_the_one_to_mend_first(record: PlannedRecord) -> None:
     def said(printed: PrintedRecord) -> str:
-        return in_print([like(told, "a", printed)], [])[1]
+        return in_print([like(record, "a", printed)], [])[1]
 
     arm = "To mend first: how the arm strays along a run (`path_repeatability_mm`), 80% of the variance of a in print."
     assert said(in_prints(0.01)) == arm
@@ -116,8 +116,8 @@ def test_the_standoff_that_the_arm_keeps_stands_beside_the_wanted_one() -> None:
     )  # fmt: skip
 
 
-def test_a_cell_of_ones_own_says_how_far_its_prints_stray(compared: Comparison, told: PlannedRecord) -> None:
-    printed, plan = told.uniformity.printed, compared.planned[0][1].plan
+def test_a_cell_of_ones_own_says_how_far_its_prints_stray(compared: Comparison, record: PlannedRecord) -> None:
+    printed, plan = record.uniformity.printed, compared.planned[0][1].plan
     assert printed is not None
     assert (printed.errors, printed.mend_first) == ("cell", "run_flow")
     assert printed.standoff == StandoffRecord(wanted_mm=0.3, within_mm=None)
@@ -130,9 +130,9 @@ def test_a_cell_of_ones_own_says_how_far_its_prints_stray(compared: Comparison, 
     assert f"in print: thickness expected to vary by {expected_text(printed)}" in text
     assert "mend first how the flow differs from run to run" in text
     assert "packaged" not in text
-    assert told.deposition is not None
+    assert record.deposition is not None
     # 0.05 of flow from print to print, 1.96 times to either side.
-    assert told.deposition.printed_mean_within == pytest.approx(0.098)
+    assert record.deposition.printed_mean_within == pytest.approx(0.098)
     # 0.3 of flow from run to run: the spread leaves the root of 0.47, and the mean of four runs takes its part.
     assert 0.14 < printed.cv < 0.3 * np.sqrt(0.47)
 

@@ -33,7 +33,7 @@ def executed(planned: Plan, *, takes: tuple[float, float, float], flows: tuple[f
 
     Material flows in every run from one share of that time to another.
     """
-    runs = np.where(POSES.laid, np.array(takes)[POSES.runs[:-1]], 1.0)
+    runs = np.where(POSES.deposited, np.array(takes)[POSES.runs[:-1]], 1.0)
     times: FloatArray = np.append(0.0, np.cumsum(runs * POSES.bead_lengths / 20.0))
     ends = [np.flatnonzero(POSES.deposit & (POSES.runs == run))[[0, -1]] for run in range(3)]
     deposits: FloatArray = times[np.array(ends)]

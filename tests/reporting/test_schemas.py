@@ -64,20 +64,20 @@ def test_a_recorded_plan_reads_back_to_the_same_json() -> None:
     assert as_json(read_record(SMALL, PlanRecord)) == json.loads(SMALL.read_text(encoding="utf-8"))
 
 
-def without_poses(told: dict[str, Any]) -> None:
-    del told["paths"]["poses"]
+def without_poses(record: dict[str, Any]) -> None:
+    del record["paths"]["poses"]
 
 
-def with_a_word(told: dict[str, Any]) -> None:
-    told["robot"][0]["motion"]["duration_s"] = "2.5"
+def with_a_word(record: dict[str, Any]) -> None:
+    record["robot"][0]["motion"]["duration_s"] = "2.5"
 
 
-def of_another_version(told: dict[str, Any]) -> None:
-    told["schema"] = 1
+def of_another_version(record: dict[str, Any]) -> None:
+    record["schema"] = 1
 
 
-def with_an_unknown_key(told: dict[str, Any]) -> None:
-    told["surface"]["side"]["colour"] = "red"
+def with_an_unknown_key(record: dict[str, Any]) -> None:
+    record["surface"]["side"]["colour"] = "red"
 
 
 @pytest.mark.parametrize(
@@ -92,8 +92,8 @@ def with_an_unknown_key(told: dict[str, Any]) -> None:
 def test_a_wrong_plan_is_refused_with_file_key_found_and_allowed(
     edit: Callable[[dict[str, Any]], None], sentence: str, tmp_path: Path
 ) -> None:
-    told = json.loads(SMALL.read_text(encoding="utf-8"))
-    edit(told)
-    (tmp_path / "plan.json").write_text(json.dumps(told))
+    record = json.loads(SMALL.read_text(encoding="utf-8"))
+    edit(record)
+    (tmp_path / "plan.json").write_text(json.dumps(record))
     with pytest.raises(VerificationError, match=sentence):
         read_record(tmp_path / "plan.json", PlanRecord)

@@ -37,12 +37,12 @@ def _stack(dose: float | None, *, count: int = 3, target_mm3: float | None = Non
 
 
 def test_layers_that_lack_light_are_named_with_what_they_get_need_and_what_to_do() -> None:
-    told = with_cure(_stack(200.0), _cell())
-    assert told.cure is not None
-    assert (told.cure.needed_mj_cm2, told.cure.penetration_mm, told.cure.speed_mm_s) == (100.0, 0.5, 20.0)
-    doses = [layer.cure.whole_mj_cm2 for layer in told.layers if layer.cure is not None]
+    record = with_cure(_stack(200.0), _cell())
+    assert record.cure is not None
+    assert (record.cure.needed_mj_cm2, record.cure.penetration_mm, record.cure.speed_mm_s) == (100.0, 0.5, 20.0)
+    doses = [layer.cure.whole_mj_cm2 for layer in record.layers if layer.cure is not None]
     np.testing.assert_allclose(doses, 200.0 * np.cumsum(np.exp([-1.0, -2.0, -3.0]))[::-1])
-    text = stack_text(told)
+    text = stack_text(record)
     assert "missed 0.00%, 73.6 then 111 mJ/cm2 at its bottom" in text
     assert (
         "warning: layer 3 is not cured through: at its bottom all passes give 73.6 of 100 mJ/cm2: print "
@@ -83,6 +83,6 @@ def test_the_final_exposure_is_named_and_not_counted() -> None:
 )
 def test_what_nobody_knows_of_the_light_is_said_as_not_checked(material: Material | None, lacking: str) -> None:
     known = material is not None and material.irradiance is not None
-    told = with_cure(_stack(200.0 if known else None), _cell(material))
-    assert told.cure is None
-    assert f"{lacking}" in stack_text(told, verbose=True).split("not checked: whether layers are cured through")[1]
+    record = with_cure(_stack(200.0 if known else None), _cell(material))
+    assert record.cure is None
+    assert f"{lacking}" in stack_text(record, verbose=True).split("not checked: whether layers are cured through")[1]

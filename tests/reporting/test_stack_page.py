@@ -32,7 +32,9 @@ def made(*, met: bool = False, leaving: int = 0) -> FinishedStack:
     feet, planes = column_feet(part, count=COUNT), middle_planes(part, np.eye(3))
     full = np.full((2, COUNT), HEIGHT)
     less = full * np.where(np.arange(2)[:, None] + (feet.places[:, 0] < 10.0) == 1, 0.9, 1.0)
-    layers = [_layer(part, number, laid, met=met, leaving=leaving) for number, laid in enumerate((full, less))]
+    layers = [
+        _layer(part, number, deposited, met=met, leaving=leaving) for number, deposited in enumerate((full, less))
+    ]
     bottoms = np.array([0.0, HEIGHT])
     wanted = np.full(COUNT, 2 * HEIGHT)
     return FinishedStack(
@@ -46,21 +48,26 @@ def made(*, met: bool = False, leaving: int = 0) -> FinishedStack:
         layers=tuple(layers),
         flows=tuple(
             finished(
-                np.stack(laid),
+                np.stack(deposited),
                 wanted,
                 met=np.full((2, COUNT), met),
                 within=np.stack([each.within for each in layers]),
                 bottoms=bottoms,
                 height=HEIGHT,
             )
-            for laid in zip(*(layer.laid for layer in layers), strict=True)
+            for deposited in zip(*(layer.deposited for layer in layers), strict=True)
         ),
         printed=0,
     )
 
 
 def _layer(
-    part: Surface, number: int, laid: np.ndarray[tuple[int, int], np.dtype[np.float64]], *, met: bool, leaving: int
+    part: Surface,
+    number: int,
+    deposited_there: np.ndarray[tuple[int, int], np.dtype[np.float64]],
+    *,
+    met: bool,
+    leaving: int,
 ) -> StackedLayer:
     level = Surface(part.vertices + np.array([0.0, 0.0, (number + 0.5) * HEIGHT]), part.faces, "level")
     stream = deposited([straight_line((0.0, y + number), (20.0, y + number)) for y in (1.0, 3.0, 5.0, 7.0)], range(4))
@@ -68,18 +75,18 @@ def _layer(
         bottom=number * HEIGHT,
         height=HEIGHT,
         spacing=2.0,
-        laid=laid,
+        deposited=deposited_there,
         printed=0,
         met=np.full(COUNT, met),
         within=np.arange(COUNT) >= number * leaving,
-        volumes=laid.mean(axis=1) * 200.0,
+        volumes=deposited_there.mean(axis=1) * 200.0,
         slices=tuple(sliced_layer(level, stream, plane, height=HEIGHT) for plane in middle_planes(part, np.eye(3))),
         places=stream.surface_points,
         offsets=101 * np.arange(5),
     )
 
 
-def told(stack: FinishedStack) -> StackRecord:
+def record_of(stack: FinishedStack) -> StackRecord:
     layers = tuple(
         StackedLayerRecord(
             folder=f"layer-0{number}", bottom_mm=layer.bottom, height_mm=layer.height, area_mm2=200.0, runs=4,
@@ -105,11 +112,11 @@ def job(tmp_path_factory: pytest.TempPathFactory) -> Job:
 @pytest.fixture(scope="module")
 def written(job: Job) -> bytes:
     stack = made()
-    return stack_page(stack, told(stack), job)
+    return stack_page(stack, record_of(stack), job)
 
 
 def test_the_page_says_what_the_record_says(written: bytes) -> None:
-    record = told(made())
+    record = record_of(made())
     assert record.finished.constant_flow is not None
     assert record.finished.following_flow is not None
     # One half has 1.9 of 2 layers.
@@ -129,18 +136,18 @@ def test_the_page_says_what_the_record_says(written: bytes) -> None:
 
 
 def test_of_columns_that_leave_through_a_side_the_share_is_told(job: Job) -> None:
-    record = told(made(leaving=50))
+    record = record_of(made(leaving=50))
     assert record.finished.printed is not None
     assert (record.finished.printed.judged, record.finished.printed.under_sides) == (1.0, 0.1)
     said = "udged up to sides that lean in over it: 10.0% of the area"
     assert said in stack_text(record)
     assert said in Reader(stack_page(made(leaving=50), record, job)).text
-    assert "sides" not in stack_text(told(made()))
+    assert "sides" not in stack_text(record_of(made()))
 
 
 def test_a_stack_that_nobody_can_judge_has_its_page_all_the_same(job: Job) -> None:
     stack = made(met=True)
-    record = told(stack)
+    record = record_of(stack)
     assert record.finished.printed is None
     assert "finished thickness" not in stack_text(record)
     text = " ".join(Reader(stack_page(stack, record, job)).text.split())
@@ -150,9 +157,9 @@ def test_a_stack_that_nobody_can_judge_has_its_page_all_the_same(job: Job) -> No
 
 def test_the_page_is_the_same_again_and_another_of_another_stack(job: Job, written: bytes) -> None:
     stack = made()
-    assert written == stack_page(stack, told(stack), job)
+    assert written == stack_page(stack, record_of(stack), job)
     halved = replace(stack, layers=(stack.layers[0], replace(stack.layers[1], places=0.5 * stack.layers[1].places)))
-    assert written != stack_page(halved, told(halved), job)
+    assert written != stack_page(halved, record_of(halved), job)
 
 
 def test_the_page_names_the_cause_of_the_thickest_place(job: Job) -> None:
@@ -161,19 +168,19 @@ def test_the_page_names_the_cause_of_the_thickest_place(job: Job) -> None:
     for first, said in ((2.0, "in 2 runs lie closer together than 0.8 spacings"), (1.0, "say nothing of why")):
         layers: list[StackedLayer] = []
         for layer in plain.layers:
-            laid = np.full_like(layer.laid, layer.height)
-            laid[:, middle] *= 1.5
+            deposited = np.full_like(layer.deposited, layer.height)
+            deposited[:, middle] *= 1.5
             # Two rows a spacing apart beside the place, and with the first at 2 mm only half of one.
             rows = [np.linspace((0.0, y, layer.bottom + 0.2), (20.0, y, layer.bottom + 0.2), 101) for y in
                     (first + 2.0, 5.0, 9.0)]  # fmt: skip
-            layers.append(replace(layer, laid=laid, places=np.concatenate(rows), offsets=101 * np.arange(4)))
+            layers.append(replace(layer, deposited=deposited, places=np.concatenate(rows), offsets=101 * np.arange(4)))
         flow = finished(
-            np.stack([each.laid[0] for each in layers]), plain.wanted,
+            np.stack([each.deposited[0] for each in layers]), plain.wanted,
             met=np.stack([np.zeros(COUNT, dtype=np.bool_)] * len(layers)),
             within=np.stack([np.ones(COUNT, dtype=np.bool_)] * len(layers)),
             bottoms=np.array([each.bottom for each in layers]), height=HEIGHT,
         )  # fmt: skip
         stack = replace(plain, layers=tuple(layers), flows=(flow, flow))
-        text = " ".join(Reader(stack_page(stack, told(stack), job)).text.split())
+        text = " ".join(Reader(stack_page(stack, record_of(stack), job)).text.split())
         assert "with 150.0% of what is wanted: 2 of 2 layers lay more than 105% of their height there" in text
         assert said in text, first

@@ -8,7 +8,7 @@ import pytest
 
 from geoprint.config import job_of
 from geoprint.geometry.files import save_ply
-from geoprint.reporting import comparison_table, tell_comparison, verdict
+from geoprint.reporting import comparison_table, recorded_comparison, verdict
 from geoprint.reporting.records.comparison import PartRecord, PlannedRecord, RefusedRecord
 from geoprint.reporting.records.plan import MiddleRecord
 from geoprint.reporting.verdict import middle_sentences, ranked
@@ -17,39 +17,39 @@ from tests.meshes import comb, plate
 
 
 @pytest.fixture(scope="module")
-def told(tmp_path_factory: pytest.TempPathFactory) -> PlannedRecord:
+def record(tmp_path_factory: pytest.TempPathFactory) -> PlannedRecord:
     """Return what is said of one backend on a plate."""
     path = tmp_path_factory.mktemp("plate") / "plate.ply"
     save_ply(plate((20.0, 16.0), (10, 8)), path)
     job = job_of(surface=path, unit="mm", spacing=2.0, robot=False, middle="plain")
     compared = compare(job, backends=["heat"])
-    (part,) = tell_comparison([compared]).record.parts
+    (part,) = recorded_comparison([compared]).record.parts
     assert isinstance(part, PartRecord)
     return part.planned[0]
 
 
 def like(
-    told: PlannedRecord, name: str, *, cv: float = 0.01, gap: float = 0.0, overlap: float = 0.0, fragments: int = 0
+    record: PlannedRecord, name: str, *, cv: float = 0.01, gap: float = 0.0, overlap: float = 0.0, fragments: int = 0
 ) -> PlannedRecord:
     """Return the same backend under another name, with other figures."""
-    thickness = told.uniformity.thickness.model_copy(update={"cv": cv})
-    measured = told.uniformity.model_copy(
+    thickness = record.uniformity.thickness.model_copy(update={"cv": cv})
+    measured = record.uniformity.model_copy(
         update={"thickness": thickness, "gap": gap, "overlap": overlap, "covered_once": 1.0 - gap - overlap}
     )
-    paths = told.paths.model_copy(update={"fragments": fragments})
-    return told.model_copy(update={"backend": name, "uniformity": measured, "paths": paths})
+    paths = record.paths.model_copy(update={"fragments": fragments})
+    return record.model_copy(update={"backend": name, "uniformity": measured, "paths": paths})
 
 
-def named(told: PlannedRecord, **values: object) -> PlannedRecord:
+def named(record: PlannedRecord, **values: object) -> PlannedRecord:
     """Return the backend a with other values of its row."""
-    return like(told, "a").model_copy(update=values)
+    return like(record, "a").model_copy(update=values)
 
 
 @pytest.mark.parametrize(("gap", "overlap"), [(0.0201, 0.0), (0.0, 0.0501), (0.0201, 0.0501)])
 def test_two_percent_missed_and_five_laid_twice_are_the_most_that_covers_a_part(
-    told: PlannedRecord, gap: float, overlap: float
+    record: PlannedRecord, gap: float, overlap: float
 ) -> None:
-    most, more = like(told, "a", gap=0.02, overlap=0.05), like(told, "a", gap=gap, overlap=overlap)
+    most, more = like(record, "a", gap=0.02, overlap=0.05), like(record, "a", gap=gap, overlap=overlap)
     assert verdict("part", [most])[0].startswith("a covers part: the thickness of its layer varies by 1.0% ")
     assert not any(sentence.startswith("What to do: ") for sentence in verdict("part", [most]))
     said = verdict("part", [more])
@@ -57,70 +57,70 @@ def test_two_percent_missed_and_five_laid_twice_are_the_most_that_covers_a_part(
     assert said[1].startswith("What to do: ")
 
 
-def test_backends_cover_alike_within_half_a_percent_of_the_area(told: PlannedRecord) -> None:
-    more_even = like(told, "a", cv=0.001, gap=0.005)
-    assert verdict("part", [like(told, "b"), more_even])[0].startswith("a covers part most evenly: ")
-    less = like(told, "a", cv=0.001, gap=0.0051)
-    assert verdict("part", [less, like(told, "b")])[0].startswith(
+def test_backends_cover_alike_within_half_a_percent_of_the_area(record: PlannedRecord) -> None:
+    more_even = like(record, "a", cv=0.001, gap=0.005)
+    assert verdict("part", [like(record, "b"), more_even])[0].startswith("a covers part most evenly: ")
+    less = like(record, "a", cv=0.001, gap=0.0051)
+    assert verdict("part", [less, like(record, "b")])[0].startswith(
         "b covers part best: 100.0% of the area is covered once (a 99.5%); the thickness of its layer varies by 1.0% "
     )
     # Alike is what differs by as little, not what misses as little.
-    both = [like(told, "a", cv=0.001, gap=0.004, overlap=0.006), like(told, "b", gap=0.008)]
+    both = [like(record, "a", cv=0.001, gap=0.004, overlap=0.006), like(record, "b", gap=0.008)]
     assert verdict("part", both)[0].startswith("a covers part most evenly: ")
 
 
-def test_thicknesses_are_equal_within_a_five_hundredth_and_the_worst_counts(told: PlannedRecord) -> None:
-    equal = [like(told, name, cv=cv) for name, cv in (("a", 0.0119), ("b", 0.011), ("c", 0.01))]
+def test_thicknesses_are_equal_within_a_five_hundredth_and_the_worst_counts(record: PlannedRecord) -> None:
+    equal = [like(record, name, cv=cv) for name, cv in (("a", 0.0119), ("b", 0.011), ("c", 0.01))]
     assert verdict("part", equal)[0] == (
         "c, b and a cover part equally well: the thickness of its layer varies by 1.0% (standard deviation over mean, "
         "constant flow; b 1.1% and a 1.2%). All of them are even enough to print."
     )
-    assert verdict("part", [*equal, like(told, "d", cv=0.0121)])[0].startswith("c, b and a cover part most evenly: ")
+    assert verdict("part", [*equal, like(record, "d", cv=0.0121)])[0].startswith("c, b and a cover part most evenly: ")
 
 
-def test_all_are_even_enough_up_to_four_percent_and_two_fragments(told: PlannedRecord) -> None:
-    rows = [like(told, "a"), like(told, "b")]
+def test_all_are_even_enough_up_to_four_percent_and_two_fragments(record: PlannedRecord) -> None:
+    rows = [like(record, "a"), like(record, "b")]
     enough = " All of them are even enough to print."
-    assert verdict("part", [*rows, like(told, "c", cv=0.04, fragments=2)])[0].endswith(enough)
-    holes = like(told, "c", cv=0.015, gap=0.03)
-    for worst in (like(told, "c", cv=0.0401), like(told, "c", cv=0.04, fragments=3), holes):
+    assert verdict("part", [*rows, like(record, "c", cv=0.04, fragments=2)])[0].endswith(enough)
+    holes = like(record, "c", cv=0.015, gap=0.03)
+    for worst in (like(record, "c", cv=0.0401), like(record, "c", cv=0.04, fragments=3), holes):
         assert enough not in verdict("part", [*rows, worst])[0]
     # Where all are alike to the last digit there is nothing to choose.
     assert enough not in verdict("part", rows)[0]
 
 
-def test_faults_are_told_from_a_thousandth_of_the_area_and_three_fragments_on(told: PlannedRecord) -> None:
-    runs = told.paths.runs
+def test_faults_are_told_from_a_thousandth_of_the_area_and_three_fragments_on(record: PlannedRecord) -> None:
+    runs = record.paths.runs
     for row, faults in (
-        (like(told, "a", gap=0.001), "leaves 0.1% of the area farther than 0.55 spacings from every path"),
-        (like(told, "a", overlap=0.001), "covers 0.1% twice"),
-        (like(told, "a", fragments=3), f"starts {runs} runs, 3 of them shorter than five spacings"),
+        (like(record, "a", gap=0.001), "leaves 0.1% of the area farther than 0.55 spacings from every path"),
+        (like(record, "a", overlap=0.001), "covers 0.1% twice"),
+        (like(record, "a", fragments=3), f"starts {runs} runs, 3 of them shorter than five spacings"),
         (
-            like(told, "a", gap=0.002, overlap=0.003),
+            like(record, "a", gap=0.002, overlap=0.003),
             "leaves 0.2% of the area farther than 0.55 spacings from every path and covers 0.3% twice",
         ),
     ):
         assert verdict("part", [row])[1] == f"a {faults}."
-    said = verdict("part", [like(told, "a", gap=0.00099, overlap=0.00099, fragments=2)])
+    said = verdict("part", [like(record, "a", gap=0.00099, overlap=0.00099, fragments=2)])
     assert said[1:] == ("Whether the robot can print them was not asked.",)
 
 
-def test_levels_and_spacings_that_differ_are_named(told: PlannedRecord) -> None:
-    other = like(told, "b").model_copy(update={"paths": told.paths.model_copy(update={"levels": 9})})
-    assert verdict("part", [named(told), other])[-1] == (
-        f"The number of levels differs ({told.paths.levels} with a and 9 with b), because each backend measures its "
+def test_levels_and_spacings_that_differ_are_named(record: PlannedRecord) -> None:
+    other = like(record, "b").model_copy(update={"paths": record.paths.model_copy(update={"levels": 9})})
+    assert verdict("part", [named(record), other])[-1] == (
+        f"The number of levels differs ({record.paths.levels} with a and 9 with b), because each backend measures its "
         "own distance to the middle; what is compared is evenness, not level by level."
     )
-    assert verdict("part", [named(told, spacing_mm=2.0), named(told, spacing_mm=2.012, backend="b")])[-1] == (
+    assert verdict("part", [named(record, spacing_mm=2.0), named(record, spacing_mm=2.012, backend="b")])[-1] == (
         "Equal rounds mean different spacings (2 mm with a and 2.01 mm with b): figures are ratios to each one's own."
     )
-    same = verdict("part", [named(told, spacing_mm=2.0), named(told, spacing_mm=2.008, backend="b")])
+    same = verdict("part", [named(record, spacing_mm=2.0), named(record, spacing_mm=2.008, backend="b")])
     assert same[1:] == ("Whether the robot can print them was not asked.",)
 
 
-def test_what_prints_is_told_with_its_time_and_what_does_not_with_its_reason(told: PlannedRecord) -> None:
-    prints = named(told, printable=True, print_time_s=61.4)
-    stuck = named(told, backend="b", printable=False, not_printable="it is out of reach.")
+def test_what_prints_is_told_with_its_time_and_what_does_not_with_its_reason(record: PlannedRecord) -> None:
+    prints = named(record, printable=True, print_time_s=61.4)
+    stuck = named(record, backend="b", printable=False, not_printable="it is out of reach.")
     assert verdict("part", [prints, stuck])[1:] == (
         "Printing takes 61 s with a.",
         "b cannot be printed: it is out of reach.",
@@ -128,8 +128,8 @@ def test_what_prints_is_told_with_its_time_and_what_does_not_with_its_reason(tol
     assert verdict("part", [stuck])[1:] == ("b cannot be printed: it is out of reach.",)
 
 
-def test_the_spacing_advised_is_half_of_the_best_backends(told: PlannedRecord) -> None:
-    rows = [named(told, spacing_mm=3.0), like(told, "b", gap=0.4)]
+def test_the_spacing_advised_is_half_of_the_best_backends(record: PlannedRecord) -> None:
+    rows = [named(record, spacing_mm=3.0), like(record, "b", gap=0.4)]
     uncovered = rows[0].uniformity.model_copy(update={"gap": 0.3})
     said = verdict("part", [rows[0].model_copy(update={"uniformity": uncovered}), rows[1]])
     assert said[0] == ("No backend covers part: at best, with a, 30.0% of the area is missed and 0.0% covered twice.")
@@ -139,57 +139,57 @@ def test_the_spacing_advised_is_half_of_the_best_backends(told: PlannedRecord) -
     )
 
 
-def test_the_backend_that_covers_more_wins_however_even_the_other_is(told: PlannedRecord) -> None:
-    rows = [like(told, "a", cv=0.001, gap=0.015), like(told, "b", cv=0.015)]
+def test_the_backend_that_covers_more_wins_however_even_the_other_is(record: PlannedRecord) -> None:
+    rows = [like(record, "a", cv=0.001, gap=0.015), like(record, "b", cv=0.015)]
     assert [row.backend for row in ranked(rows)] == ["b", "a"]
     first = verdict("part", rows)[0]
     assert first.startswith("b covers part best: 100.0% of the area is covered once (a 98.5%); ")
     assert "most evenly" not in " ".join(verdict("part", rows))
 
 
-def test_what_covers_comes_before_what_leaves_holes_however_little_that_lays_twice(told: PlannedRecord) -> None:
-    rows = [like(told, "a", gap=0.025), like(told, "b", gap=0.005, overlap=0.03)]
+def test_what_covers_comes_before_what_leaves_holes_however_little_that_lays_twice(record: PlannedRecord) -> None:
+    rows = [like(record, "a", gap=0.025), like(record, "b", gap=0.005, overlap=0.03)]
     first = verdict("part", rows)[0]
     assert first.startswith("b covers part best: 96.5% of the area is covered once (a 97.5%, with holes); ")
     assert "enough" not in first
 
 
-def test_nothing_is_called_equal_to_what_covers_less_but_is_more_even(told: PlannedRecord) -> None:
-    rows = [like(told, "a", cv=0.02), like(told, "b", cv=0.01, gap=0.005), like(told, "c", cv=0.001, gap=0.009)]
+def test_nothing_is_called_equal_to_what_covers_less_but_is_more_even(record: PlannedRecord) -> None:
+    rows = [like(record, "a", cv=0.02), like(record, "b", cv=0.01, gap=0.005), like(record, "c", cv=0.001, gap=0.009)]
     assert verdict("part", rows)[0].startswith(
         "b covers part best: 99.5% of the area is covered once (c 99.1%); the thickness of its layer varies by 1.0%"
     )
 
 
-def test_of_those_that_cover_alike_the_most_even_one_wins(told: PlannedRecord) -> None:
-    rows = [like(told, "a", cv=0.05, gap=0.001), like(told, "b", cv=0.01, overlap=0.004)]
+def test_of_those_that_cover_alike_the_most_even_one_wins(record: PlannedRecord) -> None:
+    rows = [like(record, "a", cv=0.05, gap=0.001), like(record, "b", cv=0.01, overlap=0.004)]
     said = verdict("part", rows)
     assert said[0].startswith("b covers part most evenly: the thickness of its layer varies by 1.0%")
     assert "even enough" not in said[0]
-    assert "even enough" in verdict("part", [like(told, "a", cv=0.039), rows[1]])[0]
+    assert "even enough" in verdict("part", [like(record, "a", cv=0.039), rows[1]])[0]
 
 
 @pytest.mark.parametrize(("gap", "overlap"), [(0.021, 0.0), (0.0, 0.051)])
 def test_where_all_leave_holes_nothing_is_praised_and_the_second_sentence_says_what_to_do(
-    told: PlannedRecord, gap: float, overlap: float
+    record: PlannedRecord, gap: float, overlap: float
 ) -> None:
-    said = verdict("part", [like(told, "a", gap=gap, overlap=overlap), like(told, "b", gap=0.3)])
+    said = verdict("part", [like(record, "a", gap=gap, overlap=overlap), like(record, "b", gap=0.3)])
     assert said[0].startswith("No backend covers part: at best, with a, ")
     assert said[1].startswith("What to do: a smaller spacing, such as `--spacing 1`")
     assert "enough" not in " ".join(said)
-    assert verdict("part", [like(told, "a", gap=gap, overlap=overlap)])[0].startswith("a does not cover part: ")
+    assert verdict("part", [like(record, "a", gap=gap, overlap=overlap)])[0].startswith("a does not cover part: ")
 
 
-def test_gaps_overlaps_and_fragments_are_named_and_fragments_are_not_enough(told: PlannedRecord) -> None:
-    rows = [like(told, "a", gap=0.004, overlap=0.003, fragments=4), like(told, "b", cv=0.02)]
+def test_gaps_overlaps_and_fragments_are_named_and_fragments_are_not_enough(record: PlannedRecord) -> None:
+    rows = [like(record, "a", gap=0.004, overlap=0.003, fragments=4), like(record, "b", cv=0.02)]
     said = verdict("part", rows)
     faults = "a leaves 0.4% of the area farther than 0.55 spacings from every path, covers 0.3% twice and starts "
-    assert f"{faults}{told.paths.runs} runs, 4 of them shorter than five spacings." in said
+    assert f"{faults}{record.paths.runs} runs, 4 of them shorter than five spacings." in said
     assert not any("enough" in sentence for sentence in said)
 
 
-def test_a_backend_that_alone_could_plan_is_named_as_such(told: PlannedRecord) -> None:
-    said = verdict("part", [RefusedRecord(backend="a", refused="too curved."), like(told, "b")])
+def test_a_backend_that_alone_could_plan_is_named_as_such(record: PlannedRecord) -> None:
+    said = verdict("part", [RefusedRecord(backend="a", refused="too curved."), like(record, "b")])
     assert said[0].startswith("Only b covers part: the thickness of its layer varies by 1.0%")
     assert said[-1] == "a could not plan on this part: too curved."
 
@@ -197,8 +197,8 @@ def test_a_backend_that_alone_could_plan_is_named_as_such(told: PlannedRecord) -
 def test_on_a_comb_with_fingers_narrower_than_a_spacing_nothing_is_even_enough(tmp_path: Path) -> None:
     save_ply(comb(finger=1.0, teeth=4), tmp_path / "comb.ply")
     job = job_of(surface=tmp_path / "comb.ply", unit="mm", spacing=1.5, robot=False)
-    told = tell_comparison([compare(job, backends=["heat", "fast-marching"])])
-    (found,) = told.record.parts
+    record = recorded_comparison([compare(job, backends=["heat", "fast-marching"])])
+    (found,) = record.record.parts
     assert isinstance(found, PartRecord)
     assert min(row.uniformity.gap + row.uniformity.overlap for row in found.planned) > 0.3
     assert found.verdict[0].startswith("No backend covers comb.ply: at best, with ")
@@ -207,10 +207,10 @@ def test_on_a_comb_with_fingers_narrower_than_a_spacing_nothing_is_even_enough(t
     # Each plan warns of it, and the table says it once.
     assert all(
         plan.warnings[-1].startswith(f"{plan.uniformity.gap:.1%} of the area is missed")
-        for plan in told.plans[0].values()
+        for plan in record.plans[0].values()
         if plan.uniformity
     )
-    assert comparison_table(told).count("What to do: ") == 1
+    assert comparison_table(record).count("What to do: ") == 1
 
 
 def test_the_middle_that_was_taken_is_told_with_the_one_that_was_not_and_nothing_where_there_is_no_choice() -> None:
@@ -224,13 +224,13 @@ def test_the_middle_that_was_taken_is_told_with_the_one_that_was_not_and_nothing
     assert middle_sentences([]) == middle_sentences([plain]) == middle_sentences([fitted]) == []
 
 
-def test_compared_backends_have_one_middle_and_that_is_said(told: PlannedRecord) -> None:
+def test_compared_backends_have_one_middle_and_that_is_said(record: PlannedRecord) -> None:
     fitted = MiddleRecord(middle="fitted", gap=0.004, overlap=0.001, cv=0.01, runs=7, taken=True)
     plain = MiddleRecord(middle="plain", gap=0.02, overlap=0.013, cv=0.05, runs=9, taken=False)
-    rows = [like(told, name).model_copy(update={"middles": (fitted, plain)}) for name in ("a", "b")]
+    rows = [like(record, name).model_copy(update={"middles": (fitted, plain)}) for name in ("a", "b")]
     alike = "Where fronts meet, backends are compared with fitted contours, which suit the best of them"
     assert f"{alike}." in verdict("part", rows)
-    assert f"{alike}; there was nothing to choose with c." in verdict("part", [*rows, like(told, "c")])
+    assert f"{alike}; there was nothing to choose with c." in verdict("part", [*rows, like(record, "c")])
     # Where a single one has a choice, nothing is chosen for others.
-    for others in (rows[:1], [like(told, "c")], [rows[0], like(told, "c")]):
+    for others in (rows[:1], [like(record, "c")], [rows[0], like(record, "c")]):
         assert not any("are compared" in text for text in verdict("part", others))

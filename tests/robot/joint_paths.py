@@ -30,7 +30,7 @@ def stream(
 ) -> PoseStream:
     """Return poses at given tips [mm], pointing straight down, all on deposit in run 0 where nothing else is said."""
     count = len(tips)
-    laid = np.ones(count, dtype=np.bool_) if deposit is None else deposit
+    deposited = np.ones(count, dtype=np.bool_) if deposit is None else deposit
     halts = np.zeros(count, dtype=np.bool_)
     halts[list(stops)] = True
     halts[:1] = halts[-1:] = True
@@ -40,12 +40,12 @@ def stream(
         quaternions=attitude,
         normals=-transforms.rotation_of(attitude)[:, :, 2],
         runs=np.zeros(count, dtype=np.int64) if runs is None else runs,
-        levels=np.where(laid, 0, -1),
+        levels=np.where(deposited, 0, -1),
         layers=np.zeros(count, dtype=np.int64),
-        deposit=laid,
+        deposit=deposited,
         stops=halts,
         arcs=np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(tips, axis=0), axis=1))])[:count],
-        flow=np.where(laid, 0.5, 0.0),
+        flow=np.where(deposited, 0.5, 0.0),
         standoff=0.3,
     )
 

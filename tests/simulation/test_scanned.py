@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 
 from geoprint.errors import InputError
 from geoprint.model import FloatArray
-from geoprint.simulation import Break, Faults, LaidBeads, Sensor, heights, laid_beads, looking_at, scanned
+from geoprint.simulation import Break, DepositedBeads, Faults, Sensor, deposited_beads, heights, looking_at, scanned
 from tests.inspection.drawn import rows_on_plate, stream
 from tests.meshes import plate
 
@@ -18,8 +18,8 @@ POSES = stream(rows_on_plate(), flow=SPACING * HEIGHT)
 VIEW = looking_at(np.array([20.0, 15.0, 0.0]), place=np.array([20.0, 15.0, 300.0]), focal=900.0, size=(160, 130))
 
 
-def laid(faults: Faults) -> LaidBeads:
-    return laid_beads(POSES, PLATE, height=HEIGHT, faults=faults, random=np.random.default_rng(3))
+def deposited(faults: Faults) -> DepositedBeads:
+    return deposited_beads(POSES, PLATE, height=HEIGHT, faults=faults, random=np.random.default_rng(3))
 
 
 def grid(step: float) -> FloatArray:
@@ -39,7 +39,7 @@ def grid(step: float) -> FloatArray:
     ],
 )
 def test_the_height_field_holds_the_volume_that_was_laid(faults: Faults, share: float) -> None:
-    volume = float(heights(laid(faults), grid(0.1)).sum()) * 0.1**2
+    volume = float(heights(deposited(faults), grid(0.1)).sum()) * 0.1**2
     assert volume == pytest.approx(share * 6 * 30.0 * SPACING * HEIGHT, rel=0.01)
 
 
@@ -47,15 +47,15 @@ def test_a_bead_is_a_parabola_across() -> None:
     away = np.linspace(0.0, 1.9, 20)
     feet = np.column_stack([np.full(20, 20.0), 5.0 - away, np.zeros(20)])
     crest = 1.5 * SPACING * HEIGHT / SPACING
-    assert heights(laid(Faults()), feet) == pytest.approx(crest * (1.0 - (away / 2.0) ** 2), abs=0.01 * crest)
+    assert heights(deposited(Faults()), feet) == pytest.approx(crest * (1.0 - (away / 2.0) ** 2), abs=0.01 * crest)
 
 
 def test_a_scan_shows_the_part_at_the_pose_it_was_taken_from() -> None:
     T_work_scan = np.eye(4)
     T_work_scan[:3, 3] = [3.0, -2.0, 7.0]
-    scan = scanned(PLATE, laid(Faults()), Sensor(VIEW), T_work_scan=T_work_scan, random=np.random.default_rng(1))
+    scan = scanned(PLATE, deposited(Faults()), Sensor(VIEW), T_work_scan=T_work_scan, random=np.random.default_rng(1))
     assert scan.points + T_work_scan[:3, 3] == pytest.approx(scan.feet + [[0.0, 0.0, 1.0]] * scan.heights[:, None])
-    assert scan.heights == pytest.approx(heights(laid(Faults()), scan.feet))
+    assert scan.heights == pytest.approx(heights(deposited(Faults()), scan.feet))
     bare = scanned(PLATE, None, Sensor(VIEW), T_work_scan=np.eye(4), random=np.random.default_rng(1))
     assert np.abs(bare.points[:, 2]).max() < 1e-9
 

@@ -111,10 +111,10 @@ def test_closed_runs_shorter_than_a_spacing_are_dropped_and_counted_with_their_a
     assert toolpath.dropped_length == pytest.approx(4 * 0.6, abs=0.4)
     assert toolpath.dropped_area == pytest.approx(3.0 * toolpath.dropped_length)
     # With what the pattern left out itself.
-    laid = strokes_of(curves, levels, spacing=3.0)
-    told = arrange(replace(laid, dropped=(2.0, 3.5)), surface, speed=SPEED)
-    assert told.dropped_runs == 3
-    assert told.dropped_length == pytest.approx(toolpath.dropped_length + 5.5)
+    deposited = strokes_of(curves, levels, spacing=3.0)
+    record = arrange(replace(deposited, dropped=(2.0, 3.5)), surface, speed=SPEED)
+    assert record.dropped_runs == 3
+    assert record.dropped_length == pytest.approx(toolpath.dropped_length + 5.5)
     inner, _ = isolines(surface, field, levels=np.array([14.7]))
     with pytest.raises(FieldError, match="shorter than one spacing"):
         arrange(strokes_of(inner, np.array([0]), spacing=3.0), surface, speed=SPEED)

@@ -41,11 +41,11 @@ def test_terminal_json_and_page_show_it(tmp_path: Path) -> None:
     save_ply(plate((40.0, 30.0), (8, 6)), tmp_path / "plate.ply")
     (tmp_path / "rows.gcode").write_text(GCODE, encoding="utf-8")
     found = measure_files(job_of(surface=tmp_path / "plate.ply", unit="mm", spacing=2.0), [tmp_path / "rows.gcode"])
-    told = record_measurement(found)
-    assert f"rows.gcode: {SAID}" in measure_table(told)
-    assert as_json(told.files[0].reading) == {
+    record = record_measurement(found)
+    assert f"rows.gcode: {SAID}" in measure_table(record)
+    assert as_json(record.files[0].reading) == {
         "used": {"homings": 1, "moves": 4},
         "skipped": {"M104": 2},
         "assumed": ["E relative, from the first moves", "dialect marlin, from E words or M-codes of printers"],
     }
-    assert SAID in measure_report(found, told).decode("utf-8")
+    assert SAID in measure_report(found, record).decode("utf-8")

@@ -54,9 +54,9 @@ def test_a_backend_of_a_comparison_is_planned_again_on_the_surface_of_all_of_the
     # The command below plans the other backend again.
     save_plan(plan(geoprint.job_from(compared / "lscm")), tmp_path / "lscm")
     assert_same_but_for_the_manifest(contents(tmp_path / "lscm"), contents(compared / "lscm"))
-    told = json.loads((compared / "lscm" / "plan.json").read_text())
-    assert told["robot"] == []
-    assert "out of reach" in told["not_printable"]
+    record = json.loads((compared / "lscm" / "plan.json").read_text())
+    assert record["robot"] == []
+    assert "out of reach" in record["not_printable"]
 
 
 def test_a_change_of_the_job_counts(printed: Path) -> None:
@@ -104,8 +104,8 @@ def test_the_command_says_whether_the_bytes_are_the_same(
     # Only `plan` writes a report of one plan.
     (out / "report.html").unlink()
     assert_same_but_for_the_manifest(contents(out), contents(heat))
-    told = json.loads((heat / "plan.json").read_text())
-    (heat / "plan.json").write_text(json.dumps({**told, "version": "0.0.1"}))
+    record = json.loads((heat / "plan.json").read_text())
+    (heat / "plan.json").write_text(json.dumps({**record, "version": "0.0.1"}))
     assert called(monkeypatch, "plan", "--from", heat, "--no-robot", "--out", out, "--overwrite") == 0
     assert "with another robot: " in capsys.readouterr().err
     assert called(monkeypatch, "plan", "part.ply", "--from", heat, "--out", out) == 2

@@ -88,14 +88,14 @@ def test_a_cell_that_names_the_urdf_beside_it_is_calibrated(tables: tuple[Path, 
 def test_what_is_said_of_a_calibration_agrees_with_what_programs_read(tables: tuple[Path, Path], part: Path) -> None:
     touched, model = tables
     found = calibrate_cell(touched, model=model, cell=None, part=part, unit="mm", noise=None)
-    told, text = json.loads(json.dumps(calibration_summary(found))), calibration_text(found)
-    position, surface = told["position"], told["surface"]
-    assert [point["name"] for point in told["points"]] == ["a", "b", "c", "d"]
+    record, text = json.loads(json.dumps(calibration_summary(found))), calibration_text(found)
+    position, surface = record["position"], record["surface"]
+    assert [point["name"] for point in record["points"]] == ["a", "b", "c", "d"]
     assert f"{position['deviation_mm']:.3f} mm (standard deviation)" in text
     assert f"within {surface['within_mm']:.3f} mm" in text
     assert surface["standoff_mm"] == 0.3
     assert "plate.ply" in text
-    np.testing.assert_allclose(np.linalg.eigvalsh(np.array(told["covariance_mm_rad"])) > 0.0, 1.0)
+    np.testing.assert_allclose(np.linalg.eigvalsh(np.array(record["covariance_mm_rad"])) > 0.0, 1.0)
 
 
 def test_without_a_part_the_next_touch_is_the_listed_point_that_helps_the_fixture_most(
@@ -182,9 +182,9 @@ def test_the_tip_found_from_joint_angles_is_written_to_the_cell(tmp_path: Path) 
     np.testing.assert_allclose(after[:3, 3], tip, atol=0.02)
     np.testing.assert_allclose(after[:3, :3], cell.tool.T_flange_tool[:3, :3])
     assert f"{np.sqrt(0.61):.2f}" in calibration_text(found).splitlines()[0]
-    told = json.loads(json.dumps(calibration_summary(found)))
-    assert told["fixture_outdated"] is False
-    assert told["tcp_mm"] == pytest.approx(tip, abs=0.02)
+    record = json.loads(json.dumps(calibration_summary(found)))
+    assert record["fixture_outdated"] is False
+    assert record["tcp_mm"] == pytest.approx(tip, abs=0.02)
 
 
 # What is asked for
@@ -251,13 +251,14 @@ def test_a_calibrated_cell_that_does_not_state_the_parts_place_makes_programs_th
     assert robot.program.dry_run
     modules = dict(robot.program.modules)
     assert not re.search(r"SetDO \w+,1|geoOn:=1", "".join(modules.values()))
-    told = json.loads((tmp_path / "out" / "plan.json").read_text())
-    assert told["robot"][0]["program"]["dry_run_only"] is True
-    assert (told["robot"][0]["motion"]["placement_calibrated"], told["robot"][0]["motion"]["placement_missing"]) == (
+    record = json.loads((tmp_path / "out" / "plan.json").read_text())
+    assert record["robot"][0]["program"]["dry_run_only"] is True
+    motion = record["robot"][0]["motion"]
+    assert (motion["placement_calibrated"], motion["placement_missing"]) == (
         True, ["where the part stands on the fixture (part_mm)"],
     )  # fmt: skip
     # Nobody knows how well the surface is known either.
-    assert "surface_within_mm" not in told["robot"][0]["motion"]
+    assert "surface_within_mm" not in record["robot"][0]["motion"]
     sheet = " ".join(run_sheet(check_bundle(tmp_path / "out")).split())
     assert "RUNS DRY ONLY" in sheet
     assert "geoDryRun FALSE" not in sheet

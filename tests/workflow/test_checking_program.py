@@ -140,7 +140,7 @@ def tables(bundle: Path) -> tuple[Orders, PoseStream, TrajectoryTable, Setup]:
     """What a bundle says of its targets, its poses and its motion."""
     setup, table = read_setup(bundle / "setup.json"), read_trajectory_table(bundle / "trajectory.csv")
     orders = read_orders(
-        bundle / "targets.csv", read_poses_table(bundle / "poses.csv"), start=setup.start, aloft=setup.aloft,
+        bundle / "targets.csv", read_poses_table(bundle / "poses.csv"), start=setup.start, lifted=setup.lifted,
         extent=setup.extent, duration=float(table.times[-1]),
     )  # fmt: skip
     return orders, stream_of(bundle, read_record(bundle / "plan.json", PlanRecord)), table, setup
@@ -158,8 +158,8 @@ def test_targets_are_poses_and_deposit_where_these_do(
     orders, poses, _, _ = tables
     check_poses(orders, poses)
     for changed, words in (
-        (replace(orders, laid=swapped(orders.laid, 1)), "target 2, pose .*: material is deposited elsewhere"),
-        (replace(orders, laid=swapped(orders.laid, 4)), "target 5, pose .*: material is deposited elsewhere"),
+        (replace(orders, deposited=swapped(orders.deposited, 1)), "target 2, pose .*: material is deposited elsewhere"),
+        (replace(orders, deposited=swapped(orders.deposited, 4)), "target 5, pose .*: material is deposited elsewhere"),
         (replace(orders, runs=orders.runs + 1), "target 1, pose 0: another run"),
         (replace(orders, flow=1.02 * orders.flow), "target 3, pose .*: another flow than in poses.csv"),
         (replace(orders, tips=orders.tips + 0.01), "neither stands where its pose is"),
@@ -172,7 +172,7 @@ def test_targets_are_poses_and_deposit_where_these_do(
 def test_the_moves_pass_each_pose_that_is_no_target(tables: tuple[Orders, PoseStream, TrajectoryTable, Setup]) -> None:
     orders, poses, _, _ = tables
     check_moves(orders, poses)
-    deposited = np.flatnonzero(poses.laid)
+    deposited = np.flatnonzero(poses.deposited)
     pose = int(deposited[~np.isin(deposited, orders.poses)][0])
     tips, turned = poses.tips.copy(), poses.quaternions.copy()
     tips[pose] += (0.0, 0.0, 0.03)

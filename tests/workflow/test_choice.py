@@ -73,8 +73,8 @@ def test_patterns_take_turns_from_the_lowest_layer_and_one_layer_alone_has_its_o
     assert [str(each.counted_from) for each in found[:3]] == ["None", "angle:45", "angle:-45"]
     assert isinstance(pattern_of(found[0]), ContourPattern)
     assert isinstance(pattern_of(found[4]), GuidedPattern)
-    told = found[1].settings()
-    assert (told["pattern"], told["patterns"], str(told["source"])) == ("guided", ALTERNATING, "angle:45")
+    record = found[1].settings()
+    assert (record["pattern"], record["patterns"], str(record["source"])) == ("guided", ALTERNATING, "angle:45")
     assert str(job(thickness=3.0, patterns=["contours", "guided:0"], source="loops:1").counted_from) == "loops:1"
 
 

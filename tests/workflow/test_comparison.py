@@ -15,7 +15,7 @@ from geoprint.errors import InputError
 from geoprint.geometry.files import save_ply
 from geoprint.metrics import agreement
 from geoprint.model import PoseStream, Surface
-from geoprint.reporting import as_json, comparison_table, tell_comparison
+from geoprint.reporting import as_json, comparison_table, recorded_comparison
 from geoprint.reporting.records.comparison import PartRecord
 from geoprint.results import Comparison, FailedPart, Refused
 from geoprint.workflow import compare, compare_parts, plan, save_comparisons
@@ -30,7 +30,7 @@ SCHEMA_KEYS = {
 
 def said_of(comparison: Comparison) -> tuple[str, ...]:
     """Return the verdict on a part."""
-    (part,) = tell_comparison([comparison]).record.parts
+    (part,) = recorded_comparison([comparison]).record.parts
     assert isinstance(part, PartRecord)
     return part.verdict
 
@@ -54,7 +54,7 @@ def test_one_part_that_fails_is_a_row_with_its_reason_and_the_others_are_compare
     parts: tuple[Comparison | FailedPart, ...],
 ) -> None:
     assert [type(part) for part in parts] == [Comparison, FailedPart, Comparison]
-    table = comparison_table(tell_comparison(parts))
+    table = comparison_table(recorded_comparison(parts))
     assert table.startswith("3 parts, paths 1.5 mm apart")
     assert table.count("part.ply   ") == 4
     assert "failed" in table
@@ -68,19 +68,19 @@ def test_one_part_that_fails_is_a_row_with_its_reason_and_the_others_are_compare
 def test_the_table_fits_every_terminal_and_shows_first_what_decides(
     parts: tuple[Comparison | FailedPart, ...], count: int
 ) -> None:
-    told = tell_comparison(parts[:count])
-    whole = rows_of(comparison_table(told))
+    record = recorded_comparison(parts[:count])
+    whole = rows_of(comparison_table(record))
     assert whole[0].endswith("clear mm  planned in s")
     fewer = len(whole[0].split())
     for width in (120, 80, 70, 60):
-        text = comparison_table(told, width=width)
+        text = comparison_table(record, width=width)
         shown = rows_of(text)
         assert max(map(len, shown)) <= width
         assert {"thickness", "CV", "gap", "printable"} <= set(shown[0].split())
         assert len(shown[0].split()) <= fewer
         fewer = len(shown[0].split())
         assert ("told in compare.json and timings.json: " in text) is (" planned in s" not in shown[0])
-    narrow = comparison_table(told, width=50)
+    narrow = comparison_table(record, width=50)
     assert "---" not in narrow
     assert f"{'  ' if count > 1 else ''}heat: thickness CV " in narrow
     assert "gap " in narrow
@@ -209,7 +209,7 @@ def test_what_the_arm_cannot_reach_is_even_all_the_same_and_says_the_share_it_lo
     # The cell says how the plate is turned, so that no other orientation is tried.
     cell.write_text(text.replace("# demo_rpy_deg", "demo_rpy_deg"))
     found = compare(job_of(surface=part, unit="mm", spacing=3.0, cell=cell, place="demo"), backends=["heat"])
-    (row,) = json.loads(json.dumps(as_json(tell_comparison([found]).record)))["parts"][0]["backends"]
+    (row,) = json.loads(json.dumps(as_json(recorded_comparison([found]).record)))["parts"][0]["backends"]
     assert row["printable"] is False
     assert row["not_reached"] == {"out_of_reach": 1.0}
     assert "loses 100 % of the deposited length (out of reach 100 %" in row["not_printable"]

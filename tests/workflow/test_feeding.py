@@ -75,7 +75,7 @@ def appraisal(bundle: Path, share: Callable[[FloatArray, FloatArray], FloatArray
     numbers, shares = runs.runs[firsts], share(starts, ends)
     program = printed_program(bundle, printed, runs=numbers, starts=starts, ends=ends)
     row = (1.0, 0.0, 0.0, 0.0)
-    told = ScanAppraisalRecord(
+    record = ScanAppraisalRecord(
         schema=2,
         version="1",
         kind="scan",
@@ -110,22 +110,22 @@ def appraisal(bundle: Path, share: Callable[[FloatArray, FloatArray], FloatArray
             for k in range(numbers.size)
         ),
     )  # fmt: skip
-    return sealed(told)
+    return sealed(record)
 
 
-def written(folder: Path, told: ScanAppraisalRecord) -> Path:
+def written(folder: Path, record: ScanAppraisalRecord) -> Path:
     path = folder / "appraisal.json"
-    path.write_bytes(json_bytes(as_json(told)))
+    path.write_bytes(json_bytes(as_json(record)))
     return path
 
 
-def fed(bundle: Path, told: ScanAppraisalRecord, folder: Path) -> PlanRecord:
-    return save_plan(plan(job_from(bundle, feedback=written(folder, told))), folder / "fed")
+def fed(bundle: Path, record: ScanAppraisalRecord, folder: Path) -> PlanRecord:
+    return save_plan(plan(job_from(bundle, feedback=written(folder, record))), folder / "fed")
 
 
-def feeding(planned: Plan, told: ScanAppraisalRecord) -> Plan:
+def feeding(planned: Plan, record: ScanAppraisalRecord) -> Plan:
     """Return a plan with the feedback, as the last stage of its paths adds it; they are not planned again."""
-    text = json_bytes(as_json(told)).decode()
+    text = json_bytes(as_json(record)).decode()
     return with_feedback(replace(planned, workpiece=replace(planned.workpiece, feedback_text=text)))
 
 
@@ -138,9 +138,9 @@ def lacking(bundle: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_what_a_print_lacks_is_commanded_on_top_and_told(bundle: Path, lacking: Path) -> None:
-    told = read_record(lacking / "plan.json", PlanRecord)
-    assert told.feedback is not None
-    assert [change.cause for change in told.feedback.changes] == ["constant"]
+    record = read_record(lacking / "plan.json", PlanRecord)
+    assert record.feedback is not None
+    assert [change.cause for change in record.feedback.changes] == ["constant"]
     before, after = read_plan(bundle), read_plan(lacking)
     assert after.poses.flow == pytest.approx(before.poses.flow)
     nominal = before.spacing * before.height
@@ -148,14 +148,14 @@ def test_what_a_print_lacks_is_commanded_on_top_and_told(bundle: Path, lacking: 
     assert commanded == pytest.approx(
         np.minimum(1.25 * before.poses.flow[before.poses.deposit], 1.5 * nominal), rel=0.01
     )
-    (note,) = (note for note in told.notes if note.startswith("feedback: print.ply shows"))
+    (note,) = (note for note in record.notes if note.startswith("feedback: print.ply shows"))
     assert "print.ply shows plan with a volume 20.0% off (RMS) what its program does: 0.80 of it everywhere" in note
 
 
 def test_a_print_as_planned_changes_no_byte_of_the_path(bundle: Path, tmp_path: Path) -> None:
-    told = fed(bundle, appraisal(bundle, lambda starts, _: np.ones(starts.size)), tmp_path)
+    record = fed(bundle, appraisal(bundle, lambda starts, _: np.ones(starts.size)), tmp_path)
     assert (tmp_path / "fed" / "poses.csv").read_bytes() == (bundle / "poses.csv").read_bytes()
-    assert any("nothing is significant" in note for note in told.notes)
+    assert any("nothing is significant" in note for note in record.notes)
 
 
 def test_a_second_print_is_held_against_what_was_wanted_and_corrected_further(
@@ -163,9 +163,9 @@ def test_a_second_print_is_held_against_what_was_wanted_and_corrected_further(
 ) -> None:
     again = appraisal(lacking, lambda starts, _: np.full(starts.size, 0.96))
     assert min(part.factor for part in again.printed.parts) == pytest.approx(1.0 / 0.8, rel=0.01)
-    told = fed(bundle, again, tmp_path).feedback
-    assert told is not None
-    assert told.least_factor == pytest.approx(1.0 / 0.8 / 0.96, rel=0.01)
+    record = fed(bundle, again, tmp_path).feedback
+    assert record is not None
+    assert record.least_factor == pytest.approx(1.0 / 0.8 / 0.96, rel=0.01)
 
 
 # What is fed depends on the paths alone, and not on who made them: one test takes those of the other backend.
@@ -208,27 +208,27 @@ def test_a_table_of_flow_that_was_changed_is_refused(lacking: Path, tmp_path: Pa
         read_plan(tmp_path / "fed")
 
 
-def changed(told: ScanAppraisalRecord, **changes: object) -> ScanAppraisalRecord:
+def changed(record: ScanAppraisalRecord, **changes: object) -> ScanAppraisalRecord:
     """Return an appraisal of another program, with the seal that `appraise` would have given it."""
-    return sealed(told.model_copy(update={"printed": told.printed.model_copy(update=changes)}))
+    return sealed(record.model_copy(update={"printed": record.printed.model_copy(update=changes)}))
 
 
 def test_feedback_on_other_paths_or_another_part_is_refused(planned: Plan, bundle: Path, tmp_path: Path) -> None:
-    told = appraisal(bundle, lambda starts, _: np.full(starts.size, 0.8))
+    record = appraisal(bundle, lambda starts, _: np.full(starts.size, 0.8))
     with pytest.raises(InputError, match=r"the feedback: it is of 2 runs, but \d+ are planned: plan what was printed"):
-        plan(job_from(bundle, feedback=written(tmp_path, told), spacing=2.5))
-    first, *others = told.printed.runs
+        plan(job_from(bundle, feedback=written(tmp_path, record), spacing=2.5))
+    first, *others = record.printed.runs
     longer = first.model_copy(update={"length_mm": first.length_mm + 0.5})
     with pytest.raises(InputError, match=r"run 1 was .* mm long in print, but .* mm are planned"):
-        feeding(planned, changed(told, runs=(longer, *others)))
+        feeding(planned, changed(record, runs=(longer, *others)))
     x, y, z = first.middle_mm
     higher = first.model_copy(update={"middle_mm": (x, y, z + 0.5)})
     with pytest.raises(
         InputError, match=r"run 1 lay 0\.50 mm from where it is planned, so that another layer or other"
     ):
-        feeding(planned, changed(told, runs=(higher, *others)))
+        feeding(planned, changed(record, runs=(higher, *others)))
     with pytest.raises(InputError, match=r"whose file is not that of plate\.ply: plan the part that was printed"):
-        feeding(planned, changed(told, part_sha256="f" * 64))
+        feeding(planned, changed(record, part_sha256="f" * 64))
 
 
 def on_valve(tmp_path: Path) -> Path:
@@ -248,12 +248,12 @@ def test_what_is_of_the_dispenser_or_the_material_is_not_carried_to_another_disp
 
 
 def test_a_print_as_its_program_deposits_it_changes_nothing_on_any_dispenser(bundle: Path, tmp_path: Path) -> None:
-    told = appraisal(bundle, lambda starts, _: np.ones(starts.size))
+    record = appraisal(bundle, lambda starts, _: np.ones(starts.size))
     # The program itself deposits 1.6 times the volume of one run, and so does its print.
-    parts = tuple(part.model_copy(update={"deposited": 1.6}) if part.run else part for part in told.printed.parts)
-    rows = tuple(part.model_copy(update={"ratio": 1.6}) if part.run else part for part in told.parts)
-    program = told.printed.model_copy(update={"parts": parts})
-    again = sealed(told.model_copy(update={"parts": rows, "printed": program}))
+    parts = tuple(part.model_copy(update={"deposited": 1.6}) if part.run else part for part in record.printed.parts)
+    rows = tuple(part.model_copy(update={"ratio": 1.6}) if part.run else part for part in record.parts)
+    program = record.printed.model_copy(update={"parts": parts})
+    again = sealed(record.model_copy(update={"parts": rows, "printed": program}))
     made = plan(job_from(bundle, feedback=written(tmp_path, again), cell=on_valve(tmp_path)))
     assert made.fed is not None
     assert made.fed.correction.changes == ()
@@ -262,8 +262,8 @@ def test_a_print_as_its_program_deposits_it_changes_nothing_on_any_dispenser(bun
 def test_a_valve_that_lets_too_little_through_is_passed_by_slower(bundle: Path, tmp_path: Path) -> None:
     cell = on_valve(tmp_path)
     save_plan(plan(job_from(bundle, cell=cell)), tmp_path / "valve")
-    told = appraisal(tmp_path / "valve", lambda starts, _: np.full(starts.size, 0.8))
-    record = save_plan(plan(job_from(tmp_path / "valve", feedback=written(tmp_path, told))), tmp_path / "slower")
+    recorded = appraisal(tmp_path / "valve", lambda starts, _: np.full(starts.size, 0.8))
+    record = save_plan(plan(job_from(tmp_path / "valve", feedback=written(tmp_path, recorded))), tmp_path / "slower")
     assert record.feedback is not None
     assert record.feedback.speed_mm_s == pytest.approx(16.0, rel=0.01)
     assert record.settings.speed_mm_s == record.feedback.speed_mm_s
@@ -309,11 +309,11 @@ def test_figures_that_somebody_has_edited_are_refused(bundle: Path, tmp_path: Pa
 
 @pytest.mark.parametrize("wrong", [{"deviation": -1.0}, {"end_mm": 0.0}])
 def test_figures_that_cannot_be_are_refused(planned: Plan, bundle: Path, wrong: dict[str, float]) -> None:
-    told = appraisal(bundle, lambda starts, _: np.ones(starts.size))
-    feeding(planned, told)
-    parts = (told.parts[0].model_copy(update=wrong), *told.parts[1:])
+    record = appraisal(bundle, lambda starts, _: np.ones(starts.size))
+    feeding(planned, record)
+    parts = (record.parts[0].model_copy(update=wrong), *record.parts[1:])
     with pytest.raises(InputError, match=r"^the feedback: "):
-        feeding(planned, sealed(told.model_copy(update={"parts": parts})))
+        feeding(planned, sealed(record.model_copy(update={"parts": parts})))
 
 
 def test_feedback_is_of_one_plan_and_no_comparison(bundle: Path, tmp_path: Path) -> None:
@@ -332,5 +332,5 @@ def test_the_option_of_the_command_plans_with_it(
         cli.main()
     assert ended.value.code in {0, None}
     assert json.loads(capsys.readouterr().out)["feedback"]["changes"][0]["cause"] == "constant"
-    told = read_record(tmp_path / "out" / "plan.json", PlanRecord)
-    assert told.feedback is not None
+    record = read_record(tmp_path / "out" / "plan.json", PlanRecord)
+    assert record.feedback is not None

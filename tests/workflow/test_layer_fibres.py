@@ -84,8 +84,8 @@ def test_stacks_and_comparisons_of_layers_follow_it_and_are_planned_again_to_the
         "field": tmp_path / "own.toml", "robot": False,
     }  # fmt: skip
     with planning_here():
-        told = plan_stack(job_of(**asked), tmp_path / "device")
-    assert [layer.pattern for layer in told.layers] == ["fibres", "fibres"]
+        record = plan_stack(job_of(**asked), tmp_path / "device")
+    assert [layer.pattern for layer in record.layers] == ["fibres", "fibres"]
     for _, compared in compare(job_of(**asked, layer=2), backends=["lscm", "heat"]).planned:
         line = compared.plan.toolpath.curves.xyz(compared.plan.workpiece.surface, 0)
         along = (line[-1] - line[0]) / np.linalg.norm(line[-1] - line[0])

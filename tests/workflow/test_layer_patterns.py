@@ -77,21 +77,21 @@ def test_a_stack_says_the_pattern_of_each_layer_and_a_layer_alone_has_its_own(tm
         "cell": cell,
     }  # fmt: skip
     with planning_here():
-        told = plan_stack(job_of(**asked), tmp_path / "device")
-    assert [layer.pattern for layer in told.layers] == [*patterns, "contours"]
-    assert " 2 from 0.5 mm: guided:-45, " in stack_text(told)
+        record = plan_stack(job_of(**asked), tmp_path / "device")
+    assert [layer.pattern for layer in record.layers] == [*patterns, "contours"]
+    assert " 2 from 0.5 mm: guided:-45, " in stack_text(record)
     # The lamp's power, spread over speed times spacing, reaches through half a millimetre to the bottom. A layer whose
     # missing volume is made up is printed slower.
-    plans = [json.loads((tmp_path / "device" / layer.folder / "plan.json").read_text()) for layer in told.layers]
+    plans = [json.loads((tmp_path / "device" / layer.folder / "plan.json").read_text()) for layer in record.layers]
     doses = 100.0 * np.pi * 9.0 / (2.0 * np.array([each["settings"]["speed_mm_s"] for each in plans]))
-    assert {layer.speed_mm_s for layer in told.layers} == {20.0}
-    first, *_, last = (layer.cure for layer in told.layers)
+    assert {layer.speed_mm_s for layer in record.layers} == {20.0}
+    first, *_, last = (layer.cure for layer in record.layers)
     assert first is not None
     assert last is not None
     assert last.own_mj_cm2 == last.whole_mj_cm2 == pytest.approx(doses[-1] * np.exp(-1.0), rel=1e-5)
     assert first.own_mj_cm2 == pytest.approx(doses[0] * np.exp(-1.0), rel=1e-5)
     assert first.whole_mj_cm2 == pytest.approx(doses @ np.exp(-np.arange(1.0, 4.0)), rel=1e-5)
-    assert "warning: layers 1, 2, 3 are not cured through" in stack_text(told)
+    assert "warning: layers 1, 2, 3 are not cured through" in stack_text(record)
     again = job_of(surface=tmp_path / "device" / "layer-02" / "job.toml")
     assert (again.patterns, again.layer) == (patterns, 2)
     alone = plan(job_of(**asked, layer=2))

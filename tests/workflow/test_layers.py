@@ -65,9 +65,9 @@ def device(
 def test_each_layer_is_printed_in_attitudes_of_its_own_in_which_nothing_overhangs(
     device: tuple[Path, StackRecord],
 ) -> None:
-    folder, told = device
-    assert len(told.layers) == 2
-    for layer in told.layers:
+    folder, record = device
+    assert len(record.layers) == 2
+    for layer in record.layers:
         own = json.loads((folder / layer.folder / "plan.json").read_text())
         assert layer.attitudes is not None
         assert layer.attitudes == len(own["robot"]) > 1
@@ -75,15 +75,15 @@ def test_each_layer_is_printed_in_attitudes_of_its_own_in_which_nothing_overhang
         assert layer.print_s == own["joined"]["print_s"]
         # An output that follows the speed lays in all attitudes together what the layer holds.
         assert layer.laid_mm3 == pytest.approx(layer.wanted_mm3, rel=0.04)
-    assert told.finished.printed is not None
-    assert told.finished.printed.mean == pytest.approx(1.0, abs=0.04)
+    assert record.finished.printed is not None
+    assert record.finished.printed.mean == pytest.approx(1.0, abs=0.04)
 
 
 def test_one_program_prints_the_attitudes_of_all_layers_with_a_pause_between_layers(
     device: tuple[Path, StackRecord],
 ) -> None:
-    folder, told = device
-    program, counts = told.program, [layer.attitudes or 0 for layer in told.layers]
+    folder, record = device
+    program, counts = record.program, [layer.attitudes or 0 for layer in record.layers]
     assert program is not None
     assert program.pause_s == PAUSE
     assert f"printing up to attitude {sum(counts) - 1}" in program.scenarios
@@ -97,21 +97,21 @@ def test_one_program_prints_the_attitudes_of_all_layers_with_a_pause_between_lay
     # The table goes from layer to layer without a rest, which is proven, and the sooner for it.
     assert program.table_kept_mm is not None
     assert program.table_kept_mm > 2.0
-    printed = sum(layer.print_s or 0.0 for layer in told.layers)
+    printed = sum(layer.print_s or 0.0 for layer in record.layers)
     assert printed + PAUSE - 20.0 < program.print_s < printed + PAUSE + 20.0
 
 
 def test_the_folder_checks_and_says_how_its_program_is_loaded(device: tuple[Path, StackRecord]) -> None:
-    folder, told = device
+    folder, record = device
     found = check_folder(folder)
     assert found.findings == ()
-    first, second = (layer.attitudes or 0 for layer in told.layers)
+    first, second = (layer.attitudes or 0 for layer in record.layers)
     said_to = check_summary(found)
     assert "set_to" not in said_to
     assert said_to["attitudes_set_to"] == {
         "dry_run": True, "speed_pct": 25.0, "first_attitude": 1, "first_run": 1, "last_attitude": first + second,
     }  # fmt: skip
-    for text in (stack_text(told), check_text(found)):
+    for text in (stack_text(record), check_text(found)):
         said = " ".join(text.split())
         assert f"in 2 layers and {first + second} attitudes of the table" in said
         assert f", attitudes 1 to {first}; then 20 s at home" in said
@@ -122,8 +122,8 @@ def test_the_folder_checks_and_says_how_its_program_is_loaded(device: tuple[Path
 
 
 def test_the_report_says_which_attitudes_print_each_layer(device: tuple[Path, StackRecord]) -> None:
-    folder, told = device
-    first, second = (layer.attitudes or 0 for layer in told.layers)
+    folder, record = device
+    first, second = (layer.attitudes or 0 for layer in record.layers)
     page = (folder / "report.html").read_text()
     assert '<th scope="col">attitudes</th>' in page
     assert f"<td>1 to {first}</td>" in page
@@ -139,10 +139,10 @@ def test_what_was_changed_in_the_program_of_all_layers_or_is_told_wrong_of_it_is
     written = path.read_text()
     assert f"nGeoTable:={number};" in written
     path.write_text(written.replace(f"nGeoTable:={number};", "nGeoTable:=1;"))
-    told = json.loads((folder / "stack.json").read_text())
-    kept = told["program"]["table_kept_mm"]
-    told["program"]["table_kept_mm"] = kept + 0.02
-    (folder / "stack.json").write_text(json.dumps(told))
+    record = json.loads((folder / "stack.json").read_text())
+    kept = record["program"]["table_kept_mm"]
+    record["program"]["table_kept_mm"] = kept + 0.02
+    (folder / "stack.json").write_text(json.dumps(record))
     signed(folder, "stack.json")
     text, run, distance = check_folder(folder).findings
     assert text.file == "rapid/layer-02/part-1/GeoCell.mod"
@@ -157,10 +157,10 @@ def test_what_was_changed_in_the_program_of_all_layers_or_is_told_wrong_of_it_is
 def test_a_table_that_comes_near_the_arm_between_two_layers_is_refused(
     device: tuple[Path, StackRecord],
 ) -> None:
-    folder, told = device
-    jobs, own = [job_from(folder / layer.folder) for layer in told.layers], own_programs(folder, told.layers)
+    folder, record = device
+    jobs, own = [job_from(folder / layer.folder) for layer in record.layers], own_programs(folder, record.layers)
     (move,) = layer_moves(jobs, own)
-    assert move.kept == pytest.approx(told.program.table_kept_mm if told.program else 0.0, abs=0.01)
+    assert move.kept == pytest.approx(record.program.table_kept_mm if record.program else 0.0, abs=0.01)
     # Nothing in the cell is half a metre away from all else.
     near = [replace(one, cell=replace(one.cell, process=replace(one.cell.process, clearance=500.0))) for one in own]
     with pytest.raises(ClearanceError, match="layer 2, which comes upon layer 1 without a rest of the table"):
@@ -173,10 +173,10 @@ def test_a_larger_plate_of_a_layer_is_found_before_the_table_moves_between_two_l
     # Somebody states a larger plate, and signs it: layer 2's own program says nothing of the plate's size.
     folder = shutil.copytree(device[0], tmp_path / "device")
     setup = folder / "layer-02" / "part-1" / "setup.json"
-    told = json.loads(setup.read_text())
-    assert told["cell"]["table"]["plate_diameter"] == 200.0
-    told["cell"]["table"]["plate_diameter"] = 900.0
-    setup.write_text(json.dumps(told))
+    record = json.loads(setup.read_text())
+    assert record["cell"]["table"]["plate_diameter"] == 200.0
+    record["cell"]["table"]["plate_diameter"] = 900.0
+    setup.write_text(json.dumps(record))
     signed(folder / "layer-02", "part-1/setup.json")
     signed(folder, "layer-02/part-1/setup.json", "layer-02/manifest.json")
     found = check_folder(folder).findings
@@ -203,9 +203,9 @@ def test_a_larger_plate_that_cell_and_setup_agree_on_is_found_as_the_table_moves
         assert count == 1
         cell_file.write_text(text)
         for setup in bundle.glob("part-*/setup.json"):
-            told = json.loads(setup.read_text())
-            told["cell"]["table"] |= {"plate_diameter": 900.0, "stand_distance": 700.0}
-            setup.write_text(json.dumps(told))
+            record = json.loads(setup.read_text())
+            record["cell"]["table"] |= {"plate_diameter": 900.0, "stand_distance": 700.0}
+            setup.write_text(json.dumps(record))
         rehashed(bundle)
     rehashed(folder)
     found = check_folder(folder)
@@ -221,17 +221,17 @@ def test_a_full_check_proves_anew_that_the_table_keeps_clear_of_the_arm_between_
 ) -> None:
     folder = shutil.copytree(device[0] / "layer-01", tmp_path / "layer")
     plan_file = folder / "plan.json"
-    told = json.loads(plan_file.read_text())
-    kept = told["robot"][1]["table"]["kept_mm"]
-    told["robot"][1]["table"]["kept_mm"] = kept + 0.02
-    plan_file.write_text(json.dumps(told))
+    record = json.loads(plan_file.read_text())
+    kept = record["robot"][1]["table"]["kept_mm"]
+    record["robot"][1]["table"]["kept_mm"] = kept + 0.02
+    plan_file.write_text(json.dumps(record))
     signed(folder, "plan.json")
     # As it was told it is found again, and so is all else.
     (found,) = check_bundle(folder, full=True).findings
     said, again = found.reason.split(", checked again it is ")
-    what, _, told_mm = said.rpartition(" ")
+    what, _, recorded_mm = said.rpartition(" ")
     assert (found.file, what) == ("plan.json", "robot.2.table.kept_mm is")
-    assert float(told_mm) == pytest.approx(kept + 0.02, abs=1e-5)
+    assert float(recorded_mm) == pytest.approx(kept + 0.02, abs=1e-5)
     assert float(again) == pytest.approx(kept, abs=1e-3)
     # Nothing in the cell is half a metre away from all else.
     rest, moved = (read_setup(folder / f"part-{number}" / "setup.json") for number in (1, 2))
@@ -246,23 +246,23 @@ def test_a_full_check_proves_anew_that_the_table_keeps_clear_of_the_arm_between_
 def signed(folder: Path, *names: str) -> None:
     """Renew the hashes of files in a manifest, as nobody does by mistake."""
     manifest = folder / "manifest.json"
-    told = json.loads(manifest.read_text())
+    record = json.loads(manifest.read_text())
     for name in names:
-        assert name in told["sha256"]
-        told["sha256"][name] = hashlib.sha256((folder / name).read_bytes()).hexdigest()
-    manifest.write_text(json.dumps(told))
+        assert name in record["sha256"]
+        record["sha256"][name] = hashlib.sha256((folder / name).read_bytes()).hexdigest()
+    manifest.write_text(json.dumps(record))
 
 
 def test_the_table_moves_with_the_layers_below_on_the_part(
     device: tuple[Path, StackRecord], asked: list[tuple[list[Surface], float]]
 ) -> None:
-    folder, told = device
-    first, second = (layer.attitudes or 0 for layer in told.layers)
-    clearance = own_programs(folder, told.layers)[0].cell.process.clearance
+    folder, record = device
+    first, second = (layer.attitudes or 0 for layer in record.layers)
+    clearance = own_programs(folder, record.layers)[0].cell.process.clearance
     # Into each attitude of both layers, and from the first layer to the second.
     layers = [0] * first + [1] * (len(asked) - first)
     assert len(asked) > first + second
-    parts = [read_part(job_from(folder / layer.folder)) for layer in told.layers]
+    parts = [read_part(job_from(folder / layer.folder)) for layer in record.layers]
     for (surfaces, kept), layer in zip(asked, layers, strict=True):
         below = parts[layer].place
         assert below is not None

@@ -40,18 +40,18 @@ def test_a_bundle_of_ours_gives_the_figures_of_compare(folder: Path) -> None:
     asked = job_of(surface=folder / "small.ply", unit="mm", spacing=2.0, backend="heat", robot=False, middle="plain")
     planned = plan(asked)
     save_plan(planned, folder / "bundle")
-    told = uniformity(planned.poses, planned.workpiece.surface, spacing=2.0)
+    record = uniformity(planned.poses, planned.workpiece.surface, spacing=2.0)
     found = measure_files(job(folder / "small.ply"), [folder / "bundle"]).files[0]
     # Contours of a rim run anticlockwise: outside is to their right.
     right = found.measured.sides.right
     assert found.format == "bundle"
-    assert told.levels is not None
-    assert right.mean == pytest.approx(told.levels.figures.mean, abs=1e-4)
-    assert right.cv == pytest.approx(told.levels.figures.cv, abs=1e-4)
-    assert found.measured.thickness.cv == pytest.approx(told.thickness.cv, abs=1e-4)
-    assert found.measured.followed.cv == pytest.approx(told.followed.cv, abs=1e-4)
-    assert found.measured.gap == pytest.approx(told.gap, abs=1e-4)
-    assert found.measured.overlap == pytest.approx(told.overlap, abs=1e-4)
+    assert record.levels is not None
+    assert right.mean == pytest.approx(record.levels.figures.mean, abs=1e-4)
+    assert right.cv == pytest.approx(record.levels.figures.cv, abs=1e-4)
+    assert found.measured.thickness.cv == pytest.approx(record.thickness.cv, abs=1e-4)
+    assert found.measured.followed.cv == pytest.approx(record.followed.cv, abs=1e-4)
+    assert found.measured.gap == pytest.approx(record.gap, abs=1e-4)
+    assert found.measured.overlap == pytest.approx(record.overlap, abs=1e-4)
 
 
 def test_slices_of_a_dome_are_as_far_apart_as_its_slope_makes_them(folder: Path) -> None:

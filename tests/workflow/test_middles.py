@@ -12,7 +12,7 @@ from geoprint.config import job_of
 from geoprint.errors import UsageError
 from geoprint.geometry.files import save_ply
 from geoprint.model import Surface
-from geoprint.reporting import tell_comparison
+from geoprint.reporting import recorded_comparison
 from geoprint.reporting.plan import record_plan
 from geoprint.reporting.records.comparison import PartRecord
 from geoprint.results import Plan
@@ -60,9 +60,9 @@ def test_the_better_middle_is_taken_and_both_are_told(tmp_path: Path) -> None:
         assert alone.middles == ()
     assert (best.poses.tips == fitted.poses.tips).all()
     assert best.job.middle is None
-    told = record_plan(best)
-    assert [each.middle for each in told.middles] == ["fitted", "plain"]
-    (note,) = (note for note in told.details if "fronts meet" in note)
+    record = record_plan(best)
+    assert [each.middle for each in record.middles] == ["fitted", "plain"]
+    (note,) = (note for note in record.details if "fronts meet" in note)
     assert "contours are fitted; area missed + covered twice: 0.0% + 0.0% in 5 runs" in note
     assert "in 4 runs if plain (`--middle plain`)" in note
 
@@ -78,7 +78,7 @@ def test_a_comparison_says_what_was_tried_with_each_backend(tmp_path: Path) -> N
     path = tmp_path / "part.ply"
     save_ply(BAND, path)
     found = compare(job_of(surface=path, unit="mm", spacing=2.0, robot=False), backends=["heat", "fast-marching"])
-    (part,) = tell_comparison([found]).record.parts
+    (part,) = recorded_comparison([found]).record.parts
     assert isinstance(part, PartRecord)
     for backend in ("heat", "fast-marching"):
         assert any(f"contours with {backend} are fitted" in sentence for sentence in part.verdict)

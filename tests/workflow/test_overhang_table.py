@@ -11,7 +11,7 @@ from geoprint.config import TILTING_CELL, packaged_cell_text
 from geoprint.geometry.files import save_ply
 from geoprint.guide import pages
 from geoprint.metrics import overhang
-from geoprint.reporting import outcome_text, record_plan, tell_comparison
+from geoprint.reporting import outcome_text, record_plan, recorded_comparison
 from geoprint.reporting.comparison import comparison_table
 from geoprint.reporting.evenness import overhang_rows, record_overhang, table_sentences, table_text
 from geoprint.reporting.records.comparison import PartRecord, PlannedRecord
@@ -49,15 +49,15 @@ def over_hexapod(cap: Path, tmp_path_factory: pytest.TempPathFactory) -> Compari
 
 def test_a_tilt_turn_table_leaves_nothing_overhanging_and_all_of_it_printed_once(over_tilt_turn: Plan) -> None:
     planned = over_tilt_turn
-    told = record_overhang(planned)
-    assert told.share > 0.2
-    assert told.table is not None
-    assert (told.table.length_mm, told.table.missing_deg) == (0.0, 0.0)
-    assert len(told.table.attitudes) == min(told.table.moves_kept, told.table.moves_gathered) > 1
+    record = record_overhang(planned)
+    assert record.share > 0.2
+    assert record.table is not None
+    assert (record.table.length_mm, record.table.missing_deg) == (0.0, 0.0)
+    assert len(record.table.attitudes) == min(record.table.moves_kept, record.table.moves_gathered) > 1
     total = overhang(planned.poses, up=planned.workpiece.upright[2], critical=1e-6).length
-    assert sum(one.length_mm for one in told.table.attitudes) == pytest.approx(total, rel=0.01)
-    assert all(one.slack >= -1e-6 and len(one.axes) == 2 for one in told.table.attitudes)
-    assert "nothing overhangs then" in table_text(told.table)
+    assert sum(one.length_mm for one in record.table.attitudes) == pytest.approx(total, rel=0.01)
+    assert all(one.slack >= -1e-6 and len(one.axes) == 2 for one in record.table.attitudes)
+    assert "nothing overhangs then" in table_text(record.table)
 
 
 def test_the_guides_example_overhangs_at_rest_as_the_page_says_and_nowhere_in_its_attitudes(tmp_path: Path) -> None:
@@ -65,25 +65,29 @@ def test_the_guides_example_overhangs_at_rest_as_the_page_says_and_nowhere_in_it
     cell.write_text(packaged_cell_text(TILTING_CELL))
     tip = {"at": [8.0, 0.0, -60.0], "radius": 9.0}
     job = job_of(surface=PART, patch=tip, unit="mm", spacing=4.0, backend="heat", robot=False, cell=cell)
-    told = record_overhang(plan(job))
-    assert told.table is not None
-    assert told.table.length_mm == 0.0
-    total = told.length_mm / told.share
-    words = f"here {told.length_mm:.0f} mm of {total:.0f} mm overhang at rest, and nothing in three attitudes"
-    assert len(told.table.attitudes) == 3
+    record = record_overhang(plan(job))
+    assert record.table is not None
+    assert record.table.length_mm == 0.0
+    total = record.length_mm / record.share
+    words = f"here {record.length_mm:.0f} mm of {total:.0f} mm overhang at rest, and nothing in three attitudes"
+    assert len(record.table.attitudes) == 3
     assert words in " ".join(next(page.text for page in pages() if page.name == "overhang").split())
 
 
 def test_a_hexapod_tells_what_it_cannot_bring_up(over_hexapod: Comparison) -> None:
     ((name, outcome), _) = over_hexapod.planned
     assert name == "heat"
-    told = record_overhang(outcome.plan)
-    assert told.table is not None
+    record = record_overhang(outcome.plan)
+    assert record.table is not None
     # It tilts by up to 15 degrees to any side: what is steeper than critical by more than that misses by the rest.
-    assert told.largest_deg - told.critical_deg - 15.5 <= told.table.missing_deg <= told.largest_deg - told.critical_deg
-    assert 0.0 < told.table.length_mm < told.length_mm
-    assert "overhang still" in table_text(told.table)
-    assert all(len(one.axes) == 6 for one in told.table.attitudes)
+    assert (
+        record.largest_deg - record.critical_deg - 15.5
+        <= record.table.missing_deg
+        <= record.largest_deg - record.critical_deg
+    )
+    assert 0.0 < record.table.length_mm < record.length_mm
+    assert "overhang still" in table_text(record.table)
+    assert all(len(one.axes) == 6 for one in record.table.attitudes)
 
 
 def test_a_row_of_the_report_stands_only_where_the_cell_has_a_table(over_tilt_turn: Plan) -> None:
@@ -112,30 +116,31 @@ def test_overhang_is_stated_where_the_material_has_its_angle_and_a_detail_where_
     assert records[0].length_mm > records[1].length_mm > 0.0
     for found, record in zip((assumed, stated), records, strict=True):
         line = f"{record.share:.1%} of the deposit"
-        plan_json, told = record_plan(found.planned[0][1].plan), tell_comparison([found])
+        plan_json, recorded = record_plan(found.planned[0][1].plan), recorded_comparison([found])
         assert (line in outcome_text(plan_json)) is not record.assumed
-        assert ("overhang" in comparison_table(told)) is not record.assumed
+        assert ("overhang" in comparison_table(recorded)) is not record.assumed
         # Asked for, it is there, and says what was assumed.
         assert line in outcome_text(plan_json, verbose=True)
         assert ("assumed: [material] states no overhang_deg" in outcome_text(plan_json, verbose=True)) is record.assumed
-        assert f"{record.share:.1%}" in comparison_table(told, verbose=True)
+        assert f"{record.share:.1%}" in comparison_table(recorded, verbose=True)
         assert all("overhang" not in text for text in (*plan_json.warnings, *plan_json.notes))
         deposit, _ = overhang_rows([PlannedRecord.model_construct(backend="heat", overhang=record)])
         assert deposit.values == (f"{record.share:.1%}, {record.length_mm:.0f} mm",)
 
 
 def test_compare_says_what_a_hexapod_leaves_with_each_backend(over_hexapod: Comparison) -> None:
-    record = tell_comparison([over_hexapod]).record.parts[0]
+    record = recorded_comparison([over_hexapod]).record.parts[0]
     assert isinstance(record, PartRecord)
     (said,) = [text for text in record.verdict if text.startswith("Overhang: ")]
     assert [name for name, _ in over_hexapod.planned] == ["heat", "lscm"]
     for name, outcome in over_hexapod.planned:
-        told = record_overhang(outcome.plan)
-        assert told.table is not None
-        assert 0.0 < told.table.length_mm < told.length_mm
+        recorded = record_overhang(outcome.plan)
+        assert recorded.table is not None
+        assert 0.0 < recorded.table.length_mm < recorded.length_mm
         assert (
-            f"{told.length_mm:.0f} mm at rest with {name} and {told.table.length_mm:.0f} mm over the hexapod in "
-            f"{len(told.table.attitudes)} attitudes, up to {told.table.missing_deg:.0f} degrees beyond" in said
+            f"{recorded.length_mm:.0f} mm at rest with {name} and {recorded.table.length_mm:.0f} mm over the "
+            f"hexapod in "
+            f"{len(recorded.table.attitudes)} attitudes, up to {recorded.table.missing_deg:.0f} degrees beyond" in said
         )
 
 

@@ -184,11 +184,11 @@ def test_what_a_curve_encloses_is_told_with_its_length_and_side() -> None:
 def test_all_changes_before_and_after_the_cut_are_told_but_not_what_it_leaves_out() -> None:
     corners = np.vstack([BALL.vertices[BALL.faces].reshape(-1, 3), BALL.vertices[BALL.faces[:3]].reshape(-1, 3)])
     soup = Surface(corners, np.arange(len(corners)).reshape(-1, 3), name="ball")
-    told = cut_patch(soup, chosen((0.0, 0.0, 20.0), radius=8.0)).preparation
-    assert told.repairs.dropped_duplicate_faces == 3
-    assert told.repairs.welded_vertices == len(corners) - len(BALL.vertices)
-    assert told.repairs.dropped_unreferenced_vertices == 0
-    assert told.crossings_checked
+    record = cut_patch(soup, chosen((0.0, 0.0, 20.0), radius=8.0)).preparation
+    assert record.repairs.dropped_duplicate_faces == 3
+    assert record.repairs.welded_vertices == len(corners) - len(BALL.vertices)
+    assert record.repairs.dropped_unreferenced_vertices == 0
+    assert record.crossings_checked
 
 
 @pytest.mark.parametrize(("before", "after"), [(True, False), (False, True), (True, True)])
@@ -200,9 +200,9 @@ def test_changes_of_every_step_add_up_and_crossings_count_as_checked_where_both_
         replace(report, repairs=replace(report.repairs, welded_vertices=count), crossings_checked=checked)
         for count, checked in ((10, before), (100, after))
     ]
-    told = _all_changes(replace(joined, repairs=replace(joined.repairs, welded_vertices=1)), *steps)
-    assert told.repairs.welded_vertices == 111
-    assert told.crossings_checked is (before and after)
+    record = _all_changes(replace(joined, repairs=replace(joined.repairs, welded_vertices=1)), *steps)
+    assert record.repairs.welded_vertices == 111
+    assert record.crossings_checked is (before and after)
 
 
 def test_a_radius_far_within_a_curve_takes_nothing_of_what_the_curve_is_drawn_on() -> None:

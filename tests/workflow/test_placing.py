@@ -72,19 +72,19 @@ def test_the_lines_put_into_the_cell_file_give_the_plan_that_was_verified(
 
 
 def test_the_proposal_says_before_after_and_that_nothing_is_calibrated(proposal: Proposal) -> None:
-    said, told = proposal_text(proposal), json.loads(json.dumps(proposal_summary(proposal)))
+    said, record = proposal_text(proposal), json.loads(json.dumps(proposal_summary(proposal)))
     assert "where the cell file puts it: out of reach, refused" in said
     assert "NOT CALIBRATED" in said
     assert "not checked: 7 things; `--verbose` lists them" in said.splitlines()
     assert proposal_text(proposal, verbose=True).count("not checked: ") == 7
-    assert told["calibrated"] is False
-    assert told["better"] is True
-    assert told["before"] == {
+    assert record["calibrated"] is False
+    assert record["better"] is True
+    assert record["before"] == {
         "margin_deg": None, "limiting": "the arm's reach", "reached": False, "lost": 1.0,
-        "lost_for": {"out_of_reach": 1.0}, "worst_places_mm": told["before"]["worst_places_mm"],
+        "lost_for": {"out_of_reach": 1.0}, "worst_places_mm": record["before"]["worst_places_mm"],
     }  # fmt: skip
     assert np.degrees(proposal.after.angle) > 20.0
-    assert told["work"] == list(proposal_lines(proposal.stand))
+    assert record["work"] == list(proposal_lines(proposal.stand))
     assert proposal.above >= 0.0
 
 

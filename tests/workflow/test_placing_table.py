@@ -67,13 +67,13 @@ def test_a_proposal_says_where_the_table_goes_and_in_how_many_attitudes_it_was_v
     said = proposal_text(proposal)
     assert f"in {len(proposal.plan.robot)} attitudes of the table" in said
     assert "and under [table], which goes with the part:" in said
-    told = proposal_summary(proposal)
-    assert told["table"] == table_lines(proposal.table)
+    record = proposal_summary(proposal)
+    assert record["table"] == table_lines(proposal.table)
     # The table stands on something: it is as high as it was.
     assert proposal.table.position[2] == pytest.approx(120.0)
     # It goes with the part, the middle of its plate below the part's.
     assert proposal.table.position[:2].tolist() == pytest.approx(proposal.stand.position[:2].tolist(), abs=0.1)
-    assert told["smallest_clearance_mm"] == pytest.approx(
+    assert record["smallest_clearance_mm"] == pytest.approx(
         min(robot.clearance.smallest for robot in proposal.plan.robot), abs=1e-6
     )
 
@@ -82,8 +82,8 @@ def test_poses_as_seen_at_rest_are_where_the_arm_goes_in_each_attitude(paths: Pl
     placement = paths.workpiece.placement
     assert placement is not None
     seen = poses_at_rest(paths, placement)
-    laid = np.flatnonzero(seen.deposit)
-    there = transforms.apply(placement.T_base_work, seen.surface_points[laid])
+    deposited = np.flatnonzero(seen.deposit)
+    there = transforms.apply(placement.T_base_work, seen.surface_points[deposited])
     robots = [(robot.placement.T_base_work, robot.joint_path.poses) for robot in paths.robot]
     places = np.concatenate([transforms.apply(T, poses.surface_points[poses.deposit]) for T, poses in robots])
     # Every place of the deposit is among those that the program prints at, which overlap where beads go on.

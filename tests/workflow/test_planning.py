@@ -26,8 +26,8 @@ from geoprint.reporting import (
     comparison_table,
     outcome_text,
     record_plan,
+    recorded_comparison,
     summary,
-    tell_comparison,
 )
 from geoprint.reporting.records.comparison import PartRecord
 from geoprint.results import Plan, Planned, RobotPlan, Workpiece
@@ -111,20 +111,20 @@ def test_the_bead_keeps_the_speed_of_the_print(cap_plan: Plan) -> None:
     rows = slice(2000, 6000)
     tips = arm.tool_poses(trajectory.joints[rows])[:, :3, 3]
     speeds = np.linalg.norm(np.diff(tips, axis=0), axis=1) / 0.001
-    laid = trajectory.deposit[rows][:-1]
-    assert speeds[laid].max() <= 1.015 * farther * cell.process.speed
-    assert np.median(speeds[laid]) == pytest.approx(farther * cell.process.speed, rel=0.005)
+    deposited = trajectory.deposit[rows][:-1]
+    assert speeds[deposited].max() <= 1.015 * farther * cell.process.speed
+    assert np.median(speeds[deposited]) == pytest.approx(farther * cell.process.speed, rel=0.005)
 
 
 def test_poses_csv_holds_surface_points_normals_and_closed_runs(cap_bundle: tuple[Path, PlanRecord]) -> None:
     table = read_poses_table(cap_bundle[0] / "poses.csv")
-    laid = table.deposit
+    deposited = table.deposit
     radii = np.linalg.norm(table.points, axis=1)
-    assert np.abs(radii[laid] - 30.0).max() < 0.2
-    outward = table.points[laid] / radii[laid, None]
-    assert np.einsum("ij,ij->i", outward, table.normals[laid]).min() > np.cos(np.radians(3.0))
-    for run in np.unique(table.runs[laid]):
-        rows = laid & (table.runs == run)
+    assert np.abs(radii[deposited] - 30.0).max() < 0.2
+    outward = table.points[deposited] / radii[deposited, None]
+    assert np.einsum("ij,ij->i", outward, table.normals[deposited]).min() > np.cos(np.radians(3.0))
+    for run in np.unique(table.runs[deposited]):
+        rows = deposited & (table.runs == run)
         np.testing.assert_allclose(table.points[rows][0], table.points[rows][-1], atol=1e-5)
 
 
@@ -159,18 +159,18 @@ def test_plan_json_says_what_was_planned(cap_plan: Plan, cap_bundle: tuple[Path,
 
 
 def test_a_cell_with_switched_signals_lays_a_constant_flow_and_both_layers_are_told(cap_plan: Plan) -> None:
-    assert cap_plan.laid is not None
+    assert cap_plan.deposited is not None
     assert cap_plan.uniformity is not None
-    laid = cap_plan.poses.deposit
-    np.testing.assert_allclose(cap_plan.poses.flow[laid], 1.5 * 0.5)
+    deposited = cap_plan.poses.deposit
+    np.testing.assert_allclose(cap_plan.poses.flow[deposited], 1.5 * 0.5)
     found, even = (summary(cap_plan)[name] for name in ("deposition", "uniformity"))
     assert isinstance(found, dict)
     assert isinstance(even, dict)
     assert found["flow"] == "constant"
     for name, layer in (("thickness", cap_plan.uniformity.thickness), ("following", cap_plan.uniformity.followed)):
-        told = even[name]
-        assert isinstance(told, dict)
-        assert told["cv"] == pytest.approx(layer.cv, abs=1e-6)
+        record = even[name]
+        assert isinstance(record, dict)
+        assert record["cv"] == pytest.approx(layer.cv, abs=1e-6)
         # The innermost ring alone is off, by a sixth.
         assert layer.cv < 0.02
         assert layer.within_5_percent > 0.97
@@ -183,8 +183,8 @@ def test_a_cell_with_an_analog_signal_lays_a_flow_that_follows_the_width(tmp_pat
     cell.write_text(packaged_cell_text("irb120-bent45").replace('mode = "io"', analog), encoding="utf-8")
     part = saved(tmp_path, spherical_cap(radius=10.0, angle=1.0, rings=6, jitter_seed=1))
     planned = plan(job_of(surface=part, unit="mm", spacing=2.0, backend="lscm", cell=cell, robot=False))
-    assert planned.laid is not None
-    np.testing.assert_array_equal(planned.poses.flow, planned.laid.following_flow)
+    assert planned.deposited is not None
+    np.testing.assert_array_equal(planned.poses.flow, planned.deposited.following_flow)
     assert planned.uniformity is not None
     constant, following = planned.uniformity.thickness, planned.uniformity.followed
     assert following.cv < constant.cv / 3
@@ -208,15 +208,15 @@ def test_the_same_job_gives_the_same_bytes(cap_plan: Plan, cap_bundle: tuple[Pat
 def test_a_bundle_that_was_changed_does_not_verify(
     cap_plan: Plan, cap_bundle: tuple[Path, PlanRecord], tmp_path: Path
 ) -> None:
-    bundle, told = cap_bundle
+    bundle, record = cap_bundle
     shutil.copytree(bundle, tmp_path / "out")
-    verify_files(cap_plan, told, tmp_path / "out")
+    verify_files(cap_plan, record, tmp_path / "out")
     module = tmp_path / "out" / "rapid" / "GeoPrint.mod"
     text = module.read_text()
     start = text.index("MoveL [[") + len("MoveL [[")
     module.write_text(text[:start] + "9" + text[start:])
     with pytest.raises(VerificationError, match=r"GeoPrint\.mod"):
-        verify_files(cap_plan, told, tmp_path / "out")
+        verify_files(cap_plan, record, tmp_path / "out")
 
 
 def test_rounds_divide_the_largest_distance(tmp_path: Path) -> None:
@@ -244,15 +244,15 @@ def test_a_single_level_gets_the_flow_that_its_strip_needs(tmp_path: Path) -> No
     analog = 'mode = "analog"\nflow = "aoFlow"\nflow_per_mm3_s = 0.1'
     cell.write_text(packaged_cell_text("irb120-bent45").replace('mode = "io"', analog))
     planned = plan(job_of(surface=path, unit="mm", spacing=7.0, robot=False, cell=cell))
-    laid = planned.laid
+    deposited = planned.deposited
     assert planned.uniformity is not None
     assert planned.uniformity.levels is not None
     assert not planned.uniformity.levels.figures.measured
-    assert laid is not None
+    assert deposited is not None
     # One rectangle 3.5 mm inside has to fill the whole plate, which is more than its length times the spacing.
     assert planned.uniformity.thickness.mean < 0.94
     assert planned.uniformity.followed.mean == pytest.approx(1.0, rel=0.01)
-    assert np.array_equal(planned.poses.flow, laid.following_flow)
+    assert np.array_equal(planned.poses.flow, deposited.following_flow)
     assert "here the flow follows" in outcome_text(record_plan(planned))
 
 
@@ -427,8 +427,8 @@ def test_speed_slowest_place_and_deposit_stand_in_one_line_and_all_slowdowns_in_
     robot = robot_of(cap_plan)
     trajectory = replace(robot.trajectory, slowdowns=slowdowns, share_at_speed=0.6, share_on_ramps=0.125)
     slower = replace(cap_plan, robot=(replace(robot, trajectory=trajectory, ceiling=25.0),))
-    told = record_plan(slower)
-    said, motion = outcome_text(told), told.robot[0].motion
+    record = record_plan(slower)
+    said, motion = outcome_text(record), record.robot[0].motion
     speed, deposited = cap_plan.workpiece.cell.process.speed, motion.deposited
     assert speed < motion.speed_ceiling_mm_s == 25.0
     assert deposited is not None
@@ -495,7 +495,7 @@ def test_backends_agree_on_a_plate_and_on_a_cylinder_and_print_on_the_latter(tmp
         (cylinder_patch(angle=0.5, length=12.0, divisions=(12, 9), jitter_seed=1), {"place": "demo"}),
     ):
         compared = compare(job_of(surface=saved(tmp_path, surface), unit="mm", spacing=2.0, middle="plain", **asked))
-        table = comparison_table(tell_comparison([compared]))
+        table = comparison_table(recorded_comparison([compared]))
         assert table.count("yes") == (2 if "place" in asked else 0), table
         for _, outcome in compared.outcomes:
             assert isinstance(outcome, Planned)
@@ -539,7 +539,7 @@ def test_what_cannot_be_flattened_is_a_row_with_its_reason_and_the_rest_is_measu
     closed = torus(major=7.0, minor=3.0, divisions=(28, 14))
     part = saved(tmp_path, Surface(closed.vertices, closed.faces[2:], name="handle"))
     compared = compare(job_of(surface=part, unit="mm", spacing=1.5, robot=False, middle="plain"))
-    table = comparison_table(tell_comparison([compared]))
+    table = comparison_table(recorded_comparison([compared]))
     assert "lscm could not plan on this part: handle.ply (genus 1 with 1 boundary loop) cannot be flattened" in table
     assert "not asked" in table
     save_comparisons([compared], tmp_path / "out")
@@ -583,7 +583,7 @@ def test_a_single_level_is_compared_by_all_but_spacing(tmp_path: Path) -> None:
         # One rectangle 5 mm inside the rim: 3.3 % of the plate, at its corners, is farther than 5.5 mm from it, and a
         # little more where the path rounds them.
         assert 0.0326 < planned.uniformity.gap < 0.11
-    (found,) = tell_comparison([compared]).record.parts
+    (found,) = recorded_comparison([compared]).record.parts
     assert isinstance(found, PartRecord)
     for row in found.planned:
         assert row.uniformity.levels is not None
@@ -602,7 +602,7 @@ def test_a_single_level_is_compared_by_all_but_spacing(tmp_path: Path) -> None:
 def test_a_part_out_of_reach_still_gets_its_uniformity(tmp_path: Path) -> None:
     part = saved(tmp_path, spherical_cap(radius=8.0, angle=2.2, rings=10))
     compared = compare(job_of(surface=part, unit="mm", spacing=2.0, place="demo"), backends=["heat"])
-    table = comparison_table(tell_comparison([compared]))
+    table = comparison_table(recorded_comparison([compared]))
     assert "heat cannot be printed: cap.ply has no demonstration placement" in table
     assert load_cell(None).name in str(compared.workpiece.cell.name)
 
@@ -657,7 +657,7 @@ def test_a_program_that_deposits_too_much_is_not_written_unless_that_is_accepted
 def test_a_job_may_ask_for_less_than_the_speed_of_its_cell_and_not_for_more(tmp_path: Path) -> None:
     part = saved(tmp_path, plate((24.0, 18.0), (24, 18)))
     job = job_of(surface=part, unit="mm", spacing=3.0, place="demo", speed=5.0)
-    told = record_plan(plan(job))
-    assert (told.settings.speed_mm_s, told.robot[0].motion.speed_ceiling_mm_s) == (5.0, 5.0)
+    record = record_plan(plan(job))
+    assert (record.settings.speed_mm_s, record.robot[0].motion.speed_ceiling_mm_s) == (5.0, 5.0)
     with pytest.raises(UsageError, match=r"`--speed 21` is above the speed_mm_s of irb120-bent45.toml, 20"):
         plan(job.model_copy(update={"speed": 21.0}))

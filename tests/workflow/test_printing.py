@@ -123,7 +123,7 @@ def test_the_bundle_reads_back_and_what_is_changed_in_it_is_found(planned: Plan,
 
 @pytest.mark.slow
 def test_a_plan_with_its_table_always_at_rest_is_found_by_a_check_that_has_the_same_fault(tmp_path: Path) -> None:
-    with planted(("motion.machine.moving", "obstacles_at", "placement.table.T_table_plate", "np.eye(4)")):
+    with planted(("positioner.tilt_turn", "obstacles_at", "placement.table.T_table_plate", "np.eye(4)")):
         job = job_of(
             surface=part(tmp_path), unit="mm", spacing=SPACING, backend="heat", place="demo", cell=cell(tmp_path)
         )
@@ -201,15 +201,15 @@ def test_in_silico_all_attitudes_lay_together_what_the_runs_of_the_plan_ask_for(
     # Pieces of a run lie in several attitudes, and overlap: an output that follows the speed lays what is wanted, but
     # for what its lag takes from the start of each.
     assert len(planned.robot) > 1
-    np.testing.assert_allclose(printed.laid, printed.wanted, rtol=0.04)
-    assert printed.beads.volumes.sum() == pytest.approx(printed.laid.sum(), rel=1e-9)
+    np.testing.assert_allclose(printed.deposited, printed.wanted, rtol=0.04)
+    assert printed.beads.volumes.sum() == pytest.approx(printed.deposited.sum(), rel=1e-9)
     assert printed.bare.max() < 1.0
     np.testing.assert_allclose(printed.beside, 0.0, atol=0.02 * printed.wanted.min())
     # The pieces lie on the runs: no place is farther from the planned path than beads shift it.
     path = poses.surface_points[poses.deposit]
     apart = np.linalg.norm(printed.beads.places[::7, None] - path, axis=2).min(axis=1)
     steps = np.linalg.norm(np.diff(poses.surface_points, axis=0), axis=1)
-    assert apart.max() < steps[poses.laid].max()
+    assert apart.max() < steps[poses.deposited].max()
 
 
 def test_in_silico_an_edited_attitude_shows_and_an_edited_program_of_all_is_refused(
@@ -221,8 +221,8 @@ def test_in_silico_an_edited_attitude_shows_and_an_edited_program_of_all_is_refu
     slow(folder / "part-2" / "rapid")
     after = simulated_print(folder, faults=Faults(), seed=0)
     # The flow follows the speed, so that nearly as much is laid as before, on the runs of this attitude alone.
-    np.testing.assert_allclose(after.laid, before.laid, rtol=0.05)
-    assert 0 < np.count_nonzero(np.abs(after.laid - before.laid) > 0.01) < after.runs.size
+    np.testing.assert_allclose(after.deposited, before.deposited, rtol=0.05)
+    assert 0 < np.count_nonzero(np.abs(after.deposited - before.deposited) > 0.01) < after.runs.size
     slow(folder / "rapid" / "part-2")
     with pytest.raises(VerificationError, match="the programs of the attitudes by themselves are laid: restore this"):
         simulated_print(folder, faults=Faults(), seed=0)

@@ -24,7 +24,7 @@ from geoprint.workflow import check_bundle, plan, record_seen, save_plan
 WHEN = datetime(2026, 3, 4, 15, 6, 7, tzinfo=UTC)
 
 
-def told(bundle: Path) -> EvidenceRecord:
+def record(bundle: Path) -> EvidenceRecord:
     evidence = json.loads((bundle / "plan.json").read_text())["robot"][0]["evidence"]
     return EvidenceRecord.model_validate_json(json.dumps(evidence))
 
@@ -64,7 +64,7 @@ def test_switches_do_not_make_another_program_but_another_word_does(copy: Path) 
     cell = copy / "rapid" / "GeoCell.mod"
     before = check_bundle(copy).program_sha256
     cell.write_text(cell.read_text().replace("geoDryRun:=TRUE", "geoDryRun:=FALSE"))
-    assert check_bundle(copy).program_sha256 == before == told(copy).program_sha256
+    assert check_bundle(copy).program_sha256 == before == record(copy).program_sha256
     cell.write_text(cell.read_text().replace("geoDryRun:=FALSE", "geoDryRan:=FALSE"))
     assert check_bundle(copy).program_sha256 != before
 
@@ -151,15 +151,15 @@ def test_a_check_tells_what_it_executed_itself(printed: Path) -> None:
     # A program that does not run, or to other targets, was not executed, whatever plan.json says.
     elsewhere = replace(checked.executed, motion=float("inf"), outputs=float("inf"))
     for other in (None, elsewhere):
-        told_now = replace(checked, executed=other)
-        assert "executed" not in json.loads(json.dumps(check_summary(told_now)))["evidence"]
-        assert "executed: not yet" in " ".join(check_text(told_now).split())
+        record_now = replace(checked, executed=other)
+        assert "executed" not in json.loads(json.dumps(check_summary(record_now)))["evidence"]
+        assert "executed: not yet" in " ".join(check_text(record_now).split())
 
 
 def test_the_run_sheet_tells_of_moves_jerk_and_bends_in_plain_words(printed: Path) -> None:
     checked = check_bundle(printed)
-    assert checked.told is not None
-    robot = checked.told.robot[0]
+    assert checked.record is not None
+    robot = checked.record.robot[0]
     bends = tuple(
         BendRecord(
             run=number, kind="rounded", place_mm=(number, 0.0, 0.0), arc_mm=1.0, radius_mm=0.5,
@@ -169,8 +169,8 @@ def test_the_run_sheet_tells_of_moves_jerk_and_bends_in_plain_words(printed: Pat
     )  # fmt: skip
     targets = robot.motion.targets.model_copy(update={"shortest_ms": 12.5, "closer": 4, "bends": bends})
     motion = robot.motion.model_copy(update={"targets": targets, "largest_jerk_m_s3": 104.2})
-    bent = checked.told.model_copy(update={"robot": (robot.model_copy(update={"motion": motion}),)})
-    said = " ".join(check_text(replace(checked, told=bent)).split())
+    bent = checked.record.model_copy(update={"robot": (robot.model_copy(update={"motion": motion}),)})
+    said = " ".join(check_text(replace(checked, record=bent)).split())
     assert "shortest move 12.5 ms (4 below 20 ms" in said
     assert "largest jerk of the tip while laying 104 m/s3" in said
     # Run 0 of plan.json has no offset; the farthest of the other five come first, numbered from 1.
@@ -196,7 +196,7 @@ def test_what_was_executed_here_says_that_this_is_no_controller(printed: Path) -
         largest_move_time_s=0.00052, largest_run_time_share=0.0003, largest_output_mm=0.02, not_known=("lag", "ramps"),
         not_executed=(NotExecutedRecord(file="GeoGuard.mod", lines=(44, 46), reason="an error"),),
     )  # fmt: skip
-    evidence = told(printed).model_copy(update={"executed": executed})
+    evidence = record(printed).model_copy(update={"executed": executed})
     rows = dict(evidence_rows(evidence, (), program_sha256=evidence.program_sha256))
     assert rows["executed"] == (
         "here, on no controller, in 2 scenarios: 320 of 322 lines, not executed 2 (plan.json says why)"

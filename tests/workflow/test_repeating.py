@@ -19,9 +19,9 @@ from geoprint.workflow import check_bundle, check_folder
 
 def edited(path: Path, edit: Callable[[dict[str, Any]], None]) -> None:
     """Change a JSON file of a bundle, and its hash with it, as nobody does by mistake."""
-    told = json.loads(path.read_text())
-    edit(told)
-    path.write_text(json.dumps(told))
+    record = json.loads(path.read_text())
+    edit(record)
+    path.write_text(json.dumps(record))
 
 
 def reasons(checked: Checked | CheckedComparison, file: str) -> list[str]:
@@ -36,13 +36,13 @@ def test_all_that_is_computed_once_more_is_what_the_plan_says(printed: Path) -> 
     assert again.printing is not None
     assert again.dry is not None
     assert again.uniformity is not None
-    told = json.loads((printed / "plan.json").read_text())
-    clearance = told["robot"][0]["clearance"]
+    record = json.loads((printed / "plan.json").read_text())
+    clearance = record["robot"][0]["clearance"]
     assert again.printing.smallest == pytest.approx(clearance["smallest_mm"], abs=0.01)
     assert again.printing.arm_smallest == pytest.approx(clearance["arm_smallest_mm"], abs=0.01)
     assert again.printing.tip_margin == pytest.approx(clearance["tip_margin_mm"], abs=0.01)
     assert again.dry.smallest == pytest.approx(clearance["dry_run"]["smallest_mm"], abs=0.01)
-    assert again.uniformity.gap == pytest.approx(told["uniformity"]["gap"], abs=5e-4)
+    assert again.uniformity.gap == pytest.approx(record["uniformity"]["gap"], abs=5e-4)
     said = " ".join(check_text(checked).split())
     assert (
         f"checked again {clearance['smallest_mm']:.2f} mm clear, {clearance['dry_run']['smallest_mm']:.2f} mm" in said
@@ -54,15 +54,15 @@ def test_all_that_is_computed_once_more_is_what_the_plan_says(printed: Path) -> 
 
 
 def test_figures_that_are_not_those_of_the_bundle_are_found(copy: Path) -> None:
-    def flatter(told: dict[str, Any]) -> None:
-        clearance = told["robot"][0]["clearance"]
+    def flatter(record: dict[str, Any]) -> None:
+        clearance = record["robot"][0]["clearance"]
         for of, name in (
             (clearance, "smallest_mm"), (clearance, "arm_smallest_mm"), (clearance, "tip_margin_mm"),
             (clearance["dry_run"], "smallest_mm"),
         ):  # fmt: skip
             of[name] += 0.02
-        told["uniformity"]["gap"] += 0.001
-        told["uniformity"]["thickness"]["cv"] -= 0.001
+        record["uniformity"]["gap"] += 0.001
+        record["uniformity"]["thickness"]["cv"] -= 0.001
 
     edited(copy / "plan.json", flatter)
     found = reasons(check_bundle(copy, full=True), "plan.json")
@@ -113,9 +113,9 @@ def test_figures_of_paths_that_are_not_theirs_are_found(compared: Path, tmp_path
     heat = Path(shutil.copytree(compared, tmp_path / "whole")) / "heat"
     names = ("runs", "poses", "deposit_mm", "travel_mm")
 
-    def more(told: dict[str, Any]) -> None:
+    def more(record: dict[str, Any]) -> None:
         for name in names:
-            told["paths"][name] += 1
+            record["paths"][name] += 1
 
     edited(heat / "plan.json", more)
     found = reasons(check_bundle(heat), "plan.json")
@@ -138,11 +138,11 @@ def test_a_comparison_is_checked_bundle_by_bundle_the_best_first(
     printed = capsys.readouterr()
     found = json.loads(printed.out)
     assert found["agrees"] is True
-    told = json.loads((whole / "compare.json").read_text())["parts"][0]
+    record = json.loads((whole / "compare.json").read_text())["parts"][0]
     order = [one["bundle"] for one in found["bundles"]]
     assert sorted(order) == ["heat", "lscm"]
     # Neither as they were asked for, nor by their names.
-    assert order[0] == told["best"] == "lscm"
+    assert order[0] == record["best"] == "lscm"
     assert [one["program"] for one in found["bundles"]] == [False] * 2
     assert printed.err.count("as planned; holds no program: ") == 2
 
@@ -160,7 +160,7 @@ def test_a_comparison_is_checked_bundle_by_bundle_the_best_first(
 def test_parts_of_a_comparison_are_in_folders_of_their_own(compared: Path, tmp_path: Path) -> None:
     whole = tmp_path / "several"
     listed = json.loads((compared / "manifest.json").read_text())["sha256"]
-    told = json.loads((compared / "compare.json").read_text())
+    record = json.loads((compared / "compare.json").read_text())
     (whole / "plate").mkdir(parents=True)
     names = {name: digest for name, digest in listed.items() if "/" in name}
     for place in ("plate", "plate-2"):
@@ -168,7 +168,7 @@ def test_parts_of_a_comparison_are_in_folders_of_their_own(compared: Path, tmp_p
             shutil.copytree(compared / backend, whole / place / backend)
     every = {f"{place}/{name}": digest for place in ("plate-2", "plate") for name, digest in names.items()}
     (whole / "manifest.json").write_text(json.dumps({"sha256": every}))
-    (whole / "compare.json").write_text(json.dumps({**told, "parts": told["parts"] * 2}))
+    (whole / "compare.json").write_text(json.dumps({**record, "parts": record["parts"] * 2}))
     checked = check_folder(whole)
     assert isinstance(checked, CheckedComparison)
     assert checked.findings == ()

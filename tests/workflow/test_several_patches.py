@@ -16,7 +16,7 @@ from geoprint.errors import FieldError, GeoprintError, InputError, MeshError, Re
 from geoprint.geometry import boundary_seed, prepare, refine, united
 from geoprint.geometry.files import MeshFile, load, load_file, save_ply
 from geoprint.model import Surface
-from geoprint.reporting import outcome_text, record_plan, run_sheet, summary, tell_comparison
+from geoprint.reporting import outcome_text, record_plan, recorded_comparison, run_sheet, summary
 from geoprint.reporting.part_report import report_table
 from geoprint.reporting.pictures import chart_pictures
 from geoprint.reporting.records.comparison import PartRecord
@@ -60,7 +60,7 @@ def job(path: Path, *patches: dict[str, object], **values: object) -> Job:
     return job_of(surface=path, patches=[*patches], **asked)
 
 
-def laid(planned: Plan, runs: tuple[int, int]) -> np.ndarray:
+def deposited(planned: Plan, runs: tuple[int, int]) -> np.ndarray:
     poses = planned.poses
     return poses.tips[poses.deposit & (poses.runs >= runs[0]) & (poses.runs <= runs[1])]
 
@@ -74,7 +74,7 @@ def test_each_patch_is_as_even_and_lies_as_when_it_is_planned_alone(ball: Path, 
     assert found.spacing.cv == pytest.approx(only.spacing.cv, rel=1e-9)
     assert found.area_mm2 == pytest.approx(only.area_mm2, rel=1e-12)
     assert found.deposit_mm == pytest.approx(only.deposit_mm, rel=1e-12)
-    assert np.array_equal(laid(together, found.runs), laid(alone, only.runs))
+    assert np.array_equal(deposited(together, found.runs), deposited(alone, only.runs))
 
 
 def test_a_patch_is_finished_before_the_next_and_the_nearest_one_is_next(table: Path) -> None:
@@ -194,8 +194,8 @@ def lowest_between(planned: Plan) -> float:
     first, second = record_plan(planned).patches
     poses = planned.poses
     between = poses.tips[~poses.deposit & (poses.runs == second.runs[0])]
-    gone = np.linalg.norm(between - laid(planned, first.runs)[-1], axis=1) > 3.0
-    near_second = np.linalg.norm(between - laid(planned, second.runs)[0], axis=1) < 3.0
+    gone = np.linalg.norm(between - deposited(planned, first.runs)[-1], axis=1) > 3.0
+    near_second = np.linalg.norm(between - deposited(planned, second.runs)[0], axis=1) < 3.0
     return float(np.linalg.norm(between[gone & ~near_second], axis=1).min())
 
 
@@ -208,8 +208,8 @@ def test_one_program_prints_two_patches_and_says_so(ball: Path, tmp_path: Path) 
     save_plan(planned, tmp_path / "out")
     checked = check_bundle(tmp_path / "out")
     assert checked.findings == ()
-    assert checked.told is not None
-    first, second = checked.told.patches
+    assert checked.record is not None
+    first, second = checked.record.patches
     assert first.runs[0] == 0
     assert second.runs == (first.runs[1] + 1, planned.toolpath.curves.count - 1)
     assert first.area_mm2 == pytest.approx(2 * np.pi * RADIUS**2 * (1 - np.cos(0.3)), rel=0.01)
@@ -223,13 +223,13 @@ def test_one_program_prints_two_patches_and_says_so(ball: Path, tmp_path: Path) 
 def test_the_report_names_every_patch_and_the_bundle_has_its_chart(ball: Path) -> None:
     regions = [disc_at(place, radius) for place, radius in zip(PLACES, RADII, strict=True)]
     compared = compare(job(ball, *regions, spacing=2.5, resolution=100, middle="plain"), backends=["lscm"])
-    told, plans = tell_comparison([compared]), [outcome.plan for _, outcome in compared.planned]
-    (part,) = told.record.parts
+    record, plans = recorded_comparison([compared]), [outcome.plan for _, outcome in compared.planned]
+    (part,) = record.record.parts
     assert isinstance(part, PartRecord)
-    rows = [row for row in report_table(part.planned, told.plans[0], plans) if row.group.startswith("Patch")]
+    rows = [row for row in report_table(part.planned, record.plans[0], plans) if row.group.startswith("Patch")]
     assert [row.group for row in rows] == ["Patch 1", "Patch 2"]
-    assert rows[1].values == (f"{told.plans[0]['lscm'].patches[1].spacing.cv:.2%}",)
-    files = plan_files(plans[0], told.plans[0]["lscm"], charts=chart_pictures(plans[0]))
+    assert rows[1].values == (f"{record.plans[0]['lscm'].patches[1].spacing.cv:.2%}",)
+    files = plan_files(plans[0], record.plans[0]["lscm"], charts=chart_pictures(plans[0]))
     assert {"chart-1.png", "chart-2.png"} < files.keys()
     assert [len(row.patches) for row in part.planned] == [2]
 

@@ -111,10 +111,10 @@ def test_of_a_band_one_rim_covers_more_than_both_and_is_taken(tmp_path: Path) ->
     assert taken.source != "border"
     assert tried["border"].gap + tried["border"].overlap > taken.gap + taken.overlap + 0.005
     np.testing.assert_array_equal(distances(best), distances(planned_alone[taken.source]))
-    told = json.loads(json.dumps(summary(best)))
-    assert [source["taken"] for source in told["sources"]] == [each.taken for each in tried.values()]
+    record = json.loads(json.dumps(summary(best)))
+    assert [source["taken"] for source in record["sources"]] == [each.taken for each in tried.values()]
     assert any(
-        note.startswith(f"measured from {taken.source}, which covers best; area missed") for note in told["notes"]
+        note.startswith(f"measured from {taken.source}, which covers best; area missed") for note in record["notes"]
     )
 
 

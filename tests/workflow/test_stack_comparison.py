@@ -42,7 +42,7 @@ def _row(
     )  # fmt: skip
 
 
-def _told(*rows: ComparedStackRecord | RefusedStackRecord) -> StackComparisonRecord:
+def _stated(*rows: ComparedStackRecord | RefusedStackRecord) -> StackComparisonRecord:
     return StackComparisonRecord(
         schema=2, version="0", part="heart.ply", thickness_mm=1.0, layers=2,
         verdict=stack_verdict(rows, part="heart.ply"), best=best_stack(rows)[0].backend, backends=rows,
@@ -69,7 +69,7 @@ def test_coverage_of_all_layers_decides_and_then_their_thickness() -> None:
 
 def test_what_is_told_of_stacks_names_what_cannot_be_planned_or_printed() -> None:
     text = stack_comparison_text(
-        _told(_row("a", gap=0.0, cv=0.01, printed=False), RefusedStackRecord(backend="b", refused="layer 1: closed"))
+        _stated(_row("a", gap=0.0, cv=0.01, printed=False), RefusedStackRecord(backend="b", refused="layer 1: closed"))
     )
     assert "a         " in text
     assert "refused" in text
@@ -77,10 +77,10 @@ def test_what_is_told_of_stacks_names_what_cannot_be_planned_or_printed() -> Non
     assert "b could not plan: layer 1: closed" in text
     assert "warning: mind this" in text
     assert "not checked: 1 thing;" in text
-    narrow = stack_comparison_text(_told(_row("a", gap=0.0, cv=0.01)), width=60)
+    narrow = stack_comparison_text(_stated(_row("a", gap=0.0, cv=0.01)), width=60)
     assert "left out at this width, told in stacks.json: clear mm" in narrow
     assert max(map(len, narrow.splitlines()[:5])) <= 60
-    assert "was not asked" in stack_comparison_text(_told(_row("a", gap=0.0, cv=0.01, printed=None)))
+    assert "was not asked" in stack_comparison_text(_stated(_row("a", gap=0.0, cv=0.01, printed=None)))
 
 
 def _status(monkeypatch: pytest.MonkeyPatch, line: str) -> int:
@@ -97,10 +97,10 @@ def test_stacks_of_backends_stand_side_by_side(
     command = f"compare {tmp_path}/plate.ply --unit mm --spacing 2.0 --thickness 1.0 --no-robot --out {tmp_path}/both"
     with planning_here():
         assert _status(monkeypatch, f"{command} --json") == 0
-    told = StackComparisonRecord.model_validate_json(capsys.readouterr().out)
-    assert [row.backend for row in told.backends] == ["lscm", "heat"]
-    assert told.layers == 2
-    for row in told.backends:
+    record = StackComparisonRecord.model_validate_json(capsys.readouterr().out)
+    assert [row.backend for row in record.backends] == ["lscm", "heat"]
+    assert record.layers == 2
+    for row in record.backends:
         assert isinstance(row, ComparedStackRecord)
         # On a plate so small corners and the middle are much of it.
         assert 0.03 < row.thickness_cv <= row.worst_cv < 0.08
@@ -109,7 +109,7 @@ def test_stacks_of_backends_stand_side_by_side(
         assert row.runs == sum(layer["runs"] for layer in stack["layers"])
         assert not check_folder(tmp_path / "both" / row.backend).findings
     page = (tmp_path / "both" / "report.html").read_text()
-    assert told.verdict[0] in page
+    assert record.verdict[0] in page
     for backend in ("lscm", "heat"):
         assert f'href="{backend}/report.html"' in page
         assert (tmp_path / "both" / backend / "report.html").is_file()

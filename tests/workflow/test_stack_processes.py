@@ -63,8 +63,8 @@ def _given_back(code: str) -> float:
 
 @pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="what is free is given back as glibc is told to")
 def test_large_arrays_go_back_as_soon_as_they_are_free() -> None:
-    told = "from geoprint.workflow.processes import give_back_memory\ngive_back_memory()"
-    assert _given_back(told) > 0.9 * MB * (COUNT - 1)
+    record = "from geoprint.workflow.processes import give_back_memory\ngive_back_memory()"
+    assert _given_back(record) > 0.9 * MB * (COUNT - 1)
     # Without that it would keep them, and this test would tell nothing.
     assert _given_back("") < 0.5 * MB * (COUNT - 1)
 

@@ -77,23 +77,23 @@ def test_layers_stand_where_the_part_stands(third: Plan) -> None:
 
 
 def test_what_is_told_names_the_layer(third: Plan) -> None:
-    told = record_plan(third)
-    (layer,) = told.layers
+    record = record_plan(third)
+    (layer,) = record.layers
     assert (layer.number, layer.count, layer.bottom_mm, layer.height_mm) == (2, 4, 1.0, 0.5)
-    assert "layer 3 of 4: from 1 to 1.5 mm over the part, paths in its middle" in outcome_text(told)
+    assert "layer 3 of 4: from 1 to 1.5 mm over the part, paths in its middle" in outcome_text(record)
     assert third.poses.layers.min() == third.poses.layers.max() == 2
 
 
 def test_a_layer_lays_what_it_holds(third: Plan) -> None:
     poses = third.poses
     lengths = np.linalg.norm(np.diff(poses.surface_points, axis=0), axis=1)
-    laid = float((lengths * poses.flow[:-1])[poses.laid].sum())
+    deposited = float((lengths * poses.flow[:-1])[poses.deposited].sum())
     # Of a shell between two spheres.
     share = ((RADIUS + 1.5) ** 3 - (RADIUS + 1.0) ** 3) / (3.0 * 0.5 * RADIUS**2)
     (base,) = (third.workpiece.base,)
-    assert laid == pytest.approx(float(face_areas(base).sum()) * share * 0.5, rel=0.01)
+    assert deposited == pytest.approx(float(face_areas(base).sum()) * share * 0.5, rel=0.01)
     # What fronts that meet leave out is made up for by the speed, so that the pressure stays.
-    assert laid == pytest.approx(0.5 * float(face_areas(third.workpiece.part).sum()), rel=2e-3)
+    assert deposited == pytest.approx(0.5 * float(face_areas(third.workpiece.part).sum()), rel=2e-3)
     process, flow = third.workpiece.cell.process, float(poses.flow.max())
     assert flow * process.speed == pytest.approx(2.0 * 0.5 * load_cell(None).process.speed, rel=1e-12)
     assert process.speed < load_cell(None).process.speed
@@ -116,7 +116,7 @@ def test_a_layer_is_kept_as_thick_as_it_is_on_columns_over_the_part(third: Plan)
     kept = stacked_layer(third)
     assert (kept.bottom, kept.height, kept.printed, kept.spacing) == (pytest.approx(1.0), pytest.approx(0.5), 2, 2.0)
     assert not kept.met.any()
-    _, following, _ = kept.laid
+    _, following, _ = kept.deposited
     assert following.mean() == pytest.approx(0.5, rel=0.01)
     assert (following > 0.0).all()
     assert len(kept.seams) == record_plan(third).paths.runs
@@ -148,42 +148,42 @@ def device(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, StackRecord]
 
 
 def test_a_stack_is_written_whole_and_each_layer_checks(device: tuple[Path, StackRecord]) -> None:
-    folder, told = device
-    assert [layer.folder for layer in told.layers] == ["layer-01", "layer-02"]
+    folder, record = device
+    assert [layer.folder for layer in record.layers] == ["layer-01", "layer-02"]
     assert json.loads((folder / "stack.json").read_text())["layers"][1]["bottom_mm"] == 0.5
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "Finished thickness" in page
     assert "as executed" in page
-    found = told.finished
+    found = record.finished
     assert found.following_flow is not None
     assert found.printed is not None
     assert found.following_flow.cv < 0.05
     assert found.printed.mean == pytest.approx(1.0, abs=0.1)
     assert (found.printed.judged, found.printed.creased) == (1.0, 0.0)
     assert found.printed.volume == pytest.approx(
-        sum(layer.laid_mm3 for layer in told.layers) / sum(layer.wanted_mm3 for layer in told.layers), rel=1e-4
+        sum(layer.laid_mm3 for layer in record.layers) / sum(layer.wanted_mm3 for layer in record.layers), rel=1e-4
     )
-    assert "finished thickness" in stack_text(told)
-    for layer in told.layers:
-        assert not check_bundle(folder / layer.folder, full=layer is told.layers[-1]).findings
+    assert "finished thickness" in stack_text(record)
+    for layer in record.layers:
+        assert not check_bundle(folder / layer.folder, full=layer is record.layers[-1]).findings
         assert layer.clearance_mm is not None
         assert layer.clearance_mm > 0.5
         assert layer.laid_mm3 == pytest.approx(layer.wanted_mm3, rel=0.1)
     sheet = check_text(check_folder(folder / "layer-02"))
     assert "layer 0.5 mm, stand-off 0.3 mm over the layer below" in sheet
-    text = stack_text(told)
+    text = stack_text(record)
     assert "1 mm in 2 layers of 0.5 mm" in text
     assert " 2 from 0.5 mm: " in text
     assert "placement not known" not in text
     assert "things; `--verbose` lists them" in text
-    assert told.layers[0].not_checked[0] in stack_text(told, verbose=True)
-    (upper,) = (layer.model_copy(update={"warnings": ("mind this",)}) for layer in told.layers[1:])
-    assert "warning: layer 2: mind this" in stack_text(told.model_copy(update={"layers": (told.layers[0], upper)}))
+    assert record.layers[0].not_checked[0] in stack_text(record, verbose=True)
+    (upper,) = (layer.model_copy(update={"warnings": ("mind this",)}) for layer in record.layers[1:])
+    assert "warning: layer 2: mind this" in stack_text(record.model_copy(update={"layers": (record.layers[0], upper)}))
 
 
 def test_setup_plan_and_program_of_each_layer_state_the_stand_off_of_the_cell(device: tuple[Path, StackRecord]) -> None:
-    folder, told = device
-    for layer in told.layers:
+    folder, record = device
+    for layer in record.layers:
         place = folder / layer.folder
         stated = read_record(place / "plan.json", PlanRecord)
         setup = read_setup(place / "setup.json")
@@ -203,15 +203,15 @@ def test_setup_plan_and_program_of_each_layer_state_the_stand_off_of_the_cell(de
 
 
 def test_a_stack_has_one_program_that_was_executed(device: tuple[Path, StackRecord]) -> None:
-    folder, told = device
-    program = told.program
+    folder, record = device
+    program = record.program
     assert program is not None
     assert (program.file, program.pause_s, program.runs_dry_only) == ("rapid/GeoStack.pgf", 20.0, True)
-    times = [layer.print_s for layer in told.layers if layer.print_s is not None]
+    times = [layer.print_s for layer in record.layers if layer.print_s is not None]
     assert program.print_s == pytest.approx(sum(times) + 20.0, abs=1e-5)
     assert program.scenarios == (
         "dry", "printing", "printing from layer 2 on", "printing up to layer 1",
-        f"printing from run {told.layers[1].runs // 2 + 1} of layer 2 on",
+        f"printing from run {record.layers[1].runs // 2 + 1} of layer 2 on",
     )  # fmt: skip
     assert {path.name for path in (folder / "rapid" / "layer-02").iterdir()} == {
         "GeoCell.mod", "GeoGuard.mod", "GeoPrint.mod",

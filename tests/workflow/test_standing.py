@@ -128,10 +128,10 @@ def test_the_first_orientation_that_serves_is_taken_and_says_why_those_before_we
     np.testing.assert_allclose(stands.T_base_fixture, TILTED.T_base_fixture, atol=1e-12)
     assert len(stands.missing) == 2
     # Where material is laid, and how much, does not depend on how the part stands; the nozzle's attitude does.
-    laid, before = found.poses.deposit, paths.poses.deposit
-    np.testing.assert_allclose(found.poses.tips[laid], paths.poses.tips[before], atol=1e-12)
-    np.testing.assert_array_equal(found.poses.flow[laid], 0.125)
-    assert not found.poses.flow[~laid].any()
+    deposited, before = found.poses.deposit, paths.poses.deposit
+    np.testing.assert_allclose(found.poses.tips[deposited], paths.poses.tips[before], atol=1e-12)
+    np.testing.assert_array_equal(found.poses.flow[deposited], 0.125)
+    assert not found.poses.flow[~deposited].any()
 
 
 @pytest.mark.parametrize("error", [NEEDLE, LimitError("a limit is broken.")])
@@ -187,9 +187,9 @@ def test_a_part_out_of_reach_as_it_stands_is_tilted_until_it_is_reached(planned:
     assert robot.joint_path.joints[:, 4].max() <= np.radians(40.0)
     assert robot.program.dry_run
     # The turn that is told, written into the cell file, gives the same placement.
-    told = record_plan(planned).robot[0].motion.placement_orientation
-    assert told is not None
-    stated = f"demo_rpy_deg = [{', '.join(f'{angle:g}' for angle in told.rpy_deg)}]"
+    record = record_plan(planned).robot[0].motion.placement_orientation
+    assert record is not None
+    stated = f"demo_rpy_deg = [{', '.join(f'{angle:g}' for angle in record.rpy_deg)}]"
     cell = load_cell(cell_file(tmp_path, stated=stated))
     again = demo_placement(planned.workpiece.part, position=cell.demo_position, rotation=cell.demo_turn)
     np.testing.assert_allclose(again.T_base_work, robot.placement.T_base_work, atol=1e-9)

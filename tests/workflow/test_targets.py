@@ -189,11 +189,11 @@ def test_a_bundle_with_a_target_is_planned_again_to_the_same_bytes(tmp_path: Pat
 def test_of_a_wedge_the_layers_without_room_are_left_out_and_told(tmp_path: Path) -> None:
     job = _job(tmp_path, part=SMALL, target=_saved(tmp_path, wedge(length=10.0, width=6.0, height=1.5)))
     with planning_here():
-        told = plan_stack(job, tmp_path / "device")
-    assert [layer.folder for layer in told.layers] == ["layer-01", "layer-02"]
-    (left_out,) = told.left_out
+        record = plan_stack(job, tmp_path / "device")
+    assert [layer.folder for layer in record.layers] == ["layer-01", "layer-02"]
+    (left_out,) = record.left_out
     assert left_out.number == 3
     assert "layer 3: nothing of it is as wide as the spacing of 2 mm" in left_out.reason
     # The middles of the layers, 0.25 and 0.75 mm high, lie within the wedge from 1.67 and 5 mm on.
-    assert [layer.area_mm2 for layer in told.layers] == pytest.approx([50.0, 30.0], rel=0.01)
-    assert told.target_mm3 == pytest.approx(45.0, rel=0.003)
+    assert [layer.area_mm2 for layer in record.layers] == pytest.approx([50.0, 30.0], rel=0.01)
+    assert record.target_mm3 == pytest.approx(45.0, rel=0.003)

@@ -60,10 +60,10 @@ def test_fibres_in_a_wall_are_planned_again_to_the_same_bytes_without_the_volume
         field=_field(tmp_path, "ball.nii.gz", wall=[1], cavity=[2], base=[3]),
     )  # fmt: skip
     planned = plan(job)
-    told = record_plan(planned).paths.fibres
-    assert told is not None
+    record = record_plan(planned).paths.fibres
+    assert record is not None
     # At 18 mm of the 15 to 25 of the ball: 0.583 of the way, by the harmonic depth.
-    assert told.helix_mean_deg == pytest.approx(10.0, abs=2.0)
+    assert record.helix_mean_deg == pytest.approx(10.0, abs=2.0)
     save_plan(planned, tmp_path / "out")
     (tmp_path / "ball.nii.gz").unlink()
     save_plan(plan(geoprint.job_from(tmp_path / "out")), tmp_path / "again")

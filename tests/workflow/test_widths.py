@@ -53,8 +53,8 @@ def test_rows_flow_and_evenness_follow_the_width_with_both_backends(tmp_path: Pa
         assert (found.sides.both.cv, found.gap) == (pytest.approx(0.0, abs=0.02), pytest.approx(0.0, abs=0.01))
         assert found.thickness.cv < 0.02
         assert found.levels is None
-        assert paths.laid is not None
-        assert paths.laid.mode == "analog"
+        assert paths.deposited is not None
+        assert paths.deposited.mode == "analog"
         # Away from the ends of rows a strip is as wide as is wanted.
         places = poses.surface_points
         inside = poses.deposit & (places[:, 0] > 1.0) & (places[:, 0] < 9.0)
@@ -88,9 +88,9 @@ def test_a_table_is_kept_in_the_bundle_which_is_planned_and_measured_again_alike
     assert _off_the_wanted(paths) < 0.1
     save_plan(paths, tmp_path / "out")
     (tmp_path / "own.csv").unlink()
-    told = json.loads((tmp_path / "out" / "plan.json").read_text())
-    np.testing.assert_allclose(told["paths"]["widths_mm"], (0.8, 1.6), atol=0.06)
-    assert any("can only open and shut its valve" in warning for warning in told["warnings"])
+    record = json.loads((tmp_path / "out" / "plan.json").read_text())
+    np.testing.assert_allclose(record["paths"]["widths_mm"], (0.8, 1.6), atol=0.06)
+    assert any("can only open and shut its valve" in warning for warning in record["warnings"])
     assert (tmp_path / "out" / "field" / "own.csv").read_text().startswith("x,y,z,width")
     save_plan(plan(geoprint.job_from(tmp_path / "out")), tmp_path / "again")
     assert (tmp_path / "out" / "manifest.json").read_bytes() == (tmp_path / "again" / "manifest.json").read_bytes()

@@ -11,7 +11,7 @@ import pytest
 from geoprint.config import job_of
 from geoprint.geometry.files import save_ply
 from geoprint.metrics import measure_paths, uniformity
-from geoprint.reporting import comparison_table, summary, tell_comparison
+from geoprint.reporting import comparison_table, recorded_comparison, summary
 from geoprint.reporting.part_report import report_table
 from geoprint.reporting.plan import outcome_text, record_plan
 from geoprint.reporting.records.comparison import PartRecord
@@ -56,15 +56,15 @@ def test_runs_through_several_levels_are_measured_on_both_sides() -> None:
 
 
 def test_a_spiral_has_the_figures_that_measuring_its_paths_alone_has(planned: Plan) -> None:
-    told = summary(planned)["uniformity"]
-    assert isinstance(told, dict)
+    recorded = summary(planned)["uniformity"]
+    assert isinstance(recorded, dict)
     measured = measure_paths(planned.workpiece.part, deposits_of(planned.poses), spacing=2.0)
-    thickness, found = told["thickness"], measured.sides
+    thickness, found = recorded["thickness"], measured.sides
     assert isinstance(thickness, dict)
     assert thickness["cv"] == pytest.approx(measured.thickness.cv, abs=1e-4)
-    assert told["gap"] == pytest.approx(measured.gap, abs=1e-4)
+    assert recorded["gap"] == pytest.approx(measured.gap, abs=1e-4)
     for name, side in (("left", found.left), ("right", found.right)):
-        record = told[name]
+        record = recorded[name]
         assert isinstance(record, dict)
         spacing = record["spacing"]
         assert isinstance(spacing, dict)
@@ -87,20 +87,20 @@ def test_the_level_of_a_pose_counts_turns(planned: Plan) -> None:
 
 def test_what_a_file_rounds_changes_no_figure(planned: Plan) -> None:
     rounded = replace(planned.poses, tips=planned.poses.tips.round(6))
-    found, told = uniformity(rounded, planned.workpiece.part, spacing=2.0), planned.uniformity
-    assert told is not None
-    np.testing.assert_array_equal(found.sides.kinds, told.sides.kinds)
-    for one, other in ((found.sides.both, told.sides.both), (found.thickness, told.thickness)):
+    found, record = uniformity(rounded, planned.workpiece.part, spacing=2.0), planned.uniformity
+    assert record is not None
+    np.testing.assert_array_equal(found.sides.kinds, record.sides.kinds)
+    for one, other in ((found.sides.both, record.sides.both), (found.thickness, record.thickness)):
         assert (one.mean, one.cv) == (pytest.approx(other.mean, abs=1e-6), pytest.approx(other.cv, abs=1e-6))
 
 
 def test_table_words_and_report_say_of_a_spiral_what_they_say_of_contours(compared: Comparison, planned: Plan) -> None:
-    told = tell_comparison([compared])
-    (part,) = told.record.parts
+    record = recorded_comparison([compared])
+    (part,) = record.record.parts
     assert isinstance(part, PartRecord)
     measured = part.planned[0].uniformity
     thickness, following = f"{measured.thickness.cv:.2%}", f"{measured.following.cv:.2%}"
-    header, _, row = comparison_table(told).splitlines()[2:5]
+    header, _, row = comparison_table(record).splitlines()[2:5]
     assert header.split()[:5] == ["backend", "thickness", "CV", "following", "CV"]
     assert row.split()[:3] == ["heat", thickness, following]
     assert f"the thickness of its layer varies by {measured.thickness.cv:.1%} (" in part.verdict[0]
@@ -118,7 +118,7 @@ def test_contours_have_a_row_for_their_levels_besides(tmp_path: Path) -> None:
     save_ply(disc(radius=6.0, rings=8), tmp_path / "disc.ply")
     job = job_of(surface=tmp_path / "disc.ply", unit="mm", spacing=2.0, robot=False, middle="plain")
     compared = compare(job, backends=["heat"])
-    (part,) = tell_comparison([compared]).record.parts
+    (part,) = recorded_comparison([compared]).record.parts
     assert isinstance(part, PartRecord)
     rows = report_table(part.planned, {}, [compared.planned[0][1].plan])
     levels = part.planned[0].uniformity.levels

@@ -56,10 +56,12 @@ def cell(folder: Path, *changes: tuple[str, str]) -> Path:
 def test_a_flipped_job_prints_the_other_side(part: Path, up: float) -> None:
     planned = plan(asked(part, flip=up < 0.0))
     assert planned.workpiece.side.turned is (up < 0.0)
-    laid = planned.poses.deposit
-    np.testing.assert_allclose(planned.poses.normals[laid], np.tile([0.0, 0.0, up], (int(laid.sum()), 1)), atol=1e-9)
+    deposited = planned.poses.deposit
+    np.testing.assert_allclose(
+        planned.poses.normals[deposited], np.tile([0.0, 0.0, up], (int(deposited.sum()), 1)), atol=1e-9
+    )
     # The packaged cell holds the tip 0.3 mm off the printed side.
-    np.testing.assert_allclose(planned.poses.tips[laid, 2], 0.3 * up, atol=1e-6)
+    np.testing.assert_allclose(planned.poses.tips[deposited, 2], 0.3 * up, atol=1e-6)
 
 
 def test_a_seed_may_miss_the_surface_by_a_millimetre(part: Path) -> None:

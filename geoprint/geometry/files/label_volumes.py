@@ -198,12 +198,12 @@ def volume_mesh(volume: LabelVolume, choice: Choice, *, name: str) -> MeshFile:
     for kind, small in (("islands too small for a surface", made.islands), ("pinholes closed", made.pinholes)):
         skipped[f"{kind} ({small.voxels} voxels, {small.voxels * cubes:.3g} mm3)"] = small.count
     named = f" '{volume.names[chosen]}'" if volume.names.get(chosen) else ""
-    told = reading(
+    record = reading(
         used={f"voxels of label {chosen}{named}": int(inside.sum()) - made.islands.voxels},
         skipped=skipped,
         assumed=volume.assumed,
     )
-    return MeshFile(made.vertices, made.faces, volume.unit or "", notes, reading=told, usual=volume.usual)
+    return MeshFile(made.vertices, made.faces, volume.unit or "", notes, reading=record, usual=volume.usual)
 
 
 def label_surface(

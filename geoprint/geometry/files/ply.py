@@ -139,12 +139,12 @@ def read_ply(data: bytes, /, *, name: str, check: Check | None = None) -> MeshFi
     regions = labelled_faces(faces, of_faces=of_faces, of_vertices=_integers(file, "vertex"))
     used = {kind: count for each in made for kind, count in each.used.items()}
     skipped = {kind: count for each in made for kind, count in each.skipped.items()} | _skipped(file, regions)
-    told = reading(
+    record = reading(
         used={**used, "vertices": len(vertices)},
         skipped=skipped,
         assumed=[said for each in made for said in each.assumed],
     )
-    return replace(mesh, regions=regions, reading=told)
+    return replace(mesh, regions=regions, reading=record)
 
 
 def holds_points_alone(data: bytes) -> bool:

@@ -304,8 +304,8 @@ def read_off(data: bytes, /, *, name: str) -> MeshFile:
         "vertices' colours or normals": sum(len(words) > 3 for _, words in body[:vertex_count]),
         "face colours": sum(len(words) > len(p) + 1 for (_, words), p in zip(face_lines, polygons, strict=True)),
     }
-    told = reading(used=_used(polygons, len(vertices)), skipped=skipped)
-    return replace(mesh, step=written_step(data, mesh.vertices), reading=told)
+    record = reading(used=_used(polygons, len(vertices)), skipped=skipped)
+    return replace(mesh, step=written_step(data, mesh.vertices), reading=record)
 
 
 def _decode(data: bytes) -> str:
@@ -413,8 +413,8 @@ def read_stl(data: bytes, /, *, name: str) -> MeshFile:
             "facet normals": int(triangles["normal"].any(axis=1).sum()),
             "facet attributes": int((triangles["attributes"] != 0).sum()),
         }
-        told = reading(used={"faces": len(faces)}, skipped=skipped)
-        return MeshFile(vertices, faces, step=single_step(vertices), reading=told)
+        record = reading(used={"faces": len(faces)}, skipped=skipped)
+        return MeshFile(vertices, faces, step=single_step(vertices), reading=record)
     # Bytes that are not UTF-8 can only stand in names.
     text = data.decode("utf-8-sig", errors="replace")
     if text[:1000].lstrip()[:5].lower() == "solid" and re.search("facet|endsolid", text, re.IGNORECASE):
@@ -458,8 +458,8 @@ def _read_text(text: str, data: bytes, *, name: str) -> MeshFile:
     names = [found[2].strip() or f"solid {number}" for number, found in enumerate(starts, start=1)]
     faces = np.arange(len(vertices)).reshape(-1, 3)
     regions: Regions = named(names, np.searchsorted(firsts, np.arange(len(faces)), side="right") - 1)
-    told = reading(used={"faces": len(faces), "solids": len(starts)}, skipped={"facet normals": len(faces)})
-    return MeshFile(vertices, faces, regions=regions, step=written_step(data, vertices), reading=told)
+    record = reading(used={"faces": len(faces), "solids": len(starts)}, skipped={"facet normals": len(faces)})
+    return MeshFile(vertices, faces, regions=regions, step=written_step(data, vertices), reading=record)
 
 
 def _facets(words: list[str], text: str, *, name: str) -> np.ndarray[tuple[int, int], np.dtype[np.str_]]:

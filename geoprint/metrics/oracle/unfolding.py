@@ -16,7 +16,7 @@ from geoprint.model import BoolArray, FloatArray, IntArray, Surface, SurfacePoin
 
 # Triangles laid flat one by one: the plane coordinates in which geodesics are unfolded.
 #
-# Half-edges are numbered as `surfaces.halfedges` says. Points of the plane are complex numbers, so that laying a
+# Half-edges are numbered as `geometry.halfedges` says. Points of the plane are complex numbers, so that laying a
 # triangle beside another is one multiplication.
 
 

@@ -123,7 +123,7 @@ def cell_module(
         f"  CONST pose geoLift:=[{writing.array(lift, decimals=writing.POSITION_DECIMALS)},[1,0,0,0]];",
         _jointtarget("jGeoHome", cell.robot.home),
         _jointtarget("jGeoStart", orders.start, axes),
-        _jointtarget("jGeoAloft", orders.aloft, axes),
+        _jointtarget("jGeoAloft", orders.lifted, axes),
         *_prime_data(cell, orders, axes),
         *_flood_data(cell, axes),
         *_table_data(cell, placement),

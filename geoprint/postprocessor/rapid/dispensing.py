@@ -53,7 +53,7 @@ def dispensing_of(made: Made, orders: Orders, *, signals: Signals, placement: Pl
     begins, ends = _clock(made)
     times = begins[moves] + shares * (ends - begins)[moves]
     tips = _tips(made, orders, moves, shares, placement=placement, tips_at=tips_at)
-    runs, laid = made.runs[moves] - 1, orders.laid[moves - 1]
+    runs, deposited = made.runs[moves] - 1, orders.deposited[moves - 1]
     starts = np.searchsorted(moves, np.arange(orders.count + 1))
 
     def moment(each: Switching) -> float:
@@ -70,8 +70,8 @@ def dispensing_of(made: Made, orders: Orders, *, signals: Signals, placement: Pl
         times=times,
         tips=tips,
         runs=runs,
-        arcs=_arcs(tips, runs, laid),
-        wanted=np.where(laid, orders.flow[moves - 1], 0.0),
+        arcs=_arcs(tips, runs, deposited),
+        wanted=np.where(deposited, orders.flow[moves - 1], 0.0),
         valve_times=np.array([time for time, _ in valve]),
         valve_open=np.array([value > 0.0 for _, value in valve], dtype=np.bool_),
         flow_times=np.array([time for time, _ in flow]),
@@ -124,12 +124,12 @@ def _tips(
     return timed + (1.0 - passed) * shifts[moves - 1] + passed * shifts[moves]
 
 
-def _arcs(tips: FloatArray, runs: IntArray, laid: BoolArray) -> FloatArray:
+def _arcs(tips: FloatArray, runs: IntArray, deposited: BoolArray) -> FloatArray:
     """Return (k,) length of path from the first place of each run where the plan lays material [mm]."""
     arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(tips, axis=0), axis=1))])
     for run in np.unique(runs).tolist():
         own = runs == run
-        begin = np.flatnonzero(own & laid)
+        begin = np.flatnonzero(own & deposited)
         arcs[own] -= arcs[begin[0] if begin.size else np.argmax(own)]
     return arcs
 

@@ -99,11 +99,11 @@ def verify_flow(made: Made, orders: Orders, *, signals: Signals) -> None:
             if trigger.distance != 0.0 or trigger.from_start == ends:
                 refuse(place, "a flow changes at the start of a move, and ends at the end of one")
             current = current if ends else trigger.value
-        laid = index > 0 and bool(orders.laid[index - 1])
-        wanted = scale * float(orders.flow[index - 1]) if laid else 0.0
+        deposited = index > 0 and bool(orders.deposited[index - 1])
+        wanted = scale * float(orders.flow[index - 1]) if deposited else 0.0
         if abs(current - wanted) > _FLOW_SHARE * wanted:
             refuse(made.place(index), f"the flow in the move here is {current:g} a mm/s, the plan has {wanted:g}")
-        if laid and scale > 0.0 and ends == bool(orders.laid[index]):
+        if deposited and scale > 0.0 and ends == bool(orders.deposited[index]):
             refuse(made.place(index), "the flow ends where the plan goes on, or goes on where the plan ends")
         current = 0.0 if ends else current
 

@@ -15,7 +15,8 @@ from geoprint.postprocessor.rapid.reader import Declaration, Listed, RapidText
 
 # Where the outputs of a program must switch: for whoever checks one, by deposits, motion and lags alone.
 #
-# The writer has its own words for this (`export.switching`), and nothing here is made of them: a fault in one of the
+# The writer has its own words for this (`postprocessor.switching`), and nothing here is made of them: a fault in one of
+# the
 # two shows as a difference. The rule is stated once, for both:
 #
 # - Where an output makes the flow follow the speed, material is wanted from the first to the last target of a
@@ -58,7 +59,7 @@ def expected_events(orders: Orders, *, signals: Signals, tips_at: TipsAt, speed:
     material = _material(orders, signals, tips_at, speed=speed)
     valve = material - np.array([signals.valve_open, signals.valve_close])
     lamp = material + np.array([-signals.uv_lead, signals.uv_tail])
-    if (shining := np.flatnonzero(rests * ~orders.laid)).size:
+    if (shining := np.flatnonzero(rests * ~orders.deposited)).size:
         lamp[-1, 1] = orders.times[shining[0]]
     _check_room(orders, signals, material=material, valve=valve, lamp=lamp)
     shut = np.column_stack([valve[:, 1], np.append(valve[1:, 0], orders.times[-1])])
@@ -80,9 +81,9 @@ def expected_waits(orders: Orders, signals: Signals) -> FloatArray:
         orders: targets and their times.
         signals: lags.
     """
-    begins = orders.laid & ~np.insert(orders.laid[:-1], 0, np.False_)
+    begins = orders.deposited & ~np.insert(orders.deposited[:-1], 0, np.False_)
     rests = np.where(begins, signals.settle, 0.0)
-    ends = 1 + int(np.flatnonzero(orders.laid)[-1]) if begins.any() else orders.count
+    ends = 1 + int(np.flatnonzero(orders.deposited)[-1]) if begins.any() else orders.count
     still = np.flatnonzero((orders.zones == 0.0) & (np.arange(orders.count) > ends))[:-1]
     if still.size:
         rests[still[0]] = np.clip(signals.uv_tail - (orders.times[still[0]] - orders.times[ends]), 0.0, None)
@@ -173,7 +174,7 @@ def _on_path(orders: Orders, due: _Due, *, tip: FloatArray, rests: FloatArray) -
     leaves = on
     if rests[near] > 0.0:
         # Of a settling flow what begins, of a lamp at the lift what ends.
-        leaves = not on and not orders.laid[near]
+        leaves = not on and not orders.deposited[near]
     if leaves or near == 0:
         leaving = int(np.searchsorted(times, float(times[near]) + _INSTANT))
         return Event(leaving, 0.0, from_start=True, output=output, on=on)

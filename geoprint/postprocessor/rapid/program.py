@@ -197,10 +197,10 @@ def _moves(orders: Orders, *, names: _SharedNames, triggers: Triggers, axes: str
     position, turn = f"%.{writing.POSITION_DECIMALS}f", f"%.{writing.QUATERNION_DECIMALS}f"
     target = f"[[{','.join([position] * 3)}],[{','.join([turn] * 4)}],[%d,%d,%d,%d],{axes}]"
     form = "    %s %s%s%s,%s,%s%s,tGeoNozzle\\WObj:=wGeoPart;"
-    differs = (orders.aloft_configuration != orders.configuration).any(axis=1)
+    differs = (orders.lifted_configuration != orders.configuration).any(axis=1)
     lifted = [("", "")] * orders.count
     for index in np.flatnonzero(differs).tolist():
-        cf = orders.aloft_configuration[index].tolist()
+        cf = orders.lifted_configuration[index].tolist()
         lifted[index] = ("GeoAloft(", f",[{','.join(map(str, cf))}])")
     verbs, pulled = ["MoveL"] * orders.count, [""] * orders.count
     for index, trigger_names in triggers.pulled.items():

@@ -374,8 +374,8 @@ def _refuse_standing(made: Made) -> None:
 def _findings(made: Made, dry: Made, orders: Orders, *, count: int) -> tuple[_Finding, ...]:
     rows, moves = made.rows[:count], made.execution.moves
     places, turns, found = made.places[:count], made.turns[:count], made.configurations[:count]
-    aloft, configuration = dry.configurations[:count], orders.configuration[:count].astype(np.float64)
-    aloft_configuration = orders.aloft_configuration[:count].astype(np.float64)
+    lifted, configuration = dry.configurations[:count], orders.configuration[:count].astype(np.float64)
+    lifted_configuration = orders.lifted_configuration[:count].astype(np.float64)
     speeds, zones, runs = moves.speeds[rows], moves.zones[rows], made.runs[:count].astype(np.float64)
     planned_runs = (orders.runs[:count] + 1).astype(np.float64)
     planned_speeds, planned_zones = orders.speeds[:count], orders.zones[:count]
@@ -387,7 +387,9 @@ def _findings(made: Made, dry: Made, orders: Orders, *, count: int) -> tuple[_Fi
         _Finding(_any(np.abs(places - tips) > _POSITION_TOLERANCE), "the position is", places, tips),
         _Finding(_turned(turns, quaternions), "the quaternion is", turns, quaternions),
         _Finding(_any(found != configuration), "the configuration is", found, configuration),
-        _Finding(_any(aloft != aloft_configuration), "the configuration of the dry run is", aloft, aloft_configuration),
+        _Finding(
+            _any(lifted != lifted_configuration), "the configuration of the dry run is", lifted, lifted_configuration
+        ),
         _Finding((stops & (zones != 0.0)) | ~(stops | zone_kept), "the zone [mm] is", zones, planned_zones),
         _Finding(~speed_kept, "the speed [mm/s] is", speeds, planned_speeds),
         _Finding(runs != planned_runs, "the run is", runs, planned_runs),

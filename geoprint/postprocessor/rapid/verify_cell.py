@@ -212,7 +212,7 @@ def _verify_frame_limits(text: RapidText, orders: Orders, *, standoff: float) ->
 
 def _verify_motions(text: RapidText, orders: Orders, *, cell: Cell, placement: Placement) -> None:
     """Check the joint moves: home, the first targets, their times, and where nozzle and part are primed and flooded."""
-    joints = {"jGeoHome": cell.robot.home, "jGeoStart": orders.start, "jGeoAloft": orders.aloft}
+    joints = {"jGeoHome": cell.robot.home, "jGeoStart": orders.start, "jGeoAloft": orders.lifted}
     times = {"nGeoThere": max(orders.there, _SHORTEST_MOVE), "nGeoBack": max(orders.back, _SHORTEST_MOVE)}
     if cell.purge is not None:
         joints["jGeoPrime"] = cell.purge.joints

@@ -104,7 +104,7 @@ class ComparisonRecord(Record):
 
 @final
 @frozen
-class ToldComparison:
+class RecordedComparison:
     """All figures of a comparison, each made once.
 
     Attributes:

@@ -320,12 +320,12 @@ class InputRecord(FileRecord):
 def _asked() -> dict[str, Any]:
     """Return what keys of a job become here: their names in plan.json with type and, as description, their help."""
     return {
-        key.told or name: (
+        key.record or name: (
             field.annotation,
             Field(description=key.help) if key.always else Field(default=field.default, description=key.help),
         )
         for name, key, field in keys_of(Job)
-        if key.told != ""
+        if key.record != ""
     }
 
 

@@ -105,13 +105,13 @@ def _check_layout(name: str, parsed: object, kind: type[Record]) -> None:
     )
 
 
-def verify_record(path: Path, told: Record) -> None:
+def verify_record(path: Path, record: Record) -> None:
     """Check that a JSON file holds a record as it was told.
 
     Raises:
         VerificationError: it does not.
     """
-    if read_record(path, type(told)) != told:
+    if read_record(path, type(record)) != record:
         raise VerificationError(f"{path.name} does not read back as it was told; the disk may be faulty: write again.")
 
 

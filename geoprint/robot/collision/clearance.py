@@ -149,10 +149,10 @@ def stands_on(obstacle: Obstacle) -> bool:
 
 
 # What no check looks at. Of a layer the ones below it are the part; what it has laid itself is not looked at either.
-LAID, LAID_BY_LAYER = "material already laid", "material that this layer itself has already laid"
+DEPOSITED, DEPOSITED_BY_LAYER = "material already laid", "material that this layer itself has already laid"
 NOT_CHECKED = (
     "cables",
-    LAID,
+    DEPOSITED,
     "the way to home from where the arm stands when the program starts",
     "that the controller's world frame is its base frame",
 )
@@ -385,7 +385,9 @@ def _with_arm(found: Clearance, arm_found: ArmFinding) -> Clearance:
 
 def _of_a_layer(found: Clearance) -> Clearance:
     """Say of a check that of what is laid only the layer itself was left out: those below are what it prints on."""
-    return replace(found, not_checked=tuple(LAID_BY_LAYER if name == LAID else name for name in found.not_checked))
+    return replace(
+        found, not_checked=tuple(DEPOSITED_BY_LAYER if name == DEPOSITED else name for name in found.not_checked)
+    )
 
 
 def _too_close(hits: Hits, world: CollisionWorld, placements: Placements, *, kept: tuple[float, ...]) -> ClearanceError:

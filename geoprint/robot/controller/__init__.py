@@ -11,10 +11,10 @@ from geoprint.robot.controller.interpolation import (
     written_path as written_path,
 )
 from geoprint.robot.controller.lifted import (
-    ALOFT_STEP as ALOFT_STEP,
     LIFT as LIFT,
-    aloft_configuration as aloft_configuration,
-    aloft_path as aloft_path,
+    LIFTED_STEP as LIFTED_STEP,
+    lifted_configuration as lifted_configuration,
+    lifted_path as lifted_path,
 )
 from geoprint.robot.controller.targets import (
     SHORTEST_TIME as SHORTEST_TIME,

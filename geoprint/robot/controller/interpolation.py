@@ -212,7 +212,7 @@ def _sampled_lines(joint_path: JointPath, targets: Targets, arm: Arm, *, step: f
     off = transforms.wrapped(arm.solutions(commanded)[:, joint_path.branch] - joints[places])
     _refuse_other_solutions(joints[places] + off, joint_path, targets, arm)
     rounding = off[rows] + shares[:, None] * (off[rows + 1] - off[rows])
-    deposit = poses.laid[chosen[:-1]][rows]
+    deposit = poses.deposited[chosen[:-1]][rows]
     return _Lines(joints, np.concatenate([rounding, off[-1:]]), runs, np.append(deposit, np.False_))
 
 

@@ -22,10 +22,10 @@ LIFT = 20.0
 # Whoever comes down to a run has the joints of the print there to this [rad], and so its configuration data.
 SAME_JOINTS = 1e-6
 # A dry run is checked at steps of this size [mm]: what is that far from everything needs no finer ones.
-ALOFT_STEP = 2.0
+LIFTED_STEP = 2.0
 
 
-def aloft_path(joint_path: JointPath, targets: Targets, arm: Arm) -> tuple[JointPath, Targets]:
+def lifted_path(joint_path: JointPath, targets: Targets, arm: Arm) -> tuple[JointPath, Targets]:
     """Return a dry run through the targets of a path, with the descents and ascents before each run but the first.
 
     Args:
@@ -72,17 +72,17 @@ def aloft_path(joint_path: JointPath, targets: Targets, arm: Arm) -> tuple[Joint
     return path, Targets(poses=every, zones=targets.zones[rows], speeds=targets.speeds[rows])
 
 
-def aloft_configuration(aloft: JointPath, joint_path: JointPath, targets: Targets) -> IntArray:
+def lifted_configuration(lifted: JointPath, joint_path: JointPath, targets: Targets) -> IntArray:
     """Return (t, 4) the configuration data of each target where it is lifted.
 
     Args:
-        aloft: the dry run through the targets, from `aloft_path`.
+        lifted: the dry run through the targets, from `lifted_path`.
         joint_path: p poses with their joints.
         targets: t of these that are written.
     """
     rows, raised = _course(joint_path.poses.runs[targets.poses])
     found = np.empty((targets.poses.size, 4), dtype=np.int64)
-    found[rows[raised]] = aloft.configuration[raised]
+    found[rows[raised]] = lifted.configuration[raised]
     return found
 
 

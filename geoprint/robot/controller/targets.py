@@ -32,7 +32,7 @@ def bends_of(
         shortest: time of a move from which on nothing is said of it [s].
     """
     offsets, durations = np.linalg.norm(places - poses.tips[chosen], axis=1), np.diff(times[chosen])
-    close = np.append(poses.laid[chosen[:-1]] & (durations < shortest * (1.0 - TIME_ROUNDING)), np.False_)
+    close = np.append(poses.deposited[chosen[:-1]] & (durations < shortest * (1.0 - TIME_ROUNDING)), np.False_)
     kinds: tuple[tuple[Literal["rounded", "close"], BoolArray], ...] = (("rounded", offsets > 0.0), ("close", close))
     found = [
         _bend(poses, chosen, durations, offsets=offsets, first=first, last=last, kind=kind)
@@ -117,7 +117,7 @@ class Course:
         required: rows that must be targets.
         runs: (k,) run of each.
         rests: (k,) where the tool stops.
-        laid: (k - 1,) whether material is laid to the next row.
+        deposited: (k - 1,) whether material is laid to the next row.
         tolerance: of the path [mm].
         turn: tolerance of the attitude [rad].
         periods: least time of a move, and the time that moves should have [s].
@@ -129,7 +129,7 @@ class Course:
     required: IntArray
     runs: IntArray
     rests: BoolArray
-    laid: BoolArray
+    deposited: BoolArray
     tolerance: float
     turn: float
     periods: tuple[float, float]
@@ -150,7 +150,7 @@ class Course:
     def soon(self, rows: IntArray) -> IntArray:
         """Return the moves of a chain that lay material and come too soon."""
         late = np.diff(self.times[rows]) >= self.periods[1] * (1.0 - TIME_ROUNDING)
-        return np.flatnonzero(self.laid[rows[:-1]] & ~late)
+        return np.flatnonzero(self.deposited[rows[:-1]] & ~late)
 
     def short(self, rows: IntArray) -> tuple[int, int]:
         """Return how many of these are shorter than the least time, and how many there are."""
@@ -242,7 +242,7 @@ def _evened(course: Course, rows: IntArray, moved: BoolArray) -> tuple[IntArray,
 def _next_soon(course: Course, rows: IntArray, *, after: int) -> int | None:
     """Return the next move that comes too soon; where few do, the next that is shorter than the least time."""
     soon = course.soon(rows)
-    if soon.size <= FEW_SHARE * course.laid[rows[:-1]].sum():
+    if soon.size <= FEW_SHARE * course.deposited[rows[:-1]].sum():
         soon = soon[np.diff(course.times[rows])[soon] < course.periods[0] * (1.0 - TIME_ROUNDING)]
     left = soon[rows[soon] > after]
     return int(left[0]) if left.size else None
@@ -318,7 +318,7 @@ def _through(course: Course, part: IntArray, moved: BoolArray, pattern: IntArray
     cut = slice(left, right + 1)
     local = replace(
         course, tips=course.tips[cut], quaternions=course.quaternions[cut], times=course.times[cut],
-        runs=course.runs[cut], rests=course.rests[cut], laid=course.laid[left:right],
+        runs=course.runs[cut], rests=course.rests[cut], deposited=course.deposited[left:right],
     )  # fmt: skip
     required = np.concatenate([[left], pattern, [right]]) - left
     rows = left + cheapest_chain(local.weighed(allowed, required), required)
@@ -439,7 +439,7 @@ def _course(poses: PoseStream, kept: IntArray, times: FloatArray, *, tolerance: 
         required=np.searchsorted(kept, required_poses(poses)),
         runs=poses.runs[kept],
         rests=(poses.stops | _switches(poses))[kept],
-        laid=poses.laid[kept[:-1]],
+        deposited=poses.deposited[kept[:-1]],
         tolerance=tolerance,
         turn=ANGLE_TOLERANCE,
         periods=(min(SHORTEST_TIME, period), period),
@@ -483,8 +483,8 @@ def _repeated(poses: PoseStream) -> BoolArray:
 
 def _switches(poses: PoseStream) -> BoolArray:
     """Tell at which poses laying begins or ends."""
-    laid = np.concatenate([[False], poses.laid, [False]])
-    return laid[1:] != laid[:-1]
+    deposited = np.concatenate([[False], poses.deposited, [False]])
+    return deposited[1:] != deposited[:-1]
 
 
 def _speeds(
@@ -496,7 +496,7 @@ def _speeds(
     # Over a bulge the tip goes farther than the bead, whose speed is that of the process.
     farther = np.where(paths < COINCIDENT, 1.0, paths / np.maximum(np.diff(beads[chosen]), COINCIDENT))
     lengths = np.clip(lengths, EVEN_SHARE * paths, paths)
-    planned = np.where(poses.laid[chosen[:-1]], process.speed * farther, process.travel_speed)
+    planned = np.where(poses.deposited[chosen[:-1]], process.speed * farther, process.travel_speed)
     turning = (lengths < COINCIDENT) | (durations <= 0.0)
     mean = np.where(turning, planned, lengths / np.where(turning, 1.0, durations))
     steps = 10.0 ** (SPEED_DIGITS - 1 - np.floor(np.log10(np.maximum(mean, SMALLEST_SPEED))))

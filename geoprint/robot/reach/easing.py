@@ -468,11 +468,11 @@ def _joined(path: JointPath, parts: list[tuple[_Window, JointPath]], arm: Arm, *
         configuration=configuration_data(joints, arm=arm),
         leans=leans,
         rotations=rotations,
-        eased=tuple(_told(path, window, part, arm, speed=speed) for window, part in parts),
+        eased=tuple(_stated(path, window, part, arm, speed=speed) for window, part in parts),
     )
 
 
-def _told(path: JointPath, window: _Window, part: JointPath, arm: Arm, *, speed: float) -> Eased:
+def _stated(path: JointPath, window: _Window, part: JointPath, arm: Arm, *, speed: float) -> Eased:
     """Return what easing the poses of a window bought."""
     first = window.rows.start
     before, after = (_lacking(joints, arm, window, speed=speed) for joints in (path.joints[window.rows], part.joints))

@@ -340,7 +340,7 @@ def _lacking(motion: _StreamMotion, leaning: Leaning, *, T_base_work: FloatArray
 
 
 def _mapped(motion: _StreamMotion, arm: Arm, *, minimum_wrist_angle: float) -> ReachMap:
-    steps = np.where(motion.poses.laid, tip_lengths(motion.poses), 0.0) / 2.0
+    steps = np.where(motion.poses.deposited, tip_lengths(motion.poses), 0.0) / 2.0
     return mapped(
         motion.followed.failures,
         motion.samples,

@@ -65,14 +65,14 @@ def sample_poses(poses: PoseStream, *, T_base_work: FloatArray) -> PoseSamples:
     inner = np.flatnonzero(shares > 0.0)
     before = rows[inner]
     Ts_base_tool[inner] = transforms.interpolate_poses(commanded[before], commanded[before + 1], shares[inner])
-    laid = poses.deposit.copy()
-    laid[1:] |= poses.deposit[:-1] & (poses.runs[1:] == poses.runs[:-1])
-    inside = np.where(shares > 0.0, poses.deposit[rows] & laid[rows + 1], laid[rows])
+    deposited = poses.deposit.copy()
+    deposited[1:] |= poses.deposit[:-1] & (poses.runs[1:] == poses.runs[:-1])
+    inside = np.where(shares > 0.0, poses.deposit[rows] & deposited[rows + 1], deposited[rows])
     return PoseSamples(
         Ts_base_tool=Ts_base_tool,
         T_base_work=T_base_work,
         runs=np.concatenate([poses.runs[rows], poses.runs[-1:]]),
-        deposit=np.concatenate([inside, laid[-1:]]),
+        deposit=np.concatenate([inside, deposited[-1:]]),
         starts=starts,
     )
 
@@ -101,8 +101,8 @@ def bead_steps(poses: PoseStream) -> FloatArray:
     """
     steps, beads = tip_lengths(poses), poses.bead_lengths
     found = steps.copy()
-    laid = poses.laid
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], laid, [False]]).astype(np.int8)))
+    deposited = poses.deposited
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], deposited, [False]]).astype(np.int8)))
     for first, last in edges.reshape(-1, 2).tolist():
         passed, left = (np.append(0.0, np.cumsum(each[first:last])) for each in (steps, beads))
         middles = (passed[1:] + passed[:-1]) / 2.0
@@ -195,10 +195,10 @@ def keyframes_of(poses: PoseStream, *, T_base_work: FloatArray, rates: FloatArra
     gaps = places[rows + 1] - places[rows]
     shares = np.divide(targets - places[rows], gaps, out=np.zeros(count + 1), where=gaps > 0.0).clip(0.0, 1.0)
     commanded = tool_poses(poses, T_base_work=T_base_work)
-    laid = poses.laid
+    deposited = poses.deposited
     return Keyframes(
         Ts_base_tool=transforms.interpolate_poses(commanded[rows], commanded[rows + 1], shares),
-        deposit=laid[rows] | ((shares == 0.0) & laid[np.maximum(rows - 1, 0)]),
+        deposit=deposited[rows] | ((shares == 0.0) & deposited[np.maximum(rows - 1, 0)]),
         steps=np.diff(lengths[rows] + shares * (lengths[rows + 1] - lengths[rows])),
         places=places,
     )

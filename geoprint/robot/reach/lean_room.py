@@ -109,7 +109,7 @@ def candidate_leans(max_tilt: float) -> FloatArray:
 
 def laying(poses: PoseStream) -> BoolArray:
     """Return (p,) whether material is laid before or behind a pose."""
-    return np.append(poses.laid, False) | np.append(False, poses.laid)
+    return np.append(poses.deposited, False) | np.append(False, poses.deposited)
 
 
 def lean_costs(
@@ -141,15 +141,15 @@ def lean_costs(
     """
     near = np.abs(places[:, None] - rungs).min(axis=1) < SPLINE_REACH
     rows = np.flatnonzero(near)
-    laid = laying(poses)[rows]
+    deposited = laying(poses)[rows]
     lacking, outside = np.empty((2, rows.size, len(leans)), dtype=np.bool_)
     for column, lean in enumerate(leans):
         turn = transforms.rigid(Rotation.from_rotvec([*lean, 0.0]).as_matrix(), np.zeros(3))
         leaned = Ts_base_tool[rows] @ turn
-        lacking[:, column] = leaning.room.lacking(leaned, deposit=laid)
+        lacking[:, column] = leaning.room.lacking(leaned, deposit=deposited)
         axes = transforms.rotation_of(poses.quaternions[rows]) @ turn[:3, 2]
         cosines = -np.einsum("ij,ij->i", axes, poses.normals[rows])
-        outside[:, column] = laid & (cosines < np.cos(max(leaning.max_tilt - CONE_MARGIN, 0.0) + ROUNDING))
+        outside[:, column] = deposited & (cosines < np.cos(max(leaning.max_tilt - CONE_MARGIN, 0.0) + ROUNDING))
     outside[:, 0] = False
     own = weight * LEAN_COST * (np.linalg.norm(leans, axis=1) / leaning.max_tilt) ** 2
     costs = np.empty((rungs.size, len(leans)))

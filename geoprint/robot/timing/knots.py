@@ -152,7 +152,7 @@ def path_knots(joint_path: JointPath, *, process: Process) -> Knots:
     own = np.flatnonzero(rows == before)
     np.logical_or.at(stops, places[own], poses.stops)
     stops[[0, -1]] = True
-    deposit = poses.laid[step][moved]
+    deposit = poses.deposited[step][moved]
     speeds = np.where(deposit, process.speed, process.travel_speed) * METRES_PER_MILLIMETRE
     beads = (bead_steps(poses)[step] * shares)[moved] * METRES_PER_MILLIMETRE
     passed, steps = passed[moved], steps[moved]

@@ -304,7 +304,7 @@ class _Steps(NamedTuple):
 
         A flow that rises evenly for `settle` [s] while the tip waits flows at once when it begins to move.
         """
-        rows = np.flatnonzero(poses.laid)
+        rows = np.flatnonzero(poses.deposited)
         # Over a table a run may be printed in several pieces.
         begins = (np.diff(rows) > 1) | (np.diff(poses.runs[rows + 1]) != 0)
         runs = np.append(0, np.cumsum(begins))[: rows.size]

@@ -150,7 +150,7 @@ def _bend(trajectory: Trajectory, poses: PoseStream, *, time: float) -> str:
 
 def _refuse_fast_tip(trajectory: Trajectory, poses: PoseStream, *, process: Process) -> None:
     passed = bead_steps(poses)
-    allowed = np.where(poses.laid, process.speed, process.travel_speed)
+    allowed = np.where(poses.deposited, process.speed, process.travel_speed)
     excess = passed - (1.0 + LIMIT_TOLERANCE) * allowed * np.diff(trajectory.pose_times)
     if excess.max(initial=0.0) <= COINCIDENT:
         return
@@ -170,7 +170,7 @@ def _refuse_missed_pose(trajectory: Trajectory, joint_path: JointPath) -> None:
     passed = (1.0 - share) * trajectory.joints[row] + share * trajectory.joints[np.minimum(row + 1, last)]
     poses = joint_path.poses
     # Where the arm deposits it rounds the path within its response.
-    rounded = np.insert(poses.laid, 0, np.False_) & np.append(poses.laid, np.False_) & ~poses.stops
+    rounded = np.insert(poses.deposited, 0, np.False_) & np.append(poses.deposited, np.False_) & ~poses.stops
     allowed = PASSING_TOLERANCE + np.where(rounded, MOST_TURNED, 0.0)
     misses = np.abs(passed - joint_path.joints)
     pose, joint = np.unravel_index(int((misses / allowed[:, None]).argmax()), misses.shape)
@@ -326,5 +326,5 @@ def _labels(poses: PoseStream, pose_times: FloatArray, times: FloatArray) -> tup
     step = np.searchsorted(pose_times, times, side="right") - 1
     between = (step >= 0) & (step < poses.count - 1)
     runs = np.where(between, poses.runs[np.clip(step + 1, 0, poses.count - 1)], -1)
-    deposit = np.append(poses.laid, False)
+    deposit = np.append(poses.deposited, False)
     return runs, between & deposit[np.clip(step, 0, poses.count - 1)]

@@ -150,9 +150,9 @@ class _Profile:
     def of(cls, knots: Knots, first: int, last: int, motion: Motion, *, robot: Robot, set_speed: float) -> _Profile:
         """Return the profile of one leg."""
         lengths, grid = knots.lengths_of(first, last), motion.grid
-        laid, shares = knots.deposit[first:last], knots.bead_shares[first:last]
+        deposited, shares = knots.deposit[first:last], knots.bead_shares[first:last]
         ceilings = knots.ceilings[first:last].copy()
-        ceilings[laid] = set_speed * METRES_PER_MILLIMETRE / shares[laid]
+        ceilings[deposited] = set_speed * METRES_PER_MILLIMETRE / shares[deposited]
         step = first + np.searchsorted(lengths, grid[1:]) - 1
         rows = np.flatnonzero(knots.deposit[step])
         step, shares = step[rows], knots.bead_shares[step[rows]]

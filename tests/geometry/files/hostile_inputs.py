@@ -108,9 +108,9 @@ def planned_in_turn(paths: Sequence[Path], *arguments: str, outs: Sequence[Path]
         capture_output=True, text=True, check=False, preexec_fn=bounded, timeout=5 * SECONDS,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    told: list[tuple[int, str]] = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("[")]
-    assert len(told) == len(commands), done.stdout
-    return [Outcome(status, 0.0, text.strip()) for status, text in told]
+    record: list[tuple[int, str]] = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("[")]
+    assert len(record) == len(commands), done.stdout
+    return [Outcome(status, 0.0, text.strip()) for status, text in record]
 
 
 def planned(path: Path, *arguments: str, out: Path) -> Outcome:

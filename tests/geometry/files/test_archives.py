@@ -216,8 +216,8 @@ def test_plan_json_gives_part_and_body_the_units_of_their_own_files(tmp_path: Pa
         (tmp_path / name).mkdir()
         files.append(package(tmp_path / name, text))
     planned = plan(job_of(surface=files[0], body=files[1], rounds=2, robot=False))
-    told = json.loads(json.dumps(summary(planned)))["input"]
-    assert (told["unit"], told["body"]["unit"]) == ("mm", "cm")
+    record = json.loads(json.dumps(summary(planned)))["input"]
+    assert (record["unit"], record["body"]["unit"]) == ("mm", "cm")
 
 
 @pytest.mark.parametrize("kind", ["support", "solidsupport"])

@@ -44,13 +44,13 @@ def test_a_crafted_case_is_refused_or_repaired_as_expected(name: str) -> None:
         assert words in str(caught.value)
         return
     prepared, report = prepare(load(path, unit="mm"))
-    told = (
+    record = (
         *report.repairs.changes(),
         str(unit_hint(prepared, unit="mm")),
         "written and verified",
         printed_side(prepared, None, flip=False)[1].sentence,
     )
-    assert any(words in sentence for sentence in told)
+    assert any(words in sentence for sentence in record)
 
 
 def test_a_process_with_little_memory_and_time_is_enough(tmp_path: Path) -> None:
@@ -78,8 +78,8 @@ def test_a_nasty_file_name_is_harmless_in_every_file_that_is_written(
     save_ply(meshes.plate((16.0, 12.0), (8, 6), jitter_seed=1), tmp_path / NASTY)
     out = tmp_path / "out"
     arguments = ("--unit", "mm", "--rounds", "2", "--place", "demo", "--backends", "heat", "--out", out)
-    status, told = run("compare", tmp_path / NASTY, *arguments)
-    assert status == 0, told
+    status, record = run("compare", tmp_path / NASTY, *arguments)
+    assert status == 0, record
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "<script>a" not in page
     assert "alert" not in page or "&lt;script&gt;a" in page
@@ -95,18 +95,18 @@ def test_a_nasty_file_name_is_harmless_in_every_file_that_is_written(
 def test_control_characters_of_a_folder_do_not_reach_the_terminal(
     run: Callable[..., tuple[int, str]], tmp_path: Path, folder: str
 ) -> None:
-    status, told = run("inspect", tmp_path / folder / "absent.ply")
+    status, record = run("inspect", tmp_path / folder / "absent.ply")
     assert status == InputError.exit_status
-    assert "does not exist" in told
-    assert told.rstrip("\n").isprintable()
+    assert "does not exist" in record
+    assert record.rstrip("\n").isprintable()
 
 
 def test_control_characters_of_a_file_do_not_reach_the_terminal(
     run: Callable[..., tuple[int, str]], tmp_path: Path
 ) -> None:
     (tmp_path / "part.obj").write_bytes(b"v 0 0 0\nv 1 0 0\nv 0 1 \x1b[31m0\nf 1 2 3\n")
-    status, told = run("inspect", tmp_path / "part.obj", "--unit", "mm")
-    assert (status, told.rstrip("\n").isprintable()) == (3, True)
+    status, record = run("inspect", tmp_path / "part.obj", "--unit", "mm")
+    assert (status, record.rstrip("\n").isprintable()) == (3, True)
 
 
 def test_references_to_other_files_are_not_followed(tmp_path: Path) -> None:
@@ -134,8 +134,8 @@ def test_a_memory_limit_ends_in_status_six(tmp_path: Path) -> None:
 
 
 def test_a_memory_limit_below_what_every_run_takes_is_refused(run: Callable[..., tuple[int, str]]) -> None:
-    status, told = run("inspect", "part.ply", "--max-memory", "0.1")
-    assert (status, "less than the 1.5 GB" in told) == (2, True)
+    status, record = run("inspect", "part.ply", "--max-memory", "0.1")
+    assert (status, "less than the 1.5 GB" in record) == (2, True)
 
 
 def test_the_doctor_names_what_it_could_not_look_at() -> None:

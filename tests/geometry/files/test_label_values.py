@@ -66,8 +66,8 @@ def test_resampled_labels_keep_their_volume_and_no_label_lies_between_two(tmp_pa
     for label in (1, 2):
         true = float((labels == label).sum())
         assert volume_of(tmp_path / "a.nii", label) == pytest.approx(true, rel=0.01), label
-    told = load_file(tmp_path / "a.nii", unit=None, label=1).reading.assumed
-    assert told == ("resampled labels: a voxel between two has the one of which it holds 0.5 or more",)
+    record = load_file(tmp_path / "a.nii", unit=None, label=1).reading.assumed
+    assert record == ("resampled labels: a voxel between two has the one of which it holds 0.5 or more",)
 
 
 def test_probabilities_are_taken_from_the_threshold_on(tmp_path: Path) -> None:
@@ -75,8 +75,8 @@ def test_probabilities_are_taken_from_the_threshold_on(tmp_path: Path) -> None:
     save_nifti(tmp_path / "p.nii", shares.astype(np.float32), np.eye(4))
     for threshold, radius in ((None, 12.0), (0.5, 12.0), (0.8, 12.0 - 2.0 * np.log(4.0))):
         assert volume_of(tmp_path / "p.nii", threshold=threshold) == pytest.approx(4 / 3 * np.pi * radius**3, rel=0.02)
-    told = load_file(tmp_path / "p.nii", unit=None, threshold=0.8).reading.assumed
-    assert told == ("probabilities of one label, 1, from 0.8 on",)
+    record = load_file(tmp_path / "p.nii", unit=None, threshold=0.8).reading.assumed
+    assert record == ("probabilities of one label, 1, from 0.8 on",)
 
 
 @pytest.mark.parametrize("kind", ["small", "scaled", "even"])

@@ -89,8 +89,10 @@ def test_what_obj_and_off_hold_besides_is_recorded(tmp_path: Path) -> None:
         "mtllib a.mtl\nv 0 0 0 1 0 0\nv 30 0 0 1 0 0\nv 0 20 0 1 0 0\nv 30 20 0 1 0 0\n"
         "vn 0 0 1\nfo 1 2 3\nl 1 2\nf 1//1 2//1 4//1 3//1\n"
     )
-    told = load_file(tmp_path / "a.obj", unit="mm").reading
-    assert told.text == ("read: 1 faces, 1 polygons, 4 vertices; skipped: 4 vertex colours, 1 `l`, 1 `mtllib`, 1 `vn`")
+    record = load_file(tmp_path / "a.obj", unit="mm").reading
+    assert record.text == (
+        "read: 1 faces, 1 polygons, 4 vertices; skipped: 4 vertex colours, 1 `l`, 1 `mtllib`, 1 `vn`"
+    )
     (tmp_path / "a.off").write_text("COFF\n3 1 0\n0 0 0 9 9 9 9\n30 0 0 9 9 9 9\n0 20 0 9 9 9 9\n3 0 1 2 7 7 7\n")
     assert dict(load_file(tmp_path / "a.off", unit="mm").reading.skipped) == {
         "vertices' colours or normals": 3,

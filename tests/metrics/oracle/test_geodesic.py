@@ -22,7 +22,7 @@ from tests.meshes import annulus, cylinder_patch, plate, spherical_cap
 DOT = 1e-7
 
 
-def laid(surface: Surface, lines: list[FloatArray]) -> tuple[FlatMesh, SurfacePath]:
+def deposited(surface: Surface, lines: list[FloatArray]) -> tuple[FlatMesh, SurfacePath]:
     """Return (k, 3) lines as paths on a surface, one a level."""
     mesh = flat_mesh(surface)
     points, _ = closest(surface, np.concatenate(lines))
@@ -47,7 +47,7 @@ def dot(surface: Surface, vertex: int) -> FloatArray:
 
 
 def from_vertex(surface: Surface, vertex: int) -> Nearest:
-    mesh, path = laid(surface, [dot(surface, vertex)])
+    mesh, path = deposited(surface, [dot(surface, vertex)])
     places = flat_places(mesh, vertex_points(surface, np.arange(len(surface.vertices))))
     return GeodesicDistance(mesh, path)(places, anything(places))
 
@@ -85,7 +85,7 @@ def test_the_shortest_way_bends_around_a_hole() -> None:
 
 def test_it_measures_from_every_point_of_a_line_and_not_only_its_corners() -> None:
     surface = plate((40.0, 30.0), (9, 7), jitter_seed=3)
-    mesh, path = laid(surface, [np.array([[5.0, 11.0, 0.0], [35.0, 11.0, 0.0]])])
+    mesh, path = deposited(surface, [np.array([[5.0, 11.0, 0.0], [35.0, 11.0, 0.0]])])
     rng = np.random.default_rng(1)
     points = np.column_stack([rng.uniform(0, 40, 300), rng.uniform(0, 30, 300), np.zeros(300)])
     places = places_of(surface, mesh, points)
@@ -116,7 +116,7 @@ def test_a_rolled_plate_keeps_its_distances() -> None:
 @pytest.mark.parametrize("shape", ["saddle", "half torus", "sheet with hole"])
 def test_what_is_known_of_the_way_behind_narrows_the_search_and_changes_nothing(shape: str) -> None:
     surface = make(shape, faces=600)
-    mesh, path = laid(surface, [dot(surface, 0)])
+    mesh, path = deposited(surface, [dot(surface, 0)])
     places = flat_places(mesh, vertex_points(surface, np.arange(len(surface.vertices))))
     distance, asked = GeodesicDistance(mesh, path), anything(places)
     wide = distance(places, asked)
@@ -137,7 +137,7 @@ def test_cutting_triangles_changes_nothing(number: int) -> None:
     near = np.array([[0.8, 0.1, 0.1], [0.2, 0.5, 0.3]]) @ face
     found: list[Nearest] = []
     for part in (surface, refine(surface, edge_length=3.0)):
-        mesh, path = laid(part, [near])
+        mesh, path = deposited(part, [near])
         places = places_of(part, mesh, surface.vertices)
         found.append(GeodesicDistance(mesh, path)(places, anything(places)))
     np.testing.assert_allclose(found[0].distances, found[1].distances, atol=1e-8)
@@ -149,7 +149,7 @@ def test_a_path_keeps_its_length_wherever_it_runs() -> None:
     # Along edges of the mesh, through its vertices, and across them.
     for line in ([x, np.full(57, 12.0)], [x, 0.75 * x], [x, 3.0 + 0.3 * x]):
         points = np.column_stack([*line, np.zeros(57)])
-        mesh, path = laid(surface, [points])
+        mesh, path = deposited(surface, [points])
         assert path.lengths[0] == pytest.approx(float(np.linalg.norm(points[-1] - points[0])), abs=1e-9)
         arcs: FloatArray = np.linspace(0.0, float(path.lengths[0]), 31)
         places = spatial(mesh, path.at(np.zeros(31, dtype=np.int64), arcs))
@@ -176,7 +176,7 @@ def test_a_path_over_vertices_of_a_curved_surface_is_as_long_as_the_shortest_way
 def test_only_the_level_asked_for_counts() -> None:
     surface = plate()
     lines = [np.array([[0.0, y, 0.0], [40.0, y, 0.0]]) for y in (5.0, 15.0)]
-    mesh, path = laid(surface, lines)
+    mesh, path = deposited(surface, lines)
     places = places_of(surface, mesh, np.array([[20.0, 14.0, 0.0]]))
     distance = GeodesicDistance(mesh, path)
     assert [distance(places, Ask.level(np.array([k]))).distances[0] for k in (0, 1)] == pytest.approx([9.0, 1.0])
@@ -188,7 +188,7 @@ def test_only_the_level_asked_for_counts() -> None:
 def test_the_stretch_one_is_on_can_be_left_out() -> None:
     surface = plate()
     hairpin = np.array([[5.0, 10.0, 0.0], [30.0, 10.0, 0.0], [30.0, 13.0, 0.0], [5.0, 13.0, 0.0]])
-    mesh, path = laid(surface, [hairpin])
+    mesh, path = deposited(surface, [hairpin])
     places = places_of(surface, mesh, np.array([[10.0, 10.5, 0.0]]))
     every = np.array([ANY])
     ask = Ask.elsewhere(every, np.array([0]), np.array([5.0]), clear=8.0, limits=np.array([np.inf]))
@@ -197,7 +197,7 @@ def test_the_stretch_one_is_on_can_be_left_out() -> None:
 
 def test_without_enough_work_allowed_it_gives_bounds_and_says_so() -> None:
     surface = make("bumpy", faces=600)
-    mesh, path = laid(surface, [dot(surface, 5)])
+    mesh, path = deposited(surface, [dot(surface, 5)])
     places = flat_places(mesh, vertex_points(surface, np.arange(len(surface.vertices))))
     whole, little = (GeodesicDistance(mesh, path, windows=n)(places, anything(places)) for n in (10**7, 60))
     assert whole.complete.all()
@@ -208,8 +208,8 @@ def test_without_enough_work_allowed_it_gives_bounds_and_says_so() -> None:
 
 def test_a_distance_shorter_than_the_straight_line_is_a_defect() -> None:
     surface = plate()
-    mesh, path = laid(surface, [np.array([[0.0, y, 0.0], [40.0, y, 0.0]]) for y in (5.0, 15.0)])
-    _, nearer = laid(surface, [np.array([[0.0, y, 0.0], [40.0, y, 0.0]]) for y in (9.0, 15.0)])
+    mesh, path = deposited(surface, [np.array([[0.0, y, 0.0], [40.0, y, 0.0]]) for y in (5.0, 15.0)])
+    _, nearer = deposited(surface, [np.array([[0.0, y, 0.0], [40.0, y, 0.0]]) for y in (9.0, 15.0)])
     samples = sampled(path, step=5.0)
     samples = samples.some(samples.runs == 1)
     right = outer_distance(mesh, path, GeodesicDistance(mesh, path), samples, spacing=10.0)
@@ -225,4 +225,4 @@ def test_points_of_different_parts_have_no_connection() -> None:
         np.concatenate([one.faces, one.faces + len(one.vertices)]),
     )
     with pytest.raises(FieldError, match="without a connection"):
-        laid(two, [np.array([[1.0, 1.0, 0.0], [11.0, 1.0, 0.0]])])
+        deposited(two, [np.array([[1.0, 1.0, 0.0], [11.0, 1.0, 0.0]])])

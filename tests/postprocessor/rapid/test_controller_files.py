@@ -158,8 +158,8 @@ def test_a_program_asks_for_just_this_version_and_just_these_outputs(name: str) 
 
 def test_a_resident_for_other_outputs_is_another_one() -> None:
     other = replace(CELL, signals=replace(CELL.signals, uv_lamp="doLamp"))
-    told = re.compile(r"CONST num nGeoOutputs:=\d+;")
-    assert told.findall(files(CELL)["GeoResident.sys"]) != told.findall(files(other)["GeoResident.sys"])
+    record = re.compile(r"CONST num nGeoOutputs:=\d+;")
+    assert record.findall(files(CELL)["GeoResident.sys"]) != record.findall(files(other)["GeoResident.sys"])
 
 
 @pytest.mark.parametrize("placement", [PLACEMENT, DEMONSTRATION], ids=["known", "demo"])

@@ -49,9 +49,9 @@ def straight(pull: float, *, length: float = 10.0, wait: float = 0.0) -> tuple[O
     small = orders(stream(runs=1))
     return replace(
         small, poses=np.arange(4), tips=tips, quaternions=np.tile([0.0, 1.0, 0.0, 0.0], (4, 1)),
-        configuration=np.zeros((4, 4), dtype=np.int64), aloft_configuration=np.zeros((4, 4), dtype=np.int64),
+        configuration=np.zeros((4, 4), dtype=np.int64), lifted_configuration=np.zeros((4, 4), dtype=np.int64),
         zones=np.zeros(4), speeds=np.full(4, SPEED), runs=np.zeros(4, dtype=np.int64),
-        laid=np.array([False, True, False, False]), flow=np.array([0.0, 1.0, 0.0, 0.0]), times=times,
+        deposited=np.array([False, True, False, False]), flow=np.array([0.0, 1.0, 0.0, 0.0]), times=times,
         duration=float(times[-1]) + 1.0,
     ), tips_at  # fmt: skip
 

@@ -41,7 +41,7 @@ def test_each_inflated_solid_is_put_on_every_target_and_well_beside_it(monkeypat
     collide = fcl.collide
     places: list[FloatArray] = []
 
-    def told(
+    def record(
         solid: fcl.CollisionObject,
         model: fcl.CollisionObject,
         request: fcl.CollisionRequest,
@@ -50,7 +50,7 @@ def test_each_inflated_solid_is_put_on_every_target_and_well_beside_it(monkeypat
         places.append(solid.getTranslation() - [0.0, 0.0, 10.0])
         return collide(solid, model, request, result)
 
-    monkeypatch.setattr(fcl, "collide", told)
+    monkeypatch.setattr(fcl, "collide", record)
     CollisionWorld(INFLATED, targets=(POST, wall))
 
     assert len(places) == 20 * 2 * 2
@@ -77,7 +77,7 @@ def test_the_library_is_asked_only_where_boxes_overlap_along_every_axis(
     asked: list[int] = []
     collide = fcl.collide
 
-    def told(
+    def record(
         solid: fcl.CollisionObject,
         model: fcl.CollisionObject,
         request: fcl.CollisionRequest,
@@ -86,7 +86,7 @@ def test_the_library_is_asked_only_where_boxes_overlap_along_every_axis(
         asked.append(1)
         return collide(solid, model, request, result)
 
-    monkeypatch.setattr(fcl, "collide", told)
+    monkeypatch.setattr(fcl, "collide", record)
     for gap, count in ((0.9, 1), (1.2, 0)):
         asked.clear()
         tip = np.zeros((1, 3))

@@ -13,7 +13,7 @@ from geoprint.errors import ClearanceError, InputError, ReachError
 from geoprint.model import Box, FloatArray, Flood, JointPath, Purge, Targets
 from geoprint.robot.arm import Arm, configuration_data
 from geoprint.robot.collision import clearance
-from geoprint.robot.controller import LIFT, aloft_configuration, aloft_path, controller_path, there_and_back
+from geoprint.robot.controller import LIFT, controller_path, lifted_configuration, lifted_path, there_and_back
 from geoprint.robot.controller.lifted import _course, _refuse_rounded_ends
 from geoprint.robot.controller.targets import required_poses
 from geoprint.robot.reach.keyframes import tool_poses
@@ -36,29 +36,29 @@ def path_and_targets(T_base_work: FloatArray = TURNED) -> tuple[JointPath, Targe
 
 def test_a_dry_run_is_the_same_path_20_mm_higher_in_the_base_frame() -> None:
     path, targets = path_and_targets()
-    aloft, _ = aloft_path(path, targets, ARM)
+    lifted, _ = lifted_path(path, targets, ARM)
     planned = transforms.apply(path.T_base_work, path.poses.tips[targets.poses])
-    found = transforms.apply(aloft.T_base_work, aloft.poses.tips)
+    found = transforms.apply(lifted.T_base_work, lifted.poses.tips)
     first = int(np.flatnonzero(np.diff(path.poses.runs[targets.poses]))[0]) + 1
     np.testing.assert_allclose(found[:first] - planned[:first], [[0.0, 0.0, LIFT]] * first, atol=1e-9)
     np.testing.assert_allclose(
         found[first + 2 :] - planned[first:], [[0.0, 0.0, LIFT]] * (len(planned) - first), atol=1e-9
     )
-    assert not aloft.poses.deposit.any()
+    assert not lifted.poses.deposit.any()
 
 
 def test_there_is_a_descent_to_the_first_target_of_each_later_run_and_up_again() -> None:
     path, targets = path_and_targets()
-    aloft, dry_targets = aloft_path(path, targets, ARM)
+    lifted, dry_targets = lifted_path(path, targets, ARM)
     runs = path.poses.runs[targets.poses]
     first = int(np.flatnonzero(np.diff(runs))[0]) + 1
     tips = path.poses.tips[targets.poses]
-    np.testing.assert_allclose(aloft.poses.tips[first], tips[first])
-    np.testing.assert_allclose(aloft.poses.tips[first + 1], aloft.poses.tips[first - 1])
+    np.testing.assert_allclose(lifted.poses.tips[first], tips[first])
+    np.testing.assert_allclose(lifted.poses.tips[first + 1], lifted.poses.tips[first - 1])
     assert dry_targets.poses.size == targets.poses.size + 2
     # Whoever resumes there goes on as the print does: with the same joints, not a turn away from them.
-    np.testing.assert_allclose(aloft.joints[first], path.joints[targets.poses[first]], atol=1e-9)
-    controller_path(aloft, dry_targets, ARM, step=2.0)
+    np.testing.assert_allclose(lifted.joints[first], path.joints[targets.poses[first]], atol=1e-9)
+    controller_path(lifted, dry_targets, ARM, step=2.0)
 
 
 def test_each_of_several_later_runs_has_its_own_descent() -> None:
@@ -70,12 +70,12 @@ def test_each_of_several_later_runs_has_its_own_descent() -> None:
 
 def test_a_dry_run_rounds_its_corners_as_the_print_does() -> None:
     path, targets = path_and_targets()
-    aloft, dry_targets = aloft_path(path, targets, ARM)
+    lifted, dry_targets = lifted_path(path, targets, ARM)
     first = int(np.flatnonzero(np.diff(path.poses.runs[targets.poses]))[0]) + 1
     np.testing.assert_array_equal(np.delete(dry_targets.zones, [first, first + 1]), targets.zones)
     np.testing.assert_array_equal(dry_targets.zones[[first, first + 1]], 0.0)
-    rounded = controller_path(aloft, dry_targets, ARM, step=2.0)
-    exact = controller_path(aloft, replace(dry_targets, zones=0.0 * dry_targets.zones), ARM, step=2.0)
+    rounded = controller_path(lifted, dry_targets, ARM, step=2.0)
+    exact = controller_path(lifted, replace(dry_targets, zones=0.0 * dry_targets.zones), ARM, step=2.0)
     printed = controller_path(path, targets, ARM, step=2.0)
     assert np.abs(exact.rounding).max() < 1e-9
     assert np.abs(rounded.rounding).max() > 1e-5
@@ -89,7 +89,7 @@ def test_a_run_that_does_not_begin_or_end_at_rest_is_refused() -> None:
         zones = targets.zones.copy()
         zones[row] = 0.1
         with pytest.raises(InputError, match="does not stop where run 2 begins"):
-            aloft_path(path, replace(targets, zones=zones), ARM)
+            lifted_path(path, replace(targets, zones=zones), ARM)
 
 
 @pytest.mark.parametrize(("rounded", "run"), [(1, 2), (2, 2), (3, 3), (4, 3)])
@@ -102,17 +102,17 @@ def test_the_run_that_does_not_begin_at_rest_is_named(rounded: int, run: int) ->
 
 def test_a_dry_run_stays_on_the_branch_and_turn_of_the_path() -> None:
     path, targets = path_and_targets()
-    aloft, _ = aloft_path(path, targets, ARM)
-    assert np.abs(aloft.joints[0] - path.joints[0]).max() < 0.2
-    assert np.abs(np.diff(aloft.joints, axis=0)).max() < 0.3
-    assert aloft.branch == path.branch
+    lifted, _ = lifted_path(path, targets, ARM)
+    assert np.abs(lifted.joints[0] - path.joints[0]).max() < 0.2
+    assert np.abs(np.diff(lifted.joints, axis=0)).max() < 0.3
+    assert lifted.branch == path.branch
 
 
 def test_each_lifted_target_has_the_configuration_that_the_inverse_gives_there() -> None:
     beside = TURNED @ transforms.rigid(Rotation.from_euler("z", -25, degrees=True).as_matrix(), np.zeros(3))
     path, targets = path_and_targets(beside)
-    aloft, dry_targets = aloft_path(path, targets, ARM)
-    found = aloft_configuration(aloft, path, targets)
+    lifted, dry_targets = lifted_path(path, targets, ARM)
+    found = lifted_configuration(lifted, path, targets)
     lift = transforms.rigid(np.eye(3), np.array([0.0, 0.0, LIFT]))
     chosen = targets.poses
     joints = ARM.solutions(lift @ tool_poses(path.poses, T_base_work=beside)[chosen])[:, path.branch]
@@ -120,7 +120,7 @@ def test_each_lifted_target_has_the_configuration_that_the_inverse_gives_there()
     np.testing.assert_array_equal(found, configuration_data(joints, arm=ARM))
     # Printed, these are others: the wrist turns where the arm rises.
     assert (found != path.configuration[chosen]).any()
-    controller_path(aloft, dry_targets, ARM, step=2.0)
+    controller_path(lifted, dry_targets, ARM, step=2.0)
 
 
 def test_a_descent_that_ends_with_other_joints_than_the_print_has_is_refused() -> None:
@@ -128,7 +128,7 @@ def test_a_descent_that_ends_with_other_joints_than_the_print_has_is_refused() -
     turned = path.joints.copy()
     turned[path.poses.runs == 1, 5] += 2.0 * np.pi
     with pytest.raises(ReachError, match=r"run 2: whoever resumes there comes down with joint 6 off .* by 360 degrees"):
-        aloft_path(replace(path, joints=turned), targets, ARM)
+        lifted_path(replace(path, joints=turned), targets, ARM)
 
 
 def test_a_dry_run_out_of_reach_is_refused() -> None:
@@ -137,24 +137,25 @@ def test_a_dry_run_out_of_reach_is_refused() -> None:
     path = solved(two_runs(), ARM, T_base_work=places[int(np.argmax(reached))])
     kept = np.arange(path.poses.count)
     with pytest.raises(ReachError, match="where a dry run drives"):
-        aloft_path(path, Targets(poses=kept, zones=np.zeros(kept.size), speeds=np.full(kept.size, 20.0)), ARM)
+        lifted_path(path, Targets(poses=kept, zones=np.zeros(kept.size), speeds=np.full(kept.size, 20.0)), ARM)
 
 
 def test_a_ceiling_that_only_the_dry_run_would_touch_is_found() -> None:
     path, targets = path_and_targets()
     surface = plate((60.0, 60.0), (20, 20))
     part = replace(surface, vertices=surface.vertices - np.array([30.0, 30.0, 0.3]))
-    aloft, dry_targets = aloft_path(path, targets, ARM)
-    dry = controller_path(aloft, dry_targets, ARM, step=2.0)
+    lifted, dry_targets = lifted_path(path, targets, ARM)
+    dry = controller_path(lifted, dry_targets, ARM, step=2.0)
 
     def check(*obstacles: Box) -> float:
         return clearance(
-            dry, ARM, tool=CELL.tool, process=CELL.process, T_base_work=TURNED, poses=aloft.poses, part=part, body=None,
+            dry, ARM, tool=CELL.tool, process=CELL.process, T_base_work=TURNED, poses=lifted.poses, part=part,
+            body=None,
             obstacles=obstacles,
         ).smallest  # fmt: skip
 
     assert check() > 1.0
-    tip = transforms.apply(TURNED, aloft.poses.tips[5:6])[0]
+    tip = transforms.apply(TURNED, lifted.poses.tips[5:6])[0]
     with pytest.raises(ClearanceError):
         check(Box("ceiling", tip + np.array([0.0, 0.0, 8.0]), np.array([4.0, 4.0, 4.0])))
 

@@ -138,14 +138,14 @@ def test_targets_of_a_bend_are_passed_where_their_poses_stand(turn: float) -> No
     assert rounded_deviations(tips, chosen, places, zones_of(places, rests))[inner].max() < 1e-4
 
 
-def course(times: FloatArray, *, laid: bool = True, rests: tuple[int, ...] = ()) -> Course:
+def course(times: FloatArray, *, deposited: bool = True, rests: tuple[int, ...] = ()) -> Course:
     count = len(times)
     resting = np.zeros(count, dtype=np.bool_)
     resting[list(rests)] = True
     return Course(
         tips=np.linspace([0.0, 0.0, 0.0], [float(count - 1), 0.0, 0.0], count), quaternions=np.tile(DOWN, (count, 1)),
         times=times, required=np.array([0, count - 1]), runs=np.zeros(count, dtype=np.int64), rests=resting,
-        laid=np.full(count - 1, laid), tolerance=1.0, turn=0.01, periods=PERIODS,
+        deposited=np.full(count - 1, deposited), tolerance=1.0, turn=0.01, periods=PERIODS,
     )  # fmt: skip
 
 
@@ -155,7 +155,7 @@ def test_moves_of_just_the_time_they_need_are_not_too_short_although_times_are_r
         for share in (1.0, 1.0 - 1e-11):
             found = course(exact * share)
             assert found.short(np.arange(100)) == expected
-    assert course(0.005 * np.arange(100.0), laid=False).short(np.arange(100)) == (0, 0)
+    assert course(0.005 * np.arange(100.0), deposited=False).short(np.arange(100)) == (0, 0)
 
 
 def test_the_zone_goes_as_far_into_the_shorter_line_as_into_the_longer() -> None:

@@ -105,8 +105,8 @@ def test_rows_carry_their_run_and_lay_exactly_the_length_of_the_runs(found: Cont
     assert (np.diff(found.runs[on_lines]) >= 0).all()
     assert set(found.runs.tolist()) == {-1, 0, 1}
     assert not found.deposit[found.runs < 0].any()
-    laid = np.linalg.norm(np.diff(tips_of(found), axis=0), axis=1)[found.deposit[:-1]].sum()
-    assert laid == pytest.approx(np.pi * (20.0 + 16.0), rel=1e-3)
+    deposited = np.linalg.norm(np.diff(tips_of(found), axis=0), axis=1)[found.deposit[:-1]].sum()
+    assert deposited == pytest.approx(np.pi * (20.0 + 16.0), rel=1e-3)
 
 
 def test_the_winding_of_the_joint_path_is_kept(path: JointPath, targets: Targets) -> None:

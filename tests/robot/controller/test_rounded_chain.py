@@ -22,7 +22,8 @@ def course(tips: FloatArray, times: FloatArray, *, rests: tuple[int, ...] = ()) 
     resting[[0, -1, *rests]] = True
     return Course(
         tips=tips, quaternions=np.tile(DOWN, (count, 1)), times=times, required=np.flatnonzero(resting),
-        runs=np.zeros(count, dtype=np.int64), rests=resting, laid=np.full(count - 1, fill_value=True), tolerance=0.01,
+        runs=np.zeros(count, dtype=np.int64), rests=resting, deposited=np.full(count - 1, fill_value=True),
+        tolerance=0.01,
         turn=0.01, periods=(0.012, 0.024),
     )  # fmt: skip
 

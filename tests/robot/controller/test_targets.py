@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from geoprint.errors import UsageError
 from geoprint.geometry import PolylineDistance
 from geoprint.model import FloatArray, IntArray, JointPath, PoseStream, Targets, Trajectory
-from geoprint.robot.controller import aloft_path
+from geoprint.robot.controller import lifted_path
 from geoprint.robot.controller.choice import FINE_SHARE
 from geoprint.robot.controller.fitting import LARGEST_ZONE
 from geoprint.robot.controller.targets import (
@@ -42,7 +42,7 @@ def unsolved(poses: PoseStream) -> JointPath:
 def passing(poses: PoseStream, *, share: float = 1.0, still: float = 0.0) -> Trajectory:
     """Return a trajectory that passes the poses at a share of the set speeds; turns on the spot take `still` [s]."""
     lengths = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)
-    speeds = share * np.where(poses.laid, PROCESS.speed, PROCESS.travel_speed)
+    speeds = share * np.where(poses.deposited, PROCESS.speed, PROCESS.travel_speed)
     return Trajectory(
         times=np.zeros(1), joints=np.zeros((1, 6)), runs=np.zeros(1, dtype=np.int64), deposit=np.zeros(1, np.bool_),
         pose_times=np.append([0.0], np.cumsum(np.where(lengths > 0.0, lengths / speeds, still))), stretched=0,
@@ -173,8 +173,8 @@ def test_a_pose_that_leans_by_less_than_a_tenth_of_a_degree_is_left_out_where_mo
 def test_stops_and_the_ends_of_deposit_are_targets_where_the_tool_rests() -> None:
     poses = two_runs()
     found = thinned(poses)
-    laid = np.concatenate([[False], poses.laid, [False]])
-    required = np.flatnonzero(poses.stops | (laid[1:] != laid[:-1]))
+    deposited = np.concatenate([[False], poses.deposited, [False]])
+    required = np.flatnonzero(poses.stops | (deposited[1:] != deposited[:-1]))
     assert np.isin(required, found.poses).all()
     assert (found.zones[np.isin(found.poses, required)] == 0.0).all()
     assert (found.zones[~np.isin(found.poses, required)] > 0.0).all()
@@ -205,9 +205,9 @@ def test_no_move_goes_nowhere_where_a_run_begins_in_the_place_where_the_one_befo
     # The place belongs to the run that begins, so that whoever resumes there begins above the part.
     first = int(np.flatnonzero(np.diff(poses.runs[found.poses]))[0]) + 1
     assert poses.tips[found.poses[first], 2] == 5.0
-    assert poses.laid[found.poses[first - 2 : first]].tolist() == [True, False]
+    assert poses.deposited[found.poses[first - 2 : first]].tolist() == [True, False]
     np.testing.assert_array_equal(found.zones[first - 1 : first + 1], 0.0)
-    aloft_path(solved(poses, arm_of(bent_cell())), found, arm_of(bent_cell()))
+    lifted_path(solved(poses, arm_of(bent_cell())), found, arm_of(bent_cell()))
 
 
 @pytest.mark.parametrize(("apart", "turn"), [(0.5 * SHORTEST_MOVE, 0.0), (0.0, 0.5 * SMALLEST_TURN)])
@@ -234,7 +234,7 @@ def test_a_run_begins_at_rest_even_where_the_stream_has_no_stop() -> None:
     poses = replace(two_runs(), stops=np.zeros(two_runs().count, dtype=np.bool_))
     found = thinned(poses)
     first = int(np.flatnonzero(np.diff(poses.runs[found.poses]))[0]) + 1
-    assert not np.isin(found.poses[first], np.flatnonzero(np.diff(poses.laid.astype(int))) + 1)
+    assert not np.isin(found.poses[first], np.flatnonzero(np.diff(poses.deposited.astype(int))) + 1)
     assert found.zones[first] == 0.0
 
 

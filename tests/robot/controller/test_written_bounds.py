@@ -9,7 +9,7 @@ import pytest
 
 from geoprint.errors import ReachError
 from geoprint.model import JointPath, Targets, Trajectory
-from geoprint.robot.controller import aloft_path, controller_path, written_path
+from geoprint.robot.controller import controller_path, lifted_path, written_path
 from geoprint.robot.controller.targets import close_targets, required_poses
 from tests.robot.cells import bent_cell
 from tests.robot.joint_paths import arm_of, line, solved, stream, two_runs
@@ -51,9 +51,9 @@ def test_a_dry_run_20_mm_higher_stays_on_the_turn_of_the_path(turn: float) -> No
     turned = path.joints.copy()
     turned[:, 5] += turn
     path = replace(path, joints=turned)
-    aloft, _ = aloft_path(path, dry_targets(path), ARM)
-    assert np.abs(aloft.joints[0] - path.joints[0]).max() < 0.3
-    assert aloft.poses.tips[0, 2] - path.poses.tips[0, 2] == pytest.approx(20.0)
+    lifted, _ = lifted_path(path, dry_targets(path), ARM)
+    assert np.abs(lifted.joints[0] - path.joints[0]).max() < 0.3
+    assert lifted.poses.tips[0, 2] - path.poses.tips[0, 2] == pytest.approx(20.0)
 
 
 def test_targets_a_period_apart_are_not_close_although_times_are_rounded() -> None:

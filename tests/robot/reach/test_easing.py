@@ -103,12 +103,12 @@ def test_a_run_that_is_left_out_stays_as_it_is() -> None:
 
 
 def test_what_easing_bought_is_told_with_its_run_and_place() -> None:
-    (told,) = eased_path(nodding()).eased
-    assert (told.run, told.left) == (0, 0.0)
+    (record,) = eased_path(nodding()).eased
+    assert (record.run, record.left) == (0, 0.0)
     # The nod bends most in its middle, 30 mm from the start, and within 3 mm to either side.
-    assert 0.5 < told.lacking < 6.0
-    assert told.arc == pytest.approx(30.0 - 12.0, abs=4.0)
-    assert told.arc + told.length == pytest.approx(30.0 + 12.0, abs=4.0)
+    assert 0.5 < record.lacking < 6.0
+    assert record.arc == pytest.approx(30.0 - 12.0, abs=4.0)
+    assert record.arc + record.length == pytest.approx(30.0 + 12.0, abs=4.0)
     assert nodding().eased == ()
 
 
@@ -118,11 +118,11 @@ def test_joints_lead_to_the_poses_that_the_path_tells() -> None:
     np.testing.assert_allclose(ARM.tool_poses(found.joints), commanded, atol=1e-7)
     # Lean and turn about the nozzle are those of the attitudes.
     base = nodding().poses.quaternions
-    told = transforms.rotation_of(base) @ [
+    record = transforms.rotation_of(base) @ [
         transforms.smallest_rotation(np.array([0.0, 0.0, 1.0]), _axis(lean)[None])[0] @ _about_z(turn)
         for lean, turn in zip(found.leans, found.rotations, strict=True)
     ]
-    np.testing.assert_allclose(told, transforms.rotation_of(found.poses.quaternions), atol=1e-9)
+    np.testing.assert_allclose(record, transforms.rotation_of(found.poses.quaternions), atol=1e-9)
 
 
 def _axis(lean: FloatArray) -> FloatArray:

@@ -41,12 +41,12 @@ def ladder(candidates: FloatArray, *, extra: FloatArray | None = None, spread: f
     """Rungs on a line over the table with (k, c, 3) candidates each."""
     count, each = len(candidates), candidates[0].shape[0]
     costs = np.zeros(count * each) if extra is None else extra
-    laid: BoolArray = np.ones(count, dtype=np.bool_)
+    deposited: BoolArray = np.ones(count, dtype=np.bool_)
     poses = stream(line((280.0, -spread, 60.0), (320.0, spread, 70.0), count=count))
     tips = tool_poses(poses, T_base_work=np.eye(4))
     return Rungs(
         Ts_base_tool=tips,
-        deposit=laid,
+        deposit=deposited,
         steps=np.linalg.norm(np.diff(tips[:, :3, 3], axis=0), axis=1),
         candidates=candidates.reshape(-1, 3),
         offsets=each * np.arange(count + 1, dtype=np.int64),

@@ -37,9 +37,9 @@ def along_x(y: float) -> PoseStream:
     tips = line(start, end, count=241)
     lift = np.array([0.0, 0.0, 30.0])
     down, up = line(tuple(tips[0] + lift), start, count=16), line(end, tuple(tips[-1] + lift), count=16)
-    laid = np.zeros(241 + 30, dtype=np.bool_)
-    laid[15:256] = True
-    return stream(np.vstack([down[:-1], tips, up[1:]]), deposit=laid, stops=(15, 255))
+    deposited = np.zeros(241 + 30, dtype=np.bool_)
+    deposited[15:256] = True
+    return stream(np.vstack([down[:-1], tips, up[1:]]), deposit=deposited, stops=(15, 255))
 
 
 def wall(cell: Cell, *, y: float, thick: float, height: float, length: float = 12.0) -> Box:

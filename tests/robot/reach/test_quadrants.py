@@ -99,26 +99,28 @@ def test_borders_that_an_axis_sweeps_over_are_crossed_and_listed() -> None:
     # From one side of the arm to the other axis 1 turns by 68 degrees: no turn of the nozzle keeps it on one side.
     poses = stream(line((300.0, -200.0, 50.0), (300.0, 200.0, 50.0), count=401))
     path = reach(poses, ARM, T_base_work=np.eye(4))
-    told = record_quadrants(path, Targets(np.arange(401), zones=np.zeros(401), speeds=np.full(401, 20.0)))
-    assert [axis.axis for axis in told] == [1, 4, 6]
-    assert [axis.targets_near for axis in told] == near(path)
-    assert told[0].targets_near > 0
-    assert [axis.crossings for axis in told] == np.count_nonzero(np.diff(path.configuration[:, :3], axis=0), 0).tolist()
-    assert told[0].crossings == 1
+    record = record_quadrants(path, Targets(np.arange(401), zones=np.zeros(401), speeds=np.full(401, 20.0)))
+    assert [axis.axis for axis in record] == [1, 4, 6]
+    assert [axis.targets_near for axis in record] == near(path)
+    assert record[0].targets_near > 0
+    assert [axis.crossings for axis in record] == np.count_nonzero(
+        np.diff(path.configuration[:, :3], axis=0), 0
+    ).tolist()
+    assert record[0].crossings == 1
     row = int(off_borders(path.joints)[:, 0].argmin())
-    assert told[0].nearest_deg == pytest.approx(off_borders(path.joints)[row, 0], abs=1e-3)
-    assert told[0].place_mm == pytest.approx(tuple(poses.tips[row]))
+    assert record[0].nearest_deg == pytest.approx(off_borders(path.joints)[row, 0], abs=1e-3)
+    assert record[0].place_mm == pytest.approx(tuple(poses.tips[row]))
 
 
 def test_what_is_crossed_on_travel_is_not_listed() -> None:
-    laid = np.zeros(401, dtype=np.bool_)
-    laid[:20] = True
-    poses = stream(line((300.0, -200.0, 50.0), (300.0, 200.0, 50.0), count=401), deposit=laid)
+    deposited = np.zeros(401, dtype=np.bool_)
+    deposited[:20] = True
+    poses = stream(line((300.0, -200.0, 50.0), (300.0, 200.0, 50.0), count=401), deposit=deposited)
     path = reach(poses, ARM, T_base_work=np.eye(4))
-    told = record_quadrants(path, Targets(np.arange(401), zones=np.zeros(401), speeds=np.full(401, 20.0)))
+    record = record_quadrants(path, Targets(np.arange(401), zones=np.zeros(401), speeds=np.full(401, 20.0)))
     assert np.ptp(path.configuration[:, 0]) == 1
-    assert [axis.crossings for axis in told] == [0, 0, 0]
-    assert [axis.targets_near for axis in told] == [0, 0, 0]
+    assert [axis.crossings for axis in record] == [0, 0, 0]
+    assert [axis.targets_near for axis in record] == [0, 0, 0]
 
 
 @pytest.mark.parametrize(
@@ -155,10 +157,10 @@ def test_joint_6_is_rather_near_a_border_where_another_axis_is() -> None:
     sweep = np.radians(np.linspace(-60.0, 60.0, 1201))
     joints = np.tile(np.radians([45.0, 0.0, 0.0, 45.0, 60.0, 0.0]), (1201, 1))
     joints[:, 0], joints[:, 5] = sweep / 3.0, sweep
-    laid = np.ones(1201, dtype=np.bool_)
-    np.testing.assert_array_equal(axial_weights(joints, deposit=laid)[[0, 600, 1200]], [2.0, 1.0, 2.0])
-    assert not axial_weights(joints, deposit=~laid).any()
-    turn = np.degrees(axial_rotation(sweep, robot, weights=axial_weights(joints, deposit=laid)))
+    deposited = np.ones(1201, dtype=np.bool_)
+    np.testing.assert_array_equal(axial_weights(joints, deposit=deposited)[[0, 600, 1200]], [2.0, 1.0, 2.0])
+    assert not axial_weights(joints, deposit=~deposited).any()
+    turn = np.degrees(axial_rotation(sweep, robot, weights=axial_weights(joints, deposit=deposited)))
     assert turn == pytest.approx(0.0, abs=1e-9)
 
 

@@ -89,10 +89,10 @@ def test_poses_out_of_reach_lose_their_share_and_are_placed_where_the_motion_to_
 def test_wrist_singularity_counts_on_deposit_only() -> None:
     tips = np.array([[534.0, 0.0, 630.0], [534.0, 0.0, 629.9]])
     arm = straight_arm()
-    laid = reach_map(stream(tips, attitude=AHEAD), arm, T_base_work=HERE)
-    assert (laid.reasons == Reason.WRIST).all()
-    assert laid.shares() == {"wrist_singularity": 1.0}
-    np.testing.assert_allclose(np.degrees(laid.allowed[0]), [5.0, 180.0])
+    deposited = reach_map(stream(tips, attitude=AHEAD), arm, T_base_work=HERE)
+    assert (deposited.reasons == Reason.WRIST).all()
+    assert deposited.shares() == {"wrist_singularity": 1.0}
+    np.testing.assert_allclose(np.degrees(deposited.allowed[0]), [5.0, 180.0])
     travel = reach_map(stream(tips, attitude=AHEAD, deposit=np.zeros(2, dtype=bool)), arm, T_base_work=HERE)
     assert travel.complete
 

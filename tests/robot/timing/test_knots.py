@@ -16,10 +16,10 @@ from tests.robot.joint_paths import arc, line, stream, tilted
 PROCESS = replace(bent_cell().process, speed=20.0, travel_speed=60.0)
 
 
-def path_of(tips: FloatArray, angles: FloatArray, *, laid: bool, joints: FloatArray | None = None) -> JointPath:
+def path_of(tips: FloatArray, angles: FloatArray, *, deposited: bool, joints: FloatArray | None = None) -> JointPath:
     """Return the path of a tool that leans by angles [rad] along a flat surface."""
     count = len(tips)
-    poses = stream(tips, quaternions=tilted(angles), deposit=np.full(count, laid))
+    poses = stream(tips, quaternions=tilted(angles), deposit=np.full(count, deposited))
     return JointPath(
         poses=replace(poses, normals=np.tile([0.0, 0.0, 1.0], (count, 1))),
         joints=np.zeros((count, 6)) if joints is None else joints, configuration=np.zeros((count, 4), dtype=np.int64),
@@ -27,21 +27,21 @@ def path_of(tips: FloatArray, angles: FloatArray, *, laid: bool, joints: FloatAr
     )  # fmt: skip
 
 
-def knots_of(step: float, turn: float, *, laid: bool) -> Knots:
+def knots_of(step: float, turn: float, *, deposited: bool) -> Knots:
     """Return the knots of three poses a step [mm] and a turn [rad] apart."""
     tips = line((0.0, 0.0, 0.0), (2.0 * step, 0.0, 0.0), count=3)
-    return path_knots(path_of(tips, turn * np.arange(3.0), laid=laid), process=PROCESS)
+    return path_knots(path_of(tips, turn * np.arange(3.0), deposited=deposited), process=PROCESS)
 
 
 def test_on_travel_a_radian_counts_as_10_mm_beside_the_way_of_the_tip() -> None:
-    found = knots_of(4.0, 0.3, laid=False)
+    found = knots_of(4.0, 0.3, deposited=False)
     np.testing.assert_allclose(found.lengths, [0.0, 0.005, 0.010])
     np.testing.assert_allclose(found.bead_shares, 0.8)
     np.testing.assert_allclose(found.ceilings, 0.06 / 0.8)
 
 
 def test_a_tool_that_turns_on_the_spot_moves_on_and_its_tip_sets_no_ceiling() -> None:
-    found = knots_of(0.0, 0.3, laid=False)
+    found = knots_of(0.0, 0.3, deposited=False)
     np.testing.assert_allclose(found.lengths, [0.0, 0.003, 0.006])
     assert np.isinf(found.ceilings).all()
 
@@ -49,14 +49,14 @@ def test_a_tool_that_turns_on_the_spot_moves_on_and_its_tip_sets_no_ceiling() ->
 @pytest.mark.parametrize(("step", "alone"), [(0.0303, True), (0.0297, False)])
 def test_where_material_is_laid_the_tip_alone_is_the_length_down_to_a_hundredth(step: float, *, alone: bool) -> None:
     """A turn of 0.3 rad is as long as 3 mm, a hundredth of which is 0.03 mm."""
-    found = knots_of(step, 0.3, laid=True)
+    found = knots_of(step, 0.3, deposited=True)
     np.testing.assert_allclose(np.diff(found.lengths), 1e-3 * (step if alone else np.hypot(step, 3.0)))
     assert np.isclose(found.bead_shares, 1.0, rtol=1e-12).all() == alone
 
 
 def test_one_step_that_all_but_turns_on_the_spot_takes_its_whole_leg_with_it() -> None:
     tips = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.001, 0.0, 0.0]])
-    found = path_knots(path_of(tips, np.array([0.0, 0.3, 0.6]), laid=True), process=PROCESS)
+    found = path_knots(path_of(tips, np.array([0.0, 0.3, 0.6]), deposited=True), process=PROCESS)
     np.testing.assert_allclose(np.diff(found.lengths), [0.005, 0.003], rtol=1e-6)
 
 
@@ -64,7 +64,9 @@ def test_one_step_that_all_but_turns_on_the_spot_takes_its_whole_leg_with_it() -
 def test_joints_may_differ_by_a_hundred_millionth_of_a_radian_at_one_place(jump: float, *, refused: bool) -> None:
     joints = np.zeros((3, 6))
     joints[1:, 3] = jump
-    path = path_of(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), np.zeros(3), laid=True, joints=joints)
+    path = path_of(
+        np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), np.zeros(3), deposited=True, joints=joints
+    )
     if refused:
         with pytest.raises(LimitError, match=r"run 1, pose 1: joint 4 jumps by 1\.1e-08 rad"):
             path_knots(path, process=PROCESS)
@@ -77,7 +79,7 @@ def test_the_bead_keeps_the_speed_so_that_the_tip_is_faster_over_a_bulge_and_slo
     """A circle of 5 mm on the surface is one of 5.3 mm for the tip outside of it, of 4.7 mm inside."""
     outward = side * arc(radius=1.0, step=0.02)
     tips = 5.0 * side * outward + 0.3 * outward
-    path = path_of(tips, np.zeros(len(tips)), laid=True)
+    path = path_of(tips, np.zeros(len(tips)), deposited=True)
     found = path_knots(replace(path, poses=replace(path.poses, normals=outward)), process=PROCESS)
     share = 5.0 / (5.0 + 0.3 * side)
     np.testing.assert_allclose(found.lengths, 1e-3 * path.poses.arcs, rtol=1e-12)
@@ -87,15 +89,15 @@ def test_the_bead_keeps_the_speed_so_that_the_tip_is_faster_over_a_bulge_and_slo
 
 def test_on_travel_the_speed_is_that_of_the_tip() -> None:
     outward = arc(radius=1.0, step=0.02)
-    path = path_of(5.3 * outward, np.zeros(len(outward)), laid=False)
+    path = path_of(5.3 * outward, np.zeros(len(outward)), deposited=False)
     found = path_knots(replace(path, poses=replace(path.poses, normals=outward)), process=PROCESS)
     np.testing.assert_allclose(found.bead_shares, 1.0, rtol=1e-12)
     np.testing.assert_allclose(found.ceilings, 0.06, rtol=1e-12)
 
 
-def driven(tips: FloatArray, joints: FloatArray, *, response: float, laid: bool = True) -> FloatArray:
+def driven(tips: FloatArray, joints: FloatArray, *, response: float, deposited: bool = True) -> FloatArray:
     """Return the joints of a path with level tool as the arm drives them."""
-    knots = path_knots(path_of(tips, np.zeros(len(tips)), laid=laid, joints=joints), process=PROCESS)
+    knots = path_knots(path_of(tips, np.zeros(len(tips)), deposited=deposited, joints=joints), process=PROCESS)
     return knots.driven_joints(0, len(tips) - 1, response=response)
 
 
@@ -114,7 +116,7 @@ def test_without_a_response_on_travel_and_along_straight_lines_joints_stay() -> 
     x = np.linspace(0.0, 6.0, 601)
     tips, wave = np.column_stack([x, 0.0 * x, 0.0 * x]), np.tile(1e-3 * np.sin(9.0 * x)[:, None], 6)
     np.testing.assert_array_equal(driven(tips, wave, response=0.0), wave)
-    np.testing.assert_array_equal(driven(tips, wave, response=0.01, laid=False), wave)
+    np.testing.assert_array_equal(driven(tips, wave, response=0.01, deposited=False), wave)
     straight = np.tile(0.1 * x[:, None], 6)
     np.testing.assert_allclose(driven(tips, straight, response=0.01), straight, atol=1e-12)
 

@@ -18,11 +18,11 @@ def jerk(rows: int, *, begin: float = 0.0, apart: float = 1e-3) -> float:
     """Return the jerk of a tip with 2000 m/s3 that lays material over so many of its rows."""
     moments = apart * np.arange(100.0)
     places = 1.0 + 1e3 * 2000.0 * moments**3 / 6.0
-    laid = np.zeros(100, dtype=np.bool_)
-    laid[:rows] = True
+    deposited = np.zeros(100, dtype=np.bool_)
+    deposited[:rows] = True
     joints = joints_at(PATH.poses.tips[:, 0], PATH.joints, places)
     made = Trajectory(
-        times=begin + moments, joints=joints, runs=np.zeros(100, dtype=np.int64), deposit=laid,
+        times=begin + moments, joints=joints, runs=np.zeros(100, dtype=np.int64), deposit=deposited,
         pose_times=np.zeros(161), stretched=0, slowest_deposit=0.0, slowdowns=(), share_at_speed=0.0,
         share_on_ramps=0.0,
     )  # fmt: skip

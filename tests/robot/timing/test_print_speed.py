@@ -70,7 +70,7 @@ def printed(path: JointPath, *, speed: float = 20.0, constant_flow: bool = True)
 
 def share(path: JointPath, trajectory: Trajectory, *, speed: float, run: int = 0) -> float:
     """Return the volume of a run over the planned one: speed * time without ramps of v / 2 a each / length."""
-    rows = np.flatnonzero(path.poses.laid & (path.poses.runs[1:] == run))
+    rows = np.flatnonzero(path.poses.deposited & (path.poses.runs[1:] == run))
     time = float(np.diff(trajectory.pose_times)[rows].sum()) - 2.0 * speed / (2.0 * PULL)
     return speed * time / float(np.linalg.norm(np.diff(path.poses.tips, axis=0), axis=1)[rows].sum())
 
@@ -361,4 +361,4 @@ def test_on_travel_and_beside_it_the_length_of_a_step_is_that_of_the_tip() -> No
     deposit = np.arange(len(outward)) >= 40
     poses = replace(stream(10.5 * outward, deposit=deposit), normals=outward, standoff=0.5)
     steps_of_tip = np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)
-    np.testing.assert_allclose(bead_steps(poses), steps_of_tip * np.where(poses.laid, 10.0 / 10.5, 1.0), rtol=1e-9)
+    np.testing.assert_allclose(bead_steps(poses), steps_of_tip * np.where(poses.deposited, 10.0 / 10.5, 1.0), rtol=1e-9)

@@ -120,8 +120,8 @@ def test_rows_carry_the_run_they_lead_to_and_deposit_only_inside_runs(path: Join
     away = (trajectory.times < start) | (trajectory.times >= end)
     assert (trajectory.runs[away] == -1).all()
     assert (np.diff(trajectory.runs[~away]) >= 0).all()
-    laid = np.diff(trajectory.pose_times)[path.poses.laid].sum()
-    assert trajectory.deposit.sum() * 1e-3 == pytest.approx(laid, abs=2e-3)
+    deposited = np.diff(trajectory.pose_times)[path.poses.deposited].sum()
+    assert trajectory.deposit.sum() * 1e-3 == pytest.approx(deposited, abs=2e-3)
     assert not trajectory.deposit[away].any()
 
 

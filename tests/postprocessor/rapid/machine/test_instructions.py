@@ -191,8 +191,8 @@ ENDPROC
 
 def test_optional_parameters_are_handed_on_as_what_they_are_declared() -> None:
     """Also a parameter that is a value to one that is changed, and the other way round."""
-    told = shown(ran("outer; outer\\a:=4; outer\\turned\\other; counts\\by:=n;", declared=f"VAR num n:=9;{HANDED}"))
-    assert told == [
+    record = shown(ran("outer; outer\\a:=4; outer\\turned\\other; counts\\by:=n;", declared=f"VAR num n:=9;{HANDED}"))
+    assert record == [
         "nothing", "nothing", "told 5", "told 5", "own 5", "nothing", "nothing", "turned", "other", "told 10",
     ]  # fmt: skip
 
