@@ -1,20 +1,18 @@
 """Plan evenly spaced print paths on curved surfaces and write the robot program that prints them.
 
-`job_of` says what to plan, `plan` runs every stage for one backend, `compare` for several on the same part; `save_plan`
-and `save_comparisons` write the result, `check` reads it back, and `job_from` is the job that it was planned
-from. The stages themselves are functions too:
+    job_of, job_from         what to plan: from keys, or from a folder that was written
+    plan, compare            every stage with one backend, or with several on the same part
+    figure, save, check      a result drawn, written, and read back
+    measure_files, measure_paths    how even anybody's paths are, from files or as arrays; save_measurement
+    load, prepare, Surface   a part from a file, repaired; or from arrays, `Surface(vertices, faces)`
+    load_cell                the robot and what stands around it
+    register_backend, register_pattern    a distance or a pattern of your own, known by a name
 
-    mesh      load, prepare, refine, remesh, smooth, decimate, deviation, cut_patch, save_ply
-    curves    boundary_seed, point_seed, BACKENDS, PATTERNS, isolines; on a surface: closest, positions, normals
-    paths     arrange, poses
-    evenness  uniformity, agreement; of anybody's paths: read_paths, measure_paths, measure_files, save_measurement
-    tables    of arrays and as CSV: runs_table, levels_table, samples_table, save_table
-    robot     load_cell, Arm, demo_placement, reach, retime, written_targets, controller_path, clearance
-    program   orders_of, rapid_program
-
-A backend or a pattern of your own is a class that `register_backend` or `register_pattern` makes known by a name. What
-is not listed stands in the packages, such as `geoprint.geometry.files`. Paths are text or `Path`; what cannot be done
-raises a `GeoprintError`. Lengths are mm, times s, angles rad.
+A plan answers what it is asked: `paths` (a list of (k, 3) arrays), `poses`, `trajectory`, `evenness`, and as tables of
+arrays `table()`, `evenness.table()` and `evenness.levels.table()`. Everything else stands in the packages, one a
+subject: `geoprint.geometry`, `geoprint.distance`, `geoprint.toolpath`, `geoprint.metrics`, `geoprint.robot`,
+`geoprint.postprocessor` and the others. Paths of files are text or `Path`; what cannot be done raises a
+`GeoprintError`. Lengths are mm, times s, angles rad.
 
 Examples:
     >>> import geoprint
@@ -24,16 +22,15 @@ Examples:
       vertices  (588, 3) float, -20 to 20 mm
       faces     (1080, 3) int, 0 to 587
       name      'plate.ply'
-    >>> heat = geoprint.BACKENDS["heat"](plate)
-    >>> contours = heat.contours(geoprint.boundary_seed(plate), spacing=2.0)
-    >>> outermost = contours.curves.xyz(plate, 0)
+    >>> planned = geoprint.plan(geoprint.job_of(surface="data/plate.ply", unit="mm", spacing=2.0, robot=False))
+    >>> outermost = planned.paths[0]
     >>> outermost.max(axis=0).round(1)
     array([19., 14., 0.])
 
 Data flows in one direction, through frozen values (`geoprint.model`) that print what they hold in a few lines:
 
     file -> Surface -> [backend] -> [pattern] -> Strokes -> Toolpath -> PoseStream -> JointPath -> Trajectory
-         -> Targets -> ControllerPath -> Clearance -> Orders -> Program -> told
+         -> Targets -> ControllerPath -> Clearance -> Orders -> Program -> report
 
 and imports run to the right alone (braces: mutually independent; `lint-imports` checks it):
 
@@ -59,8 +56,10 @@ if TYPE_CHECKING:
         fibers as fibers,
         geometry as geometry,
         inspection as inspection,
+        layers as layers,
         metrics as metrics,
         model as model,
+        positioner as positioner,
         postprocessor as postprocessor,
         process as process,
         registry as registry,
@@ -73,151 +72,52 @@ if TYPE_CHECKING:
         transforms as transforms,
         workflow as workflow,
     )
-    from geoprint.config import job_of as job_of, load_cell as load_cell
-    from geoprint.distance import (
-        BACKENDS as BACKENDS,
-        isolines as isolines,
-        level_distances as level_distances,
-        register as register_backend,
-    )
+    from geoprint.config import Job as Job, job_of as job_of, load_cell as load_cell
+    from geoprint.distance import register as register_backend
     from geoprint.errors import GeoprintError as GeoprintError
-    from geoprint.geometry import (
-        boundary_seed as boundary_seed,
-        closest as closest,
-        decimate as decimate,
-        deviation as deviation,
-        normals as normals,
-        point_seed as point_seed,
-        positions as positions,
-        prepare as prepare,
-        refine as refine,
-        remesh as remesh,
-        smooth as smooth,
-    )
-    from geoprint.geometry.files import load as load, save_ply as save_ply
-    from geoprint.metrics import agreement as agreement, measure_paths as measure_paths, uniformity as uniformity
-    from geoprint.model import Polylines as Polylines, Surface as Surface
-    from geoprint.postprocessor import (
-        orders_of as orders_of,
-        read_poses_table as read_poses_table,
-        read_trajectory_table as read_trajectory_table,
-    )
-    from geoprint.postprocessor.rapid import rapid_program as rapid_program
-    from geoprint.reporting import (
-        csv_text as csv_text,
-        levels_table as levels_table,
-        runs_table as runs_table,
-        samples_table as samples_table,
-        save_table as save_table,
-    )
+    from geoprint.geometry import prepare as prepare
+    from geoprint.geometry.files import load as load
+    from geoprint.metrics import measure_paths as measure_paths
+    from geoprint.model import Cell as Cell, Surface as Surface
+    from geoprint.reporting import figure as figure
     from geoprint.results import Comparison as Comparison, Plan as Plan
-    from geoprint.robot.arm import Arm as Arm
-    from geoprint.robot.collision import clearance as clearance
-    from geoprint.robot.controller import controller_path as controller_path, written_targets as written_targets
-    from geoprint.robot.placing import demo_placement as demo_placement
-    from geoprint.robot.reach import reach as reach, reach_map as reach_map
-    from geoprint.robot.timing import retime as retime
-    from geoprint.toolpath import PATTERNS as PATTERNS, arrange as arrange, poses as poses, register as register_pattern
-    from geoprint.toolpath_files import read_paths as read_paths
+    from geoprint.toolpath import register as register_pattern
     from geoprint.workflow import (
-        PatchChoice as PatchChoice,
-        beside as beside,
-        best_placed as best_placed,
-        calibrate_cell as calibrate_cell,
-        calibrate_tool as calibrate_tool,
         check_folder as check,
         compare as compare,
-        compare_parts as compare_parts,
-        cut_patch as cut_patch,
-        inspect_file as inspect_file,
         job_from as job_from,
         measure_files as measure_files,
         plan as plan,
-        propose_placement as propose_placement,
-        remesh_file as remesh_file,
-        save_calibrated as save_calibrated,
-        save_comparisons as save_comparisons,
+        save as save,
         save_measurement as save_measurement,
-        save_plan as save_plan,
     )
 
 
-# What a script takes, by stage.
-__all__ = [  # noqa: RUF022  (in the order of the stages)
-    # A whole job: from its keys to files, and back.
+# What a script takes, by what it is for.
+__all__ = [  # noqa: RUF022  (in the order of use)
+    # A whole job: from its keys or from a folder, to a result.
     "job_of",
     "job_from",
     "plan",
     "compare",
-    "compare_parts",
-    "beside",
-    "propose_placement",
-    "best_placed",
-    "save_plan",
-    "save_comparisons",
+    # What is asked of a result, and of paths of anybody.
+    "figure",
+    "save",
     "check",
-    # A mesh: read, examined, mended, cut, with other triangles.
-    "load",
-    "save_ply",
-    "inspect_file",
-    "remesh_file",
-    "prepare",
-    "refine",
-    "remesh",
-    "smooth",
-    "decimate",
-    "deviation",
-    "cut_patch",
-    "PatchChoice",
-    "Surface",
-    # What lies on it.
-    "boundary_seed",
-    "point_seed",
-    "closest",
-    "positions",
-    "normals",
-    # Curves: what measures distance, and what covers a surface with it.
-    "BACKENDS",
-    "register_backend",
-    "isolines",
-    "level_distances",
-    "PATTERNS",
-    "register_pattern",
-    # Paths and poses.
-    "arrange",
-    "poses",
-    # How even they are, and tables of it.
-    "uniformity",
-    "agreement",
-    "measure_paths",
     "measure_files",
+    "measure_paths",
     "save_measurement",
-    "read_paths",
-    "Polylines",
-    "runs_table",
-    "levels_table",
-    "samples_table",
-    "csv_text",
-    "save_table",
-    # The robot, stage by stage, and its files read back.
+    # A part and a cell.
+    "load",
+    "prepare",
     "load_cell",
-    "Arm",
-    "demo_placement",
-    "reach",
-    "reach_map",
-    "retime",
-    "written_targets",
-    "controller_path",
-    "clearance",
-    "orders_of",
-    "rapid_program",
-    "read_poses_table",
-    "read_trajectory_table",
-    # The cell, calibrated.
-    "calibrate_cell",
-    "calibrate_tool",
-    "save_calibrated",
+    # What is brought along.
+    "register_backend",
+    "register_pattern",
     # Types that a script names.
+    "Surface",
+    "Job",
+    "Cell",
     "Plan",
     "Comparison",
     "GeoprintError",
@@ -225,32 +125,21 @@ __all__ = [  # noqa: RUF022  (in the order of the stages)
 
 # The package that each stands in, and its name there where that is another.
 _FROM = {
-    "config": "job_of load_cell",
-    "distance": "BACKENDS register_backend=register isolines level_distances",
+    "config": "job_of load_cell Job",
+    "distance": "register_backend=register",
     "errors": "GeoprintError",
-    "geometry": "boundary_seed point_seed closest positions normals refine remesh smooth decimate deviation prepare",
-    "geometry.files": "load save_ply",
-    "metrics": "uniformity agreement measure_paths",
-    "model": "Surface Polylines",
-    "postprocessor": "orders_of read_poses_table read_trajectory_table",
-    "postprocessor.rapid": "rapid_program",
-    "reporting": "runs_table levels_table samples_table csv_text save_table",
+    "geometry": "prepare",
+    "geometry.files": "load",
+    "metrics": "measure_paths",
+    "model": "Surface Cell",
+    "reporting": "figure",
     "results": "Plan Comparison",
-    "robot.arm": "Arm",
-    "robot.collision": "clearance",
-    "robot.controller": "written_targets controller_path",
-    "robot.placing": "demo_placement",
-    "robot.reach": "reach reach_map",
-    "robot.timing": "retime",
-    "toolpath": "arrange poses PATTERNS register_pattern=register",
-    "toolpath_files": "read_paths",
-    "workflow": "plan compare compare_parts beside propose_placement best_placed save_plan save_comparisons "
-    "check=check_folder job_from inspect_file remesh_file measure_files save_measurement cut_patch PatchChoice "
-    "calibrate_cell calibrate_tool save_calibrated",
+    "toolpath": "register_pattern=register",
+    "workflow": "job_from plan compare save check=check_folder measure_files save_measurement",
 }
 _PACKAGES = (
-    "config distance errors fibers geometry inspection metrics model positioner postprocessor process registry "
-    "reporting results robot simulation toolpath toolpath_files transforms workflow"
+    "config distance errors fibers geometry inspection layers metrics model positioner "
+    "postprocessor process registry reporting results robot simulation toolpath toolpath_files transforms workflow"
 )
 
 if not TYPE_CHECKING:

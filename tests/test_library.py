@@ -13,7 +13,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any, cast
@@ -24,7 +24,7 @@ import pytest
 import geoprint
 from geoprint import config, inspection, postprocessor, reporting, workflow
 from geoprint.errors import ExportError, GeoprintError, InputError
-from geoprint.geometry.files import labels_of, load_file, load_likely, suggested_unit, write_whole
+from geoprint.geometry.files import labels_of, load_file, load_likely, save_ply, suggested_unit, write_whole
 from geoprint.inspection.scan import read_scan
 from geoprint.metrics import SOURCES, Printed
 from geoprint.model import reading
@@ -65,7 +65,7 @@ def planned() -> Plan:
 def record(planned: Plan, tmp_path_factory: pytest.TempPathFactory) -> tuple[PlanRecord, str]:
     """Return what plan.json says, and the bundle's folder as text."""
     folder = str(tmp_path_factory.mktemp("bundle") / "plan")
-    return geoprint.save_plan(planned, folder), folder
+    return geoprint.workflow.save_plan(planned, folder), folder
 
 
 def test_importing_brings_nothing_along(
@@ -75,11 +75,12 @@ def test_importing_brings_nothing_along(
     assert found["brought"] == []
 
 
-def test_dir_lists_what_is_public_and_the_rooms_and_nothing_else(newcomer: tuple[Mapping[str, Any], str]) -> None:
+def test_dir_lists_what_is_public_and_the_packages_and_nothing_else(newcomer: tuple[Mapping[str, Any], str]) -> None:
     found, _ = newcomer
     named = {name for name in found["dir"] if not name.startswith("__")}
-    rooms = {"account", "backends", "config", "errors", "export", "model", "motion", "pipeline", "quality", "surfaces"}
-    assert {"plan", "compare", "load", "reach", "retime", "clearance", "uniformity", "BACKENDS", *rooms} < named
+    packages = {"config", "distance", "geometry", "metrics", "model", "postprocessor", "robot", "toolpath", "workflow"}
+    assert {"plan", "compare", "load", "figure", "save", "check", "measure_files", "Surface", *packages} < named
+    assert len(geoprint.__all__) <= 22
     assert named == {*geoprint.__all__, *(name for name in named if isinstance(getattr(geoprint, name), ModuleType))}
     assert {"load", "save_ply"} < set(found["files"])
 
@@ -90,14 +91,14 @@ def test_help_shows_every_public_function_with_its_arguments_and_its_first_line(
     _, text = newcomer
     functions = {name: getattr(geoprint, name) for name in geoprint.__all__}
     shown = {name: each for name, each in functions.items() if isinstance(each, FunctionType)}
-    assert len(shown) > 40
+    assert len(shown) >= 15
     for name, each in shown.items():
         first = (each.__doc__ or "").partition("\n")[0]
         assert first
         assert first.endswith(".")
         assert re.search(rf"^    {name}(?: = \w+)?\(", text, re.MULTILINE), name
         assert first in text
-    for name in ("BACKENDS", "PATTERNS", "class Surface", "class GeoprintError"):
+    for name in ("class Surface", "class Plan", "class GeoprintError"):
         assert name in text
 
 
@@ -126,19 +127,23 @@ def test_packages_are_attributes_of_those_above_them_and_other_names_are_not() -
         exec("from geoprint.geometry import file")  # noqa: S102  (our own text)
 
 
-def doors() -> Iterator[ModuleType]:
-    """Yield the package and its rooms and wings, the command line left out."""
+def packages() -> Iterator[ModuleType]:
+    """Yield geoprint and the packages in it, the command line left out."""
     yield geoprint
     for found in pkgutil.walk_packages(geoprint.__path__, "geoprint."):
         if found.ispkg and not found.name.startswith("geoprint.cli"):
             yield importlib.import_module(found.name)
 
 
+def _names_of(package: ModuleType) -> Mapping[str, object]:
+    return {name: getattr(package, name) for name in package.__all__} if package is geoprint else vars(package)
+
+
 def path_parameters() -> dict[str, list[str]]:
     """Return the annotations of paths that public functions take, by the function's name."""
     found: dict[str, list[str]] = {}
-    for door in doors():
-        for name, each in vars(door).items() if door is not geoprint else [(n, getattr(door, n)) for n in door.__all__]:
+    for package in packages():
+        for name, each in _names_of(package).items():
             if isinstance(each, FunctionType) and not name.startswith("_"):
                 kinds = [str(one.annotation) for one in inspect.signature(each).parameters.values()]
                 paths = [kind for kind in kinds if re.search(r"\bPath\b", kind) and "Callable" not in kind]
@@ -153,17 +158,18 @@ def writers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
     compared = Comparison(planned.job, planned.workpiece, (("heat", Planned(planned, None)),))
     calibrated = cast("Any", type("Calibrated", (), {"text": "", "cell": None})())
     return {
-        "save_plan": lambda: geoprint.save_plan(planned, below),
+        "save": lambda: geoprint.save(planned, below),
+        "save_plan": lambda: geoprint.workflow.save_plan(planned, below),
         "staging": lambda: postprocessor.staging(below, overwrite=False).__enter__(),
         "seal": lambda: postprocessor.seal(gone),
         "plan_stack": lambda: workflow.plan_stack(planned.job.model_copy(update={"thickness": 1.0}), below),
         "compare_stacks": lambda: workflow.compare_stacks(planned.job.model_copy(update={"thickness": 1.0}), below),
-        "save_comparisons": lambda: geoprint.save_comparisons([compared], below),
+        "save_comparisons": lambda: geoprint.workflow.save_comparisons([compared], below),
         "save_measurement": lambda: geoprint.save_measurement(_measurement(), below),
         "write_whole": lambda: write_whole(below, b""),
-        "save_table": lambda: geoprint.save_table(geoprint.runs_table(planned), below),
-        "save_ply": lambda: geoprint.save_ply(planned.workpiece.part, below),
-        "save_calibrated": lambda: geoprint.save_calibrated(calibrated, gone, overwrite=False),
+        "save_table": lambda: geoprint.reporting.save_table(planned.table(), below),
+        "save_ply": lambda: save_ply(planned.workpiece.part, below),
+        "save_calibrated": lambda: geoprint.workflow.save_calibrated(calibrated, gone, overwrite=False),
         "write_bundle": lambda: postprocessor.write_bundle(below, {}, overwrite=False, verify=lambda _: None),
         "check_writable": lambda: postprocessor.check_writable(below, overwrite=False),
         "check_cell_writable": lambda: workflow.check_cell_writable(gone, overwrite=False),
@@ -172,9 +178,9 @@ def writers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
 
 def _measurement() -> Measurement:
     """Return two rows on the plate, measured."""
-    rows = np.array([[-15.0, y, 0.0] for y in (0.0, 2.0)]).repeat(2, axis=0) + [[0, 0, 0], [30, 0, 0]] * 2
+    rows = [np.array([[-15.0, y, 0.0], [15.0, y, 0.0]]) for y in (0.0, 2.0)]
     part = load_file(PLATE, unit="mm")
-    found = geoprint.measure_paths(part.surface, geoprint.Polylines(rows, np.array([0, 2, 4])), spacing=2.0)
+    found = geoprint.measure_paths(part.surface, rows, spacing=2.0)
     expected = Printed(planned=0.02, cvs=np.full(2, 0.02), variances=(0.0004, 0.0, *(0.0 for _ in SOURCES)))
     file = MeasuredFile(
         "rows",
@@ -200,9 +206,9 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "load": lambda: geoprint.load(gone, unit="mm"),
         "load_file": lambda: load_file(gone, unit="mm"),
         "suggested_unit": lambda: suggested_unit(gone),
-        "inspect_file": lambda: geoprint.inspect_file(gone),
-        "remesh_file": lambda: geoprint.remesh_file(gone, unit="mm", faces=100),
-        "read_paths": lambda: geoprint.read_paths(gone),
+        "inspect_file": lambda: geoprint.workflow.inspect_file(gone),
+        "remesh_file": lambda: geoprint.workflow.remesh_file(gone, unit="mm", faces=100),
+        "read_paths": lambda: geoprint.toolpath_files.read_paths(gone),
         "read_photograph": lambda: inspection.read_photograph(gone),
         "read_scan": lambda: read_scan(gone, unit="mm", least=1),
         "measure_files": lambda: geoprint.measure_files(job, [gone]),
@@ -224,16 +230,16 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "calibrate": lambda: workflow.calibrate(
             gone, model=gone, tcp=None, cell=gone, part=gone, unit="mm", noise=None
         ),
-        "calibrate_cell": lambda: geoprint.calibrate_cell(
+        "calibrate_cell": lambda: geoprint.workflow.calibrate_cell(
             gone, model=gone, cell=gone, part=gone, unit="mm", noise=None
         ),
-        "calibrate_tool": lambda: geoprint.calibrate_tool(gone, cell=None, noise=None),
+        "calibrate_tool": lambda: geoprint.workflow.calibrate_tool(gone, cell=None, noise=None),
         "read_urdf_file": lambda: read_urdf_file(gone, flange="tool0"),
         "read_measured_flow": lambda: read_measured_flow(gone, density=1.0),
         "read_record": lambda: reporting.read_record(gone, PlanRecord),
         "read_setup": lambda: postprocessor.read_setup(gone),
-        "read_poses_table": lambda: geoprint.read_poses_table(gone),
-        "read_trajectory_table": lambda: geoprint.read_trajectory_table(gone),
+        "read_poses_table": lambda: geoprint.postprocessor.read_poses_table(gone),
+        "read_trajectory_table": lambda: geoprint.postprocessor.read_trajectory_table(gone),
         "verify_poses_table": lambda: postprocessor.verify_poses_table(gone, planned.poses),
         "verify_trajectory_table": lambda: postprocessor.verify_trajectory_table(gone, robot.trajectory),
         "read_orders": lambda: postprocessor.read_orders(
@@ -290,7 +296,7 @@ def test_what_save_plan_returns_and_a_job_print_short_too(planned: Plan, record:
 def test_the_runs_of_a_plan_are_a_table_whose_lengths_are_those_of_plan_json(
     planned: Plan, record: tuple[PlanRecord, str]
 ) -> None:
-    runs, curves = geoprint.runs_table(planned), planned.toolpath.curves
+    runs, curves = planned.table(), planned.toolpath.curves
     assert runs["run"].tolist() == list(range(curves.count))
     assert runs["level"].tolist() == planned.toolpath.levels.tolist()
     assert runs["length"].sum() == pytest.approx(record[0].paths.deposit_mm, abs=1e-5)
@@ -301,17 +307,16 @@ def test_the_runs_of_a_plan_are_a_table_whose_lengths_are_those_of_plan_json(
     assert runs["closed"].all()
     # The layer is half a millimetre thick: what is laid for each millimetre fills a strip a spacing wide.
     np.testing.assert_allclose(runs["volume"], runs["length"] * 2.5 * 0.5, rtol=1e-9)
-    starts = geoprint.read_poses_table(f"{record[1]}/poses.csv")
+    starts = geoprint.postprocessor.read_poses_table(f"{record[1]}/poses.csv")
     first = np.flatnonzero(np.diff(np.where(starts.deposit, starts.runs, -1), prepend=-1) > 0)
     np.testing.assert_allclose(np.column_stack([runs["x"], runs["y"], runs["z"]]), starts.points[first], atol=1e-5)
 
 
 def test_levels_and_samples_are_tables_that_agree_with_the_measurement(planned: Plan) -> None:
-    measured = planned.uniformity
-    assert measured is not None
+    measured = planned.evenness
     spacings = measured.levels
     assert spacings is not None
-    samples, levels = geoprint.samples_table(measured), geoprint.levels_table(spacings)
+    samples, levels = measured.table(), spacings.table()
     assert levels["samples"].sum() == spacings.ratios.size
     for row in levels:
         own = spacings.ratios[spacings.levels == row["level"]]
@@ -328,22 +333,22 @@ def test_levels_and_samples_are_tables_that_agree_with_the_measurement(planned: 
 
 
 def test_a_table_is_written_as_csv_and_reads_back(planned: Plan, tmp_path: Path) -> None:
-    runs = geoprint.runs_table(planned)
+    runs = planned.table()
     file = str(tmp_path / "runs.csv")
-    geoprint.save_table(runs, file)
+    geoprint.reporting.save_table(runs, file)
     text = Path(file).read_text(encoding="ascii")
-    assert text == geoprint.csv_text(runs)
+    assert text == geoprint.reporting.csv_text(runs)
     rows = [*csv.DictReader(io.StringIO(text))]
     assert tuple(rows[0]) == runs.dtype.names
     assert [row["closed"] for row in rows] == ["1"] * len(runs)
     np.testing.assert_allclose([float(row["length"]) for row in rows], runs["length"], atol=5e-7)
     with pytest.raises(ExportError, match="cannot be written"):
-        geoprint.save_table(runs, tmp_path / "no" / "runs.csv")
+        geoprint.reporting.save_table(runs, tmp_path / "no" / "runs.csv")
 
 
 def test_one_curve_has_its_own_points_in_order(planned: Plan) -> None:
     curves, surface = planned.toolpath.curves, planned.workpiece.surface
-    whole = geoprint.positions(surface, curves.points)
+    whole = geoprint.geometry.positions(surface, curves.points)
     lines = [curves.xyz(surface, i) for i in range(curves.count)]
     np.testing.assert_array_equal(np.vstack(lines), whole)
     assert [len(line) for line in lines] == np.diff(curves.offsets).tolist()
@@ -353,3 +358,52 @@ def test_one_curve_has_its_own_points_in_order(planned: Plan) -> None:
             curves.xyz(surface, wrong)
     with pytest.raises(InputError, match="points belong to the surface they were made on"):
         curves.xyz(geoprint.Surface(np.eye(3), np.array([[0, 1, 2]])), 0)
+
+
+def test_a_plan_answers_what_it_is_asked(planned: Plan) -> None:
+    assert planned.evenness is planned.uniformity
+    assert planned.trajectory is planned.robot[0].trajectory
+    # Circles about the middle of the patch, 2.5 mm apart, the outermost half a spacing from the rim of 7 mm.
+    radii = [np.hypot(path[:, 0], path[:, 1]).mean() for path in planned.paths]
+    np.testing.assert_allclose(radii, [5.75, 3.25, 0.75][: len(radii)], atol=0.1)
+    np.testing.assert_array_equal(
+        np.vstack(planned.paths), planned.toolpath.curves.points.xyz(planned.workpiece.surface)
+    )
+
+
+def test_a_plan_without_a_robot_or_a_measurement_says_so(planned: Plan) -> None:
+    with pytest.raises(InputError, match=r"this plan has 0 trajectories, found where the robot was left out"):
+        _ = replace(planned, robot=()).trajectory
+    with pytest.raises(InputError, match="how even these paths are was not measured"):
+        _ = replace(planned, uniformity=None).evenness
+
+
+def test_a_figure_has_a_panel_for_each_backend_and_is_what_a_comparison_holds(planned: Plan) -> None:
+    compared = Comparison(
+        planned.job, planned.workpiece, (("one", Planned(planned, None)), ("two", Planned(planned, None)))
+    )
+    # The last is the scale.
+    assert [axis.get_title(loc="left") for axis in geoprint.figure(planned).axes] == ["heat", ""]
+    assert [axis.get_title(loc="left") for axis in geoprint.figure(compared).axes] == ["one", "two", ""]
+
+
+def test_a_surface_of_lists_and_paths_of_arrays_are_measured() -> None:
+    square = geoprint.Surface([[0, 0, 0], [40, 0, 0], [40, 30, 0], [0, 30, 0]], [[0, 1, 2], [0, 2, 3]])  # pyright: ignore[reportArgumentType]
+    assert (square.vertices.dtype, square.faces.dtype) == (np.float64, np.int64)
+    rows = [np.array([[0.0, y, 0.0], [40.0, y, 0.0]]) for y in np.arange(1.0, 30.0, 2.0)]
+    # Rows one spacing apart, the first half a spacing from the rim.
+    found = geoprint.measure_paths(square, rows, spacing=2.0)
+    assert found.thickness.cv < 0.003
+    assert found.covered_once == pytest.approx(1.0, abs=1e-9)
+    assert found.run_count == 15
+    with pytest.raises(InputError, match=r"every run of Polylines must have shape \(k, 3\), found \[\(2, 2\)\]"):
+        geoprint.measure_paths(square, [np.zeros((2, 2))], spacing=2.0)
+    with pytest.raises(InputError, match="Polylines need one run or more"):
+        geoprint.measure_paths(square, [], spacing=2.0)
+
+
+def test_save_writes_a_comparison_with_its_report(planned: Plan, tmp_path: Path) -> None:
+    geoprint.save(
+        Comparison(planned.job, planned.workpiece, (("heat", Planned(planned, None)),)), tmp_path / "compared"
+    )
+    assert {"compare.json", "report.html", "heat"} < {path.name for path in (tmp_path / "compared").iterdir()}

@@ -35,14 +35,14 @@ stretch = 1.05
 SCRIPT = """
 import sys
 from pathlib import Path
-from geoprint import backends, patterns
+from geoprint import register_backend, register_pattern
 from geoprint.config import job_of
 from geoprint.workflow import compare, save_comparisons
 from geoprint_outside.edge_paths import EdgePaths
 from geoprint_outside.straight_rows import StraightRows
 
-backends.register("edges", EdgePaths)
-patterns.register("straight", StraightRows)
+register_backend("edges", EdgePaths)
+register_pattern("straight", StraightRows)
 job = job_of(surface=Path(sys.argv[1]), robot=False, pattern="straight", place=None)
 save_comparisons([compare(job, backends=["edges", "heat"])], Path(sys.argv[2]))
 """

@@ -14,6 +14,8 @@ from benchmarks.guide.shaded import smaller
 from benchmarks.parts.stamps import stamp, stamped
 from geoprint.config import job_of
 from geoprint.guide import page_named
+from geoprint.reporting import figure
+from geoprint.reporting.figures import png_bytes
 from geoprint.workflow import compare, plan, save_comparisons
 
 # The part of the report that is its first screen [px].
@@ -54,8 +56,9 @@ def report(data: Path) -> bytes:
 
 
 def scripting(data: Path) -> bytes:
-    """Draw the evenness that the page on scripting measures."""
-    return surfaces.evenness(plan(job_of(surface=data / "heart_flat_patch.ply", unit="mm", spacing=3.0, robot=False)))
+    """Draw what the page on scripting draws."""
+    planned = plan(job_of(surface=data / "heart_flat_patch.ply", unit="mm", spacing=3.0, robot=False))
+    return smaller(png_bytes(figure(planned)), width=600)
 
 
 def own_backend(data: Path) -> bytes:

@@ -230,19 +230,6 @@ def words(data: Path) -> bytes:
     return small_png(figure)
 
 
-def evenness(planned: Plan) -> bytes:
-    """Draw paths by the measured spacing along them, as the page on scripting does."""
-    even = planned.uniformity
-    assert even is not None
-    figure, (axis,) = panels(1, width=5.6, height=3.8)
-    view = planned.workpiece.upright
-    draw_surface(axis, planned.workpiece.surface, view)
-    x, y, _ = view @ even.sides.places.T
-    drawn = axis.scatter(x, y, c=even.sides.worse(), s=7, vmin=0.98, vmax=1.02)
-    figure.colorbar(drawn, label="distance to the next path, over the spacing", shrink=0.8)
-    return small_png(figure)
-
-
 def _draw_body(axis: Axes, body: Surface, view: FloatArray) -> None:
     draw_surface(axis, body, view, colours=np.tile(to_rgb("#d8b4ac"), (len(body.faces), 1)))
 

@@ -19,9 +19,9 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.parts.tables import script_parser
-from geoprint import read_paths
 from geoprint.errors import GeoprintError
 from geoprint.model import FloatArray
+from geoprint.toolpath_files import read_paths
 
 # Farthest that vertices may lie apart [mm]; more where four decimals of an inch are added from a place and two offsets.
 TOLERANCE, IN_INCHES = 0.003, 0.01

@@ -8,6 +8,7 @@ to end are one, so that it does not matter where and how a path is cut.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple, final
 
 import numpy as np
@@ -39,8 +40,10 @@ from geoprint.model import (
     PoseStream,
     Surface,
     SurfacePoints,
+    Table,
     freeze_arrays,
     frozen,
+    table_of,
 )
 
 # Anybody's polylines laid onto a surface: cut finely, each point moved to the closest place, and how far that was.
@@ -145,6 +148,7 @@ def _moved(flat: Places, curves: Polylines) -> FloatArray:
     return np.bincount(curves.runs[1:][inner], steps[inner], minlength=curves.count).astype(np.float64)
 
 
+SPACING_COLUMNS = ("run", "x", "y", "z", "left", "right", "width")
 # Paths farther from the surface than this share of the spacing are refused, unless more is allowed.
 OFF_SURFACE_SHARE = 0.1
 
@@ -215,6 +219,15 @@ class Uniformity:
         """Share of the area that is neither missed nor covered twice."""
         return 1.0 - self.gap - self.overlap
 
+    def table(self) -> Table:
+        """Return a row for each sample along the paths, with the columns of spacing.csv.
+
+        They are run, x, y, z [mm], left and right (distance over the surface to the neighbour there, over the wanted
+        spacing; NaN for none) and width (of the strip of surface nearest to the sample, over the wanted spacing).
+        """
+        columns = [self.runs, *self.sides.places.T, *self.sides.sides().T, self.widths]
+        return table_of(dict(zip(SPACING_COLUMNS, columns, strict=True)))
+
     def layer(self, *, follows: bool) -> tuple[float, FloatArray]:
         """Return the CV of the thickness and (k,) thicknesses, with the flow that is printed.
 
@@ -272,7 +285,7 @@ def uniformity(
 
 def measure_paths(
     surface: Surface,
-    curves: Polylines,
+    curves: Polylines | Sequence[FloatArray],
     *,
     spacing: float,
     offset_up_to: float | None = None,
@@ -286,7 +299,7 @@ def measure_paths(
 
     Args:
         surface: that they cover; left and right are as seen from its outside.
-        curves: the deposited paths, in the surface's coordinates.
+        curves: the deposited paths, in the surface's coordinates: (k, 3) points of each, or all of them end to end.
         spacing: wanted distance between neighbouring paths [mm].
         offset_up_to: how far a point may lie off the surface [mm]; a tenth of the spacing if not given.
         windows: as `uniformity`.
@@ -297,6 +310,7 @@ def measure_paths(
         InputError: the spacing is no positive number.
         FieldError: the paths lie farther off, are too short or too many, or cannot be connected over the surface.
     """
+    curves = curves if isinstance(curves, Polylines) else Polylines.of(curves)
     paths = _of_curves(surface, curves, spacing=spacing, offset_up_to=offset_up_to)
     return _measured(paths, None, spacing=spacing, windows=windows, wanted=wanted, flow_shares=flow_shares)
 

@@ -29,7 +29,18 @@ from geoprint.metrics.spacing import (
     meeting_share,
     outer_distance,
 )
-from geoprint.model import FloatArray, IntArray, PoseStream, Seed, Surface, SurfaceCurves, freeze_arrays, frozen
+from geoprint.model import (
+    FloatArray,
+    IntArray,
+    PoseStream,
+    Seed,
+    Surface,
+    SurfaceCurves,
+    Table,
+    freeze_arrays,
+    frozen,
+    table_of,
+)
 
 # How far each level of paths lies from the level outside it, over the surface.
 #
@@ -120,6 +131,16 @@ class LevelSpacings:
     def largest_doubt(self) -> float:
         """Largest difference between a ratio and its lower bound."""
         return float((self.ratios - self.bounds).max(initial=0.0))
+
+    def table(self) -> Table:
+        """Return a row for each level but the outermost, which has no neighbour.
+
+        Its columns are level, samples, and mean, cv and worst of the spacing to the level outside, over the wanted one:
+        1, 0 and 1 are ideal.
+        """
+        levels, samples = np.unique(self.levels, return_counts=True)
+        mean, cv, worst = np.array([level[1:] for level in self.by_level()]).reshape(-1, 3).T
+        return table_of({"level": levels, "samples": samples, "mean": mean, "cv": cv, "worst": worst})
 
     def by_level(self) -> tuple[LevelSpacing, ...]:
         """Return the spacing of every level to the one outside."""

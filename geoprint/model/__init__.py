@@ -68,8 +68,10 @@ from geoprint.model.values import (
     BoolArray as BoolArray,
     FloatArray as FloatArray,
     IntArray as IntArray,
+    Table as Table,
     comparable as comparable,
     described as described,
     freeze_arrays as freeze_arrays,
     frozen as frozen,
+    table_of as table_of,
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeAlias, final
 
 import numpy as np
@@ -299,6 +299,20 @@ class Polylines:
     def count(self) -> int:
         """Number of runs r."""
         return int(self.offsets.size) - 1
+
+    @classmethod
+    def of(cls, runs: Sequence[FloatArray]) -> Polylines:
+        """Return runs that are given as arrays of (k, 3) points each [mm], in their order.
+
+        Raises:
+            InputError: there is none, or one has less than two points or is no such array.
+        """
+        if len(runs) == 0:
+            raise InputError("Polylines need one run or more, each an array of (k, 3) points.")
+        each = [np.asarray(run) for run in runs]
+        if any(run.ndim != 2 or run.shape[1] != 3 for run in each):
+            raise InputError(f"every run of Polylines must have shape (k, 3), found {[run.shape for run in each][:5]}.")
+        return cls(np.concatenate(each), np.cumsum([0, *(len(run) for run in each)]))
 
     @property
     def runs(self) -> IntArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import reprlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from inspect import cleandoc
 from pathlib import PurePath
@@ -161,6 +161,14 @@ def _unit(doc: str, name: str) -> str:
 FloatArray: TypeAlias = NDArray[np.float64]
 IntArray: TypeAlias = NDArray[np.int64]
 BoolArray: TypeAlias = NDArray[np.bool_]
+# Columns by name, as `table["x"]`; whatever makes tables of arrays takes it.
+Table: TypeAlias = "np.recarray[tuple[int], np.dtype[np.record]]"
+
+
+def table_of(columns: Mapping[str, NDArray[np.generic]]) -> Table:
+    """Return arrays of one length as a table."""
+    kinds = np.dtype([(name, column.dtype) for name, column in columns.items()])
+    return np.rec.fromarrays([*columns.values()], dtype=kinds)
 
 
 class _Value(Protocol):

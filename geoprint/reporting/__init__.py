@@ -39,6 +39,7 @@ from geoprint.reporting.mesh_files import (
     remeshing_text as remeshing_text,
 )
 from geoprint.reporting.page import html_report as html_report
+from geoprint.reporting.pictures import figure as figure
 from geoprint.reporting.placement import proposal_summary as proposal_summary, proposal_text as proposal_text
 from geoprint.reporting.plan import (
     again_text as again_text,
@@ -80,13 +81,7 @@ from geoprint.reporting.stack_html import (
     stack_report as stack_report,
 )
 from geoprint.reporting.stack_sheet import check_text as check_text
-from geoprint.reporting.tables import (
-    csv_text as csv_text,
-    levels_table as levels_table,
-    runs_table as runs_table,
-    samples_table as samples_table,
-    save_table as save_table,
-)
+from geoprint.reporting.tables import csv_text as csv_text, save_table as save_table
 from geoprint.reporting.values import (
     COVERED as COVERED,
     GAP as GAP,

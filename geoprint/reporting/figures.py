@@ -94,7 +94,7 @@ def coverage_figure(
     spacing: float,
     title: str,
     bead: float = BEAD_SHARE,
-) -> bytes:
+) -> Figure:
     """Draw toolpaths side by side, coloured by local spacing: as beads of their width, on a part from enough sides.
 
     Args:
@@ -106,7 +106,7 @@ def coverage_figure(
         bead: width of a drawn bead over the wanted one.
 
     Returns:
-        The PNG's bytes; the same for the same input.
+        The figure; `png_bytes` of it are the same for the same input.
     """
     from matplotlib.figure import Figure
 
@@ -127,7 +127,7 @@ def coverage_figure(
         below.set_xlabel(panel.caption, fontsize=10, parse_math=False)
     _add_scale(figure, axes.ravel().tolist(), ends, uncovered=any(len(panel.gaps) for panel in panels))
     add_title(figure, title)
-    return png_bytes(figure)
+    return figure
 
 
 def add_title(figure: Figure, title: str, *, font_size: float = 12.0) -> None:

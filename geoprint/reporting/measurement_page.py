@@ -15,7 +15,7 @@ from scipy.spatial import KDTree
 from geoprint.metrics import SideSpacing
 from geoprint.model import FloatArray, IntArray
 from geoprint.reporting.evenness import expected_rows
-from geoprint.reporting.figures import CoveragePanel, coverage_figure
+from geoprint.reporting.figures import CoveragePanel, coverage_figure, png_bytes
 from geoprint.reporting.measurement import measure_verdict, ranked_files
 from geoprint.reporting.page import html_report
 from geoprint.reporting.part_report import evenness_rows
@@ -73,7 +73,7 @@ def measure_report(found: Measurement, record: MeasurementRecord) -> bytes:
 
 def _picture(found: Measurement, files: list[tuple[MeasuredFile, MeasuredRecord]], *, title: str) -> bytes:
     panels = [_panel(each, row) for each, row in files]
-    return coverage_figure(
+    figure = coverage_figure(
         found.surface,
         panels,
         R_view_work=found.upright,
@@ -81,6 +81,7 @@ def _picture(found: Measurement, files: list[tuple[MeasuredFile, MeasuredRecord]
         title=title,
         bead=BEAD_SHARE,
     )
+    return png_bytes(figure)
 
 
 def _panel(each: MeasuredFile, row: MeasuredRecord) -> CoveragePanel:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -14,10 +14,13 @@ from geoprint.geometry import pieces, positions
 from geoprint.model import FollowedLines, Seed
 from geoprint.reporting.chart_figure import FlattenedPart, chart_figure
 from geoprint.reporting.evenness import record_evenness
-from geoprint.reporting.figures import CoveragePanel, coverage_figure, lines_figure, switching_figure
+from geoprint.reporting.figures import CoveragePanel, coverage_figure, lines_figure, png_bytes, switching_figure
 from geoprint.reporting.metrics import GAP, OVERLAP, THICKNESS
 from geoprint.reporting.records.evenness import EvennessRecord
 from geoprint.results import Comparison, Plan, Planned, Workpiece
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # The pictures of plans: charts with their curves, and the paths of backends side by side, coloured by spacing.
 
@@ -84,16 +87,27 @@ def lines_picture(workpiece: Workpiece, followed: FollowedLines, *, title: str) 
     return lines_figure(workpiece.surface, followed, R_view_work=workpiece.upright, title=title)
 
 
-def coverage_drawing(
-    workpiece: Workpiece, planned: Sequence[tuple[str, Planned]], *, title: str
-) -> Callable[[], bytes]:
-    """Return what draws a PNG with a panel for each of the planned backends; it can be pickled.
+def figure(result: Plan | Comparison) -> Figure:
+    """Draw the paths of a plan, or of each backend of a comparison, as beads coloured by their distance to the next.
+
+    What no path covers is marked, and below each stands how even the layer is.
 
     Args:
-        workpiece: what they planned on.
-        planned: name and outcome, at least one.
-        title: above all of them.
+        result: of `plan` or `compare`.
+
+    Returns:
+        A figure of matplotlib: `figure(result).savefig("paths.png")`.
+
+    Raises:
+        FieldError: nobody has measured how even the paths are.
     """
+    single = isinstance(result, Plan)
+    planned = [(result.job.backend, Planned(result, result.not_printable))] if single else result.planned
+    return _coverage(result.workpiece, planned, title=_title(result.workpiece, planned))()
+
+
+def _coverage(workpiece: Workpiece, planned: Sequence[tuple[str, Planned]], *, title: str) -> Callable[[], Figure]:
+    """Return what draws a panel for each of one or more planned backends; it can be pickled."""
     return partial(
         coverage_figure,
         workpiece.part,
@@ -102,6 +116,14 @@ def coverage_drawing(
         spacing=planned[0][1].plan.contours.spacing,
         title=title,
     )
+
+
+def _title(workpiece: Workpiece, planned: Sequence[tuple[str, Planned]]) -> str:
+    return f"{workpiece.name}, paths {planned[0][1].plan.contours.spacing:.3g} mm apart"
+
+
+def _png(draw: Callable[[], Figure]) -> bytes:
+    return png_bytes(draw())
 
 
 def coverage_panel(name: str, outcome: Planned) -> CoveragePanel:
@@ -163,8 +185,8 @@ def comparison_pictures(comparison: Comparison, *, draw: Draw) -> ComparisonPict
     switching = {name: _switching(name, outcome.plan) for name, outcome in planned}
     followed = planned[0][1].plan.followed
     drawings: list[Drawing] = [each for name in charts for each in charts[name].values()]
-    drawings.append(_together(comparison))
-    drawings += [coverage_drawing(workpiece, [(name, outcome)], title="") for name, outcome in planned]
+    drawings.append(partial(_png, _coverage(workpiece, planned, title=_title(workpiece, planned))))
+    drawings += [partial(_png, _coverage(workpiece, [(name, outcome)], title="")) for name, outcome in planned]
     drawings += [each for name in switching for each in switching[name]]
     drawings += [partial(lines_picture, workpiece, followed, title="")] if followed is not None else []
     drawn = iter(draw(drawings))
@@ -179,13 +201,7 @@ def comparison_pictures(comparison: Comparison, *, draw: Draw) -> ComparisonPict
 
 def comparison_picture(comparison: Comparison) -> bytes:
     """Return a PNG: the backends side by side, their beads coloured by local spacing, what no path covers marked."""
-    return _together(comparison)()
-
-
-def _together(comparison: Comparison) -> Drawing:
-    spacing = comparison.planned[0][1].plan.contours.spacing
-    title = f"{comparison.workpiece.name}, paths {spacing:.3g} mm apart"
-    return coverage_drawing(comparison.workpiece, comparison.planned, title=title)
+    return png_bytes(figure(comparison))
 
 
 def _switching(name: str, plan: Plan) -> list[Drawing]:

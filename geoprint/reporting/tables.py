@@ -1,4 +1,4 @@
-"""Tables in a terminal and as CSV: lines marked by weight, columns that fit, runs, levels and spacing samples."""
+"""Tables in a terminal and as CSV: lines marked by weight, columns that fit, spacing.csv, tables of results."""
 
 from __future__ import annotations
 
@@ -7,13 +7,12 @@ from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from geoprint.geometry.files import write_whole
-from geoprint.metrics import LevelSpacings, Uniformity
+from geoprint.metrics import Uniformity
+from geoprint.model import Table
 from geoprint.postprocessor.tables import table_bytes
 from geoprint.reporting.records.rounding import how_many
-from geoprint.results import Plan
 
 # What a person should mind, by weight: warnings to act on, notes, details, then what was not checked.
 
@@ -128,28 +127,8 @@ def _column(name: str, rows: Sequence[Cells]) -> int:
 # spacing; nan for none | | width | of the strip of surface nearest to the sample, over the wanted spacing |
 
 
-# Columns by name, as `table["x"]`; whatever makes tables of arrays takes it.
-Table: TypeAlias = "np.recarray[tuple[int], np.dtype[np.record]]"
-
-SPACING_COLUMNS = ("run", "x", "y", "z", "left", "right", "width")
 # Lengths to a nanometre, ratios to a millionth: finer than they are measured.
 DECIMALS = 6
-
-
-def samples_table(measured: Uniformity) -> Table:
-    """Return every measured spacing as a table of arrays, with the columns and rows of spacing.csv.
-
-    Args:
-        measured: the evenness of a plan.
-    """
-    columns = [measured.runs, *measured.sides.places.T, *measured.sides.sides().T, measured.widths]
-    return table_of(dict(zip(SPACING_COLUMNS, columns, strict=True)))
-
-
-def table_of(columns: Mapping[str, NDArray[np.generic]]) -> Table:
-    """Return arrays of one length as a table."""
-    kinds = np.dtype([(name, column.dtype) for name, column in columns.items()])
-    return np.rec.fromarrays([*columns.values()], dtype=kinds)
 
 
 def spacing_table(measured: Uniformity) -> bytes:
@@ -158,7 +137,7 @@ def spacing_table(measured: Uniformity) -> bytes:
     Args:
         measured: the evenness of the stream.
     """
-    return csv_bytes(samples_table(measured))
+    return csv_bytes(measured.table())
 
 
 def csv_bytes(table: Table) -> bytes:
@@ -166,46 +145,6 @@ def csv_bytes(table: Table) -> bytes:
     names = table.dtype.names or ()
     decimals = tuple(DECIMALS if table.dtype[name].kind == "f" else 0 for name in names)
     return table_bytes(np.column_stack([table[name] for name in names]), columns=names, decimals=decimals)
-
-
-# Runs and levels of a plan as tables of arrays, for statistics of one's own, and such tables as CSV.
-#
-# | table | column | meaning | |---|---|---| | runs | run, layer, level | as in poses.csv, in printing order | | |
-# closed | whether the run ends where it starts | | | x, y, z | where it starts on the surface, in the coordinates of
-# the part [mm] | | | length | of what is laid [mm] | | | volume | of what is laid [mm3] | | levels | level | 0, the
-# outermost, has no neighbour and no row | | | samples | measured on it | | | mean, cv, worst | of the spacing to the
-# level outside, over the wanted one: 1, 0 and 1 are ideal |
-
-
-def runs_table(plan: Plan) -> Table:
-    """Return a row for each run of a plan, in printing order: run, layer, level, closed, x, y, z, length, volume.
-
-    Lengths are those of the tip, as `deposit_mm` in plan.json is.
-    """
-    poses, path = plan.poses, plan.toolpath
-    lengths = np.where(poses.deposited, np.linalg.norm(np.diff(poses.tips, axis=0), axis=1), 0.0)
-    count = path.curves.count
-    length, volume = (
-        np.bincount(poses.runs[:-1], weights=each, minlength=count) for each in (lengths, lengths * poses.flow[:-1])
-    )
-    starts = path.curves.points.xyz(plan.workpiece.surface)[path.curves.offsets[:-1]]
-    return table_of(
-        {
-            "run": np.arange(count), "layer": path.layers, "level": path.levels, "closed": path.curves.closed,
-            "x": starts[:, 0], "y": starts[:, 1], "z": starts[:, 2], "length": length, "volume": volume,
-        }
-    )  # fmt: skip
-
-
-def levels_table(measured: LevelSpacings) -> Table:
-    """Return a row for each level but the outermost: level, samples, and mean, cv and worst of their spacing.
-
-    Args:
-        measured: the spacing from level to level of a plan (`uniformity(...).levels`).
-    """
-    levels, samples = np.unique(measured.levels, return_counts=True)
-    mean, cv, worst = np.array([level[1:] for level in measured.by_level()]).reshape(-1, 3).T
-    return table_of({"level": levels, "samples": samples, "mean": mean, "cv": cv, "worst": worst})
 
 
 def csv_text(table: Table) -> str:

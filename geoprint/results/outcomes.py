@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import final
 
 from geoprint.config import Job
-from geoprint.errors import FieldError
 from geoprint.geometry import Deviation, Inspection, Landmark, PreparationReport
 from geoprint.geometry.files import LabelFound, MeshFile
 from geoprint.layers import CutPlane, Slice
@@ -141,9 +140,7 @@ class Planned:
         Raises:
             FieldError: the plan holds strokes and poses alone, which nobody has measured.
         """
-        if self.plan.uniformity is None:
-            raise FieldError("how even these paths are was not measured: compare what `plan` or `compare` returned.")
-        return self.plan.uniformity
+        return self.plan.evenness
 
     @property
     def planning_time(self) -> float:

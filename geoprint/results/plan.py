@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import Literal, TypeAlias, final
 
+import numpy as np
+
 from geoprint.config import Job
 from geoprint.distance import Shown
+from geoprint.errors import FieldError, InputError
 from geoprint.geometry import united
 from geoprint.metrics import DistanceErrors, Printed, Uniformity
 from geoprint.model import (
@@ -20,12 +23,14 @@ from geoprint.model import (
     Program,
     SignalMode,
     Surface,
+    Table,
     Targets,
     Toolpath,
     Trajectory,
     comparable,
     freeze_arrays,
     frozen,
+    table_of,
 )
 from geoprint.positioner import Attitude
 from geoprint.postprocessor import Orders
@@ -263,6 +268,57 @@ class Plan:
     fed: Fed | None = None
     tilting: Tilting | None = None
     joined: JoinedProgram | None = None
+
+    @property
+    def paths(self) -> list[FloatArray]:
+        """(k, 3) points of each run on the surface, in printing order [mm]; a closed one ends where it starts."""
+        curves = self.toolpath.curves
+        return np.split(curves.points.xyz(self.workpiece.surface), curves.offsets[1:-1])
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """When the arm is where.
+
+        Raises:
+            InputError: the robot was left out, or has several parts with a trajectory each.
+        """
+        if len(self.robot) != 1:
+            raise InputError(
+                f"this plan has {len(self.robot)} trajectories, not one: where a table tilts the part, each entry of "
+                "`robot` has its own; where the robot was left out, plan with it."
+            )
+        return self.robot[0].trajectory
+
+    @property
+    def evenness(self) -> Uniformity:
+        """How even the paths are.
+
+        Raises:
+            FieldError: the plan holds strokes and poses alone, which nobody has measured.
+        """
+        if self.uniformity is None:
+            raise FieldError("how even these paths are was not measured: compare what `plan` or `compare` returned.")
+        return self.uniformity
+
+    def table(self) -> Table:
+        """Return a row for each run in printing order: run, layer, level, closed, x, y, z, length and volume.
+
+        x, y, z are where it starts on the surface [mm]; length [mm] and volume [mm3] are of what is deposited. Lengths
+        are those of the tip, as `deposit_mm` in plan.json is.
+        """
+        poses, path = self.poses, self.toolpath
+        lengths = np.where(poses.deposited, np.linalg.norm(np.diff(poses.tips, axis=0), axis=1), 0.0)
+        count = path.curves.count
+        length, volume = (
+            np.bincount(poses.runs[:-1], weights=each, minlength=count) for each in (lengths, lengths * poses.flow[:-1])
+        )
+        starts = path.curves.points.xyz(self.workpiece.surface)[path.curves.offsets[:-1]]
+        return table_of(
+            {
+                "run": np.arange(count), "layer": path.layers, "level": path.levels, "closed": path.curves.closed,
+                "x": starts[:, 0], "y": starts[:, 1], "z": starts[:, 2], "length": length, "volume": volume,
+            }
+        )  # fmt: skip
 
     @property
     def light(self) -> Exposure | None:

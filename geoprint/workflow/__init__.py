@@ -19,6 +19,6 @@ from geoprint.workflow.planning import plan as plan
 from geoprint.workflow.precompile import compiled_ahead as compiled_ahead
 from geoprint.workflow.processes import beside as beside
 from geoprint.workflow.replan import job_file_of as job_file_of, job_from as job_from, written_bundle as written_bundle
-from geoprint.workflow.saving import save_comparisons as save_comparisons, save_plan as save_plan
+from geoprint.workflow.saving import save as save, save_comparisons as save_comparisons, save_plan as save_plan
 from geoprint.workflow.stack_comparison import compare_stacks as compare_stacks
 from geoprint.workflow.stacking import plan_stack as plan_stack

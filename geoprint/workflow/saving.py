@@ -44,6 +44,25 @@ from geoprint.workflow.replan import input_files
 from geoprint.workflow.tilting import attitude_cell, part_folder
 
 
+def save(result: Plan | Comparison, directory: Path | str, *, overwrite: bool = False) -> None:
+    """Write what `plan` or `compare` returned as the command of that name does: complete and verified, or not at all.
+
+    Args:
+        result: a plan, or a comparison with its report.
+        directory: where it shall stand; `check` reads it back.
+        overwrite: whether what geoprint wrote there before may be replaced.
+
+    Raises:
+        UsageError: the folder exists already.
+        ExportError: nothing can be written there.
+        VerificationError: what was written differs from the result when it is read back.
+    """
+    if isinstance(result, Plan):
+        save_plan(result, directory, overwrite=overwrite)
+    else:
+        save_comparisons([result], directory, overwrite=overwrite)
+
+
 def save_plan(plan: Plan, directory: Path | str, *, overwrite: bool = False, report: bool = False) -> PlanRecord:
     """Write a plan's bundle: complete and verified, or not at all.
 

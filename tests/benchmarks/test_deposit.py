@@ -18,11 +18,11 @@ from benchmarks.programs.deposit import (
     read_program,
     wanted,
 )
-from geoprint import job_of, plan, save_plan
+from geoprint import job_of, plan
 from geoprint.config import packaged_cell_text
 from geoprint.geometry.files import save_ply
 from geoprint.reporting import PlanRecord
-from geoprint.workflow import check_bundle
+from geoprint.workflow import check_bundle, save_plan
 from tests.meshes import spherical_cap
 
 

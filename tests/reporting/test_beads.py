@@ -11,6 +11,7 @@ from matplotlib.image import imread
 from geoprint.geometry import face_areas, face_normals
 from geoprint.model import FloatArray, Surface
 from geoprint.reporting import CoveragePanel, coverage_figure
+from geoprint.reporting.figures import png_bytes
 from geoprint.reporting.view import bead_sides, squares_on, views
 from tests.meshes import cylinder_patch, plate, sphere, spherical_cap
 
@@ -64,7 +65,8 @@ def test_what_is_uncovered_has_a_colour_of_its_own() -> None:
         x = np.linspace(2.0, 38.0, 100)
         places = np.column_stack([x, np.full(100, 8.0), np.zeros(100)])
         panel = CoveragePanel("one", "caption", places, np.array([0, 100]), np.full(100, 1.2), gaps)
-        seen = imread(io.BytesIO(coverage_figure(plate(), [panel], R_view_work=np.eye(3), spacing=6.0, title="")))
+        figure = coverage_figure(plate(), [panel], R_view_work=np.eye(3), spacing=6.0, title="")
+        seen = imread(io.BytesIO(png_bytes(figure)))
         part = np.asarray(seen, dtype=np.float64)[:, : 3 * seen.shape[1] // 4]
         return float(((part[..., 0] > 0.9) & (part[..., 1] > 0.7) & (part[..., 2] < 0.3)).mean())
 

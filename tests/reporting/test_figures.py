@@ -12,7 +12,7 @@ from matplotlib.image import imread
 
 from geoprint.model import FloatArray
 from geoprint.reporting import CoveragePanel, coverage_figure
-from geoprint.reporting.figures import add_title
+from geoprint.reporting.figures import add_title, png_bytes
 from tests.meshes import plate
 
 NO_GAPS: FloatArray = np.empty((0, 3))
@@ -22,7 +22,7 @@ def drawn(ratio: float) -> tuple[FloatArray, bytes]:
     x = np.linspace(2.0, 38.0, 200)
     places = np.concatenate([np.column_stack([x, np.full(200, y), np.zeros(200)]) for y in (8.0, 15.0, 22.0)])
     panel = CoveragePanel("one", "caption", places, np.array([0, 200, 400, 600]), np.full(600, ratio), NO_GAPS)
-    png = coverage_figure(plate(), [panel, panel], R_view_work=np.eye(3), spacing=6.0, title="test")
+    png = png_bytes(coverage_figure(plate(), [panel, panel], R_view_work=np.eye(3), spacing=6.0, title="test"))
     return np.asarray(imread(io.BytesIO(png)), dtype=np.float64), png
 
 
@@ -58,7 +58,8 @@ def test_a_long_strip_makes_no_long_picture(size: tuple[float, float]) -> None:
     strip = plate(size, (4, 4))
     middle = np.array([[0.4 * size[0], 0.4 * size[1], 0.0], [0.6 * size[0], 0.6 * size[1], 0.0]])
     panel = CoveragePanel("one", "caption", middle, np.array([0, 2]), np.ones(2), NO_GAPS)
-    seen = imread(io.BytesIO(coverage_figure(strip, [panel], R_view_work=np.eye(3), spacing=1.0, title="test")))
+    strip_figure = coverage_figure(strip, [panel], R_view_work=np.eye(3), spacing=1.0, title="test")
+    seen = imread(io.BytesIO(png_bytes(strip_figure)))
     assert 200 < seen.shape[0] < 900
     assert seen.shape[1] < 900
 

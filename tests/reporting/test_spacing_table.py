@@ -9,8 +9,8 @@ import pytest
 
 from geoprint.config import job_of
 from geoprint.geometry.files import save_ply
+from geoprint.metrics.evenness import SPACING_COLUMNS
 from geoprint.postprocessor import read_poses_table
-from geoprint.reporting.tables import SPACING_COLUMNS
 from geoprint.results import Comparison
 from geoprint.workflow import compare, save_comparisons
 from tests.meshes import spherical_cap

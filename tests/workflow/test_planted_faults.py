@@ -260,7 +260,7 @@ def test_check_alone_finds_what_a_fault_in_the_writer_writes(kind: str, tmp_path
 
         def written(name: str) -> Path:
             remembering.begin()
-            geoprint.save_plan(geoprint.plan(job), tmp_path / name)
+            geoprint.save(geoprint.plan(job), tmp_path / name)
             return tmp_path / name
 
         first, right = written("first"), written("right")
