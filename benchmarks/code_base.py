@@ -1,12 +1,13 @@
 """How large is the code base, beside an earlier commit, and which retired words does it still say?
 
-    python -m benchmarks.code_base [--at REVISION] [--words] [--smoke]
+    python -m benchmarks.code_base [--at REVISION] [--words] [--picture] [--smoke]
 
 One row each for the package, the tests and the benchmarks: modules, folders, lines of code (neither blank nor comment
 nor docstring), all lines, classes, the share of code that imports, and the longest function. The core is what `plan`
 and `compare` need to reach their files, each name looked up where it is made, without what is optional. With --at, the
 same of a commit, from git, and by how much each has changed since. With --words, how often each word that
-CONTRIBUTING's glossary replaces stands in the package, and names that two classes share. Nothing here is a limit.
+CONTRIBUTING's glossary replaces stands in the package, and names that two classes share. With --picture, the picture of
+the imports that CONTRIBUTING shows, as Mermaid. Nothing here is a limit.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import tarfile
 import tempfile
 import tomllib
 from collections import defaultdict, deque
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -125,6 +126,21 @@ class CodeBase:
                     ):
                         yield name, target
 
+    def picture(self) -> Iterator[str]:
+        """Yield the imports between the folders of the package as Mermaid, those that others imply left out."""
+        folders = {name.split(".")[1] for name in self.modules if name.count(".") > 1}
+        below: defaultdict[str, set[str]] = defaultdict(set)
+        for name, module in self.modules.items():
+            for target in (self._target(*each) for each in module.imports):
+                upper, lower = (each.split(".")[1] if "." in each else each for each in (name, target))
+                if upper != lower and {upper, lower} <= folders:
+                    below[upper].add(lower)
+        yield "flowchart TD"
+        for upper in sorted(below):
+            implied = set[str]().union(*(reached(below, lower) for lower in below[upper]))
+            if drawn := sorted(below[upper] - implied):
+                yield f"    {upper} --> {' & '.join(drawn)}"
+
     def _layer(self, container: str, module: str) -> int:
         """Return on which layer a module stands, counted from the top; one that is not listed stands lowest."""
         layers = self.layers[container]
@@ -196,8 +212,13 @@ def main() -> None:
     parser = script_parser(__doc__, smoke="the same: it takes seconds")
     parser.add_argument("--at", metavar="REVISION", help="also the sizes at this commit, and the changes since")
     parser.add_argument("--words", action="store_true", help="count retired words and shared names instead")
+    parser.add_argument("--picture", action="store_true", help="draw the imports between packages instead")
     arguments = parser.parse_args()
-    lines = words(CodeBase()) if arguments.words else size_tables(arguments.at)
+    lines = size_tables(arguments.at)
+    if arguments.words:
+        lines = words(CodeBase())
+    if arguments.picture:
+        lines = CodeBase().picture()
     print(*lines, sep="\n")
 
 
@@ -268,6 +289,11 @@ def words(code_base: CodeBase) -> Iterator[str]:
         counts = code_base.count_word(word)
         yield row(word, better, str(sum(counts.values())), str(len(counts)))
     yield from code_base.shared_names()
+
+
+def reached(below: Mapping[str, Collection[str]], start: str) -> set[str]:
+    """Return what is reached from a start along one arrow or more; there are no circles."""
+    return set[str]().union(*({lower} | reached(below, lower) for lower in below.get(start, ())))
 
 
 def within(name: str, package: str) -> bool:

@@ -142,7 +142,7 @@ def uncounted(function: Callable[P, R]) -> Callable[P, R]:
 def inner(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a loop as `uncounted`, for other loops alone: Python that calls it runs it as it stands.
 
-    A door for Python takes as long to compile as a small loop.
+    An entry for Python takes as long to compile as a small loop.
     """
     return _without_door(_compiled(function, _nrt=False, no_cpython_wrapper=True))
 
@@ -172,7 +172,7 @@ def _without_door(kernel: Callable[P, R]) -> Callable[P, R]:
 
 
 def _compiled(function: Callable[P, R], **special: bool) -> Callable[P, R]:
-    # Nothing asks for a loop as a function of C, for which numba compiles a second door by default.
+    # Nothing asks for a loop as a function of C, for which numba compiles a second entry by default.
     options: dict[str, Any] = special | {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
     try:
         return _shared(numba.njit(cache=True, **options)(function), function)

@@ -85,7 +85,8 @@ def test_a_folder_that_others_may_write_is_not_trusted(locked: Path, tmp_path: P
     assert len(stderr.splitlines()) == 1
 
 
-# A loop for other loops has no door: without a stand-in Python would jump to nowhere, and take the tests with it.
+# A loop for other loops has no entry for Python: without a stand-in Python would jump to nowhere, and take the tests
+# with it.
 CALLED = """
 from geoprint.geometry.halfedges import next_half
 print(next_half(2), next_half(3), next_half.signatures)

@@ -25,15 +25,12 @@ import geoprint
 from geoprint import config, inspection, postprocessor, reporting, workflow
 from geoprint.errors import ExportError, GeoprintError, InputError
 from geoprint.geometry.files import labels_of, load_file, load_likely, save_ply, suggested_unit, write_whole
-from geoprint.inspection.scan import read_scan
 from geoprint.metrics import SOURCES, Printed
 from geoprint.model import reading
 from geoprint.model.values import WIDTH
-from geoprint.process.fitting import read_measured_flow
 from geoprint.reporting.records.plan import PlanRecord
 from geoprint.results import Comparison, MeasuredFile, Measurement, Plan, Planned
 from geoprint.robot.arm import read_urdf_file
-from geoprint.workflow.feedback import feedback_text
 
 ROOT = Path(__file__).parents[1]
 PLATE = str(ROOT / "data" / "plate.ply")
@@ -210,12 +207,10 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "remesh_file": lambda: geoprint.workflow.remesh_file(gone, unit="mm", faces=100),
         "read_paths": lambda: geoprint.toolpath_files.read_paths(gone),
         "read_photograph": lambda: inspection.read_photograph(gone),
-        "read_scan": lambda: read_scan(gone, unit="mm", least=1),
         "measure_files": lambda: geoprint.measure_files(job, [gone]),
         "read_curve": lambda: config.read_curve(gone),
         "stored_field": lambda: config.stored_field(gone),
         "read_field": lambda: config.read_field(gone),
-        "feedback_text": lambda: feedback_text(gone),
         "read_wanted_flow": lambda: postprocessor.read_wanted_flow(gone, planned.poses),
         "check_bundle": lambda: workflow.check_bundle(gone),
         "load_likely": lambda: load_likely(gone),
@@ -235,7 +230,6 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         ),
         "calibrate_tool": lambda: geoprint.workflow.calibrate_tool(gone, cell=None, noise=None),
         "read_urdf_file": lambda: read_urdf_file(gone, flange="tool0"),
-        "read_measured_flow": lambda: read_measured_flow(gone, density=1.0),
         "read_record": lambda: reporting.read_record(gone, PlanRecord),
         "read_setup": lambda: postprocessor.read_setup(gone),
         "read_poses_table": lambda: geoprint.postprocessor.read_poses_table(gone),
@@ -372,7 +366,7 @@ def test_a_plan_answers_what_it_is_asked(planned: Plan) -> None:
 
 
 def test_a_plan_without_a_robot_or_a_measurement_says_so(planned: Plan) -> None:
-    with pytest.raises(InputError, match=r"this plan has 0 trajectories, found where the robot was left out"):
+    with pytest.raises(InputError, match=r"this plan has 0 trajectories, not one: .* where the robot was left out"):
         _ = replace(planned, robot=()).trajectory
     with pytest.raises(InputError, match="how even these paths are was not measured"):
         _ = replace(planned, uniformity=None).evenness

@@ -3,16 +3,17 @@
     python -m benchmarks.mutants [MODULE ...] [--seed N] [--count N] [--tests PATH ...] [--limit S]
         [--seconds S] [--smoke]
 
-A MODULE is a file or folder of the package, such as geoprint/robot/collision; without any, the rooms that keep people
-safe. Of each file a number of mutants is drawn (`syntax`, `templates`) and tried in a copy of the tree (`trying`)
-against the tests that reach the changed line (`reaching`), the quickest first, as many as fit into half of the limit.
+A MODULE is a file or folder of the package, such as geoprint/robot/collision; without any, the packages that
+keep people safe. Of each file a number of mutants is drawn (`syntax`, `templates`) and tried in a copy of the tree
+(`trying`) against the tests that reach the changed line (`reaching`), the quickest first, as many as fit into half of
+the limit.
 Outcomes are kept by content, so that only what has changed is tried again. What takes longer than the limit has timed
 out, which counts for itself. Mutation tools of others change the tree in
 place and try every mutant on the whole suite, or leave out what is decorated, constants and texts; here one is tried
 in a second or two. What survives is either no fault (an equivalent, a mere matter of cost) or a test that is missing.
 
 With --seconds it is done by then, on a machine without records as well: nothing is recorded, each mutant is tried
-against the files of tests of its room, those that speak of its module first, for a tenth of the time at most.
+against the files of tests of its package, those that speak of its module first, for a tenth of the time at most.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ SAFETY = (
     "geoprint/robot/collision", "geoprint/robot/controller", "geoprint/robot/timing", "geoprint/postprocessor/rapid",
     "geoprint/config/cell_file.py", "geoprint/workflow/workpiece.py",
 )  # fmt: skip
-# Tests of other rooms that hold a module besides those of its own.
+# Tests of other packages that hold a module besides those of its own.
 BESIDES = {
     "geoprint/robot": ("tests/benchmarks/test_collisions.py",),
     "geoprint/postprocessor": ("tests/workflow/test_checking/py", "tests/benchmarks/test_destruction.py"),
@@ -114,7 +115,7 @@ def trials_of(mutants: Iterable[Mutant], *, tests: list[str] | None, seconds: fl
 
 
 def nearest(mutant: Mutant) -> Trial:
-    """Return a mutant with the files of tests that bear its module's name, those that speak of it, and its room's."""
+    """Return a mutant with the files of tests that bear its module's name, those that speak of it, its package's."""
     module = READ_BY.get(mutant.file, mutant.file)
     name = Path(module).stem
     files = _test_files(_tests_beside(module))
@@ -148,7 +149,7 @@ def _files(modules: Iterable[str]) -> list[str]:
 
 
 def _tests_beside(module: str) -> list[str]:
-    """Return the tests of a module's room, the nearest folder of tests, and those that hold it besides."""
+    """Return the tests of a module's package, the nearest folder of tests, and those that hold it besides."""
     parts = Path(module).parts[1:-1]
     while not (ROOT / "tests" / Path(*parts)).is_dir():
         parts = parts[:-1]

@@ -32,10 +32,10 @@ from markdown_it import MarkdownIt
 
 from geoprint.errors import UsageError
 
-# The page of the public names: what every door passes on, with signature, shapes and units from the docstrings.
+# The page of the public names: what every package passes on, with signature, shapes and units from the docstrings.
 
 
-# Doors in the order in which data passes them, with what one looks for there.
+# Packages in the order in which data passes them, with what one looks for there.
 _TOP = "geoprint"
 STAGES = {
     _TOP: "The whole at once",
@@ -71,42 +71,44 @@ _SECTIONS = {"Attributes": "", "Args": "", "Returns": "returns: "}
 # Defaults that are shown as they are written.
 _PLAIN = (bool, int, float, str, type(None))
 _BEFORE = """\
-Every stage is a function from frozen values to a new one, and each of these modules is a door: what it names is public.
+Every stage is a function from frozen values to a new one, and what each of these packages names is public.
 Lengths are mm, times s, angles rad; letters in brackets are the shapes of arrays.
 """
 _HEADING = re.compile(r"^(\w+):$")
 
 
 def names_text() -> str:
-    """Return the Markdown: a section a door, an entry a name."""
+    """Return the Markdown: a section a package, an entry a name."""
     parts = [_BEFORE]
     for name, heading in STAGES.items():
-        door = import_module(name)
-        first = inspect.getdoc(door) or ""
+        package = import_module(name)
+        first = inspect.getdoc(package) or ""
         parts.append(f"## {heading}: `{name}`\n\n{first.partition(chr(10) * 2)[0]}\n")
         whole = name != _TOP
-        parts += [_entry(each, getattr(door, each), whole=whole) for each in public_names(door)]
+        parts += [_entry(each, getattr(package, each), whole=whole) for each in public_names(package)]
     return "\n".join(parts)
 
 
-def public_names(door: ModuleType) -> Sequence[str]:
-    """Return what a door passes on: functions, classes, and tables of what is chosen by name.
+def public_names(package: ModuleType) -> Sequence[str]:
+    """Return what a package passes on: functions, classes, and tables of what is chosen by name.
 
-    They stand in the door's own order where it has one, else from a to z.
+    They stand in the package's own order where it has one, else from a to z.
     """
-    named: Sequence[str] | None = getattr(door, "__all__", None)
+    named: Sequence[str] | None = getattr(package, "__all__", None)
     return [
         name
-        for name in named or sorted(vars(door), key=str.lower)
-        if not name.startswith("_") and _is_shown(getattr(door, name), door.__name__)
+        for name in named or sorted(vars(package), key=str.lower)
+        if not name.startswith("_") and _is_shown(getattr(package, name), package.__name__)
     ]
 
 
-def _is_shown(value: object, door: str) -> bool:
-    """Return whether a name is a function, a class or a table of geoprint, at home at or below its door."""
+def _is_shown(value: object, package: str) -> bool:
+    """Return whether a name is a function, a class or a table of geoprint, at home at or below its package."""
     if isinstance(value, MappingProxyType):
         return True
-    return (inspect.isfunction(value) or inspect.isclass(value)) and (door == _TOP or value.__module__.startswith(door))
+    return (inspect.isfunction(value) or inspect.isclass(value)) and (
+        package == _TOP or value.__module__.startswith(package)
+    )
 
 
 def _entry(name: str, value: object, *, whole: bool) -> str:

@@ -1,4 +1,4 @@
-"""What leaves geoprint: RAPID modules, tables and the bundle on disk, each verified before it counts."""
+"""The post-processor: RAPID modules, tables and the bundle on disk, each verified before it counts."""
 
 from typing import TYPE_CHECKING
 

@@ -104,7 +104,7 @@ class View {
     const points = movingPlaces(this.scene.part, this.replay, this.scene.state.time, theme());
     const inside = this.plot._fullLayout.scene._scene, full = MOVING.map((place) => this.plot._fullData[place]);
     const held = full.map(({ uid }) => inside?.traces?.[uid]);
-    // Through plotly.js's public door every step would upload the surface again, a hundred times slower.
+    // Through plotly.js's public API every step would upload the surface again, a hundred times slower.
     if (!held.every((trace) => typeof trace?.update === "function")) { this.redraw(); return; }
     held.forEach((trace, at) => {
       const { places: [x, y, z], ...others } = points[at];

@@ -1,4 +1,4 @@
-"""What pipeline hands on: frozen values that hold every intermediate one of a plan or a comparison; no stages."""
+"""What `workflow` hands on: frozen values that hold every intermediate one of a plan or a comparison; no stages."""
 
 from geoprint.results.outcomes import (
     CalibratedFixture as CalibratedFixture,

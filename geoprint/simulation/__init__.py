@@ -1,6 +1,6 @@
-"""A print in silico: what a plan or its program lays with errors put in, and a photograph or a scan of it.
+"""A simulated print: what a plan or its program deposits with errors put in, and a photograph or a scan of it.
 
-All of it is known. It shares no code with `appraisal`, so that errors which are put in here are errors that must be
+All of it is known. It shares no code with `inspection`, so that errors which are put in here are errors that must be
 found there.
 """
 

@@ -1,4 +1,4 @@
-"""Contours: the level curves of a distance, each at one distance from the one before it."""
+"""Contours: the level curves of a distance, each one spacing (stepover) from the one before it."""
 
 from __future__ import annotations
 

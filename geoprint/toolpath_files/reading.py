@@ -202,7 +202,7 @@ def read_bundle(path: Path, *, deposit: str | None) -> PathFile:
     return replace(read_table(path / POSES, deposit=None), name=path.name, format=BUNDLE_TITLE)
 
 
-# One door for all formats: which one a file has is told by its content.
+# One entry for all formats: which one a file has is seen from its content.
 
 
 # Bytes at the beginning of a file by which its format is told; slicers begin with long comments and pictures.

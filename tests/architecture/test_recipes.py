@@ -145,8 +145,8 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
     shutil.copytree(ROOT / "geoprint", copy / "geoprint")
     shutil.copy(ROOT / "pyproject.toml", copy)
     if "NUMBA_CACHE_DIR" in os.environ:
-        for door in (ROOT / "geoprint").rglob("__init__.py"):
-            old, new = (compiled(each) for each in (door, copy / door.relative_to(ROOT)))
+        for package in (ROOT / "geoprint").rglob("__init__.py"):
+            old, new = (compiled(each) for each in (package, copy / package.relative_to(ROOT)))
             if old.is_dir() and not new.is_symlink():
                 new.symlink_to(old)
     return copy

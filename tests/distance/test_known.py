@@ -44,8 +44,8 @@ def test_a_name_that_is_built_in_cannot_be_registered_again() -> None:
 
 
 def test_no_room_but_their_own_knows_the_name_of_a_backend() -> None:
-    house = Path(geoprint.__file__).parent
-    texts = {path.relative_to(house): path.read_text(encoding="utf-8") for path in house.rglob("*.py")}
+    package = Path(geoprint.__file__).parent
+    texts = {path.relative_to(package): path.read_text(encoding="utf-8") for path in package.rglob("*.py")}
     found = {
         (path.as_posix(), node.value)
         for path, text in texts.items()

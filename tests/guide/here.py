@@ -1,7 +1,7 @@
 """Commands that do all of their work in this process: what starts beside it imports for seconds, and finds the same.
 
 tests/workflow/test_stack_processes/py and tests/workflow/test_beside/py ask the processes themselves, and
-tests/house/test_core.py runs a comparison with the one beside it.
+tests/architecture/test_core.py runs a comparison with the one beside it.
 """
 
 from __future__ import annotations

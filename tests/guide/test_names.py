@@ -1,4 +1,4 @@
-"""The page of the public names has every name of every door, with shapes and units from its docstring."""
+"""The page of the public names has every name of every package, with shapes and units from its docstring."""
 
 from __future__ import annotations
 
@@ -13,20 +13,22 @@ from tests.architecture.whole_code_base import whole_code_base
 from tests.shared_plans import SharedPlans
 
 TEXT = page_named("names").text
-# Rooms that are not for scripts: the command line, this guide, figures of plain values, and what holds no names.
+# Packages that are not for scripts: the command line, this guide, figures of plain values, and what holds no names.
 ASIDE = {"geoprint.cli", "geoprint.guide", "geoprint.reporting", "geoprint.robot", "geoprint.robots"}
 
 
-def test_every_room_with_names_is_a_stage(shared_plans: SharedPlans) -> None:
+def test_every_package_with_names_is_a_stage(shared_plans: SharedPlans) -> None:
     modules = whole_code_base(shared_plans).modules
-    rooms = {name for name, module in modules.items() if module.path.name == "__init__.py" and name.count(".") == 1}
-    assert rooms - ASIDE <= STAGES.keys()
+    packages = {name for name, module in modules.items() if module.path.name == "__init__.py" and name.count(".") == 1}
+    assert packages - ASIDE <= STAGES.keys()
 
 
-@pytest.mark.parametrize("door", STAGES)
-def test_a_door_is_listed_with_all_of_its_names(door: str) -> None:
-    (section,) = re.findall(rf"^## [^\n]*`{re.escape(door)}`\n(.*?)(?=^## |\Z)", TEXT, flags=re.DOTALL | re.MULTILINE)
-    names = public_names(import_module(door))
+@pytest.mark.parametrize("package", STAGES)
+def test_a_package_is_listed_with_all_of_its_names(package: str) -> None:
+    (section,) = re.findall(
+        rf"^## [^\n]*`{re.escape(package)}`\n(.*?)(?=^## |\Z)", TEXT, flags=re.DOTALL | re.MULTILINE
+    )
+    names = public_names(import_module(package))
     assert len(names) >= 1
     assert re.findall(r"^### `(\w+)", section, flags=re.MULTILINE) == list(names)
 

@@ -1,4 +1,4 @@
-"""From poses to joint angles: one branch of the inverse for the whole stream, the nozzle turned and leaned as it suits.
+"""Inverse kinematics of a stream of poses: one branch for all of it, the nozzle turned and leaned as it suits.
 
 `attitude_search` proposes turns and leans on keyframes; here each proposal is followed along every pose and the
 straight moves between them, and the first that holds everywhere is taken.

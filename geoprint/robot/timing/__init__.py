@@ -1,4 +1,4 @@
-"""When the arm is where: TOPP-RA, the pace of the tip, slowdowns, and what is verified of them."""
+"""When the arm is where: TOPP-RA, the speed profile of the tip, slowdowns, and what is verified of them."""
 
 from geoprint.robot.timing.confirmation import unconfirmed_speeds as unconfirmed_speeds
 from geoprint.robot.timing.knots import OffMoves as OffMoves, held_straight as held_straight, off_moves as off_moves

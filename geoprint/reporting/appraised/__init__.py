@@ -1,1 +1,0 @@
-"""What is said of photographs and scans of a print: figures, tables and pictures; the text stands with the texts."""

@@ -1,1 +1,0 @@
-"""What a comparison of plans shows of them, quantity by quantity."""

@@ -1,1 +1,0 @@
-"""What is said of a stack of layers, and its page."""

@@ -1,1 +1,0 @@
-"""What a person reads in a terminal of a plan, a comparison and a calibration; the figures stand beside this wing."""

@@ -1,1 +1,0 @@
-"""Photographs and scans of a print, read, appraised, held against a bundle, and written."""

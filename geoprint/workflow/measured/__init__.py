@@ -1,1 +1,0 @@
-"""Toolpaths of any program, measured on a part, and how the result lands on disk."""

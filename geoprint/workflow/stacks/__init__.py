@@ -1,1 +1,0 @@
-"""Whole stacks of layers: planned and written as one, and compared over backends."""
