@@ -1,6 +1,6 @@
 """Refusals whose proof is brief: few poses are searched, coarsely, and no change is tried.
 
-A whole proof takes 15 s and more. tests/workflow/test_refusing/py asks what it says and tries, and the mistake `out of
+A whole proof takes 15 s and more. tests/workflow/test_refusing.py asks what it says and tries, and the mistake `out of
 reach` in tests/guide/test_mistakes.py takes one through the whole chain.
 """
 

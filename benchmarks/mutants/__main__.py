@@ -41,11 +41,11 @@ SAFETY = (
 # Tests of other packages that hold a module besides those of its own.
 BESIDES = {
     "geoprint/robot": ("tests/benchmarks/test_collisions.py",),
-    "geoprint/postprocessor": ("tests/workflow/test_checking/py", "tests/benchmarks/test_destruction.py"),
-    "geoprint/config": ("tests/cli", "tests/workflow/test_cell_writer/py"),
-    "geoprint/workflow/workpiece.py": ("tests/robot/test_other_arms/py",),
-    "geoprint/reporting": ("tests/workflow/test_comparison/py",),
-    "geoprint/toolpath": ("tests/workflow/test_travel/py",),
+    "geoprint/postprocessor": ("tests/workflow/test_checking.py", "tests/benchmarks/test_destruction.py"),
+    "geoprint/config": ("tests/cli", "tests/workflow/test_cell_writer.py"),
+    "geoprint/workflow/workpiece.py": ("tests/robot/test_other_arms.py",),
+    "geoprint/reporting": ("tests/workflow/test_comparison.py",),
+    "geoprint/toolpath": ("tests/workflow/test_travel.py",),
 }
 
 
@@ -61,7 +61,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, metavar="S", help="in which all ends; records nothing")
     arguments = parser.parse_args()
     modules = ["geoprint/robot/collision/surroundings.py"] if arguments.smoke else arguments.modules or SAFETY
-    tests: list[str] | None = ["tests/robot/collision/test_sides/py"] if arguments.smoke else arguments.tests
+    tests: list[str] | None = ["tests/robot/collision/test_sides.py"] if arguments.smoke else arguments.tests
     count: int = 1 if arguments.smoke else arguments.count
     seconds: float = arguments.seconds or math.inf
     limit: float = min(arguments.limit, seconds / 10)

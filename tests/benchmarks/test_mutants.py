@@ -207,7 +207,7 @@ def test_what_is_not_recorded_is_tried_on_the_tests_of_its_name_first_and_counts
     tree: Path, tmp_path: Path
 ) -> None:
     trial = nearest(Mutant("geoprint/robot/collision/surroundings.py", 1, "", ""))
-    assert trial.tests[0] == "tests/robot/collision/test_sides/py"
+    assert trial.tests[0] == "tests/robot/collision/test_sides.py"
     assert not trial.recorded
 
     endless = Trial(changed(tree, "x += 1", "x += 0"), ("tests/test_one.py",), 0, recorded=False)

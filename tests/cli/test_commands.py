@@ -71,7 +71,7 @@ def test_plan_writes_a_bundle_and_prints_json_when_asked(run: Run, small: Path, 
 
 @pytest.fixture
 def alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Compare in this process: one beside it, as tests/workflow/test_beside/py asks for, takes seconds to start."""
+    """Compare in this process: one beside it, as tests/workflow/test_beside.py asks for, takes seconds to start."""
     monkeypatch.setattr("geoprint.cli.planning.PROCESSES", 1)
 
 

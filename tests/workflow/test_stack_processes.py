@@ -30,9 +30,9 @@ import sys, types
 from pathlib import Path
 import geoprint
 
-pipeline = types.ModuleType("geoprint.workflow")
-pipeline.__path__ = [str(Path(geoprint.__file__).parent / "pipeline")]
-sys.modules["geoprint.workflow"] = pipeline
+workflow = types.ModuleType("geoprint.workflow")
+workflow.__path__ = [str(Path(geoprint.__file__).parent / "workflow")]
+sys.modules["geoprint.workflow"] = workflow
 """
 # Arrays of 2 MB, each freed but the last: a heap that has grown around them cannot shrink below that one.
 COUNT, MB = 100, 2
@@ -91,7 +91,7 @@ def test_no_layer_is_planned_in_the_process_of_another(tmp_path: Path) -> None:
 # Says which process works, and then works longer than anybody waits.
 FORSAKEN = """
 import os, time
-from geoprint.workflow.processes.{module} import {pool}
+from geoprint.workflow.processes import {pool}
 
 def work():
     print(os.getpid(), flush=True)
@@ -104,12 +104,10 @@ if __name__ == "__main__":
 
 
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="only Linux tells by a file whether a process is there")
-@pytest.mark.parametrize(
-    ("module", "pool", "arguments"), [("layer_by_layer", "layer_processes", ""), ("beside", "beside", "1")]
-)
-def test_who_is_killed_leaves_no_process_behind(tmp_path: Path, module: str, pool: str, arguments: str) -> None:
+@pytest.mark.parametrize(("pool", "arguments"), [("layer_processes", ""), ("beside", "1")])
+def test_who_is_killed_leaves_no_process_behind(tmp_path: Path, pool: str, arguments: str) -> None:
     script = tmp_path / "forsaken.py"
-    script.write_text(ALONE + FORSAKEN.format(module=module, pool=pool, arguments=arguments))
+    script.write_text(ALONE + FORSAKEN.format(pool=pool, arguments=arguments))
     with subprocess.Popen([sys.executable, script], stdout=subprocess.PIPE, text=True) as started:
         assert started.stdout is not None
         worker = Path("/proc", started.stdout.readline().strip())
@@ -122,14 +120,10 @@ def test_who_is_killed_leaves_no_process_behind(tmp_path: Path, module: str, poo
 
 
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="only Linux tells by a file whether a process is there")
-@pytest.mark.parametrize(
-    ("module", "pool", "arguments"), [("layer_by_layer", "layer_processes", ""), ("beside", "beside", "1")]
-)
-def test_who_is_stopped_ends_its_processes_whatever_they_do(
-    tmp_path: Path, module: str, pool: str, arguments: str
-) -> None:
+@pytest.mark.parametrize(("pool", "arguments"), [("layer_processes", ""), ("beside", "1")])
+def test_who_is_stopped_ends_its_processes_whatever_they_do(tmp_path: Path, pool: str, arguments: str) -> None:
     script = tmp_path / "forsaken.py"
-    script.write_text(ALONE + FORSAKEN.format(module=module, pool=pool, arguments=arguments))
+    script.write_text(ALONE + FORSAKEN.format(pool=pool, arguments=arguments))
     with subprocess.Popen(
         [sys.executable, script], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
     ) as started:

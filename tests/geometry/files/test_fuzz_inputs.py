@@ -1,6 +1,6 @@
 """Damaged files of every format: only a GeoprintError ever comes out of loading and preparing, in bounded memory.
 
-CI runs CASES damaged files; `pytest -m fuzz tests/geometry/files/test_fuzz_inputs/py` runs many more.
+CI runs CASES damaged files; `pytest -m fuzz tests/geometry/files/test_fuzz_inputs.py` runs many more.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Killed at any moment, geoprint leaves no process, no folder and no open file behind.
 
-CI kills a few times; `pytest -m fuzz tests/geometry/files/test_kills/py` does so 200 times.
+CI kills a few times; `pytest -m fuzz tests/geometry/files/test_kills.py` does so 200 times.
 """
 
 from __future__ import annotations
