@@ -35,7 +35,7 @@ class Setup:
         surface_within: what its surface is known within along its normal, in 95 of 100 calibrations [mm], or None
             where nobody calibrated.
         start: (6,) joints at the first target [rad].
-        lifted: (6,) joints at the first target of the dry run [rad].
+        aloft: (6,) joints at the first target of the dry run, which is lifted [rad].
         extent: (2, 3) lowest and highest coordinates of the part in its own frame [mm].
         frame: as `Orders` [mm]; None where no program reads it.
     """
@@ -44,7 +44,7 @@ class Setup:
     placement: Placement
     surface_within: float | None
     start: FloatArray
-    lifted: FloatArray
+    aloft: FloatArray
     extent: FloatArray
     frame: float | None = None
 

@@ -238,7 +238,7 @@ class _Checking:
     def _read_orders(self, setup: Setup, table: TrajectoryTable, poses: PosesTable) -> None:
         self.orders = read_orders(
             self._folder / "targets.csv", poses, start=setup.start,
-            lifted=setup.lifted, extent=setup.extent, duration=float(table.times[-1]),
+            lifted=setup.aloft, extent=setup.extent, duration=float(table.times[-1]),
             frame=inf if setup.frame is None else setup.frame,
         )  # fmt: skip
         check_extent(poses, setup.extent)

@@ -225,7 +225,7 @@ def _robot_files(workpiece: Workpiece, robot: RobotPlan, cell: Cell) -> dict[str
         robot.placement,
         workpiece.surface_within,
         start=orders.start,
-        lifted=orders.lifted,
+        aloft=orders.lifted,
         extent=orders.extent,
         frame=orders.frame,
     )

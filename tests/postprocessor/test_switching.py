@@ -398,7 +398,7 @@ def test_orders_that_name_poses_that_do_not_exist_are_refused(tmp_path: Path) ->
 )
 def test_a_setup_reads_back_to_the_last_bit(cell: Cell, surface_within: float | None, tmp_path: Path) -> None:
     written = Setup(
-        cell, DEMONSTRATION, surface_within, start=np.linspace(0.1, 0.7, 6), lifted=np.zeros(6), extent=EXTENT
+        cell, DEMONSTRATION, surface_within, start=np.linspace(0.1, 0.7, 6), aloft=np.zeros(6), extent=EXTENT
     )
     path = tmp_path / "setup.json"
     path.write_bytes(setup_file(written))
@@ -412,7 +412,7 @@ def test_a_setup_reads_back_to_the_last_bit(cell: Cell, surface_within: float | 
 
 
 def test_the_setup_of_a_cell_without_a_tilting_table_does_not_speak_of_one() -> None:
-    written = Setup(CELL, DEMONSTRATION, None, start=np.zeros(6), lifted=np.zeros(6), extent=EXTENT)
+    written = Setup(CELL, DEMONSTRATION, None, start=np.zeros(6), aloft=np.zeros(6), extent=EXTENT)
     assert CELL.table is None
     assert "table" not in json.loads(setup_file(written))["cell"]
     assert json.loads(setup_file(written))["cell"]["purge"] is None
@@ -421,7 +421,7 @@ def test_the_setup_of_a_cell_without_a_tilting_table_does_not_speak_of_one() -> 
 @pytest.mark.parametrize("table", [hexapod_noun(), tilt_turn_noun()], ids=["hexapod", "tilt-turn"])
 def test_the_setup_of_a_cell_with_a_tilting_table_reads_back(table: Hexapod | TiltTurn, tmp_path: Path) -> None:
     cell = replace(CELL, table=table)
-    written = Setup(cell, DEMONSTRATION, None, start=np.zeros(6), lifted=np.zeros(6), extent=EXTENT)
+    written = Setup(cell, DEMONSTRATION, None, start=np.zeros(6), aloft=np.zeros(6), extent=EXTENT)
     path = tmp_path / "setup.json"
     path.write_bytes(setup_file(written))
     found = read_setup(path)
