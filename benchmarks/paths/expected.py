@@ -168,7 +168,7 @@ def small_part(radius: float) -> SmallPart:
 def expected_print(part: SmallPart, errors: PrintErrors) -> Printed:
     """Return what geoprint expects of prints of a small part with a constant flow."""
     measured = part.measured
-    return printed(*measured.layer(follows=False), measured.sides, errors, poses=part.poses)
+    return printed(*measured.layer(follows=False), measured, errors, poses=part.poses)
 
 
 def _figures(found: Printed) -> tuple[str, str, str]:

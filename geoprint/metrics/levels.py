@@ -97,7 +97,6 @@ class LevelSpacings:
         straight: (k,) the same ratio through the air; less where the surface bends within a spacing.
         unreached: samples from which no way over the surface to the level outside was found; they are left out above.
         meeting: share of the samples within one spacing of another stretch of their own level, where fronts meet.
-        spacing: wanted [mm].
     """
 
     places: FloatArray
@@ -109,7 +108,6 @@ class LevelSpacings:
     straight: FloatArray
     unreached: int
     meeting: float
-    spacing: float
 
     def __post_init__(self) -> None:
         freeze_arrays(
@@ -151,8 +149,8 @@ class LevelSpacings:
             found.append(LevelSpacing(int(level), here.mean, here.cv, float(worst)))
         return tuple(found)
 
-    def worst(self, count: int) -> tuple[WorstPlace, ...]:
-        """Return the places whose ratio is farthest from 1, each at least two spacings from the others."""
+    def worst(self, count: int, *, spacing: float) -> tuple[WorstPlace, ...]:
+        """Return the places whose ratio is farthest from 1, each at least two spacings [mm] from the others."""
         remaining = np.argsort(-np.abs(self.ratios - 1.0), kind="stable")
         found: list[WorstPlace] = []
         while remaining.size and len(found) < count:
@@ -160,7 +158,7 @@ class LevelSpacings:
             x, y, z = self.places[first].tolist()
             found.append(WorstPlace((x, y, z), int(self.levels[first]), float(self.ratios[first])))
             away = np.linalg.norm(self.places[remaining] - self.places[first], axis=1)
-            remaining = remaining[away > WORST_APART * self.spacing]
+            remaining = remaining[away > WORST_APART * spacing]
         return tuple(found)
 
 
@@ -198,7 +196,6 @@ def level_spacings(
         straight=outer.straight[reached] / spacing,
         unreached=int((~reached).sum()),
         meeting=meeting_share(path, distance, measured, spacing=spacing),
-        spacing=spacing,
     )
 
 

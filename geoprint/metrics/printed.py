@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from geoprint.metrics.evenness import Uniformity
 from geoprint.metrics.oracle import FOUND
 from geoprint.metrics.sides import SideSpacing
 from geoprint.metrics.spacing import (
@@ -121,7 +122,7 @@ class Printed:
 def printed(
     planned: float,
     along: FloatArray,
-    sides: SideSpacing,
+    measured: Uniformity,
     errors: PrintErrors,
     *,
     poses: PoseStream | None = None,
@@ -132,12 +133,13 @@ def printed(
     Args:
         planned: coefficient of variation of the planned thickness, with the flow that is printed.
         along: (k,) that thickness at the samples of the sides, over the wanted one.
-        sides: spacing to the left and to the right; what has none on a side lies along the rim there.
+        measured: how even the paths are; what has no neighbour on a side lies along the rim there.
         errors: what a print strays by.
         poses: how the tool stands; None where nobody knows, then a bent needle is left out.
         wanted: what the spacing shall be at each place, where that differs.
     """
-    strips, rims, of_strips, of_rims = _strays(sides, errors, poses=poses, wanted=wanted)
+    sides = measured.sides
+    strips, rims, of_strips, of_rims = _strays(measured, errors, poses=poses, wanted=wanted)
     some = _some(len(along))
     flow = errors.run_flow * _flow_of_neighbours(sides, some)
     widened, nearer = together(of_strips), together(of_rims)
@@ -175,18 +177,19 @@ def _varied(along: FloatArray, changes: FloatArray) -> FloatArray:
 
 
 def _strays(
-    sides: SideSpacing, errors: PrintErrors, *, poses: PoseStream | None, wanted: SpacingAt | None
+    measured: Uniformity, errors: PrintErrors, *, poses: PoseStream | None, wanted: SpacingAt | None
 ) -> tuple[IntArray, IntArray, tuple[Sparse, ...], tuple[Sparse, ...]]:
     """Return some samples with two neighbours and some along the rim, and what each error does to them.
 
     That is by how much their strips, and their ways to the rim, become wider, over the wanted spacing.
     """
+    sides = measured.sides
     strips, left, right = sides.strips
     rims, to_rim = sides.rims
     some, others = _some(strips.size), _some(rims.size)
     spans = joined_spans(joined_spans(left.some(some), right.some(some)), to_rim.some(others))
     spans = replace(spans, runs=_drawn_order(sides)[spans.runs])
-    local, count = np.full(spans.count, sides.spacing) if wanted is None else wanted(spans.places), some.size
+    local, count = np.full(spans.count, measured.spacing) if wanted is None else wanted(spans.places), some.size
     of_strips: list[Sparse] = []
     of_rims: list[Sparse] = []
     for name, each in zip(SOURCES, over(strays(spans, errors, poses=poses), local), strict=True):

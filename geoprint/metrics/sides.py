@@ -53,7 +53,6 @@ class SideSpacing:
         ratios: (k, 2) distance to the left and to the right, over the spacing; infinite where nothing was found.
         kinds: (k, 2) 0 where that is a neighbour, 1 none within reach, 2 only obliquely, 3 not known.
         nearest: (k, 2) run that is nearest, -1 for none.
-        spacing: wanted [mm].
         spans: from where to where the ratios were measured, on the left and on the right.
     """
 
@@ -64,7 +63,6 @@ class SideSpacing:
     ratios: FloatArray
     kinds: IntArray
     nearest: IntArray
-    spacing: float
     spans: tuple[Spans, Spans] = field(default_factory=lambda: (no_spans(), no_spans()))
 
     def __post_init__(self) -> None:
@@ -178,7 +176,6 @@ def side_spacing(
         ratios=ratios,
         kinds=found.kinds,
         nearest=np.where(found.segments < 0, -1, path.runs[found.segments]),
-        spacing=spacing,
         spans=(left, right),
     )
 

@@ -75,7 +75,7 @@ def record_evenness(
         left=_side(measured.sides.left),
         right=_side(measured.sides.right),
         both=_side(measured.sides.both),
-        levels=None if measured.levels is None else _levels(measured.levels),
+        levels=None if measured.levels is None else _levels(measured.levels, spacing=measured.spacing),
     )
 
 
@@ -110,7 +110,7 @@ def _side(found: SpacingFigures) -> SpacingSideRecord:
     )
 
 
-def _levels(found: LevelSpacings) -> LevelSpacingsRecord:
+def _levels(found: LevelSpacings, *, spacing: float) -> LevelSpacingsRecord:
     straight = found.straight
     return LevelSpacingsRecord(
         spacing=_spacing(found.figures),
@@ -129,7 +129,7 @@ def _levels(found: LevelSpacings) -> LevelSpacingsRecord:
         ),
         worst_places=tuple(
             WorstPlaceRecord(place_mm=place, level=level, ratio=ratio)
-            for place, level, ratio in found.worst(WORST_PLACES)
+            for place, level, ratio in found.worst(WORST_PLACES, spacing=spacing)
         ),
     )
 

@@ -86,7 +86,7 @@ def _picture(found: Measurement, files: list[tuple[MeasuredFile, MeasuredRecord]
 
 def _panel(each: MeasuredFile, row: MeasuredRecord) -> CoveragePanel:
     measured = each.measured
-    places, offsets, ratios = _halves(measured.sides)
+    places, offsets, ratios = _halves(measured.sides, spacing=measured.spacing)
     return CoveragePanel(
         title=each.name,
         caption=caption_of(row.uniformity),
@@ -97,10 +97,10 @@ def _panel(each: MeasuredFile, row: MeasuredRecord) -> CoveragePanel:
     )
 
 
-def _halves(sides: SideSpacing) -> tuple[FloatArray, IntArray, FloatArray]:
+def _halves(sides: SideSpacing, *, spacing: float) -> tuple[FloatArray, IntArray, FloatArray]:
     """Return places, offsets and ratios of the left halves of all runs, then of the right ones."""
     left = np.cross(sides.normals, sides.ahead)
-    shift = ASIDE_SHARE * sides.spacing * left
+    shift = ASIDE_SHARE * spacing * left
     ratios = sides.sides()
     offsets = np.concatenate([sides.offsets, sides.offsets[1:] + len(sides.places)])
     places = np.concatenate([sides.places + shift, sides.places - shift])
@@ -109,7 +109,7 @@ def _halves(sides: SideSpacing) -> tuple[FloatArray, IntArray, FloatArray]:
 
 def _view(found: Measurement, each: MeasuredFile, row: MeasuredRecord, view: ViewSurface) -> BackendView:
     measured = each.measured
-    places, offsets, ratios = _halves(measured.sides)
+    places, offsets, ratios = _halves(measured.sides, spacing=measured.spacing)
     vertices = view.surface.vertices
     _, nearest = KDTree(places).query(vertices)
     _, judged = KDTree(measured.judged_places).query(vertices)

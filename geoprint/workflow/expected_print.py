@@ -22,7 +22,7 @@ def with_print(plan: Plan, stage: Stages) -> Plan:
         measured = plan.uniformity
         layer, along = measured.layer(follows=plan.deposited.mode == "analog")
         found = printed(
-            layer, along, measured.sides, errors, poses=plan.poses,
+            layer, along, measured, errors, poses=plan.poses,
             wanted=plan.workpiece.widths,
         )  # fmt: skip
     return replace(plan, printed=found, timings=tuple(stage.timings))

@@ -80,7 +80,7 @@ def measure_files(
         # How the tool stands nobody knows.
         expected = printed(
             *measured.layer(follows=cell.signals.mode == "analog"),
-            measured.sides,
+            measured,
             cell.errors or PrintErrors(),
         )
         found.append(

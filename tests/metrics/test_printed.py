@@ -44,7 +44,7 @@ def in_print(
 ) -> Printed:
     """Return what is expected of a plan that is even, or whose thickness along the paths is given."""
     level = np.ones(len(measured.along)) if along is None else along
-    return printed(float(level.std() / level.mean()), level, measured.sides, errors, poses=poses)
+    return printed(float(level.std() / level.mean()), level, measured, errors, poses=poses)
 
 
 def spread(measured: Uniformity, errors: PrintErrors, poses: PoseStream | None) -> tuple[float, ...]:
@@ -142,8 +142,8 @@ def test_an_error_is_a_smaller_share_of_a_wider_spacing(rows: tuple[PoseStream, 
         return np.where(places[:, 1] < 15.0, 2.0, 1.0)
 
     level = np.ones(len(measured.along))
-    found = printed(0.0, level, measured.sides, TEN_MICRONS, poses=poses, wanted=twice_below_the_middle)
-    plain = printed(0.0, level, measured.sides, TEN_MICRONS, poses=poses)
+    found = printed(0.0, level, measured, TEN_MICRONS, poses=poses, wanted=twice_below_the_middle)
+    plain = printed(0.0, level, measured, TEN_MICRONS, poses=poses)
     wide = (measured.sides.places[measured.sides.strips[0], 1] < 15.0).mean()
     assert 0.4 < wide < 0.6
     assert found.variances[2] == pytest.approx((1.0 - 0.75 * wide) * plain.variances[2], rel=0.05)

@@ -182,7 +182,7 @@ def test_offsets_cut_the_samples_into_runs() -> None:
 
 def test_the_worst_places_are_apart_and_the_worst_comes_first() -> None:
     found = uniformity(rows([1.0, 3.0, 5.0], wobble=0.3), fine_plate(), spacing=2.0)
-    worst = levels_of(found).worst(4)
+    worst = levels_of(found).worst(4, spacing=2.0)
     deviations = [abs(place.ratio - 1.0) for place in worst]
     assert deviations == sorted(deviations, reverse=True)
     assert deviations[0] == float(np.abs(levels_of(found).ratios - 1.0).max())
@@ -214,7 +214,7 @@ def test_one_level_has_no_spacing_to_measure() -> None:
     found = uniformity(rows([15.0]), fine_plate(), spacing=2.0)
     assert not levels_of(found).figures.measured
     assert np.isnan([levels_of(found).figures.mean, levels_of(found).figures.cv]).all()
-    assert levels_of(found).by_level() == levels_of(found).worst(3) == ()
+    assert levels_of(found).by_level() == levels_of(found).worst(3, spacing=2.0) == ()
     # What is covered is measured all the same: the row in the middle reaches 1.1 mm to either side of 30 mm.
     assert found.gap == pytest.approx(1.0 - 2.2 / 30.0, abs=0.01)
 

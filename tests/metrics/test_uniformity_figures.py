@@ -33,7 +33,6 @@ def given(
         straight=np.array(ratios),
         unreached=0,
         meeting=0.0,
-        spacing=2.0,
     )
 
 
@@ -64,7 +63,7 @@ def test_of_no_samples_nothing_is_told() -> None:
     assert not none.figures.measured
     assert np.isnan([none.figures.mean, none.figures.cv, none.figures.within_5_percent]).all()
     assert (none.bounded, none.largest_doubt) == (0.0, 0.0)
-    assert none.by_level() == none.worst(3) == ()
+    assert none.by_level() == none.worst(3, spacing=2.0) == ()
 
 
 def test_every_level_has_its_own_figures() -> None:
@@ -79,13 +78,13 @@ def test_every_level_has_its_own_figures() -> None:
 
 def test_worst_places_are_more_than_two_spacings_apart_and_as_many_as_asked() -> None:
     # 4 mm are two spacings: nearer to a worst place there is no other one.
-    assert [place.ratio for place in given([1.4, 0.5, 1.3], apart=3.99).worst(5)] == [0.5]
-    assert [place.ratio for place in given([1.4, 0.5, 1.3], apart=4.01).worst(5)] == [0.5, 1.4, 1.3]
+    assert [place.ratio for place in given([1.4, 0.5, 1.3], apart=3.99).worst(5, spacing=2.0)] == [0.5]
+    assert [place.ratio for place in given([1.4, 0.5, 1.3], apart=4.01).worst(5, spacing=2.0)] == [0.5, 1.4, 1.3]
     far = given([1.1, 0.5, 1.3], levels=[1, 2, 3])
-    assert far.worst(2) == (((10.0, 0.0, 0.0), 2, 0.5), ((20.0, 0.0, 0.0), 3, 1.3))
-    assert far.worst(0) == ()
+    assert far.worst(2, spacing=2.0) == (((10.0, 0.0, 0.0), 2, 0.5), ((20.0, 0.0, 0.0), 3, 1.3))
+    assert far.worst(0, spacing=2.0) == ()
     # A fifth too far is worse than a seventh too near.
-    assert [place.ratio for place in given([0.86, 1.2]).worst(2)] == [1.2, 0.86]
+    assert [place.ratio for place in given([0.86, 1.2]).worst(2, spacing=2.0)] == [1.2, 0.86]
 
 
 def test_samples_that_do_not_belong_together_are_refused_and_the_others_are_held() -> None:
