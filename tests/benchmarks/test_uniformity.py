@@ -104,8 +104,9 @@ def test_page_readme_and_pictures_show_the_kept_figures() -> None:
         assert drawn == stamp(text), f"{name} is older than the figures: draw it with --picture"
 
 
-@pytest.mark.parametrize("part", OWN)
-def test_the_kept_figures_are_what_the_command_gives(part: str) -> None:
+def test_the_kept_figures_are_what_the_command_gives() -> None:
+    # Of one part: what changes the others' figures alone changes golden results, which hold all backends on them.
+    part = "heart, apex"
     (row,) = (each for each in loaded(KEPT.read_text(encoding="utf-8")) if each.part == part)
     found = row_of(part, measured(DATA / OWN[part]))
     for name in BACKENDS:

@@ -328,6 +328,16 @@ def test_targets_that_come_too_soon_are_counted_and_the_soonest_is_told() -> Non
     assert close_targets(found, trajectory, period=0.3)[0] == 3
 
 
+@pytest.mark.parametrize("radius", [2.0, 3.0, 5.0])
+def test_what_rounding_takes_from_a_time_changes_no_target(radius: float) -> None:
+    # Every fifth pose comes exactly a period after another, or less than a millionth of it sooner or later.
+    poses = stream(arc(radius=radius, step=0.1, angle=20.0 / radius))
+    period = 5.0 * float(np.linalg.norm(poses.tips[1] - poses.tips[0])) / PROCESS.speed
+    exact, later, sooner = (thinned(poses, period=period, share=share).poses for share in (1.0, 1.0 - 1e-6, 1.0 + 1e-6))
+    np.testing.assert_array_equal(later, exact)
+    np.testing.assert_array_equal(sooner, exact)
+
+
 def test_a_short_period_is_used_to_follow_the_path_closer() -> None:
     poses = stream(arc(radius=10.0, step=0.1, angle=np.pi))
     usual, fast = thinned(poses, period=0.025), thinned(poses, period=0.001)
