@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from geoprint import cli
 from geoprint.config import job_of
 from geoprint.errors import VerificationError
 from geoprint.geometry import mean_normal
@@ -34,6 +33,7 @@ from geoprint.simulation import (
     scanned,
 )
 from geoprint.workflow import plan, save_plan
+from tests.commands import called
 from tests.geometry.files.lasting_worker import LastingWorker, lasting_worker
 from tests.inspection.drawn import drawn, straight
 from tests.meshes import plate
@@ -95,11 +95,9 @@ def worker() -> Generator[LastingWorker]:
 def run(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
     def call(line: str) -> tuple[int, str, str]:
         monkeypatch.chdir(folder)
-        monkeypatch.setattr("sys.argv", ["geoprint", "appraise", *line.split()])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
+        status = called(monkeypatch, "appraise", *line.split())
         captured = capsys.readouterr()
-        return int(ended.value.code or 0), captured.out, captured.err
+        return status, captured.out, captured.err
 
     return call
 

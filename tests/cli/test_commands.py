@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from geoprint import cli
 from geoprint.config import Job, packaged_cell_text
 from geoprint.errors import UsageError
 from geoprint.geometry.files import save_ply
+from tests.commands import called
 from tests.meshes import plate
 
 Run = Callable[..., tuple[int, str, str]]
@@ -23,11 +23,9 @@ Run = Callable[..., tuple[int, str, str]]
 @pytest.fixture
 def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
     def call(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr("sys.argv", ["geoprint", *(str(argument) for argument in arguments)])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
+        status = called(monkeypatch, *arguments)
         captured = capsys.readouterr()
-        return int(ended.value.code or 0), captured.out, captured.err
+        return status, captured.out, captured.err
 
     return call
 

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from geoprint import cli
 from geoprint.cli.terminal import fitted
 from geoprint.geometry.files import save_ply
 from geoprint.reporting import MeasurementRecord, read_record
+from tests.commands import called
 from tests.meshes import plate
 
 Run = Callable[..., tuple[int, str, str]]
@@ -39,11 +39,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def run(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
     def call(line: str) -> tuple[int, str, str]:
         monkeypatch.chdir(folder)
-        monkeypatch.setattr("sys.argv", ["geoprint", "measure", *line.split()])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
+        status = called(monkeypatch, "measure", *line.split())
         captured = capsys.readouterr()
-        return int(ended.value.code or 0), captured.out, captured.err
+        return status, captured.out, captured.err
 
     return call
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 
 import pytest
 
-from geoprint import cli
 from geoprint.config import packaged_cell_text
 from geoprint.geometry.files import save_ply
+from tests.commands import called
 from tests.meshes import plate
 
 
@@ -27,10 +26,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def refused(monkeypatch: pytest.MonkeyPatch, folder: Path, *arguments: object) -> int:
     """Run a command in a folder and return its exit status."""
     monkeypatch.chdir(folder)
-    monkeypatch.setattr(sys, "argv", ["geoprint", *map(str, arguments)])
-    with pytest.raises(SystemExit) as ended:
-        cli.main()
-    return int(ended.value.code or 0)
+    return called(monkeypatch, *arguments)
 
 
 # Everything is wrong; one after another is put right.

@@ -16,6 +16,7 @@ from geoprint.inspection import simulated
 from geoprint.reporting import read_record
 from geoprint.reporting.records.inspection import SimulatedRecord
 from geoprint.workflow import check_bundle, plan, save_plan
+from tests.commands import called
 from tests.meshes import plate
 from tests.workflow.test_checking import cell_text
 
@@ -36,11 +37,9 @@ def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
     def call(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr("sys.argv", ["geoprint", "simulate", *map(str, arguments)])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
+        status = called(monkeypatch, "simulate", *arguments)
         captured = capsys.readouterr()
-        return int(ended.value.code or 0), captured.out, captured.err
+        return status, captured.out, captured.err
 
     return call
 

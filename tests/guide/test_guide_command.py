@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from geoprint import cli
 from geoprint.cli.guide import WIDEST, rendered
 from geoprint.errors import UsageError
 from geoprint.guide import html_guide, page_named, pages
+from tests.commands import called
 from tests.reporting.browser import Page
 
 Run = Callable[..., tuple[int, str, str]]
@@ -21,11 +21,9 @@ NAMES = [page.name for page in pages()]
 @pytest.fixture
 def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
     def call(*arguments: object) -> tuple[int, str, str]:
-        monkeypatch.setattr("sys.argv", ["geoprint", "guide", *map(str, arguments)])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
+        status = called(monkeypatch, "guide", *arguments)
         captured = capsys.readouterr()
-        return int(ended.value.code or 0), captured.out, captured.err
+        return status, captured.out, captured.err
 
     return call
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 import geoprint
-from geoprint import cli
 from geoprint.errors import InputError, VerificationError
 from geoprint.workflow import plan, save_plan
+from tests.commands import called
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -82,13 +82,6 @@ def test_a_folder_that_is_no_bundle_is_refused(copy: Path, compared: Path, tmp_p
     (copy / "manifest.json").write_text(json.dumps(listed))
     with pytest.raises(InputError, match=r"was written by geoprint .*, which did not keep the job"):
         geoprint.job_from(copy)
-
-
-def called(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
-    monkeypatch.setattr("sys.argv", ["geoprint", *(str(argument) for argument in arguments)])
-    with pytest.raises(SystemExit) as ended:
-        cli.main()
-    return int(ended.value.code or 0)
 
 
 @pytest.mark.usefixtures("brief_proofs")

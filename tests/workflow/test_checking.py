@@ -13,12 +13,12 @@ from random import Random
 import numpy as np
 import pytest
 
-from geoprint import cli
 from geoprint.config import job_of, packaged_cell_text
 from geoprint.errors import ClearanceError, InputError
 from geoprint.geometry.files import save_ply
 from geoprint.reporting import Checked, Finding, check_summary, run_sheet
 from geoprint.workflow import check_bundle, plan, save_plan
+from tests.commands import called
 from tests.meshes import plate
 
 CALIBRATED = """source = "calibrated"
@@ -108,13 +108,6 @@ def test_a_folder_without_a_program_is_refused(tmp_path: Path) -> None:
     (tmp_path / "manifest.json").write_text("[" * 100_000)
     with pytest.raises(InputError, match=r"its manifest\.json cannot be read"):
         check_bundle(tmp_path)
-
-
-def called(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
-    monkeypatch.setattr("sys.argv", ["geoprint", *(str(argument) for argument in arguments)])
-    with pytest.raises(SystemExit) as ended:
-        cli.main()
-    return int(ended.value.code or 0)
 
 
 def test_the_command_prints_the_page_and_ends_with_5_where_something_is_wrong(

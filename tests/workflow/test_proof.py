@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 import geoprint
-from geoprint import cli
 from geoprint.errors import UsageError, VerificationError
 from geoprint.reporting import PlanRecord, check_summary, read_record
 from geoprint.reporting.evidence import evidence_rows
@@ -20,6 +19,7 @@ from geoprint.reporting.records.plan import BendRecord
 from geoprint.reporting.stack_sheet import check_text
 from geoprint.results import Plan
 from geoprint.workflow import check_bundle, plan, record_seen, save_plan
+from tests.commands import called
 
 WHEN = datetime(2026, 3, 4, 15, 6, 7, tzinfo=UTC)
 
@@ -119,13 +119,6 @@ def test_overwriting_loses_nothing_that_a_person_recorded(copy: Path, printed_pl
     assert "run dry: seen 2026-03-04: fine" in check_text(check_bundle(copy))
     save_plan(plan(geoprint.job_from(copy, robot=False)), copy, overwrite=True)
     assert (copy / "evidence.json").read_bytes() == before
-
-
-def called(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
-    monkeypatch.setattr("sys.argv", ["geoprint", *(str(argument) for argument in arguments)])
-    with pytest.raises(SystemExit) as ended:
-        cli.main()
-    return int(ended.value.code or 0)
 
 
 def test_the_command_records_and_refuses(

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from geoprint import cli
 from geoprint.reporting import Checked, CheckedComparison, check_summary
 from geoprint.reporting.stack_sheet import check_text
 from geoprint.workflow import check_bundle, check_folder
+from tests.commands import called
 
 
 def edited(path: Path, edit: Callable[[dict[str, Any]], None]) -> None:
@@ -121,13 +121,6 @@ def test_figures_of_paths_that_are_not_theirs_are_found(compared: Path, tmp_path
     found = reasons(check_bundle(heat), "plan.json")
     for name in names:
         assert any(reason.startswith(f"paths.{name} is ") for reason in found), name
-
-
-def called(monkeypatch: pytest.MonkeyPatch, *arguments: object) -> int:
-    monkeypatch.setattr("sys.argv", ["geoprint", *(str(argument) for argument in arguments)])
-    with pytest.raises(SystemExit) as ended:
-        cli.main()
-    return int(ended.value.code or 0)
 
 
 def test_a_comparison_is_checked_bundle_by_bundle_the_best_first(

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import pytest
 
-from geoprint import cli
 from geoprint.config import job_of
 from geoprint.errors import InputError
 from geoprint.geometry import inspect, prepare
@@ -21,6 +20,7 @@ from geoprint.results import FileInspection
 from geoprint.workflow import plan
 from geoprint.workflow.workpiece import printed_side
 from tests import meshes
+from tests.commands import called
 from tests.geometry.files.hostile_inputs import CASES, EXPECTED, check, planned_in_turn
 from tests.meshes import plate
 from tests.shared_data import shared
@@ -64,10 +64,8 @@ def test_a_process_with_little_memory_and_time_is_enough(tmp_path: Path) -> None
 @pytest.fixture
 def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., tuple[int, str]]:
     def call(*arguments: object) -> tuple[int, str]:
-        monkeypatch.setattr("sys.argv", ["geoprint", *(str(argument) for argument in arguments)])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
-        return int(ended.value.code or 0), capsys.readouterr().err
+        status = called(monkeypatch, *arguments)
+        return status, capsys.readouterr().err
 
     return call
 
