@@ -28,12 +28,10 @@ from geoprint.inspection.print import Appraisal, AppraisedPhotograph, OnPlan
 from geoprint.inspection.records import appraisal_pictures, appraisal_tables, record_appraisal
 from geoprint.inspection.text import appraisal_text
 from geoprint.model import Surface
-from geoprint.postprocessor import json_bytes, write_bundle
 from geoprint.process.feedback import PrintedProgram
-from geoprint.reporting import as_json
 from geoprint.reporting.prints import RECORD, next_print
 from geoprint.reporting.records.inspection import AppraisalRecord
-from geoprint.reporting.records.rounding import verify_record
+from geoprint.reporting.records.rounding import save
 
 # More are no comparison any more.
 MOST_PHOTOGRAPHS = 20
@@ -161,19 +159,13 @@ def save_appraisal(found: Appraisal, directory: Path | str, *, overwrite: bool =
     pictures = appraisal_pictures(found)
     following = "" if record.printed is None else f"\n{next_print(record, plan=record.printed.plan, folder='.')}\n"
     files = {
-        RECORD: json_bytes(as_json(record)),
         "appraisal.txt": f"{appraisal_text(record)}\n{following}".encode(),
         **appraisal_tables(found),
         **pictures,
         "report.html": photographs_page(found, record, pictures),
         **lens,
     }
-
-    def verify(written: Path) -> None:
-        verify_record(written / RECORD, record)
-
-    write_bundle(directory, files, overwrite=overwrite, verify=verify)
-    return record
+    return save(record, RECORD, files, directory, overwrite=overwrite)
 
 
 def _printed(bundle: Path, plan: PlannedPrint, on_plan: OnPlan) -> PrintedProgram:

@@ -24,11 +24,9 @@ from geoprint.inspection.scan_registration import Registration, registered
 from geoprint.inspection.scan_target import PlannedDeposit
 from geoprint.inspection.text import lying_text, scan_text
 from geoprint.model import FloatArray, Surface
-from geoprint.postprocessor import json_bytes, write_bundle
-from geoprint.reporting import as_json
 from geoprint.reporting.prints import RECORD, next_print
 from geoprint.reporting.records.inspection import LyingRecord, ScanAppraisalRecord
-from geoprint.reporting.records.rounding import verify_record
+from geoprint.reporting.records.rounding import save
 from geoprint.workflow.number_tables import read_pose
 
 LYING_RECORD, LYING_MESH = "lying.json", "lying.ply"
@@ -153,19 +151,11 @@ def save_scan(found: AppraisedScan, directory: Path | str, *, overwrite: bool = 
     """
     record = record_scan(found)
     files = {
-        RECORD: json_bytes(as_json(record)),
-        "appraisal.txt": (
-            f"{scan_text(record)}\n\n{next_print(record, plan=record.printed.plan, folder='.')}\n".encode()
-        ),
+        "appraisal.txt": f"{scan_text(record)}\n\n{next_print(record, plan=record.printed.plan, folder='.')}\n".encode(),
         "parts.csv": parts_table(found.held.parts),
         "report.html": scan_page(found, record),
     }
-
-    def verify(written: Path) -> None:
-        verify_record(written / RECORD, record)
-
-    write_bundle(directory, files, overwrite=overwrite, verify=verify)
-    return record
+    return save(record, RECORD, files, directory, overwrite=overwrite)
 
 
 def save_lying(found: LyingScan, directory: Path | str, *, overwrite: bool = False) -> LyingRecord:
@@ -189,16 +179,10 @@ def save_lying(found: LyingScan, directory: Path | str, *, overwrite: bool = Fal
     # What no plan could be made on is refused here already.
     surface, _ = prepare(found.lying.surface)
     files = {
-        LYING_RECORD: json_bytes(as_json(record)),
         "lying.txt": f"{lying_text(record)}\n".encode(),
         LYING_MESH: ply_bytes(surface),
     }
-
-    def verify(written: Path) -> None:
-        verify_record(written / LYING_RECORD, record)
-
-    write_bundle(directory, files, overwrite=overwrite, verify=verify)
-    return record
+    return save(record, LYING_RECORD, files, directory, overwrite=overwrite)
 
 
 def _registered(scan: Scan, surface: Surface, deposit: PlannedDeposit | None, asked: ScanAsked) -> Registration:

@@ -14,10 +14,10 @@ from geoprint.inspection.executing import DepositedPieces, deposited_pieces, dep
 from geoprint.inspection.inputs import PlannedPrint, lens_text, read_plan
 from geoprint.inspection.text import grid
 from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
-from geoprint.postprocessor import PLAN, json_bytes, write_bundle
-from geoprint.reporting import PlanRecord, as_json, read_record
+from geoprint.postprocessor import PLAN
+from geoprint.reporting import PlanRecord, read_record
 from geoprint.reporting.records.inspection import SIMULATED_SCHEMA, SimulatedRecord, SimulatedRunRecord
-from geoprint.reporting.records.rounding import verify_record
+from geoprint.reporting.records.rounding import save
 from geoprint.simulation import (
     DepositedBeads,
     Development,
@@ -218,19 +218,13 @@ def save_simulated(
     view = _above(surface, up, PHOTOGRAPH_PIXELS)
     grey = pictured(surface, found.beads, view, Lighting(up), development, random=random)
     files = {
-        "simulated.json": json_bytes(as_json(record)),
         "simulated.txt": f"{simulated_text(record)}\n".encode(),
         "scan.xyz": "".join(f"{x:.4f} {y:.4f} {z:.4f}\n" for x, y, z in scan.points.tolist()).encode(),
         "print.png": png(grey),
         "marks.csv": _marks(scan.feet, view),
         "lens.toml": lens_text(Lens(view.size, np.full(2, view.focal), view.middle, np.zeros(2))).encode(),
     }
-
-    def verify(written: Path) -> None:
-        verify_record(written / "simulated.json", record)
-
-    write_bundle(directory, files, overwrite=overwrite, verify=verify)
-    return record
+    return save(record, "simulated.json", files, directory, overwrite=overwrite)
 
 
 def _above(surface: Surface, up: FloatArray, pixels: int) -> Viewpoint:

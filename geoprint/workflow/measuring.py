@@ -15,11 +15,10 @@ from geoprint.geometry import prepare, united, upright_of
 from geoprint.geometry.files import MeshFile, load_file
 from geoprint.metrics import measure_paths, moved, printed, rigid_fit
 from geoprint.model import PrintErrors, Surface
-from geoprint.postprocessor import json_bytes, write_bundle
 from geoprint.reporting.measurement import measure_csv, record_measurement
 from geoprint.reporting.measurement_page import measure_picture, measure_report
 from geoprint.reporting.records.comparison import MeasurementRecord
-from geoprint.reporting.records.rounding import as_json, verify_record
+from geoprint.reporting.records.rounding import save
 from geoprint.results import MeasuredFile, Measurement
 from geoprint.toolpath_files import read_paths
 from geoprint.workflow.patches import patches_of
@@ -119,17 +118,11 @@ def save_measurement(found: Measurement, directory: Path | str, *, overwrite: bo
     """
     record = record_measurement(found)
     files = {
-        RECORD: json_bytes(as_json(record)),
         "measure.csv": measure_csv(record).encode("utf-8"),
         "measure.png": measure_picture(found, record),
         "report.html": measure_report(found, record),
     }
-
-    def verify(written: Path) -> None:
-        verify_record(written / RECORD, record)
-
-    write_bundle(directory, files, overwrite=overwrite, verify=verify)
-    return record
+    return save(record, RECORD, files, directory, overwrite=overwrite)
 
 
 def _surface(job: Job, part: MeshFile) -> Surface:

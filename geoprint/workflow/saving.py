@@ -34,7 +34,7 @@ from geoprint.reporting.pictures import ComparisonPictures, chart_pictures, comp
 from geoprint.reporting.plan import record_plan, record_timings
 from geoprint.reporting.records.comparison import RecordedComparison
 from geoprint.reporting.records.plan import PlanRecord
-from geoprint.reporting.records.rounding import as_json, read_record, verify_record
+from geoprint.reporting.records.rounding import as_json, read_record, save, verify_record
 from geoprint.reporting.tables import spacing_table
 from geoprint.results import Comparison, FailedPart, Plan, RobotPlan, Workpiece
 from geoprint.workflow.bundles import COMPARISON, RAPID_FOLDER, REPORT, check_joined, part_folders
@@ -82,13 +82,12 @@ def save_plan(plan: Plan, directory: Path | str, *, overwrite: bool = False, rep
     """
     if report:
         record, charts, page = plan_report(plan)
-        files = plan_files(plan, record, charts=charts) | {REPORT: page}
+        shown = {REPORT: page}
     else:
-        record = record_plan(plan)
-        files = plan_files(plan, record, charts=chart_pictures(plan))
+        record, charts, shown = record_plan(plan), chart_pictures(plan), {}
     write_bundle(
         directory,
-        files,
+        plan_files(plan, record, charts=charts) | shown,
         overwrite=overwrite,
         verify=lambda folder: verify_files(plan, record, folder),
         unlisted={TIMINGS: _timings(plan)},
@@ -128,7 +127,7 @@ def save_comparisons(
     record = recorded_comparison(parts)
     drawn = [_drawn(part, helper) if isinstance(part, Comparison) else None for part in parts]
     report = comparison_report(parts, record, pictures=drawn)
-    files = {COMPARISON: json_bytes(as_json(record.record)), REPORT: report}
+    files = {REPORT: report}
     bundles: list[tuple[Plan, PlanRecord, str]] = []
     for part, plans, pictures, folder in zip(parts, record.plans, drawn, part_folders(_names(parts)), strict=True):
         if isinstance(part, Comparison) and pictures is not None:
@@ -141,10 +140,9 @@ def save_comparisons(
 
     def verify(written: Path) -> None:
         shared(helper, _verified, [(_promised(plan, of), written / folder) for plan, of, folder in bundles])
-        verify_record(written / COMPARISON, record.record)
 
     timings = {f"{folder}{TIMINGS}": _timings(plan) for plan, _, folder in bundles}
-    write_bundle(directory, files, overwrite=overwrite, verify=verify, unlisted=timings)
+    save(record.record, COMPARISON, files, directory, overwrite=overwrite, verify=verify, unlisted=timings)
     return record
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, TypeAlias, TypeVar, cast, get_args
 
 import numpy as np
@@ -13,7 +14,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from geoprint.config.strict import describe
 from geoprint.errors import VerificationError
 from geoprint.model import Reading, described
-from geoprint.postprocessor import Json
+from geoprint.postprocessor import Json, json_bytes, write_bundle
 
 # How figures appear in what geoprint tells: frozen records with rounded numbers, written to JSON and read back.
 
@@ -113,6 +114,45 @@ def verify_record(path: Path, record: Record) -> None:
     """
     if read_record(path, type(record)) != record:
         raise VerificationError(f"{path.name} does not read back as it was told; the disk may be faulty: write again.")
+
+
+def save(
+    record: _R,
+    name: str,
+    files: Mapping[str, bytes],
+    directory: Path | str,
+    *,
+    overwrite: bool,
+    verify: Callable[[Path], None] = lambda _: None,
+    unlisted: Mapping[str, bytes] = MappingProxyType({}),
+) -> _R:
+    """Write a folder with a record and what belongs to it: complete and verified, or not at all.
+
+    Args:
+        record: what its JSON file says.
+        name: of that file.
+        files: name to content of the others.
+        directory: where the folder shall stand.
+        overwrite: whether an existing one may be replaced.
+        verify: reads the other files back where that can find more than their bytes say.
+        unlisted: as in `write_bundle`.
+
+    Returns:
+        The record.
+
+    Raises:
+        UsageError: the folder exists already.
+        ExportError: nothing can be written there.
+        VerificationError: what was written reads back otherwise.
+    """
+
+    def verify_all(folder: Path) -> None:
+        verify(folder)
+        verify_record(folder / name, record)
+
+    every = {name: json_bytes(as_json(record)), **files}
+    write_bundle(directory, every, overwrite=overwrite, verify=verify_all, unlisted=unlisted)
+    return record
 
 
 # What JSON says of how a file was read: what its reader used, skipped and assumed.
