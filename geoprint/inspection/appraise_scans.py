@@ -151,7 +151,9 @@ def save_scan(found: AppraisedScan, directory: Path | str, *, overwrite: bool = 
     """
     record = record_scan(found)
     files = {
-        "appraisal.txt": f"{scan_text(record)}\n\n{next_print(record, plan=record.printed.plan, folder='.')}\n".encode(),
+        "appraisal.txt": (
+            f"{scan_text(record)}\n\n{next_print(record, plan=record.printed.plan, folder='.')}\n".encode()
+        ),
         "parts.csv": parts_table(found.held.parts),
         "report.html": scan_page(found, record),
     }

@@ -17,8 +17,8 @@ from geoprint.reporting.html import (
     choice,
     distance_matrix,
     element,
-    fact_table,
     figure,
+    how_made,
     joined,
     row_table,
     said,
@@ -99,7 +99,6 @@ class PhotographsReport:
         distances: between their lines [pixels]; None for one photograph.
         settings: (name, value).
         inputs: (file, SHA-256).
-        versions: (program, version).
     """
 
     verdict: str
@@ -110,7 +109,6 @@ class PhotographsReport:
     distances: PathDistances | None
     settings: tuple[tuple[str, str], ...]
     inputs: tuple[tuple[str, str], ...]
-    versions: tuple[tuple[str, str], ...]
 
     def __post_init__(self) -> None:
         if not self.photographs:
@@ -134,10 +132,7 @@ def photographs_report(report: PhotographsReport, *, title: str) -> bytes:
         _table(report.figures, label="Photographs"),
         _apart(report),
         *(_photograph(each) for each in report.photographs),
-        element("h2", "How it was made"),
-        fact_table("Settings", report.settings),
-        fact_table("Input, SHA-256", report.inputs),
-        fact_table("Versions", report.versions),
+        how_made(report.settings, report.inputs),
     ]
     return page(title, [element("h1", title), element("section", *blocks, class_="part", aria_label=title)], {})
 
@@ -213,7 +208,6 @@ class ScanReport:
         rows: its cells, a row a run.
         settings: (name, value).
         inputs: (file, SHA-256).
-        versions: (program, version).
     """
 
     name: str
@@ -232,7 +226,6 @@ class ScanReport:
     rows: tuple[tuple[str, ...], ...]
     settings: tuple[tuple[str, str], ...]
     inputs: tuple[tuple[str, str], ...]
-    versions: tuple[tuple[str, str], ...]
 
     def __post_init__(self) -> None:
         freeze_arrays(self, R_view_work="float: 3 3", places="float: p 3", offsets="int: o")
@@ -290,10 +283,7 @@ def _section(scan: ScanReport, key: str) -> Markup:
             [(scan.name, scan.ratios[~np.isnan(scan.ratios)])], of="area",
             axis="measured thickness / planned thickness [1]",
         ),
-        element("h2", "How it was made"),
-        fact_table("Settings", scan.settings),
-        fact_table("Input, SHA-256", scan.inputs),
-        fact_table("Versions", scan.versions),
+        how_made(scan.settings, scan.inputs),
     ]  # fmt: skip
     return element("section", *blocks, id=key, class_="part", aria_label=scan.name)
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Mapping
-from importlib.metadata import version
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -96,8 +94,6 @@ def _of_lines(each: AppraisedPhotograph) -> list[tuple[str, ...]]:
 # The report page of photographed prints: lines over each photograph, its edges, every figure, and what is wrong.
 
 
-# Packages whose version changes figures.
-PHOTOGRAPH_PACKAGES = ("geoprint", "numpy", "scipy", "scikit-image")
 OVERLAY = "{}: middles of the lines orange, their edges light blue, breaks of lines yellow{}."
 OF_PLAN, OF_OUTLINE = ", what is planned and has no material purple", ", the outline that placed the camera green"
 EDGES = "{}: white where |dI/dx| + |dI/dy| in even light is above its threshold, the edges as the paper takes them."
@@ -126,7 +122,6 @@ def photographs_page(found: Appraisal, recorded: AppraisalRecord, pictures: Mapp
         distances=_distances(recorded) if recorded.pairs else None,
         settings=_photograph_settings(recorded),
         inputs=tuple((each.file, each.sha256) for each in recorded.photographs),
-        versions=(("Python", platform.python_version()), *((name, version(name)) for name in PHOTOGRAPH_PACKAGES)),
     )
     return photographs_report(report, title=title)
 
@@ -198,8 +193,6 @@ def _photograph_settings(record: AppraisalRecord) -> tuple[tuple[str, str], ...]
 
 # Faces of the view: finer than can be seen, and every one costs time when the page opens.
 VIEWED_FACES = 60_000
-# Packages whose version changes figures.
-SCAN_PACKAGES = ("geoprint", "numpy", "scipy")
 LABEL = "measured thickness / planned thickness\n(blue: too thin, red: too thick, grey: not seen)"
 
 
@@ -243,7 +236,6 @@ def scan_page(found: AppraisedScan, record: ScanAppraisalRecord) -> bytes:
         rows=tuple(scanned_run_rows(record.runs)),
         settings=_settings(found, record),
         inputs=((record.scan.file, record.scan.sha256),),
-        versions=(("Python", platform.python_version()), *((name, version(name)) for name in SCAN_PACKAGES)),
     )
     return scan_report(report, title=f"geoprint appraise: {record.scan.file} on {record.printed.part}")
 

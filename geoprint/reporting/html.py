@@ -6,8 +6,10 @@ import base64
 import html
 import io
 import json
+import platform
 import re
 from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError, version
 from typing import TypeAlias, final
 
 from geoprint.reporting.values import PathDistances, Picture
@@ -18,6 +20,11 @@ from geoprint.reporting.values import PathDistances, Picture
 # What can be put into JSON; arrays are encoded before.
 Json: TypeAlias = "dict[str, Json] | list[Json] | str | int | float | bool | None"
 
+# Packages whose version changes figures.
+PACKAGES = (
+    "geoprint", "numpy", "scipy", "numba", "trimesh", "pin", "toppra", "python-fcl", "scikit-image", "pydantic",
+    "matplotlib",
+)  # fmt: skip
 VOID_TAGS = frozenset({"img", "input", "meta", "br"})
 # Elements that hold text and no others.
 TEXT_TAGS = frozenset({"title", "option", "style", "script"})
@@ -225,6 +232,28 @@ def fact_table(title: str, facts: Sequence[tuple[str, str]]) -> Markup:
         return Markup("")
     rows = [element("tr", element("th", name, scope="row"), element("td", value)) for name, value in facts]
     return element("table", element("caption", title), element("tbody", *rows), class_="facts")
+
+
+def how_made(settings: Sequence[tuple[str, str]], inputs: Sequence[tuple[str, str]], *, heading: str = "h2") -> Markup:
+    """Return what a result was made of and with: names and values of settings, hashes of files, versions."""
+    return joined(
+        element(heading, "How it was made"),
+        fact_table("Settings", settings),
+        fact_table("Input, SHA-256", inputs),
+        fact_table("Versions", made_with()),
+    )
+
+
+def made_with() -> tuple[tuple[str, str], ...]:
+    """Return the names and versions of what figures depend on."""
+    return (("Python", platform.python_version()), *((name, _installed_version(name)) for name in PACKAGES))
+
+
+def _installed_version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"
 
 
 def scrollable(table: Markup, *, label: str) -> Markup:

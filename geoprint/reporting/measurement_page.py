@@ -5,9 +5,7 @@ Each path is drawn as two beads side by side, its left half and its right one, e
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Callable, Sequence
-from importlib.metadata import version
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -33,8 +31,6 @@ VIEWED_FACES = 60_000
 BEAD_SHARE = 0.31
 # How far the middles of the two beads of a path lie from it, over the spacing.
 ASIDE_SHARE = 0.18
-# Packages whose version changes figures.
-PACKAGES = ("geoprint", "numpy", "scipy", "numba")
 _NONE = "-"
 
 
@@ -66,7 +62,6 @@ def measure_report(found: Measurement, record: MeasurementRecord) -> bytes:
         pictures=(),
         settings=(("spacing [mm]", f"{record.spacing_mm:g}"), ("area of the part [mm2]", f"{record.area_mm2:.1f}")),
         inputs=((record.part.name, record.part.sha256),),
-        versions=(("Python", platform.python_version()), *((name, version(name)) for name in PACKAGES)),
     )
     return html_report([page], title=f"geoprint measure: {record.part.name}")
 

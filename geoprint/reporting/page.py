@@ -28,8 +28,8 @@ from geoprint.reporting.html import (
     choice,
     distance_matrix,
     element,
-    fact_table,
     figure,
+    how_made,
     joined,
     said,
     scene_block,
@@ -85,10 +85,7 @@ def part_section(part: PartReport, *, number: int, heading: str) -> Markup:
         ),
         _path_distances(part.path_distances, head),
         *([element(head, "Pictures"), *map(figure, part.pictures)] if part.pictures else []),
-        element(head, "How it was made"),
-        fact_table("Settings", part.settings),
-        fact_table("Input, SHA-256", part.inputs),
-        fact_table("Versions", part.versions),
+        how_made(part.settings, part.inputs, heading=head),
     ]  # fmt: skip
     return element("section", *blocks, id=key, class_="part", aria_label=part.name)
 

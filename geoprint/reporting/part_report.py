@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Callable, Mapping, Sequence
-from importlib.metadata import PackageNotFoundError, version
 from typing import TypeVar
 
 import numpy as np
@@ -185,8 +183,6 @@ def _row(
 
 # Faces in all views of a part: finer than can be seen, and every one costs time when the page opens.
 VIEWED_FACES = 60_000
-# Packages whose version changes figures.
-PACKAGES = ("geoprint", "numpy", "scipy", "numba", "toppra", "pin", "python-fcl")
 # Units of settings by the ends of their keys, the longest first.
 UNITS = {"_mm_s": "mm/s", "_mm": "mm", "_deg": "degrees", "_kpa": "kPa", "_s": "s"}
 
@@ -236,17 +232,8 @@ def part_report(
         ),
         settings=_settings(record.settings),
         inputs=tuple((file.name, file.sha256) for file in (record.input, record.input.body) if file is not None),
-        versions=(("Python", platform.python_version()), *((name, installed_version(name)) for name in PACKAGES)),
         critical_deg=float(np.degrees(workpiece.cell.critical_overhang)),
     )
-
-
-def installed_version(package: str) -> str:
-    """Return the version of a package, or that it is not installed."""
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return "not installed"
 
 
 def _lines(pictures: ComparisonPictures) -> list[Picture]:

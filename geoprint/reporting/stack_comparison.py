@@ -16,7 +16,6 @@ from geoprint.reporting.stack_html import OF_BACKENDS, StackReport, stack_report
 from geoprint.reporting.stack_page import (
     VIEWED_FACES,
     base_view,
-    made_with,
     printed_view,
     sliced_pictures,
     stack_paths,
@@ -221,7 +220,6 @@ def compared_stacks_page(
         pictures=tuple((f"Sliced open: {name}", tuple(sliced_pictures(stacks[name][1]))) for name in names),
         settings=thickness_settings(job, record),
         inputs=first.inputs,
-        versions=made_with(),
     )
     return stack_report(shown, title=f"geoprint compare: {recorded.part}, {recorded.thickness_mm:g} mm")
 

@@ -15,8 +15,8 @@ from geoprint.reporting.html import (
     Markup,
     choice,
     element,
-    fact_table,
     figure,
+    how_made,
     joined,
     row_table,
     said,
@@ -134,7 +134,6 @@ class StackReport:
         pictures: under their headings: the stack sliced open, its seams.
         settings: (name, value), as asked for.
         inputs: (file, SHA-256).
-        versions: (program, version).
     """
 
     name: str
@@ -152,7 +151,6 @@ class StackReport:
     pictures: tuple[tuple[str, tuple[Picture, ...]], ...]
     settings: tuple[tuple[str, str], ...]
     inputs: tuple[tuple[str, str], ...]
-    versions: tuple[tuple[str, str], ...]
 
     def __post_init__(self) -> None:
         freeze_arrays(self, R_view_work="float: 3 3")
@@ -197,10 +195,7 @@ def stack_section(stack: StackReport, *, key: str) -> Markup:
             axis="finished thickness / wanted thickness [1]",
         ),
         *(element("section", element("h2", head), *map(figure, some)) for head, some in stack.pictures if some),
-        element("h2", "How it was made"),
-        fact_table("Settings", stack.settings),
-        fact_table("Input, SHA-256", stack.inputs),
-        fact_table("Versions", stack.versions),
+        how_made(stack.settings, stack.inputs),
     ]  # fmt: skip
     return element("section", *blocks, id=key, class_="part", aria_label=stack.name)
 

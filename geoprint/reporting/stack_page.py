@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import platform
-from importlib.metadata import version
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -26,8 +24,6 @@ from geoprint.results import FinishedStack, StackedLayer
 
 # Faces in all views: finer than can be seen, and every one costs time when the page opens.
 VIEWED_FACES = 60_000
-# Packages whose version changes figures.
-PACKAGES = ("geoprint", "numpy", "scipy", "numba")
 PLANES = ("across", "along")
 # A layer lays more than it should at a place from this share of its height on.
 MORE = 1.05
@@ -84,7 +80,6 @@ def stack_page(stack: FinishedStack, record: StackRecord, job: Job) -> bytes:
         pictures=(("Sliced open", tuple(sliced_pictures(stack))), ("Where runs start", (_seams(stack, view),))),
         settings=(*thickness_settings(job, record), ("backend", job.backend)),
         inputs=stack.inputs,
-        versions=made_with(),
     )
     return stack_report(page, title=f"geoprint plan: {record.part}, {record.thickness_mm:g} mm")
 
@@ -294,11 +289,6 @@ def _cautions(record: StackRecord) -> tuple[str, ...]:
         *(f"Left out: {each.reason}" for each in record.left_out),
         *([f"Not checked: {'; '.join(unchecked)}."] if unchecked else []),
     )
-
-
-def made_with() -> tuple[tuple[str, str], ...]:
-    """Return the names and versions of what figures depend on."""
-    return (("Python", platform.python_version()), *((name, version(name)) for name in PACKAGES))
 
 
 def thickness_settings(job: Job, record: StackRecord) -> tuple[tuple[str, str], ...]:

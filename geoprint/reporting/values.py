@@ -271,7 +271,6 @@ class PartReport:
         pictures: others, for instance the flattened chart.
         settings: (name, value), as asked for.
         inputs: (file, SHA-256).
-        versions: (program, version).
         critical_deg: angle of the surface's normal from upright beyond which beads overhang [degrees]; None where
             nobody asks for it.
     """
@@ -292,7 +291,6 @@ class PartReport:
     pictures: tuple[Picture, ...]
     settings: tuple[tuple[str, str], ...]
     inputs: tuple[tuple[str, str], ...]
-    versions: tuple[tuple[str, str], ...]
     critical_deg: float | None = None
 
     def __post_init__(self) -> None:

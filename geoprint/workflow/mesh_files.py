@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import platform
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -37,7 +36,7 @@ from geoprint.geometry import (
 )
 from geoprint.geometry.files import MeshFile, labels_of, load_file, load_likely, unit_hint
 from geoprint.model import BoolArray, Reading, Seed, Surface
-from geoprint.reporting.part_report import installed_version
+from geoprint.reporting.html import made_with
 from geoprint.results import FileInspection, Remeshed, VolumeInspection
 from geoprint.robot.arm import Arm
 from geoprint.robot.collision import arm_control, collision_control
@@ -51,17 +50,6 @@ if TYPE_CHECKING:
 # Versions, and positive controls: kinematics and collision check are made to prove themselves on this machine.
 
 
-PACKAGES = (
-    "geoprint",
-    "numpy",
-    "scipy",
-    "trimesh",
-    "pin",
-    "toppra",
-    "python-fcl",
-    "pydantic",
-    "matplotlib",
-)
 # Kinematics must come back to where they started within these [mm, rad].
 POSITION_TOLERANCE = 1e-6
 ANGLE_TOLERANCE = 1e-8
@@ -74,9 +62,9 @@ def examine() -> tuple[str, ...]:
     Raises:
         VerificationError: a control failed: do not trust programs made on this machine.
     """
-    versions = tuple(f"{name:<20}{installed_version(name)}" for name in PACKAGES)
+    versions = tuple(f"{name:<20}{version}" for name, version in made_with())
     controls = (kinematics_control(), collision_control(), arm_control(load_cell(None).robot.model))
-    return (f"{'python':<20}{platform.python_version()}", *versions, *controls)
+    return (*versions, *controls)
 
 
 def kinematics_control() -> str:

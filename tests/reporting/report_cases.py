@@ -193,5 +193,4 @@ def part(
         pictures=(Picture("the chart", "svg", b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 2 1"/>'),),
         settings=(("spacing", "2 mm"),),
         inputs=((name, 64 * "0"),),
-        versions=(("geoprint", "0.0"),),
     )

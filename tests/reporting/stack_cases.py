@@ -58,7 +58,6 @@ def stack(name: str = "dome.ply") -> StackReport:
         pictures=(("Sliced open", (Picture("A cut", "png", PIXEL),)), ("Empty", ())),
         settings=(("spacing", "2 mm"),),
         inputs=((name, 64 * "0"),),
-        versions=(("geoprint", "0.0"),),
     )
 
 

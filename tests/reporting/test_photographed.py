@@ -46,7 +46,6 @@ def report(*names: str) -> PhotographsReport:
         distances=PathDistances(names, np.full((count, count), 62.2254), np.full((count, count), 7.5)),
         settings=(("beads are", "lighter"),),
         inputs=tuple((name, "0" * 64) for name in names),
-        versions=(("geoprint", "0"),),
     )
 
 
