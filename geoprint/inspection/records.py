@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterable, Sequence
-from importlib.metadata import version
 from itertools import pairwise
 
 import numpy as np
@@ -14,9 +13,8 @@ from geoprint.geometry import lumped_mass
 from geoprint.inspection.against_plan import PrintShift, print_shift
 from geoprint.inspection.beads import BeadLine
 from geoprint.inspection.camera import Camera
-from geoprint.inspection.held import Held, PhotographedParts, RunEstimate, doubts, photographed_parts
+from geoprint.inspection.held import Held, PhotographedParts, doubts, photographed_parts
 from geoprint.inspection.html import Overlay, overlay_picture, shown_scale
-from geoprint.inspection.on_part import Directed, SetDistances
 from geoprint.inspection.print import Appraisal, AppraisedPhotograph, OnPlan
 from geoprint.inspection.scan import AppraisedScan, LyingScan
 from geoprint.inspection.scan_measuring import BARE_RATIO, COVERED_SHARE, MeasuredParts, MeasuredPrint
@@ -28,7 +26,6 @@ from geoprint.reporting.records.inspection import (
     ApartRecord,
     AppraisalRecord,
     CameraRecord,
-    DirectedRecord,
     EstimateRecord,
     FromPlanRecord,
     LineRecord,
@@ -48,21 +45,16 @@ from geoprint.reporting.records.inspection import (
     ShiftRecord,
     sealed,
 )
-from geoprint.reporting.records.rounding import place_of
+from geoprint.reporting.records.rounding import place_of, stamp
 
 # From appraised photographs to what appraisal.json says of them.
-
-
-# Version of the layout of appraisal.json; a change that breaks a reader raises it.
-APPRAISAL_SCHEMA = 2
 
 
 def record_appraisal(found: Appraisal) -> AppraisalRecord:
     """Return what appraisal.json says: the source of text and tables."""
     names = [each.photograph.name for each in found.photographs]
     record = AppraisalRecord(
-        schema=APPRAISAL_SCHEMA,
-        version=version("geoprint"),
+        **stamp(AppraisalRecord),
         kind="photographs",
         plan=found.plan,
         part=found.part,
@@ -72,7 +64,7 @@ def record_appraisal(found: Appraisal) -> AppraisalRecord:
         threshold_chosen=found.threshold_chosen,
         photographs=tuple(_photograph(each) for each in found.photographs),
         pairs=tuple(
-            PairRecord(first=names[one], second=names[other], apart_px=_apart(distances))
+            PairRecord(first=names[one], second=names[other], apart_px=ApartRecord.of(distances))
             for one, other, distances in found.pairs
         ),
     )
@@ -115,11 +107,9 @@ def _on_plan(found: OnPlan) -> OnPlanRecord:
     widths, offsets = held.widths[held.sized], held.offsets[held.sized]
     judged, known = float(plan.lengths[held.judged].sum()), bool(held.sized.any())
     return OnPlanRecord(
-        camera=CameraRecord(
-            place_mm=place_of(camera.place),
-            fiducials=camera.fiducials,
+        camera=CameraRecord.of(
+            camera,
             outline=_outline(camera, scale=measured.scale),
-            residual_px=camera.residual,
             lens_residual_px=camera.lens.residual,
             mm_per_px=measured.scale,
         ),
@@ -140,7 +130,7 @@ def _on_plan(found: OnPlan) -> OnPlanRecord:
         darker=measured.darker,
         doubts=tuple(doubts(held)),
         strays=held.strays,
-        apart_mm=_apart(held.apart),
+        apart_mm=ApartRecord.of(held.apart),
         runs=tuple(_photographed_run(held, number) for number in np.unique(plan.runs).tolist()),
         parts=_photographed_parts(photographed_parts(held)),
     )
@@ -148,7 +138,7 @@ def _on_plan(found: OnPlan) -> OnPlanRecord:
 
 def record_shift(found: PrintShift | None) -> ShiftRecord | None:
     """Return what appraisal.json says of a shift of a whole print."""
-    return None if found is None else ShiftRecord(by_mm=place_of(found.by), deviation_mm=found.deviation)
+    return None if found is None else ShiftRecord.of(found)
 
 
 def _photographed_parts(parts: PhotographedParts) -> tuple[PhotographedPartRecord, ...]:
@@ -167,20 +157,11 @@ def _photographed_parts(parts: PhotographedParts) -> tuple[PhotographedPartRecor
     )
 
 
-def _estimate(found: RunEstimate | None) -> EstimateRecord | None:
-    return None if found is None else EstimateRecord(value=found.value, deviation=found.deviation)
-
-
 def _outline(camera: Camera, *, scale: float) -> OutlineRecord | None:
     placing = camera.outline
     if placing is None:
         return None
-    return OutlineRecord(
-        within_px=placing.within,
-        within_mm=placing.within * scale,
-        alike=placing.alike,
-        clearer=placing.clearer,
-    )
+    return OutlineRecord.of(placing, within_mm=placing.within * scale)
 
 
 def _photographed_run(held: Held, number: int) -> RunRecord:
@@ -188,37 +169,24 @@ def _photographed_run(held: Held, number: int) -> RunRecord:
     own = plan.runs == number
     there = own & held.sized
     width = held.width(number)
-    return RunRecord(
+    return RunRecord.of(
+        held,
         run=number,
         length_mm=float(plan.lengths[own].sum()),
         judged_mm=float(plan.lengths[own & held.judged].sum()),
         seen_mm=float(plan.lengths[there].sum()),
         missing_mm=float(plan.lengths[own & held.judged & ~held.seen].sum()),
-        width_mm=_estimate(width),
+        width_mm=width,
         width_planned_mm=float(np.average(held.planned[own], weights=plan.lengths[own])),
-        of_usual=_estimate(held.share(number)),
+        of_usual=held.share(number),
         whole=held.whole(number),
         width_cv=None if width is None else _cv(held.even[there]),
-        offset_mm=_estimate(held.offset(number)),
+        offset_mm=held.offset(number),
         offset_rms_mm=None if width is None else _rms(held.offsets[there]),
         gaps_mm=tuple(held.gaps(number)),
         blobs_mm=tuple(held.blobs(number)),
         thin_mm=tuple(held.thin(number)),
     )
-
-
-def _apart(distances: SetDistances) -> ApartRecord:
-    return ApartRecord(
-        hausdorff=distances.hausdorff,
-        p95=distances.p95,
-        mean=distances.mean,
-        there=_directed(distances.there),
-        back=_directed(distances.back),
-    )
-
-
-def _directed(distances: Directed) -> DirectedRecord:
-    return DirectedRecord(largest=distances.largest, p95=distances.p95, mean=distances.mean)
 
 
 def _cv(values: FloatArray) -> float:
@@ -232,8 +200,6 @@ def _rms(values: FloatArray) -> float:
 # From appraised scans to what appraisal.json and lying.json say of them, and the table of the parts of runs.
 
 
-# Versions of the layouts; a change that breaks a reader raises them.
-SCAN_SCHEMA, LYING_SCHEMA = 2, 1
 COLUMNS = (
     "run", "start_mm", "end_mm", "x", "y", "z", "seen", "ratio", "ratio_deviation", "offset_mm", "offset_deviation_mm",
     "crest_mm", "crest_deviation_mm",
@@ -249,8 +215,7 @@ def record_scan(found: AppraisedScan) -> ScanAppraisalRecord:
     area = float(cells.areas[seen].sum())
     volume, planned = _volume(held, seen), float((cells.areas * cells.planned)[seen].sum())
     record = ScanAppraisalRecord(
-        schema=SCAN_SCHEMA,
-        version=version("geoprint"),
+        **stamp(ScanAppraisalRecord),
         kind="scan",
         printed=record_printed(found.printed),
         scan=ScanFileRecord(
@@ -288,8 +253,7 @@ def record_lying(found: LyingScan) -> LyingRecord:
     areas = lumped_mass(part.nominal)
     seen, offsets = areas * part.seen, part.offsets[part.seen]
     return LyingRecord(
-        schema=LYING_SCHEMA,
-        version=version("geoprint"),
+        **stamp(LyingRecord),
         part=found.part,
         scan=ScanFileRecord(
             file=found.scan.name, sha256=found.scan.digest, unit=found.unit, points=found.scan.held, used=part.points

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib.metadata import version
 from pathlib import Path
 from typing import final
 
@@ -16,8 +15,8 @@ from geoprint.inspection.text import grid
 from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
 from geoprint.postprocessor import PLAN
 from geoprint.reporting import PlanRecord, read_record
-from geoprint.reporting.records.inspection import SIMULATED_SCHEMA, SimulatedRecord, SimulatedRunRecord
-from geoprint.reporting.records.rounding import save
+from geoprint.reporting.records.inspection import SimulatedRecord, SimulatedRunRecord
+from geoprint.reporting.records.rounding import save, stamp
 from geoprint.simulation import (
     DepositedBeads,
     Development,
@@ -161,8 +160,7 @@ def record_simulated(found: SimulatedPrint) -> SimulatedRecord:
     """Return what simulated.json says of a print in silico: the source of its text."""
     faults = found.faults
     return SimulatedRecord(
-        schema=SIMULATED_SCHEMA,
-        version=version("geoprint"),
+        **stamp(SimulatedRecord),
         plan=found.plan.name,
         laid_by="program" if found.executed else "paths",
         flow=faults.flow,

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict, dataclass
-from typing import final
+from typing import Any, cast
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from geoprint.model import FloatArray
 from geoprint.postprocessor import Json
-from geoprint.reporting.records.rounding import DECIMALS, rounded
+from geoprint.reporting.records.rounding import DECIMALS, Record, Rounded, as_json
 from geoprint.reporting.tables import marked_lines
 from geoprint.results import CalibratedFixture, CalibratedTool
 from geoprint.robot.placing import NOTABLE_SHARE, TouchStatistics, Uncertainty
@@ -19,62 +17,52 @@ from geoprint.robot.placing import NOTABLE_SHARE, TouchStatistics, Uncertainty
 # What is said of a calibration as figures: the object for programs.
 
 
-Numbers = tuple[float, ...]
+Numbers = tuple[Rounded, ...]
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class TouchRecord:
+class TouchRecord(Record):
     """One touch: its residual, how far it is from where the others put it, and whether chance explains that."""
 
     name: str
     residual_mm: Numbers
-    miss_mm: float
-    chance: float
+    miss_mm: Rounded
+    chance: Rounded
     odd: bool
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class TouchesRecord:
+class TouchesRecord(Record):
     """All touches: their residuals' root mean square, and the noise of one with its interval in 95 of 100."""
 
-    rms_mm: float
-    noise_mm: float
+    rms_mm: Rounded
+    noise_mm: Rounded
     noise_given: bool
     noise_between_mm: Numbers
-    chance_of_residuals: float | None
+    chance_of_residuals: Rounded | None
     points: tuple[TouchRecord, ...]
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class UncertaintyRecord:
+class UncertaintyRecord(Record):
     """How far off a place may be along a direction: standard deviation, and bound in 95 of 100 calibrations."""
 
-    deviation_mm: float
-    within_mm: float
+    deviation_mm: Rounded
+    within_mm: Rounded
     at_mm: Numbers
     along: Numbers
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class AttitudeRecord:
+class AttitudeRecord(Record):
     """How far the fixture may be turned about an axis: standard deviation, and bound in 95 of 100 calibrations."""
 
-    deviation_deg: float
-    within_deg: float
+    deviation_deg: Rounded
+    within_deg: Rounded
     about: Numbers
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class SurfaceUncertaintyRecord:
+class SurfaceUncertaintyRecord(Record):
     """An uncertainty along the part's normal, and whether a plan refuses it or warns at this stand-off."""
 
-    deviation_mm: float
-    within_mm: float
+    deviation_mm: Rounded
+    within_mm: Rounded
     at_mm: Numbers
     along: Numbers
     standoff_mm: float
@@ -82,22 +70,18 @@ class SurfaceUncertaintyRecord:
     warned: bool
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class NextTouchRecord:
+class NextTouchRecord(Record):
     """What to touch next, where it is in the fixture's and in the base frame, and what uncertainty it leaves."""
 
     name: str
     again: bool
     fixture_mm: Numbers
     base_mm: Numbers
-    deviation_mm: float
-    within_mm: float
+    deviation_mm: Rounded
+    within_mm: Rounded
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class FixtureRecord:
+class FixtureRecord(Record):
     """What is said of a touched fixture; the fields, those of `touches` among them, are the keys of `--json`.
 
     Fixture and part stand in the base frame, as the rows of their matrices, the part as the cell states it. The
@@ -113,16 +97,14 @@ class FixtureRecord:
     T_base_work: tuple[Numbers, ...]
     touches: TouchesRecord
     centre_mm: Numbers
-    covariance_mm_rad: tuple[Numbers, ...]
+    covariance_mm_rad: tuple[tuple[float, ...], ...]
     position: UncertaintyRecord
     attitude: AttitudeRecord
     surface: SurfaceUncertaintyRecord | None
     touch_next: NextTouchRecord
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class ToolRecord:
+class ToolRecord(Record):
     """What is said of a touched tool; the fields, those of `touches` among them, are the keys of `--json`.
 
     The tip as found, as the cell had it and how far it may be off along its worst direction in the flange frame; the
@@ -134,48 +116,37 @@ class ToolRecord:
     before_mm: Numbers
     touched_mm: Numbers
     touches: TouchesRecord
-    deviation_mm: float
+    deviation_mm: Rounded
     along: Numbers
-    within_mm: float
+    within_mm: Rounded
     fixture_outdated: bool
 
 
 def calibration_summary(found: CalibratedFixture | CalibratedTool) -> dict[str, Json]:
     """Return a calibration as `--json` prints it."""
-    record = asdict(fixture_record(found) if isinstance(found, CalibratedFixture) else tool_record(found))
+    record = as_json(fixture_record(found) if isinstance(found, CalibratedFixture) else tool_record(found))
     # The figures of the touches stand beside the others.
     parts = (value if key == "touches" else {key: value} for key, value in record.items())
-    return {key: value for part in parts for key, value in part.items()}
+    return {key: value for part in parts for key, value in cast("dict[str, Json]", part).items()}
 
 
 def fixture_record(found: CalibratedFixture) -> FixtureRecord:
     """Return what is said of a touched fixture."""
     calibration, following = found.calibration, found.suggestion
     placement = calibration.placement
-    return FixtureRecord(
+    return FixtureRecord.of(
+        placement,
         cell=found.cell.name,
         part=found.part,
-        part_stated=placement.part_stated,
-        T_base_fixture=_rows(placement.T_base_fixture),
-        T_base_work=_rows(placement.T_base_work),
         touches=_touches_record(calibration.statistics, found.names),
-        centre_mm=_numbers(calibration.centre),
-        covariance_mm_rad=tuple(map(tuple, calibration.covariance.round(2 * DECIMALS).tolist())),
-        position=UncertaintyRecord(*_uncertainty(found.position)),
-        attitude=AttitudeRecord(
-            deviation_deg=rounded(np.degrees(found.turn.deviation)),
-            within_deg=rounded(np.degrees(found.turn.bound)),
-            about=_numbers(found.turn.direction),
+        centre_mm=calibration.centre,
+        covariance_mm_rad=calibration.covariance.round(2 * DECIMALS),
+        position=UncertaintyRecord.of(found.position, **_uncertainty(found.position)),
+        attitude=AttitudeRecord.of(
+            found.turn, within_deg=float(np.degrees(found.turn.bound)), about=found.turn.direction
         ),
         surface=_surface_record(found.surface, standoff=found.cell.process.standoff),
-        touch_next=NextTouchRecord(
-            name=following.name,
-            again=following.again,
-            fixture_mm=_numbers(following.model),
-            base_mm=_numbers(following.base),
-            deviation_mm=rounded(following.deviation),
-            within_mm=rounded(following.bound),
-        ),
+        touch_next=NextTouchRecord.of(following, fixture_mm=following.model, within_mm=following.bound),
     )
 
 
@@ -183,8 +154,9 @@ def _surface_record(surface: Uncertainty | None, *, standoff: float) -> SurfaceU
     """Say what the calibration means for printing, by the rule that the plan applies."""
     if surface is None:
         return None
-    return SurfaceUncertaintyRecord(
-        *_uncertainty(surface),
+    return SurfaceUncertaintyRecord.of(
+        surface,
+        **_uncertainty(surface),
         standoff_mm=standoff,
         refused=surface.bound > standoff,
         warned=surface.bound > NOTABLE_SHARE * standoff,
@@ -194,33 +166,32 @@ def _surface_record(surface: Uncertainty | None, *, standoff: float) -> SurfaceU
 def tool_record(found: CalibratedTool) -> ToolRecord:
     """Return what is said of a touched tool."""
     calibration = found.calibration
-    return ToolRecord(
+    return ToolRecord.of(
+        calibration,
         cell=found.cell.name,
-        tcp_mm=_numbers(calibration.tip),
-        before_mm=_numbers(found.before),
-        touched_mm=_numbers(calibration.touched),
+        tcp_mm=calibration.tip,
+        before_mm=found.before,
         touches=_touches_record(calibration.statistics, pose_names(calibration.statistics)),
-        deviation_mm=rounded(calibration.deviation),
-        along=_numbers(calibration.direction),
-        within_mm=rounded(calibration.bound),
+        along=calibration.direction,
+        within_mm=calibration.bound,
         fixture_outdated=found.cell.fixture is not None,
     )
 
 
 def _touches_record(statistics: TouchStatistics, names: tuple[str, ...]) -> TouchesRecord:
     noise = statistics.noise
-    return TouchesRecord(
-        rms_mm=rounded(statistics.rms),
-        noise_mm=rounded(noise.deviation),
+    return TouchesRecord.of(
+        statistics,
+        noise_mm=noise.deviation,
         noise_given=noise.given,
-        noise_between_mm=_numbers(noise.interval),
-        chance_of_residuals=None if statistics.excess is None else rounded(statistics.excess),
+        noise_between_mm=noise.interval,
+        chance_of_residuals=statistics.excess,
         points=tuple(
             TouchRecord(
                 name=name,
-                residual_mm=_numbers(statistics.residuals[k]),
-                miss_mm=rounded(statistics.misses[k]),
-                chance=rounded(statistics.chances[k]),
+                residual_mm=tuple(statistics.residuals[k].tolist()),
+                miss_mm=float(statistics.misses[k]),
+                chance=float(statistics.chances[k]),
                 odd=k in statistics.odd,
             )
             for k, name in enumerate(names)
@@ -233,17 +204,9 @@ def pose_names(statistics: TouchStatistics) -> tuple[str, ...]:
     return tuple(str(number) for number in range(1, len(statistics.residuals) + 1))
 
 
-def _uncertainty(found: Uncertainty) -> tuple[float, float, Numbers, Numbers]:
-    """Return the fields of an `UncertaintyRecord`."""
-    return rounded(found.deviation), rounded(found.bound), _numbers(found.place), _numbers(found.direction)
-
-
-def _rows(matrix: FloatArray) -> tuple[Numbers, ...]:
-    return tuple(_numbers(row) for row in matrix)
-
-
-def _numbers(values: Iterable[float]) -> Numbers:
-    return tuple(map(rounded, values))
+def _uncertainty(found: Uncertainty) -> dict[str, Any]:
+    """Return the fields of a record of an uncertainty that have other names."""
+    return {"within_mm": found.bound, "at_mm": found.place, "along": found.direction}
 
 
 # What a person reads of a calibration.

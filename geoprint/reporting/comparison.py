@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib.metadata import version
 from typing import Literal, final
 
 import numpy as np
@@ -29,6 +28,7 @@ from geoprint.reporting.records.comparison import (
     RefusedRecord,
 )
 from geoprint.reporting.records.plan import PlanRecord
+from geoprint.reporting.records.rounding import stamp
 from geoprint.reporting.tables import GAP as SEAM, Cells, fitting, grid, left_out, line_width, marked_lines
 from geoprint.reporting.verdict import middle_sentences, ranked, verdict
 from geoprint.results import Comparison, FailedPart, Plan, Planned
@@ -36,8 +36,6 @@ from geoprint.results import Comparison, FailedPart, Plan, Planned
 # From comparisons to what compare.json says of them, with what is said of each plan, and the report page.
 
 
-# Version of the layout of compare.json; a change that breaks a reader raises it.
-COMPARISON_SCHEMA = 9
 # Faces that the report draws in all, and at least of each part: more are not seen, and make the file heavy.
 VIEW_FACES = 100_000
 FEWEST_VIEW_FACES = 10_000
@@ -59,7 +57,7 @@ def recorded_comparison(parts: Sequence[Comparison | FailedPart]) -> RecordedCom
         {name: outcome.planning_time for name, outcome in part.planned} if isinstance(part, Comparison) else {}
         for part in parts
     )
-    record = ComparisonRecord(schema=COMPARISON_SCHEMA, version=version("geoprint"), parts=recorded)
+    record = ComparisonRecord(**stamp(ComparisonRecord), parts=recorded)
     return RecordedComparison(record, plans, seconds)
 
 

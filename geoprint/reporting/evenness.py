@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
 from itertools import combinations
 
 import numpy as np
@@ -13,7 +12,6 @@ from geoprint.metrics import (
     LevelSpacings,
     Printed,
     SpacingFigures,
-    Thickness,
     Uniformity,
     alike,
     difference,
@@ -35,7 +33,6 @@ from geoprint.reporting.records.evenness import (
     StraightRecord,
     TableAttitudeRecord,
     TableRecord,
-    ThicknessRecord,
     VarianceRecord,
     WorstPlaceRecord,
 )
@@ -60,17 +57,12 @@ def record_evenness(
         distance: how far the backend's level curves lie from what they promise.
         printed: what is expected of prints.
     """
-    return EvennessRecord(
-        thickness=_thickness(measured.thickness),
-        following=_thickness(measured.followed),
-        covered_once=measured.covered_once,
-        gap=measured.gap,
-        overlap=measured.overlap,
+    return EvennessRecord.of(
+        measured,
+        following=measured.followed,
         largest_hole_mm2=measured.hole,
         area_unknown=measured.unknown,
-        fill=measured.fill,
-        width_cv=measured.width_cv,
-        distance=None if distance is None else _distance(distance),
+        distance=None if distance is None else DistanceRecord.of(distance, samples=distance.errors.size),
         printed=printed,
         left=_side(measured.sides.left),
         right=_side(measured.sides.right),
@@ -79,35 +71,15 @@ def record_evenness(
     )
 
 
-def _distance(found: DistanceErrors) -> DistanceRecord:
-    return DistanceRecord(
-        mean=found.mean, deviation=found.deviation, largest=found.largest, samples=found.errors.size,
-        unknown=found.unknown,
-    )  # fmt: skip
-
-
-def _thickness(found: Thickness) -> ThicknessRecord:
-    return ThicknessRecord(**asdict(found))
-
-
 def _spacing(found: SpacingFigures) -> SpacingRecord | None:
     if not found.measured:
         return None
-    p1, p5, p50, p95, p99, largest = (found.percentile(share) for share in (1, 5, 50, 95, 99, 100))
-    return SpacingRecord(
-        mean=found.mean, cv=found.cv, p1=p1, p5=p5, p50=p50, p95=p95, p99=p99, max=largest,
-        within_5_percent=found.within_5_percent,
-    )  # fmt: skip
+    percentiles = {f"p{share}": found.percentile(share) for share in (1, 5, 50, 95, 99)}
+    return SpacingRecord.of(found, **percentiles, max=found.percentile(100))
 
 
 def _side(found: SpacingFigures) -> SpacingSideRecord:
-    return SpacingSideRecord(
-        spacing=_spacing(found),
-        samples=found.ratios.size,
-        none=found.none,
-        oblique=found.oblique,
-        unknown=found.unknown,
-    )
+    return SpacingSideRecord.of(found, spacing=_spacing(found), samples=found.ratios.size)
 
 
 def _levels(found: LevelSpacings, *, spacing: float) -> LevelSpacingsRecord:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Callable
-from importlib.metadata import version
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -35,7 +34,7 @@ from geoprint.reporting.records.comparison import (
 )
 from geoprint.reporting.records.evenness import SpacingRecord
 from geoprint.reporting.records.plan import FileRecord
-from geoprint.reporting.records.rounding import listed, place_of, reading_text, record_reading
+from geoprint.reporting.records.rounding import listed, place_of, reading_text, record_reading, stamp
 from geoprint.reporting.tables import fitting, grid, left_out
 from geoprint.reporting.verdict import covering
 from geoprint.results import MeasuredFile, Measurement
@@ -43,17 +42,12 @@ from geoprint.results import MeasuredFile, Measurement
 # From measured files of toolpaths to what measure.json says of them.
 
 
-# Version of the layout of measure.json; a change that breaks a reader raises it.
-MEASURE_SCHEMA = 4
-
-
 def record_measurement(found: Measurement) -> MeasurementRecord:
     """Return what measure.json says: the source of table, report and CSV."""
     part = found.part
     return MeasurementRecord(
-        schema=MEASURE_SCHEMA,
-        version=version("geoprint"),
-        part=FileRecord(name=part.name, sha256=part.digest, unit=part.unit),
+        **stamp(MeasurementRecord),
+        part=FileRecord.of(part, sha256=part.digest),
         area_mm2=found.files[0].measured.area,
         spacing_mm=found.spacing,
         files=tuple(_file(each, own_errors=found.own_errors) for each in found.files),
@@ -76,7 +70,8 @@ def record_measure_timings(found: Measurement) -> MeasureTimingsRecord:
 
 def _file(each: MeasuredFile, *, own_errors: bool) -> MeasuredRecord:
     measured = each.measured
-    return MeasuredRecord(
+    return MeasuredRecord.of(
+        measured,
         file=each.name,
         format=each.format,
         deposit=each.deposit,
@@ -84,9 +79,6 @@ def _file(each: MeasuredFile, *, own_errors: bool) -> MeasuredRecord:
         runs=measured.run_count,
         dropped_runs=each.dropped,
         reading=record_reading(each.reading),
-        length_mm=measured.length,
-        off_mean_mm=measured.off_mean,
-        off_max_mm=measured.off_max,
         fit=None if each.fit is None else _fit(each.fit),
         uniformity=record_evenness(measured, printed=record_printed(each.printed, of_cell=own_errors)),
     )

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
 from string import ascii_uppercase
-from typing import final
 
 import numpy as np
 
 from geoprint.geometry import (
     TERRACE_SHARE,
     TERRACE_WAVELENGTH,
-    Defect,
     Distances,
     edge_lengths,
     in_words,
@@ -22,7 +19,8 @@ from geoprint.geometry.files import LONGEST_NAME, LabelFound
 from geoprint.model import Surface
 from geoprint.postprocessor import Json
 from geoprint.reporting.plan import record_preparation
-from geoprint.reporting.records.rounding import as_json, how_many, record_reading, rounded
+from geoprint.reporting.records.plan import PreparationRecord
+from geoprint.reporting.records.rounding import ReadingRecord, Record, Rounded, as_json, how_many, record_reading
 from geoprint.results import FileInspection, Remeshed, VolumeInspection
 
 # What is said of an examined mesh file: the lines that a person reads, and the object for programs.
@@ -36,68 +34,54 @@ MOST_LANDMARKS = 12
 MOST_CONTACTS = 4
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class PieceRecord:
+class PieceRecord(Record):
     """A connected piece of the mesh: its faces, their area, and a place on it."""
 
     faces: int
-    area_mm2: float
-    place_mm: tuple[float, ...]
+    area_mm2: Rounded
+    place_mm: tuple[Rounded, ...]
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class RegionRecord:
+class RegionRecord(Record):
     """A region that the file names."""
 
     name: str
     faces: int
-    area_mm2: float
+    area_mm2: Rounded
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class RimRecord:
+class RimRecord(Record):
     """A closed part of the border: its length and edges all around, a place on it, and the middle of its loop."""
 
-    length_mm: float
+    length_mm: Rounded
     edges: int
-    place_mm: tuple[float, ...]
-    centre_mm: tuple[float, ...]
+    place_mm: tuple[Rounded, ...]
+    centre_mm: tuple[Rounded, ...]
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class LandmarkRecord:
+class LandmarkRecord(Record):
     """A place on the surface, what is there, and the outward unit normal."""
 
     name: str
-    place_mm: tuple[float, ...]
-    normal: tuple[float, ...]
+    place_mm: tuple[Rounded, ...]
+    normal: tuple[Rounded, ...]
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class FlawRecord:
+class FlawRecord(Record):
     """How often something is wrong, None where it could not be counted, and where the first of them are."""
 
     count: int | None
-    places_mm: tuple[tuple[float, ...], ...]
+    places_mm: tuple[tuple[Rounded, ...], ...]
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class ContactRecord:
+class ContactRecord(Record):
     """A label that another touches, and over which share of that one's surface."""
 
     label: int
-    share: float
+    share: Rounded
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class LabelRecord:
+class LabelRecord(Record):
     """A label of a volume.
 
     Attributes:
@@ -114,16 +98,14 @@ class LabelRecord:
     label: int
     name: str
     voxels: int
-    volume_mm3: float
-    low_mm: tuple[float, ...]
-    high_mm: tuple[float, ...]
+    volume_mm3: Rounded
+    low_mm: tuple[Rounded, ...]
+    high_mm: tuple[Rounded, ...]
     touches: tuple[ContactRecord, ...]
     inside: int | None
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class VolumeRecord:
+class VolumeRecord(Record):
     """What `geoprint inspect --json` says of a volume without a mesh.
 
     Attributes:
@@ -136,12 +118,10 @@ class VolumeRecord:
     name: str
     labels: tuple[LabelRecord, ...]
     refusal: str | None
-    reading: dict[str, Json]
+    reading: ReadingRecord
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class InspectionRecord:
+class InspectionRecord(Record):
     """What `geoprint inspect` says; the fields are the keys of `--json` in their order, lengths are rounded.
 
     Attributes:
@@ -180,9 +160,9 @@ class InspectionRecord:
     unit: str
     unit_assumed: bool
     unit_hint: str | None
-    low_mm: tuple[float, ...]
-    high_mm: tuple[float, ...]
-    size_mm: tuple[float, ...]
+    low_mm: tuple[Rounded, ...]
+    high_mm: tuple[Rounded, ...]
+    size_mm: tuple[Rounded, ...]
     vertices: int
     faces: int
     components: tuple[PieceRecord, ...]
@@ -194,14 +174,14 @@ class InspectionRecord:
     slivers: FlawRecord
     crossings: FlawRecord
     crossings_complete: bool
-    preparation: dict[str, Json] | None
+    preparation: PreparationRecord | None
     changes: tuple[str, ...] | None
     refusal: str | None
     regions: tuple[RegionRecord, ...]
     outside: str
-    terraces_mm: float | None
+    terraces_mm: Rounded | None
     backends: dict[str, str]
-    reading: dict[str, Json]
+    reading: ReadingRecord
     labels: tuple[LabelRecord, ...]
     landmarks: tuple[LandmarkRecord, ...]
     label: int | None
@@ -210,9 +190,9 @@ class InspectionRecord:
 def inspection_summary(seen: FileInspection | VolumeInspection) -> dict[str, Json]:
     """Return what `geoprint inspect --json` prints."""
     if isinstance(seen, VolumeInspection):
-        record = as_json(record_reading(seen.reading))
-        return asdict(VolumeRecord(seen.name, tuple(map(_label, seen.labels)), seen.refusal, record))
-    return asdict(inspection_record(seen))
+        labels = tuple(map(_label, seen.labels))
+        return as_json(VolumeRecord.of(seen, labels=labels, reading=record_reading(seen.reading)))
+    return as_json(inspection_record(seen))
 
 
 def inspection_text(seen: FileInspection | VolumeInspection) -> str:
@@ -229,37 +209,30 @@ def inspection_text(seen: FileInspection | VolumeInspection) -> str:
 def inspection_record(seen: FileInspection) -> InspectionRecord:
     """Return what is said of a file, its figures rounded and named."""
     found, done = seen.found, seen.found.preparation
-    return InspectionRecord(
+    return InspectionRecord.of(
+        found,
         name=seen.name,
         unit=seen.unit,
         unit_assumed=seen.assumed,
         unit_hint=seen.hint,
-        low_mm=_place(seen.low),
-        high_mm=_place(seen.high),
-        size_mm=tuple(rounded(high - low) for low, high in zip(seen.low, seen.high, strict=True)),
+        low_mm=seen.low,
+        high_mm=seen.high,
+        size_mm=tuple(high - low for low, high in zip(seen.low, seen.high, strict=True)),
         vertices=len(found.examined.vertices),
         faces=len(found.examined.faces),
-        components=tuple(PieceRecord(faces, rounded(area), _place(place)) for faces, area, place in found.components),
-        border=tuple(
-            RimRecord(rounded(rim.length), rim.edges, _place(rim.place), _place(rim.centre)) for rim in found.rims
+        components=tuple(
+            PieceRecord(faces=faces, area_mm2=area, place_mm=place) for faces, area, place in found.components
         ),
-        genus=found.genus,
-        nonmanifold_edges=_flaw(found.nonmanifold_edges),
-        nonmanifold_vertices=_flaw(found.nonmanifold_vertices),
-        flipped_faces=_flaw(found.flipped_faces),
-        slivers=_flaw(found.slivers),
-        crossings=_flaw(found.crossings),
-        crossings_complete=found.crossings_complete,
-        preparation=None if done is None else as_json(record_preparation(done)),
+        border=found.rims,
+        preparation=None if done is None else record_preparation(done),
         changes=None if done is None else done.repairs.changes(),
-        refusal=found.refusal,
-        regions=tuple(RegionRecord(name, faces, rounded(area)) for name, faces, area in seen.regions),
+        regions=tuple(RegionRecord(name=name, faces=faces, area_mm2=area) for name, faces, area in seen.regions),
         outside=seen.side,
-        terraces_mm=None if seen.terraces is None else rounded(seen.terraces),
+        terraces_mm=seen.terraces,
         backends=dict(seen.backends),
-        reading=as_json(record_reading(seen.reading)),
+        reading=record_reading(seen.reading),
         labels=tuple(map(_label, seen.labels)),
-        landmarks=tuple(LandmarkRecord(one.name, _place(one.place), _place(one.normal)) for one in seen.landmarks),
+        landmarks=seen.landmarks,
         label=seen.label,
     )
 
@@ -298,10 +271,8 @@ def _lines(record: InspectionRecord) -> Iterator[str]:
 
 
 def _label(found: LabelFound) -> LabelRecord:
-    return LabelRecord(
-        found.label, found.name, found.voxels, rounded(found.volume), _place(found.low), _place(found.high),
-        tuple(ContactRecord(label, rounded(share)) for label, share in found.touches), found.inside,
-    )  # fmt: skip
+    touches = tuple(ContactRecord(label=label, share=share) for label, share in found.touches)
+    return LabelRecord.of(found, touches=touches)
 
 
 def _label_lines(labels: tuple[LabelRecord, ...]) -> Iterator[str]:
@@ -367,55 +338,39 @@ def _flaw_lines(record: InspectionRecord) -> Iterator[str]:
             yield f"{name}: {count}{places}"
 
 
-def _flaw(finding: Defect) -> FlawRecord:
-    return FlawRecord(finding.count, tuple(map(_place, finding.places)))
-
-
-def _place(place: tuple[float, ...]) -> tuple[float, ...]:
-    return tuple(map(rounded, place))
-
-
 # What is said of a part with another mesh: the lines that a person reads, and the object for programs.
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class FinenessRecord:
+class FinenessRecord(Record):
     """How fine and how even a mesh is: mean of its edges and their standard deviation over it, its smallest angles."""
 
     faces: int
-    edge_mean_mm: float
-    edge_cv: float
-    smallest_angle_deg: float
-    smallest_angle_p1_deg: float
+    edge_mean_mm: Rounded
+    edge_cv: Rounded
+    smallest_angle_deg: Rounded
+    smallest_angle_p1_deg: Rounded
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class DistancesRecord:
+class DistancesRecord(Record):
     """How far one surface lies from the other: where it is most, what that is proven below, mean and 95 %."""
 
-    max_mm: float
-    max_bound_mm: float
-    mean_mm: float
-    p95_mm: float
-    place_mm: tuple[float, ...]
+    max_mm: Rounded
+    max_bound_mm: Rounded
+    mean_mm: Rounded
+    p95_mm: Rounded
+    place_mm: tuple[Rounded, ...]
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class DeviationRecord:
+class DeviationRecord(Record):
     """How far two surfaces lie apart in both directions, and their rims, and how far they may."""
 
     old_to_new: DistancesRecord
     new_to_old: DistancesRecord
-    rim_max_mm: float
-    allowed_mm: float
+    rim_max_mm: Rounded
+    allowed_mm: Rounded
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class RemeshingRecord:
+class RemeshingRecord(Record):
     """What `geoprint remesh` says; the fields are the keys of `--json` in their order.
 
     Attributes:
@@ -439,7 +394,7 @@ class RemeshingRecord:
 
 def remeshing_summary(found: Remeshed) -> dict[str, Json]:
     """Return what `geoprint remesh --json` prints."""
-    return asdict(_record(found))
+    return as_json(_record(found))
 
 
 def remeshing_text(found: Remeshed) -> str:
@@ -469,8 +424,8 @@ def _record(found: Remeshed) -> RemeshingRecord:
         deviation=DeviationRecord(
             old_to_new=_distances(found.deviation.forward),
             new_to_old=_distances(found.deviation.backward),
-            rim_max_mm=rounded(found.deviation.rim),
-            allowed_mm=rounded(found.allowed),
+            rim_max_mm=found.deviation.rim,
+            allowed_mm=found.allowed,
         ),
     )
 
@@ -479,21 +434,15 @@ def _mesh(surface: Surface) -> FinenessRecord:
     lengths, angles = edge_lengths(surface), np.degrees(smallest_angles(surface))
     return FinenessRecord(
         faces=len(surface.faces),
-        edge_mean_mm=rounded(lengths.mean()),
-        edge_cv=rounded(lengths.std() / lengths.mean()),
-        smallest_angle_deg=rounded(angles.min()),
-        smallest_angle_p1_deg=rounded(np.quantile(angles, 0.01)),
+        edge_mean_mm=float(lengths.mean()),
+        edge_cv=float(lengths.std() / lengths.mean()),
+        smallest_angle_deg=float(angles.min()),
+        smallest_angle_p1_deg=float(np.quantile(angles, 0.01)),
     )
 
 
 def _distances(found: Distances) -> DistancesRecord:
-    return DistancesRecord(
-        max_mm=rounded(found.largest),
-        max_bound_mm=rounded(found.bound),
-        mean_mm=rounded(found.mean),
-        p95_mm=rounded(found.p95),
-        place_mm=tuple(map(rounded, found.place)),
-    )
+    return DistancesRecord.of(found, max_mm=found.largest, max_bound_mm=found.bound)
 
 
 def _mesh_text(mesh: FinenessRecord) -> str:

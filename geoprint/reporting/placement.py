@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import asdict, dataclass
-from typing import final
 
 import numpy as np
 
@@ -12,7 +10,7 @@ from geoprint.config import STAND_DECIMALS
 from geoprint.errors import Detail, PlanError
 from geoprint.geometry import in_words
 from geoprint.postprocessor import Json
-from geoprint.reporting.records.rounding import rounded
+from geoprint.reporting.records.rounding import Record, Rounded, as_json, rounded
 from geoprint.reporting.tables import marked_lines
 from geoprint.results import Proposal, Refusal, TriedChange
 from geoprint.robot.placing import Stand
@@ -27,9 +25,7 @@ WORST_PLACES = 5
 Numbers = tuple[float, ...]
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class BeforeRecord:
+class BeforeRecord(Record):
     """Where the cell file puts the part: the margin, None out of reach, and what share of the poses is lost for what.
 
     The places are those of poses that are farthest beyond what is allowed, on the part.
@@ -38,14 +34,12 @@ class BeforeRecord:
     margin_deg: float | None
     limiting: str
     reached: bool
-    lost: float
+    lost: Rounded
     lost_for: dict[str, float]
     worst_places_mm: tuple[Numbers, ...]
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class ProposalRecord:
+class ProposalRecord(Record):
     """What `geoprint place` says; the fields are the keys of `--json` in their order.
 
     Attributes:
@@ -78,7 +72,7 @@ class ProposalRecord:
     limiting: str
     before: BeforeRecord
     lowest_point_above_mm: float | None
-    smallest_clearance_mm: float
+    smallest_clearance_mm: Rounded
     not_checked: tuple[str, ...]
     refused: tuple[str, ...]
     work: tuple[str, str]
@@ -87,7 +81,7 @@ class ProposalRecord:
 
 def proposal_summary(proposal: Proposal) -> dict[str, Json]:
     """Return a proposal as `--json` prints it."""
-    return asdict(_record(proposal))
+    return as_json(_record(proposal))
 
 
 def proposal_text(proposal: Proposal, *, verbose: bool = False) -> str:
@@ -116,19 +110,19 @@ def table_lines(stand: Stand) -> tuple[str, str]:
 def _record(proposal: Proposal) -> ProposalRecord:
     robots, placement = proposal.plan.robot, proposal.placement
     position, rpy = _stand(proposal.stand)
-    return ProposalRecord(
+    return ProposalRecord.of(
+        placement,
         part=proposal.plan.workpiece.name,
         cell=proposal.plan.workpiece.cell.name,
         position_mm=position,
         rpy_deg=rpy,
-        T_base_work=tuple(map(tuple, placement.T_base_work.round(6).tolist())),
-        calibrated=placement.calibrated,
+        T_base_work=placement.T_base_work.round(6),
         better=proposal.better,
         margin_deg=_degrees(proposal.after),
         limiting=proposal.after.limiting,
         before=_before(proposal),
         lowest_point_above_mm=round(proposal.above, 3) if np.isfinite(proposal.above) else None,
-        smallest_clearance_mm=rounded(min(robot.clearance.smallest for robot in robots)),
+        smallest_clearance_mm=min(robot.clearance.smallest for robot in robots),
         not_checked=tuple(dict.fromkeys(text for robot in robots for text in robot.clearance.not_checked)),
         refused=proposal.refused,
         work=proposal_lines(proposal.stand),
@@ -138,13 +132,13 @@ def _record(proposal: Proposal) -> ProposalRecord:
 
 def _before(proposal: Proposal) -> BeforeRecord:
     found = proposal.map_before
-    return BeforeRecord(
+    return BeforeRecord.of(
+        found,
         margin_deg=_degrees(proposal.before),
         limiting=proposal.before.limiting,
         reached=found.complete,
-        lost=rounded(found.lost),
         lost_for={reason: rounded(share) for reason, share in found.shares().items()},
-        worst_places_mm=tuple(map(tuple, found.places[[*found.worst(WORST_PLACES)]].round(3).tolist())),
+        worst_places_mm=found.places[[*found.worst(WORST_PLACES)]].round(3),
     )
 
 

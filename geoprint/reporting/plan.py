@@ -57,10 +57,10 @@ from geoprint.reporting.records.plan import (
     SurfaceRecord,
     TimingsRecord,
 )
-from geoprint.reporting.records.rounding import as_json, how_many, place_of
+from geoprint.reporting.records.rounding import as_json, how_many, place_of, stamp
 from geoprint.reporting.robot_summary import LISTED_PLACES, record_robot
 from geoprint.reporting.tables import marked_lines
-from geoprint.results import Laid, Layer, Patch, Plan, TriedMiddle, TriedSource
+from geoprint.results import Laid, Layer, Patch, Plan
 from geoprint.toolpath import largest_lean, mean_lean
 
 # What is said of a patch that was cut from a body: the lines that a person reads, and the object for programs.
@@ -69,12 +69,10 @@ from geoprint.toolpath import largest_lean, mean_lean
 def record_cut(patch: Patch) -> CutRecord:
     """Return how a patch was cut from its body."""
     found = patch.preparation
-    return CutRecord(
+    return CutRecord.of(
+        found,
         body=patch.body.name,
-        topology=found.topology,
-        area_mm2=found.area,
         rims_mm=found.boundary_lengths,
-        faces=found.faces,
         outside=patch.outside,
         inside=patch.inside,
         point_off_body_mm=patch.missed,
@@ -106,8 +104,6 @@ def patch_text(patch: Patch) -> str:
 # From a plan to what plan.json says of it; the robot's part stands beside, and so does what a person reads.
 
 
-# Version of the layout of plan.json; a change that breaks a reader raises it.
-PLAN_SCHEMA = 9
 # Runs shorter than this many spacings are little more than the marks of their start and their stop.
 FRAGMENT_SPACINGS = 5.0
 
@@ -115,8 +111,7 @@ FRAGMENT_SPACINGS = 5.0
 def record_plan(plan: Plan) -> PlanRecord:
     """Return the content of plan.json."""
     record = PlanRecord(
-        schema=PLAN_SCHEMA,
-        version=version("geoprint"),
+        **stamp(PlanRecord),
         input=_input(plan),
         settings=_settings(plan),
         surface=_surface(plan),
@@ -130,8 +125,8 @@ def record_plan(plan: Plan) -> PlanRecord:
             if plan.uniformity is None
             else record_evenness(plan.uniformity, distance=plan.distance, printed=_printed(plan))
         ),
-        sources=tuple(_source(tried) for tried in plan.workpiece.tried),
-        middles=tuple(_middle(tried) for tried in plan.middles),
+        sources=tuple(map(SourceRecord.of, plan.workpiece.tried)),
+        middles=tuple(map(MiddleRecord.of, plan.middles)),
         deposition=None if plan.deposited is None else _deposition(plan.deposited, plan),
         overhang=record_overhang(plan),
         feedback=record_feedback(plan),
@@ -161,12 +156,12 @@ def summary(plan: Plan) -> dict[str, Json]:
 
 def _input(plan: Plan) -> InputRecord:
     read, target = plan.workpiece.files, plan.workpiece.target
-    files = [FileRecord(name=file.name, sha256=file.digest, unit=file.unit) for file in read]
+    files = [FileRecord.of(file, sha256=file.digest) for file in read]
     return InputRecord(
         **dict(files[0]),
         made=dict(read[0].notes) if read[0].notes else None,
         body=files[1] if len(files) > 1 else None,
-        target=None if target is None else FileRecord(name=target.name, sha256=target.digest, unit=target.unit),
+        target=None if target is None else FileRecord.of(target, sha256=target.digest),
     )
 
 
@@ -200,16 +195,8 @@ def _surface(plan: Plan) -> SurfaceRecord:
         prepared=_mesh(part),
         refined=_mesh(plan.workpiece.surface),
         preparation=record_preparation(preparations[0]) if len(preparations) == 1 else None,
-        side=SideRecord(**asdict(plan.workpiece.side)),
+        side=SideRecord.of(plan.workpiece.side),
     )
-
-
-def _source(tried: TriedSource) -> SourceRecord:
-    return SourceRecord.model_validate(asdict(tried))
-
-
-def _middle(tried: TriedMiddle) -> MiddleRecord:
-    return MiddleRecord.model_validate(asdict(tried))
 
 
 def _mesh(surface: Surface) -> MeshRecord:
@@ -325,7 +312,7 @@ def _deposition(deposited: Laid, plan: Plan) -> DepositionRecord:
         least_mm3_per_mm=float(flow.min()),
         most_mm3_per_mm=float(flow.max()),
         printed_mean_within=thickness_within(errors),
-        light=None if plan.light is None else LightRecord(**asdict(plan.light)),
+        light=None if plan.light is None else LightRecord.of(plan.light),
     )
 
 

@@ -107,15 +107,10 @@ def record_printed(printed: PrintedProgram) -> PrintedRecord:
     """Return what an appraisal says of the program that was printed."""
     rows = zip(printed.runs.tolist(), printed.lengths.tolist(), printed.middles, strict=True)
     parts = zip(printed.owners.tolist(), printed.factors.tolist(), printed.deposited.tolist(), strict=True)
-    return PrintedRecord(
-        plan=printed.plan,
-        part=printed.part,
+    return PrintedRecord.of(
+        printed,
         part_sha256=printed.digest,
-        executed=printed.executed,
         dispenser=dict(printed.dispenser),
-        speed_mm_s=printed.speed,
-        opened_mm=printed.opened,
-        shut_mm=printed.shut,
         runs=tuple(PrintedRunRecord(run=run, length_mm=length, middle_mm=place_of(at)) for run, length, at in rows),
         parts=tuple(PrintedPartRecord(run=run, factor=factor, deposited=share) for run, factor, share in parts),
     )
@@ -158,18 +153,15 @@ def record_feedback(plan: Plan) -> FeedbackRecord | None:
     flow = plan.poses.flow[plan.poses.deposit]
     there = fed.wanted > 0.0
     factors, found = flow[there] / fed.wanted[there], fed.correction
-    return FeedbackRecord(
+    return FeedbackRecord.of(
+        fed,
         sha256=fed.digest,
-        plan=fed.plan,
-        seen_in=fed.seen_in,
         changes=_changes(fed),
         least_factor=float(factors.min()),
         most_factor=float(factors.max()),
-        speed_mm_s=fed.speed,
         valve_opens_earlier_mm=found.opening,
         valve_shuts_earlier_mm=found.shutting,
         gaps=found.gaps,
-        held=fed.held,
         error_found=found.found,
         error_expected=found.expected,
     )

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
-from typing import final
+from dataclasses import asdict
 
 from geoprint.model import PASCAL_PER_KPA
 from geoprint.postprocessor import Json
 from geoprint.process.fitting import Advice, Beside, FittedFluid
+from geoprint.reporting.records.rounding import Record, as_json
 from geoprint.reporting.tables import marked_lines
 
 # Name of each parameter of a fluid in the cell file, with its unit.
 KEYS = {"consistency": "consistency_pa_sn", "index": "flow_index", "yield_stress": "yield_stress_pa"}
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class FitRecord:
+class FitRecord(Record):
     """What `geoprint fit-flow` says; the fields are the keys of `--json` in their order.
 
     Attributes:
@@ -64,7 +62,7 @@ def recommendation_text(found: Advice | Beside) -> str:
 
 def fit_summary(fit: FittedFluid, *, density: float) -> dict[str, Json]:
     """Return what `geoprint fit-flow --json` prints."""
-    return asdict(_fit_record(fit, density=density))
+    return as_json(_fit_record(fit, density=density))
 
 
 def material_table(fit: FittedFluid, *, density: float, source: str) -> str:
@@ -76,7 +74,7 @@ def material_table(fit: FittedFluid, *, density: float, source: str) -> str:
         source: name of the table of lines.
     """
     record = _fit_record(fit, density=density)
-    values = asdict(record)
+    values = dict(record)
     intervals = {key: f"  # 95 %: {low:.4g} to {high:.4g}" for key, (low, high) in record.intervals_95.items()}
     return "\n".join([
         f"# {record.model}, fitted to {record.lines} lines of {source}; they scatter by {record.scatter:.1%}",

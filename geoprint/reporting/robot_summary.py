@@ -159,8 +159,8 @@ def _motion(plan: Plan, robot: RobotPlan) -> MotionRecord:
     path, trajectory, placement = robot.joint_path, robot.trajectory, robot.placement
     uncertainty = plan.workpiece.uncertainty
     lengths = _deposited_lengths(path.poses)
-    return MotionRecord(
-        duration_s=trajectory.duration,
+    return MotionRecord.of(
+        trajectory,
         branch=path.branch,
         rotation=RotationRecord(
             axial_nozzle=is_axial(plan.workpiece.cell.tool.T_flange_tool),
@@ -171,13 +171,10 @@ def _motion(plan: Plan, robot: RobotPlan) -> MotionRecord:
         tilt=_tilt(path, lengths),
         lean=_lean(path, lengths),
         smallest_wrist_angle_deg=_degrees(path.smallest_wrist_angle),
-        slowest_deposit_mm_s=trajectory.slowest_deposit,
         off_moves_mm=robot.off_moves.distance,
         off_moves_deg=_degrees(robot.off_moves.turn),
         stretched_pieces=trajectory.stretched,
         largest_jerk_m_s3=largest_jerk(trajectory, _arm(plan), T_base_work=placement.T_base_work),
-        share_at_speed=trajectory.share_at_speed,
-        share_on_ramps=trajectory.share_on_ramps,
         share_slowed=SlowedRecord(**asdict(slowed_shares(trajectory))),
         speed_ceiling_mm_s=robot.ceiling,
         deposited=record_deposited(robot, plan.workpiece.cell),
@@ -186,7 +183,7 @@ def _motion(plan: Plan, robot: RobotPlan) -> MotionRecord:
         placement_missing=tuple(placement.missing),
         placement_orientation=_orientation(plan.workpiece.orientation),
         largest_touch_miss_mm=float(placement.misses.max()) if placement.calibrated else None,
-        T_base_work=tuple(tuple(row) for row in placement.T_base_work.tolist()),
+        T_base_work=placement.T_base_work,
         surface_uncertainty_mm=None if uncertainty is None else uncertainty.deviation,
         surface_within_mm=None if uncertainty is None else uncertainty.bound,
         surface_uncertain_at_mm=None if uncertainty is None else place_of(uncertainty.place),
@@ -198,15 +195,7 @@ def _motion(plan: Plan, robot: RobotPlan) -> MotionRecord:
 def _orientation(found: Orientation | None) -> OrientationRecord | None:
     if found is None:
         return None
-    roll, pitch, yaw = np.degrees(found.rpy).tolist()
-    return OrientationRecord(
-        rpy_deg=(roll, pitch, yaw),
-        tilt_deg=_degrees(found.tilt),
-        margin_deg=_degrees(found.margin),
-        tried=found.tried,
-        start_refused=found.start,
-        others_refused=found.refused,
-    )
+    return OrientationRecord.of(found, start_refused=found.start, others_refused=found.refused)
 
 
 def _arm(plan: Plan) -> Arm:
@@ -229,16 +218,7 @@ def _targets(plan: Plan, robot: RobotPlan) -> TargetsRecord:
 
 
 def _bend(bend: Bend) -> BendRecord:
-    return BendRecord(
-        run=bend.run,
-        kind=bend.kind,
-        place_mm=bend.place,
-        arc_mm=bend.arc,
-        radius_mm=bend.radius if np.isfinite(bend.radius) else None,
-        targets=bend.targets,
-        offset_mm=bend.offset,
-        shortest_ms=1e3 * bend.shortest,
-    )
+    return BendRecord.of(bend, radius_mm=bend.radius if np.isfinite(bend.radius) else None)
 
 
 def _tilt(path: JointPath, lengths: FloatArray) -> TiltRecord:
@@ -307,29 +287,13 @@ def _degrees(angle: float | np.floating) -> float:
 
 
 def _slowdown(slowdown: Slowdown) -> SlowdownRecord:
-    return SlowdownRecord(
-        run=slowdown.run,
-        place_mm=slowdown.place,
-        arc_mm=slowdown.arc,
-        length_mm=slowdown.length,
-        set_mm_s=slowdown.set_speed,
-        held_mm_s=slowdown.held_speed,
-        joint=slowdown.joint,
-        limit=slowdown.limit,
-    )
+    return SlowdownRecord.of(slowdown, set_mm_s=slowdown.set_speed, held_mm_s=slowdown.held_speed)
 
 
 def _clearance(robot: RobotPlan) -> ClearanceRecord:
     found, dry = robot.clearance, robot.dry_clearance
-    return ClearanceRecord(
-        smallest_mm=found.smallest,
-        at=found.at,
-        arm_smallest_mm=found.arm_smallest,
-        arm_at=found.arm_at,
-        kept_mm=found.kept,
-        tip_margin_mm=found.tip_margin,
-        checks=found.checks,
-        checked=tuple(found.checked),
+    return ClearanceRecord.of(
+        found,
         not_checked=(*found.not_checked, *unconfirmed_kinematics(), *unconfirmed_speeds()),
-        dry_run=DryRunRecord(lift_mm=LIFT, smallest_mm=dry.smallest, at=dry.at),
+        dry_run=DryRunRecord.of(dry, lift_mm=LIFT),
     )

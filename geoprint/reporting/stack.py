@@ -142,17 +142,7 @@ def finished_record(stack: FinishedStack, *, wanted: float) -> FinishedFlowsReco
     record = [
         None
         if found is None
-        else FinishedRecord(
-            mean=found.mean,
-            cv=found.cv,
-            p1=found.p1,
-            p99=found.p99,
-            within_5_percent=found.within_5_percent,
-            judged=found.judged,
-            creased=found.creased,
-            under_sides=found.under_sides,
-            volume=sum(float(layer.volumes[flow]) for layer in stack.layers) / wanted,
-        )
+        else FinishedRecord.of(found, volume=sum(float(layer.volumes[flow]) for layer in stack.layers) / wanted)
         for flow, found in enumerate(stack.flows)
     ]
     return FinishedFlowsRecord(constant_flow=record[0], following_flow=record[1], printed=record[stack.printed])

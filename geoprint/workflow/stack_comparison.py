@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from importlib.metadata import version
 from pathlib import Path
 from shutil import rmtree
 from typing import TypeAlias
@@ -12,7 +11,7 @@ from geoprint.config import Job
 from geoprint.distance import compared_backends
 from geoprint.errors import FieldError
 from geoprint.postprocessor import json_bytes, staging
-from geoprint.reporting.records.rounding import as_json
+from geoprint.reporting.records.rounding import as_json, stamp
 from geoprint.reporting.records.stack import StackComparisonRecord, StackRecord
 from geoprint.reporting.stack_comparison import best_stack, compared_stack, compared_stacks_page, stack_verdict
 from geoprint.results import FinishedStack
@@ -74,8 +73,7 @@ def _record(job: Job, found: Sequence[tuple[str, _Found]]) -> StackComparisonRec
     ]
     first, _ = next(record for _, record in found if not isinstance(record, str))
     return StackComparisonRecord(
-        schema=2,
-        version=version("geoprint"),
+        **stamp(StackComparisonRecord),
         part=job.surface.name,
         thickness_mm=first.thickness_mm,
         layers=len(first.layers),

@@ -13,7 +13,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from importlib.metadata import version
 from pathlib import Path
 from typing import TypeAlias
 
@@ -21,7 +20,7 @@ from geoprint.config import Job, job_cell
 from geoprint.errors import FieldError, ResourceError, UsageError, naming
 from geoprint.geometry import face_areas
 from geoprint.postprocessor import json_bytes, seal, staging
-from geoprint.reporting.records.rounding import Record, as_json, verify_record
+from geoprint.reporting.records.rounding import Record, as_json, stamp, verify_record
 from geoprint.reporting.records.stack import LeftOutRecord, StackedLayerRecord, StackProgramRecord, StackRecord
 from geoprint.reporting.stack import finished_record, layer_record, with_cure
 from geoprint.reporting.stack_page import stack_page
@@ -142,8 +141,7 @@ def _finished(
     finished = finished_stack(job, stack, [layer for _, layer in printed])
     layers = tuple(record for record, _ in printed)
     untold = StackRecord(
-        schema=3,
-        version=version("geoprint"),
+        **stamp(StackRecord),
         part=job.surface.name,
         thickness_mm=stack.thickness,
         target=None if job.target is None else job.target.name,

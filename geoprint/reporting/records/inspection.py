@@ -419,10 +419,6 @@ class AppraisalRecord(Record):
 # The schema of simulated.json: what a bundle lays in silico, run by run, and what was put in besides.
 
 
-# A change that breaks a reader raises it.
-SIMULATED_SCHEMA = 1
-
-
 class SimulatedRunRecord(Record):
     """One run of the plan that lays material."""
 
@@ -438,7 +434,7 @@ class SimulatedRunRecord(Record):
 class SimulatedRecord(Record):
     """All that simulated.json says."""
 
-    schema_version: Literal[1] = Field(alias="schema", description="version of this layout")
+    layout: Literal[1] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     plan: str = Field(description="folder of the bundle")
     laid_by: Literal["program", "paths"] = Field(

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from importlib.metadata import version
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, TypeAlias, TypeVar, cast, get_args
+from typing import Annotated, Any, Self, TypeAlias, TypeVar, cast, get_args
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
@@ -61,6 +62,68 @@ class Record(BaseModel):
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
     __repr__ = __str__ = described
+
+    @classmethod
+    def of(cls, value: object, **others: Any) -> Self:
+        """Return the record of a value: its attributes that have the names of fields, and what is given besides.
+
+        An attribute has the name of its field, or this without the unit at its end: angles of `_deg` are rad, times of
+        `_ms` are s, others have the unit already. Where a field holds records, values become records likewise.
+
+        Raises:
+            ValidationError: a field without a default is neither an attribute nor given.
+        """
+        found = {name: _attribute(value, name) for name in cls.model_fields if name not in others}
+        every = {**{name: each for name, each in found.items() if each is not _ABSENT}, **others}
+        return cls(**{name: _as_field(each, cls.model_fields[name].annotation) for name, each in every.items()})
+
+
+# Stands for an attribute that a value does not have.
+_ABSENT = object()
+# Units at the ends of names, with what makes them of the units inside.
+_UNITS: Mapping[str, Callable[[Any], Any]] = {
+    "_deg": np.degrees,
+    "_ms": lambda time: 1e3 * time,
+    **dict.fromkeys(("_mm_s", "_mm3", "_mm2", "_mm", "_px", "_s"), lambda figure: figure),
+}
+
+
+def stamp(kind: type[Record]) -> dict[str, Any]:
+    """Return what a file says of its layout, whose number a change that breaks a reader raises, and of geoprint."""
+    return {"schema": get_args(kind.model_fields["layout"].annotation)[0], "version": version("geoprint")}
+
+
+def _attribute(value: object, name: str) -> object:
+    """Return the attribute of a value that a field is of, in the field's unit; _ABSENT where there is none."""
+    found = getattr(value, name, _ABSENT)
+    for unit, scaled in _UNITS.items():
+        if found is _ABSENT and name.endswith(unit):
+            found = getattr(value, name.removesuffix(unit), _ABSENT)
+            found = found if found is _ABSENT or found is None else scaled(found)
+    return found
+
+
+def _as_field(value: Any, annotation: Any) -> Any:
+    """Return a value as a field takes it: an array as tuples; a value, or several, as records where the field's are."""
+    if isinstance(value, np.ndarray | np.generic):
+        return _tuples(cast("object", value.tolist()))
+    kind = _kind_of(annotation)
+    if kind is None or value is None or isinstance(value, Record):
+        return value
+    if type(value) is tuple:
+        return tuple(_as_field(each, kind) for each in cast("tuple[object, ...]", value))
+    return kind.of(value)
+
+
+def _tuples(values: object) -> object:
+    return tuple(_tuples(each) for each in cast("list[object]", values)) if isinstance(values, list) else values
+
+
+def _kind_of(annotation: Any) -> type[Record] | None:
+    """Return the kind of record that a field holds: one, several, or one that may be left out."""
+    if isinstance(annotation, type) and issubclass(annotation, Record):
+        return annotation
+    return next((kind for each in get_args(annotation) if (kind := _kind_of(each)) is not None), None)
 
 
 def place_of(values: Iterable[float | np.floating]) -> tuple[float, float, float]:
