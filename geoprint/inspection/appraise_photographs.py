@@ -31,7 +31,7 @@ from geoprint.model import Surface
 from geoprint.process.feedback import PrintedProgram
 from geoprint.reporting.prints import RECORD, next_print
 from geoprint.reporting.records.inspection import AppraisalRecord
-from geoprint.reporting.records.rounding import save
+from geoprint.reporting.records.rounding import save_record
 
 # More are no comparison any more.
 MOST_PHOTOGRAPHS = 20
@@ -165,7 +165,7 @@ def save_appraisal(found: Appraisal, directory: Path | str, *, overwrite: bool =
         "report.html": photographs_page(found, record, pictures),
         **lens,
     }
-    return save(record, RECORD, files, directory, overwrite=overwrite)
+    return save_record(record, RECORD, files, directory, overwrite=overwrite)
 
 
 def _printed(bundle: Path, plan: PlannedPrint, on_plan: OnPlan) -> PrintedProgram:

@@ -26,7 +26,7 @@ from geoprint.inspection.text import lying_text, scan_text
 from geoprint.model import FloatArray, Surface
 from geoprint.reporting.prints import RECORD, next_print
 from geoprint.reporting.records.inspection import LyingRecord, ScanAppraisalRecord
-from geoprint.reporting.records.rounding import save
+from geoprint.reporting.records.rounding import save_record
 from geoprint.workflow.number_tables import read_pose
 
 LYING_RECORD, LYING_MESH = "lying.json", "lying.ply"
@@ -157,7 +157,7 @@ def save_scan(found: AppraisedScan, directory: Path | str, *, overwrite: bool = 
         "parts.csv": parts_table(found.held.parts),
         "report.html": scan_page(found, record),
     }
-    return save(record, RECORD, files, directory, overwrite=overwrite)
+    return save_record(record, RECORD, files, directory, overwrite=overwrite)
 
 
 def save_lying(found: LyingScan, directory: Path | str, *, overwrite: bool = False) -> LyingRecord:
@@ -184,7 +184,7 @@ def save_lying(found: LyingScan, directory: Path | str, *, overwrite: bool = Fal
         "lying.txt": f"{lying_text(record)}\n".encode(),
         LYING_MESH: ply_bytes(surface),
     }
-    return save(record, LYING_RECORD, files, directory, overwrite=overwrite)
+    return save_record(record, LYING_RECORD, files, directory, overwrite=overwrite)
 
 
 def _registered(scan: Scan, surface: Surface, deposit: PlannedDeposit | None, asked: ScanAsked) -> Registration:

@@ -16,7 +16,7 @@ from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
 from geoprint.postprocessor import PLAN
 from geoprint.reporting import PlanRecord, read_record
 from geoprint.reporting.records.inspection import SimulatedRecord, SimulatedRunRecord
-from geoprint.reporting.records.rounding import save, stamp
+from geoprint.reporting.records.rounding import save_record, stamp
 from geoprint.simulation import (
     DepositedBeads,
     Development,
@@ -222,7 +222,7 @@ def save_simulated(
         "marks.csv": _marks(scan.feet, view),
         "lens.toml": lens_text(Lens(view.size, np.full(2, view.focal), view.middle, np.zeros(2))).encode(),
     }
-    return save(record, "simulated.json", files, directory, overwrite=overwrite)
+    return save_record(record, "simulated.json", files, directory, overwrite=overwrite)
 
 
 def _above(surface: Surface, up: FloatArray, pixels: int) -> Viewpoint:

@@ -18,7 +18,7 @@ from geoprint.model import PrintErrors, Surface
 from geoprint.reporting.measurement import measure_csv, record_measurement
 from geoprint.reporting.measurement_page import measure_picture, measure_report
 from geoprint.reporting.records.comparison import MeasurementRecord
-from geoprint.reporting.records.rounding import save
+from geoprint.reporting.records.rounding import save_record
 from geoprint.results import MeasuredFile, Measurement
 from geoprint.toolpath_files import read_paths
 from geoprint.workflow.patches import patches_of
@@ -122,7 +122,7 @@ def save_measurement(found: Measurement, directory: Path | str, *, overwrite: bo
         "measure.png": measure_picture(found, record),
         "report.html": measure_report(found, record),
     }
-    return save(record, RECORD, files, directory, overwrite=overwrite)
+    return save_record(record, RECORD, files, directory, overwrite=overwrite)
 
 
 def _surface(job: Job, part: MeshFile) -> Surface:

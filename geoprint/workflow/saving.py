@@ -34,7 +34,7 @@ from geoprint.reporting.pictures import ComparisonPictures, chart_pictures, comp
 from geoprint.reporting.plan import record_plan, record_timings
 from geoprint.reporting.records.comparison import RecordedComparison
 from geoprint.reporting.records.plan import PlanRecord
-from geoprint.reporting.records.rounding import as_json, read_record, save, verify_record
+from geoprint.reporting.records.rounding import as_json, read_record, save_record, verify_record
 from geoprint.reporting.tables import spacing_table
 from geoprint.results import Comparison, FailedPart, Plan, RobotPlan, Workpiece
 from geoprint.workflow.bundles import COMPARISON, RAPID_FOLDER, REPORT, check_joined, part_folders
@@ -142,7 +142,7 @@ def save_comparisons(
         shared(helper, _verified, [(_promised(plan, of), written / folder) for plan, of, folder in bundles])
 
     timings = {f"{folder}{TIMINGS}": _timings(plan) for plan, _, folder in bundles}
-    save(record.record, COMPARISON, files, directory, overwrite=overwrite, verify=verify, unlisted=timings)
+    save_record(record.record, COMPARISON, files, directory, overwrite=overwrite, verify=verify, unlisted=timings)
     return record
 
 

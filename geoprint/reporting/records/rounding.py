@@ -179,7 +179,7 @@ def verify_record(path: Path, record: Record) -> None:
         raise VerificationError(f"{path.name} does not read back as it was told; the disk may be faulty: write again.")
 
 
-def save(
+def save_record(
     record: _R,
     name: str,
     files: Mapping[str, bytes],
