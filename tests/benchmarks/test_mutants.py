@@ -109,7 +109,7 @@ def test_a_template_loses_lines_and_has_its_comparisons_and_outputs_turned_but_n
 
 
 def test_the_same_seed_draws_the_same_mutants_and_another_one_others() -> None:
-    files = ["geoprint/robot/collision/surroundings.py", "geoprint/postprocessor/rapid/geo_guard.mod"]
+    files = ["geoprint/robot/collision/sweep.py", "geoprint/postprocessor/rapid/geo_guard.mod"]
     first, again, other = (drawn(files, seed=seed, count=6, together=False) for seed in (1, 1, 2))
     assert first == again != other
     assert [mutant.file for mutant in first] == [files[0]] * 6 + [files[1]] * 6
@@ -206,8 +206,8 @@ def test_the_share_killed_counts_what_nobody_looked_at_and_is_told_with_time_out
 def test_what_is_not_recorded_is_tried_on_the_tests_of_its_name_first_and_counts_only_where_one_fails(
     tree: Path, tmp_path: Path
 ) -> None:
-    trial = nearest(Mutant("geoprint/robot/collision/surroundings.py", 1, "", ""))
-    assert trial.tests[0] == "tests/robot/collision/test_sides.py"
+    trial = nearest(Mutant("geoprint/robot/collision/sweep.py", 1, "", ""))
+    assert trial.tests[0] == "tests/robot/collision/test_sweep.py"
     assert not trial.recorded
 
     endless = Trial(changed(tree, "x += 1", "x += 0"), ("tests/test_one.py",), 0, recorded=False)

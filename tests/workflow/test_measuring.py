@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from geoprint import job_of, plan, save_plan, transforms
+from geoprint import job_of, plan, transforms
 from geoprint.config import Job
 from geoprint.errors import FieldError, UsageError
 from geoprint.geometry.files import save_ply
 from geoprint.metrics import moved, rigid_fit, uniformity
 from geoprint.model import FloatArray, Polylines
-from geoprint.workflow import measure_files
+from geoprint.workflow import measure_files, save_plan
 from tests.meshes import plate, spherical_cap
 from tests.metrics.deposits import straight_line
 from tests.workflow.dome_slicer import dome_gcode, dome_heights
