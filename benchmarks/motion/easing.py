@@ -39,14 +39,14 @@ from geoprint.robot.reach.easing import (
     TURN_COST,
     TURNING_COST,
     WANTED_SHARE,
-    _eased_part,
-    _turned,
-    _Window,
-    _windows,
+    _eased_part,  # pyright: ignore[reportPrivateUsage]
+    _turned,  # pyright: ignore[reportPrivateUsage]
+    _Window,  # pyright: ignore[reportPrivateUsage]
+    _windows,  # pyright: ignore[reportPrivateUsage]
 )
 from geoprint.robot.reach.keyframes import MINIMUM_WRIST_ANGLE
 from geoprint.workflow.placement import arm_of, leaning_of, pose_stream
-from geoprint.workflow.planning import _easing, clearance_check
+from geoprint.workflow.planning import _easing, clearance_check  # pyright: ignore[reportPrivateUsage]
 
 # Twice as dense as those of easing [mm].
 KNOT = 1.5

@@ -80,12 +80,12 @@ def test_forward_kinematics_return_every_commanded_pose(cap_plan: Plan) -> None:
 def test_print_is_expected_with_the_attitudes_that_are_commanded(cap_plan: Plan) -> None:
     assert cap_plan.uniformity is not None
     assert cap_plan.printed is not None
-    layer, sides = cap_plan.uniformity.layer(follows=False), cap_plan.uniformity.sides
-    found = printed(*layer, sides, PrintErrors(), poses=cap_plan.poses)
+    layer, measured = cap_plan.uniformity.layer(follows=False), cap_plan.uniformity
+    found = printed(*layer, measured, PrintErrors(), poses=cap_plan.poses)
     assert cap_plan.printed.variances == found.variances
     # The tool turns and leans from run to run, so that a bent needle counts, among what the flow and the arm vary.
     assert cap_plan.printed.shares["needle_runout"] > 5e-4
-    assert printed(*layer, sides, PrintErrors()).shares["needle_runout"] == 0.0
+    assert printed(*layer, measured, PrintErrors()).shares["needle_runout"] == 0.0
 
 
 def test_the_written_trajectory_keeps_speeds_and_accelerations_and_goes_from_home_to_home(

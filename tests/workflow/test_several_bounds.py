@@ -13,7 +13,7 @@ from geoprint.errors import InputError
 from geoprint.geometry import edge_lengths, united
 from geoprint.model import Surface
 from geoprint.results import Patch
-from geoprint.workflow.patches import _common_body, _deepest, _refuse_overlaps
+from geoprint.workflow.patches import _common_body, _deepest, _refuse_overlaps  # pyright: ignore[reportPrivateUsage]
 from tests.meshes import plate, sphere
 
 # Edges of 1 mm, and of 10 mm.

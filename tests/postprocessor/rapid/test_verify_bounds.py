@@ -20,9 +20,9 @@ from geoprint.postprocessor.rapid.made import Made
 from geoprint.postprocessor.rapid.program import rapid_program
 from geoprint.postprocessor.rapid.verify import (
     Judged,
-    _verify_going_on,
-    _verify_list,
-    _verify_targets,
+    _verify_going_on,  # pyright: ignore[reportPrivateUsage]
+    _verify_list,  # pyright: ignore[reportPrivateUsage]
+    _verify_targets,  # pyright: ignore[reportPrivateUsage]
     judge_program,
     verify_program,
 )

@@ -16,7 +16,7 @@ from geoprint.errors import InputError
 from geoprint.model import BoolArray, ControllerPath, FloatArray
 from geoprint.robot.collision.contact import CollisionWorld, InflatedSolids
 from geoprint.robot.collision.surroundings import mesh_target
-from geoprint.robot.collision.sweep import ALLOWANCE, Placements, _Fan, find_hits, refined, step_parts
+from geoprint.robot.collision.sweep import ALLOWANCE, Placements, _Fan, find_hits, refined, step_parts  # pyright: ignore[reportPrivateUsage]
 from geoprint.robot.collision.tool_solids import Solid
 from tests.robot.placements import block, pointing_down, run_of
 

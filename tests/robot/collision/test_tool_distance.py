@@ -12,7 +12,7 @@ from geoprint.robot.collision.tool_solids import (
     RESOLUTION,
     SIDES,
     Revolution,
-    _distances_and_slopes,
+    _distances_and_slopes,  # pyright: ignore[reportPrivateUsage]
     nearest,
     polytope,
     quarter,

@@ -14,7 +14,7 @@ from geoprint.model import Box, FloatArray, Flood, JointPath, Purge, Targets
 from geoprint.robot.arm import Arm, configuration_data
 from geoprint.robot.collision import clearance
 from geoprint.robot.controller import LIFT, controller_path, lifted_configuration, lifted_path, there_and_back
-from geoprint.robot.controller.lifted import _course, _refuse_rounded_ends
+from geoprint.robot.controller.lifted import _course, _refuse_rounded_ends  # pyright: ignore[reportPrivateUsage]
 from geoprint.robot.controller.targets import required_poses
 from geoprint.robot.reach.keyframes import tool_poses
 from geoprint.robot.timing import tips_at

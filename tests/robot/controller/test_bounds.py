@@ -10,7 +10,7 @@ import pytest
 from geoprint.errors import ReachError
 from geoprint.model import FloatArray, JointPath, Targets
 from geoprint.robot.arm.kinematics import Arm
-from geoprint.robot.controller.interpolation import _followed, controller_path, there_and_back
+from geoprint.robot.controller.interpolation import _followed, controller_path, there_and_back  # pyright: ignore[reportPrivateUsage]
 from tests.robot.cells import bent_cell, straight_cell
 from tests.robot.joint_paths import arm_of, line, solved, stream, tilted
 

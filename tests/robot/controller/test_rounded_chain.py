@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from geoprint.model import FloatArray, IntArray
-from geoprint.robot.controller.targets import Course, _leaves, _nearest, _next_soon, _patterns, _run_of
+from geoprint.robot.controller.targets import Course, _leaves, _nearest, _next_soon, _patterns, _run_of  # pyright: ignore[reportPrivateUsage]
 from geoprint.transforms import same_sign
 from tests.robot.joint_paths import DOWN
 

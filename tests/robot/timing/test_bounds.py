@@ -7,8 +7,8 @@ import pytest
 
 from geoprint.model import FloatArray, Robot
 from geoprint.robot.timing.knots import Knots, path_knots
-from geoprint.robot.timing.slowdown import _Profile, off_ramps
-from geoprint.robot.timing.topp import Motion, _refined, _times, fastest_motion
+from geoprint.robot.timing.slowdown import _Profile, off_ramps  # pyright: ignore[reportPrivateUsage]
+from geoprint.robot.timing.topp import Motion, _refined, _times, fastest_motion  # pyright: ignore[reportPrivateUsage]
 from tests.robot.cells import bent_cell
 from tests.robot.joint_paths import arm_of, solved, stream
 from tests.robot.timing.test_slowdown import COUNT, LENGTH, PROCESS, ROBOT, made, timed

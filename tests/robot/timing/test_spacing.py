@@ -10,7 +10,7 @@ import pytest
 from geoprint.model import Bend, FloatArray, JointPath, Slowdown, Trajectory
 from geoprint.robot.controller import written_targets
 from geoprint.robot.timing import joints_at, largest_jerk, retime, timed_targets
-from geoprint.robot.timing.print_speed import TimedTargets, _lowered
+from geoprint.robot.timing.print_speed import TimedTargets, _lowered  # pyright: ignore[reportPrivateUsage]
 from tests.robot.cells import bent_cell
 from tests.robot.joint_paths import arc, arm_of, line, solved, stream
 

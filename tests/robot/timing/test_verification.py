@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 
 from geoprint.errors import LimitError, VerificationError
 from geoprint.model import FloatArray, Trajectory
-from geoprint.robot.timing.retiming import _bend, _refuse_missed_pose, verify
+from geoprint.robot.timing.retiming import _bend, _refuse_missed_pose, verify  # pyright: ignore[reportPrivateUsage]
 from geoprint.robot.timing.topp import end_ramps
 from tests.robot.cells import bent_cell
 from tests.robot.joint_paths import arm_of, line, solved, stream, tilted
