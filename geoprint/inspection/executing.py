@@ -79,12 +79,6 @@ def deposited_pieces(
         VerificationError: a program does not run, or has other targets than its plan, or that of all attitudes was
             changed.
     """
-    if record.robot and read_setup(folder / "setup.json").cell.signals.flow_unstated:
-        raise InputError(
-            f'{folder}: its cell has mode "analog" and no output that sets the flow, so its program commands no '
-            "volume; state signals.flow and signals.flow_per_mm3_s in a cell file, then `geoprint plan --from "
-            f"{folder} --cell CELL --out next`."
-        )
     if len(record.robot) > 1:
         return _of_attitudes(folder, plan, record, faults=faults, random=random)
     if record.robot:
@@ -226,7 +220,14 @@ def _together(deposited: Sequence[DepositedPieces]) -> DepositedPieces:
 
 def _program(folder: Path) -> tuple[Dispensing, Dispenser]:
     """Return what a program commands, and the dispenser that its cell describes."""
-    setup, poses = read_setup(folder / "setup.json"), read_poses_table(folder / "poses.csv")
+    setup = read_setup(folder / "setup.json")
+    if setup.cell.signals.flow_unstated:
+        raise InputError(
+            f'{folder}: its cell has mode "analog" and no output that sets the flow, so its program commands no '
+            "volume; state signals.flow and signals.flow_per_mm3_s in a cell file, then `geoprint plan --from "
+            f"{folder} --cell CELL --out next`."
+        )
+    poses = read_poses_table(folder / "poses.csv")
     table = read_trajectory_table(folder / "trajectory.csv")
     orders = read_orders(
         folder / "targets.csv", poses, start=setup.start, lifted=setup.aloft, extent=setup.extent,
