@@ -2,8 +2,6 @@
 
 # matplotlib leaves the keyword arguments of its methods untyped, and a part of those of rc_context.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
-# matplotlib leaves the keyword arguments of its methods untyped.
-# pyright: reportUnknownMemberType=false
 
 from __future__ import annotations
 
