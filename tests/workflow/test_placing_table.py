@@ -68,7 +68,7 @@ def test_a_proposal_says_where_the_table_goes_and_in_how_many_attitudes_it_was_v
     assert f"in {len(proposal.plan.robot)} attitudes of the table" in said
     assert "and under [table], which goes with the part:" in said
     record = proposal_summary(proposal)
-    assert record["table"] == table_lines(proposal.table)
+    assert record["table"] == list(table_lines(proposal.table))
     # The table stands on something: it is as high as it was.
     assert proposal.table.position[2] == pytest.approx(120.0)
     # It goes with the part, the middle of its plate below the part's.
