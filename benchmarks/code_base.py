@@ -111,20 +111,37 @@ class CodeBase:
         }
 
     @cached_property
+    def features(self) -> Sequence[str]:
+        """Full names of the packages that are features."""
+        return [f"{PACKAGE}.{path.parent.name}" for path in sorted((self.root / PACKAGE).glob("*/feature.toml"))]
+
+    @cached_property
     def optional(self) -> Sequence[str]:
-        """Modules that the core does without."""
+        """Modules that the core does without: features, and those that a contract names."""
         alone = (each for each in self._contracts("forbidden") if each["name"] == "The core stands alone")
-        return [name for contract in alone for name in contract["forbidden_modules"]]
+        return [*self.features, *(name for contract in alone for name in contract["forbidden_modules"])]
 
     def upwards(self) -> Iterator[tuple[str, str]]:
-        """Yield module and what it imports where that stands on a higher layer, within a function too."""
+        """Yield module and what it imports where that stands on a higher layer, within a function too.
+
+        Features stand above all, and none imports another.
+        """
         for name, module in self.modules.items():
             for target in dict.fromkeys(self._target(*each) for each in module.imports):
+                if any(within(target, each) and not within(name, each) for each in self.features):
+                    yield name, target
                 for container in self.layers:
                     if all(each.startswith(f"{container}.") for each in (name, target)) and (
                         self._layer(container, target) < self._layer(container, name)
                     ):
                         yield name, target
+
+    def unlisted(self) -> Iterator[str]:
+        """Yield modules that are neither on a layer nor part of a feature."""
+        known = [*self.features, *(name for layer in self.layers[PACKAGE] for name in layer)]
+        for name in self.modules:
+            if name != PACKAGE and not any(within(name, each) for each in known):
+                yield name
 
     def picture(self) -> Iterator[str]:
         """Yield the imports between the folders of the package as Mermaid, those that others imply left out."""
@@ -142,8 +159,8 @@ class CodeBase:
                 yield f"    {upper} --> {' & '.join(drawn)}"
 
     def _layer(self, container: str, module: str) -> int:
-        """Return on which layer a module stands, counted from the top; one that is not listed stands lowest."""
-        layers = self.layers[container]
+        """Return on which layer a module stands, counted from the top: features above, what is not listed lowest."""
+        layers = [self.features, *self.layers[container]]
         found = (at for at, layer in enumerate(layers) if any(within(module, name) for name in layer))
         return next(found, len(layers) - 1)
 

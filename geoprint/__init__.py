@@ -34,10 +34,10 @@ Data flows in one direction, through frozen values (`geoprint.model`) that print
 
 and imports run to the right alone (braces: mutually independent; `lint-imports` checks it):
 
-    cli -> guide -> inspection -> workflow -> reporting -> results -> toolpath_files
-        -> {config, metrics, postprocessor, simulation} -> layers -> toolpath -> fibers
-        -> {distance, process, robot} -> positioner -> geometry -> transforms -> model -> registry
-        -> {errors, kernels, lazy, threads}
+    {fibers, guide, inspection, process_fitting} -> cli -> workflow -> reporting -> results -> toolpath_files
+        -> {config, metrics, postprocessor, simulation} -> layers -> toolpath
+        -> {distance, process, robot} -> positioner -> geometry -> transforms -> registry -> model
+        -> {features, kernels} -> {errors, lazy, threads}
 
 What docstrings cite, as in [Crane2013, eq. 3], is listed in BIBLIOGRAPHY.md beside this file.
 """
@@ -62,6 +62,7 @@ if TYPE_CHECKING:
         positioner as positioner,
         postprocessor as postprocessor,
         process as process,
+        process_fitting as process_fitting,
         registry as registry,
         reporting as reporting,
         results as results,
@@ -139,7 +140,8 @@ _FROM = {
 }
 _PACKAGES = (
     "config distance errors fibers geometry inspection layers metrics model positioner "
-    "postprocessor process registry reporting results robot simulation toolpath toolpath_files transforms workflow"
+    "postprocessor process process_fitting registry reporting results robot simulation toolpath toolpath_files "
+    "transforms workflow"
 )
 
 if not TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""What can be chosen by name: built in, made known by a script, or by the entry points of an installed package.
+"""What can be chosen by name: built in, made known by a script, or named by a feature or an installed package.
 
 An option of an entry is a keyword-only argument of its constructor: its name, its type and its default stand there
 and nowhere else.
@@ -8,19 +8,15 @@ from __future__ import annotations
 
 import inspect
 import re
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
-from importlib.metadata import EntryPoint, EntryPoints, entry_points
-from typing import Any, Generic, Protocol, TypeAlias, TypeVar, final
+from typing import Any, Generic, Protocol, TypeVar, final
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from geoprint.errors import UsageError
-
-# What a job file or a command line can say of an option.
-OptionValue: TypeAlias = bool | int | float | str
+from geoprint.features import loaded, named_points, origin_of
+from geoprint.model import OptionValue
 
 # Commas part names, and a dot parts a name from its option.
 _NAME = re.compile(r"[a-z][a-z0-9-]*")
@@ -154,7 +150,7 @@ class Registry(Generic[FactoryT]):
     @property
     def names(self) -> tuple[str, ...]:
         """All names: built in, of scripts, of installed packages."""
-        return tuple(dict.fromkeys([*self._own, *sorted(point.name for point in _installed(self._group))]))
+        return tuple(dict.fromkeys([*self._own, *sorted(point.name for point in named_points(self._group))]))
 
     def register(self, name: str, factory: FactoryT) -> None:
         """Make an entry known for as long as the program runs.
@@ -174,25 +170,16 @@ class Registry(Generic[FactoryT]):
                 names package and entry point.
         """
         own = self._own.get(name)
-        points = tuple(_installed(self._group).select(name=name))
+        points = tuple(named_points(self._group).select(name=name))
         if len(points) + (own is not None) > 1:
-            claims = [*(["geoprint itself"] if own is not None else []), *map(_said, points)]
+            claims = [*(["geoprint itself"] if own is not None else []), *map(origin_of, points)]
             raise UsageError(f"the {self._noun} '{name}' is named more than once, by {' and '.join(claims)}: keep one.")
         if own is not None:
             return own
         if not points:
             raise UsageError(f"there is no {self._noun} named '{name}'; choose one of: {', '.join(self.names)}.")
-        return self._loaded(points[0])
-
-    def _loaded(self, point: EntryPoint) -> Entry[FactoryT]:
-        origin = f"the {self._noun} '{point.name}' from {_said(point)}"
-        try:
-            factory = point.load()
-        except Exception as error:  # whatever another's package raises when it is imported
-            raise UsageError(
-                f"{origin} cannot be loaded ({type(error).__name__}: {error}): mend or uninstall that package."
-            ) from error
-        return self._entry(point.name, factory, origin)
+        (point,) = points
+        return self._entry(name, loaded(point, self._noun), f"the {self._noun} '{name}' from {origin_of(point)}")
 
     def _entry(self, name: str, factory: FactoryT, origin: str) -> Entry[FactoryT]:
         if not _NAME.fullmatch(name) or name == "all":
@@ -204,22 +191,6 @@ class Registry(Generic[FactoryT]):
                 f"{origin} cannot be used: {found}; a {self._noun} is a class with {', '.join(self._members)}."
             )
         return Entry(name, factory, origin)
-
-
-def _installed(group: str) -> EntryPoints:
-    """Return the entry points that installed packages have for a group."""
-    return _found_on(tuple(sys.path), group)
-
-
-# The files of all installed packages are read for them: a fifth of what planning a small part takes without a robot.
-@lru_cache(maxsize=32)
-def _found_on(_path: tuple[str, ...], group: str) -> EntryPoints:
-    return entry_points(group=group)
-
-
-def _said(point: EntryPoint) -> str:
-    package = "a package" if point.dist is None else f"the package {point.dist.name} {point.dist.version}"
-    return f"{package} (entry point {point.name} = {point.value})"
 
 
 def _type_of(parameter: inspect.Parameter) -> str:

@@ -28,8 +28,8 @@ from geoprint.geometry import (
 )
 from geoprint.geometry.files import load
 from geoprint.model import FloatArray, GoodPrint, Surface
-from geoprint.reporting.recommendation import recommendation_text
-from geoprint.workflow.recommending import recommendation
+from geoprint.process_fitting.recommending import recommendation
+from geoprint.process_fitting.text import recommendation_text
 
 DATA = Path(__file__).parents[1] / "data"
 TOPOLOGY = {

@@ -125,7 +125,7 @@ def test_a_package_that_cannot_be_loaded_breaks_neither_help_nor_the_others(
     tmp_path: Path, run: Callable[..., int], capsys: pytest.CaptureFixture[str]
 ) -> None:
     site = installed(
-        tmp_path, name="broken", version="0.3", groups={"geoprint.distance": {"broken": "no_such_module:Backend"}}
+        tmp_path, name="broken", version="0.3", groups={"geoprint.backends": {"broken": "no_such_module:Backend"}}
     )
     assert run("compare", "--help", path=site) == 0
     (site / "job.toml").write_text(JOB.split("[options")[0])

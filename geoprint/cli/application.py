@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from importlib import import_module
 from typing import Annotated, Any, cast
 
 import typer
-from typer.core import TyperCommand
+from typer.core import TyperCommand, TyperGroup
 
 from geoprint.cli.ending import STOPPED_BY_USER
 from geoprint.errors import UsageError
+from geoprint.features import COMMANDS as FEATURE_COMMANDS, features, loaded, named_points, own_points
 
 # Options that are given more than once, of which a parser would silently take the last.
 
@@ -39,33 +41,16 @@ COMPLETION = "_GEOPRINT_COMPLETE"
 # What typer raises of its own: where it comes from has changed with its releases.
 _Refused: Any = next(kind for kind in typer.BadParameter.__mro__ if kind.__name__ == "ClickException")
 
-app = typer.Typer(
-    name=NAME,
-    context_settings={"help_option_names": ["-h", "--help"]},
-    help="Plan evenly spaced print paths on a curved surface and write the robot program that prints them.",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-)
 # As help lists them, each in a line of its own, by the modules of this folder; these are read once a command is asked
-# for, because its options come from `Job`.
+# for, because its options come from `Job`. What features add stands below them.
 COMMANDS = {
-    "guide": {"guide": "Show the guide: pages with examples, here or as HTML."},
     "planning": {
         "plan": "Plan a part and write the checked program for the robot.",
         "compare": "Compare how evenly backends cover parts, and what prints.",
         "place": "Look for the place where the arm prints a part best.",
-        "recommend": "Say which spacing, rounds and speed fit a pressure.",
     },
     "measuring": {
         "measure": "Measure how evenly toolpaths of any program cover a part.",
-    },
-    "appraising": {
-        "appraise": "Judge a print by photographs or a scan, against its plan.",
-    },
-    "simulating": {
-        "simulate": "Print a bundle in silico: what its program lays, with a scan.",
     },
     "parts": {
         "inspect": "Say what a mesh is, its defects, and which backends plan it.",
@@ -76,7 +61,6 @@ COMMANDS = {
     "cells": {
         "init": "Write commented cell files and a job file.",
         "calibrate": "Fit the fixture or the tool centre point from touches.",
-        "fit_flow": "Fit how the material flows to a few measured lines.",
         "doctor": "Show versions and prove that the checks work here.",
     },
     "assistance": {
@@ -86,30 +70,71 @@ COMMANDS = {
 }
 
 
-class _Later(TyperCommand):
-    """A command that is read when it is called; its callback returns it."""
+class _Command(TyperCommand):
+    """A command whose options are given once each."""
 
     def make_context(self, *arguments: Any, **extra: Any) -> Any:
-        command = cast("Callable[[], TyperCommand]", self.callback)()
-        refuse_repeated(command, arguments[1])
-        return command.make_context(*arguments, **extra)
+        refuse_repeated(self, arguments[1])
+        return super().make_context(*arguments, **extra)
 
 
-def _reader(module: str, name: str) -> Callable[[], Any]:
-    """Return what reads a command from its module."""
+class _Later(TyperCommand):
+    """A command that is read when it is called."""
 
-    def read() -> Any:
-        alone = typer.Typer(add_completion=False, rich_markup_mode=None)
-        alone.command()(getattr(import_module(f"geoprint.cli.{module}"), name))
-        return typer.main.get_command(alone)
+    def __init__(self, name: str, load: Callable[[], Any], *, short_help: str) -> None:
+        super().__init__(name, short_help=short_help)
+        self._load = load
 
-    return read
+    def make_context(self, *arguments: Any, **extra: Any) -> Any:
+        return _command_of(self._load).make_context(*arguments, **extra)
 
 
-for module, commands in COMMANDS.items():
-    for name, summary in commands.items():
-        app.command(name.replace("_", "-"), cls=_Later, short_help=summary)(_reader(module, name))
+def _command_of(load: Callable[[], Any]) -> TyperCommand:
+    """Return the command of the function that is loaded."""
+    alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+    alone.command(cls=_Command)(load())
+    return cast("TyperCommand", typer.main.get_command(alone))
 
+
+def _function(module: str, name: str) -> Any:
+    return getattr(import_module(f"geoprint.cli.{module}"), name)
+
+
+def _known() -> Iterator[_Later]:
+    """Yield the commands of this package in the order of help."""
+    for module, commands in COMMANDS.items():
+        for name, summary in commands.items():
+            yield _Later(name, partial(_function, module, name), short_help=summary)
+    for feature in features():
+        for name, summary in feature.commands.items():
+            (point,) = own_points(FEATURE_COMMANDS).select(name=name)
+            yield _Later(name, point.load, short_help=summary)
+
+
+class _Commands(TyperGroup):
+    """All commands; installed packages are asked for theirs where all are listed, or one is called that is not here."""
+
+    def list_commands(self, ctx: Any) -> list[str]:  # noqa: ARG002  (the form that typer calls)
+        return list(dict.fromkeys([*_KNOWN, *sorted(named_points(FEATURE_COMMANDS).names)]))
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ARG002
+        if cmd_name in _KNOWN:
+            return _KNOWN[cmd_name]
+        points = named_points(FEATURE_COMMANDS).select(name=cmd_name)
+        return next((_command_of(partial(loaded, point, "command")) for point in points), None)
+
+
+_KNOWN = {str(command.name): command for command in _known()}
+app = typer.Typer(
+    name=NAME,
+    cls=_Commands,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="Plan evenly spaced print paths on a curved surface and write the robot program that prints them.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
 
 if COMPLETION in os.environ:
     # A shell asks what may follow: typer learns here how shells ask.

@@ -1,4 +1,4 @@
-"""Commands about the cell: init, calibrate, fit-flow, doctor."""
+"""Commands about the cell: init, calibrate, doctor."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from geoprint.cli.options import AsJson, Overwrite, takes
-from geoprint.cli.terminal import columns, print_json, say, show, tell
+from geoprint.cli.terminal import columns, print_json, say, show
 from geoprint.errors import ExportError, UsageError
 
 
@@ -71,32 +71,6 @@ def calibrate(
     if out is not None:
         save_calibrated(found, out, overwrite=overwrite)
         say(f"written and read back: {out}")
-
-
-@takes()
-def fit_flow(
-    measured: Annotated[
-        Path,
-        typer.Argument(
-            help="CSV with the columns pressure_kpa,duration_s,mass_g or pressure_kpa,speed_mm_s,width_mm,height_mm.",
-            show_default=False,
-        ),
-    ],
-    *,
-    density: Annotated[float, typer.Option(help="Density of the material in g/cm3.", show_default=False)],
-    model: Annotated[str, typer.Option(help="newtonian, power-law or herschel-bulkley.")] = "power-law",
-    cell: Path | None = None,
-    as_json: AsJson = False,
-) -> None:
-    """Fit how the material flows to a few measured lines, and print the [material] table of the cell file."""
-    from geoprint.reporting.recommendation import fit_summary, material_table
-    from geoprint.workflow.recommending import fit_flow as run
-
-    fit = run(measured, cell=cell, density=density, model=model)
-    if as_json:
-        print_json(fit_summary(fit, density=density))
-    else:
-        tell(material_table(fit, density=density, source=measured.name))
 
 
 def doctor() -> None:

@@ -192,7 +192,7 @@ def _option(name: str, key: Key, field: FieldInfo) -> _Option:
     elif get_origin(kind) is tuple:
         read, shape = list[float], " ".join(["X", "Y", "Z"] * (len(get_args(kind)) // 3))
     elif get_origin(kind) is dict:
-        kind, read, default, shape = list[str], _options_by_owner, "", "NAME.KEY=VALUE"
+        kind, read, default, shape = list[str], _options_by_owner, "", "NAME[.KEY=VALUE]"
     elif kind is Source:
         kind, read, shape, default = str, _source, "SOURCE", "border"
     elif kind == list[str]:
@@ -248,11 +248,14 @@ def _rounds(step: str) -> int:
 
 
 def _options_by_owner(texts: Sequence[str]) -> dict[str, dict[str, object]]:
-    """Return what texts such as lscm.resolution=500 say: values by name, by whose they are."""
+    """Return what texts such as lscm.resolution=500 say: values by name, by whose they are; a name alone gives none."""
     found: dict[str, dict[str, object]] = {}
     for text in texts:
         named, equals, value = text.partition("=")
-        owner, _, name = named.partition(".")
+        owner, dot, name = named.partition(".")
+        if owner.strip() and not dot and not equals:
+            found.setdefault(owner.strip(), {})
+            continue
         if not (equals and owner.strip() and name.strip()):
             lacking = "a dot between whose option it is and its name" if equals else "a '=' and a value"
             raise UsageError(f"`--option {text}` lacks {lacking}; write it as lscm.resolution=500.")

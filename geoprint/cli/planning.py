@@ -1,4 +1,4 @@
-"""Commands that plan: plan, compare, place, recommend."""
+"""Commands that plan: plan, compare, place."""
 
 from __future__ import annotations
 
@@ -175,26 +175,3 @@ def place(
     if as_json:
         print_json(proposal_summary(proposal))
     say(proposal_text(proposal, verbose=verbose))
-
-
-@takes("unit", "spacing", "rounds", "cell", "needle")
-def recommend(
-    surface: Annotated[Path | None, typer.Argument(metavar="PART", help="Mesh of a part, for rounds and mass.")] = None,
-    *,
-    pressure: Annotated[float | None, typer.Option(help="Air pressure in kPa; that of the cell if not given.")] = None,
-    keys: Keys,
-    good: Annotated[
-        tuple[float, int] | None,
-        typer.Option(help="Pressure (kPa) and rounds of a print that worked, to compare with."),
-    ] = None,
-    as_json: AsJson = False,
-) -> None:
-    """Say which spacing, rounds, stand-off and speed fit a pressure, and warn of gaps and over-dispensing."""
-    from geoprint.reporting.recommendation import recommendation_summary, recommendation_text
-    from geoprint.workflow.recommending import recommendation
-
-    job = job_asked(surface or Path(), keys)
-    found = recommendation(job, part=surface is not None, pressure_kpa=pressure, good=good)
-    if as_json:
-        print_json(recommendation_summary(found))
-    say(recommendation_text(found))

@@ -24,6 +24,7 @@ from geoprint.model import (
     Lamp,
     LoadLimits,
     Material,
+    OptionValue,
     PrintErrors,
     Process,
     Purge,
@@ -504,6 +505,7 @@ class CellFile(Table):
     search: SearchTable = SearchTable()
     errors: ErrorsTable | None = None
     table: HexapodTable | TiltTurnTable | None = Field(default=None, discriminator="kind")
+    options: dict[str, dict[str, OptionValue]] = Field(default={})
 
 
 # From the tables of a cell file to the machine in mm, s, rad and Pa: degrees end here.
@@ -575,6 +577,7 @@ def machine_of(table: Mapping[str, object], *, name: str, folder: Path) -> Cell:
         search=noun_of(SearchWeights, file.search),
         errors=file.errors and noun_of(PrintErrors, file.errors),
         table=None if file.table is None else _table(file.table),
+        options=file.options,
     )
 
 

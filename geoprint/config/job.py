@@ -17,7 +17,7 @@ from pydantic import Field, NonNegativeInt, PositiveFloat, PositiveInt, model_va
 from geoprint.config.curve_table import read_curve
 from geoprint.config.strict import Key, Rounds, Table, Triple, keys_of
 from geoprint.errors import UsageError
-from geoprint.model import OnSlowdown
+from geoprint.model import OnSlowdown, OptionValue
 
 # A pattern of a layer, as a job states it where patterns take turns: `contours`, or rows at an angle, `guided:45`.
 
@@ -266,7 +266,7 @@ Spacing = Annotated[float, Field(ge=LEAST_SPACING)]
 # Position [mm] and roll, pitch, yaw [degrees].
 Stand = Annotated[list[float], Field(min_length=6, max_length=6)]
 # What one backend or pattern alone takes: a value by the name of its option.
-Options = dict[str, bool | int | float | str]
+Options = dict[str, OptionValue]
 
 # Parts of job.toml in their order, with the comment that stands above each.
 GROUPS = {
@@ -275,7 +275,7 @@ GROUPS = {
     "paths": "",
     "robot": "",
     "source": "What distance is measured from: one of these; without any, the whole border.",
-    "options": "What one backend or pattern alone takes, a table each.",
+    "options": "What one backend, pattern or feature alone takes, a table each; that of a feature asks for it.",
     "patches": "The patches to print, one table each, one after another; without any, the whole surface is the part. "
     "Of one patch\neverything that is given holds together.",
 }
@@ -389,7 +389,8 @@ class Job(Table):
     options: Annotated[
         dict[str, Options],
         Key(
-            "What one backend or pattern alone takes, as lscm.resolution=500; may be given several times.",
+            "What one backend, pattern or feature alone takes, as lscm.resolution=500; its name alone asks for a "
+            "feature; may be given several times.",
             "[options.lscm]\nresolution = 500",
             group="options",
             option="option",

@@ -1,7 +1,7 @@
 """Planning backends: each covers a surface with curves a constant distance apart, behind one interface.
 
 A new backend is one file beside these and one line in `BACKENDS`, or a package of its own that names its class in the
-entry-point group `geoprint.distance`; a script makes one known with `register`.
+entry-point group `geoprint.backends`; a script makes one known with `register`.
 """
 
 from geoprint.distance.distortion import (

@@ -8,6 +8,7 @@ from typing import final
 
 import numpy as np
 
+from geoprint import features
 from geoprint.distance.fast_marching import FastMarching
 from geoprint.distance.heat import Heat
 from geoprint.distance.interface import Accuracy, Backend, BackendFactory, Showing, Shown
@@ -24,7 +25,7 @@ BACKENDS: Mapping[str, BackendFactory] = MappingProxyType({"heat": Heat, "fast-m
 
 _KNOWN = Registry(
     "backend",
-    group="geoprint.distance",
+    group=features.BACKENDS,
     built_in=BACKENDS,
     members=("title", "edge_length", "distance", "contours"),
 )

@@ -9,6 +9,7 @@ import numpy as np
 
 from geoprint.distance import Backend
 from geoprint.errors import FieldError, InputError, UsageError
+from geoprint.fibers.field_lines import LINES, lines_of
 from geoprint.fibers.fields import DirectionField
 from geoprint.fibers.net import LineNet, net_of, places_of, surface_points
 from geoprint.fibers.placement import SHORTEST, DepositedStroke, Weave, deposited_strokes, first_place
@@ -28,8 +29,6 @@ from geoprint.model import (
     SurfaceCurves,
 )
 
-# Fibres are lines: who prints one may begin at either end.
-LINES = 2
 # Gaps are looked for at places about so many spacings apart.
 SPREAD_SHARE = 0.25
 # How strokes are laid; the first is what a job has that says nothing.
@@ -74,6 +73,8 @@ class FibrePattern:
 
     title: ClassVar[str] = "strokes along a designed field"
     summary: ClassVar[str] = "Even strokes along a field of lines designed from singularities and preferences."
+
+    lines_of = staticmethod(lines_of)
 
     def __init__(self, *, field: Callable[[Surface], DirectionField] = lines_along_rim, laying: str = STRIPES) -> None:
         if laying not in LAYINGS:

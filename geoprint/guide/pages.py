@@ -31,6 +31,7 @@ from typing import cast, final
 from markdown_it import MarkdownIt
 
 from geoprint.errors import UsageError
+from geoprint.features import PAGE, Feature, features
 
 # The page of the public names: what every package passes on, with signature, shapes and units from the docstrings.
 
@@ -51,6 +52,7 @@ STAGES = {
     "geoprint.simulation": "A simulated print",
     "geoprint.toolpath_files": "Toolpaths of any program",
     "geoprint.process": "Material",
+    "geoprint.process_fitting": "Process settings from measurements",
     "geoprint.positioner": "Tables that move the part",
     "geoprint.robot.placing": "Where the part stands",
     "geoprint.robot.arm": "The arm",
@@ -242,13 +244,14 @@ class Page:
 
 @cache
 def pages() -> tuple[Page, ...]:
-    """Return the pages in their order; the last one lists the public names, made from the docstrings.
+    """Return the pages in their order, those of features too; the last one lists the public names.
 
     Raises:
         ValueError: a page lacks what has to stand at its head.
     """
-    written = (_read(file) for file in _folder("pages").iterdir() if file.name.endswith(".md"))
-    ordered = sorted(written, key=lambda page: page.order)
+    own = [_read(file) for file in _folder("pages").iterdir() if file.name.endswith(".md")]
+    added = [_read(page, of=feature) for feature in features() if (page := feature.folder / PAGE).is_file()]
+    ordered = sorted([*own, *added], key=lambda page: page.order)
     # Read only where it is asked for: it imports everything.
     last = Page(NAMES, ordered[-1].order + 1, "The public names", NAMES_SUMMARY, names_text)
     return (*ordered, last)
@@ -276,15 +279,15 @@ def _folder(name: str) -> Traversable:
     return resources.files("geoprint.guide") / name
 
 
-def _read(file: Traversable) -> Page:
-    """Read one page."""
+def _read(file: Traversable, *, of: Feature | None = None) -> Page:
+    """Read one page; that of a feature bears the name of its folder."""
     text = file.read_text(encoding="utf-8")
     marked, _, body = text.removeprefix("---\n").partition("\n---\n")
     head = dict(line.split(": ", 1) for line in marked.splitlines() if ": " in line)
     lacking = [key for key in _KEYS if not head.get(key, "").strip()]
     if lacking or not body.strip():
         raise ValueError(f"the page {file.name} of the guide lacks {', '.join(lacking) or 'a text'} at its head.")
-    name, written = file.name.removesuffix(".md"), f"{body.strip()}\n"
+    name, written = file.name.removesuffix(".md") if of is None else of.folder.name, f"{body.strip()}\n"
     return Page(name, int(head["order"]), head["title"], head["summary"], lambda: written)
 
 

@@ -68,6 +68,7 @@ from geoprint.model.values import (
     BoolArray as BoolArray,
     FloatArray as FloatArray,
     IntArray as IntArray,
+    OptionValue as OptionValue,
     Table as Table,
     comparable as comparable,
     described as described,

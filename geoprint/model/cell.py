@@ -11,7 +11,7 @@ import numpy as np
 from geoprint.errors import InputError
 from geoprint.model.process import Flood, GoodPrint, Material, PrintErrors, Process, Purge, Signals
 from geoprint.model.table import Cylinder, Hexapod, TablePose, TiltTurn
-from geoprint.model.values import FloatArray, comparable, freeze_arrays, frozen
+from geoprint.model.values import FloatArray, OptionValue, comparable, freeze_arrays, frozen
 
 # Critical angle of overhang that the paper gives as an example for its silicone [rad].
 PAPER_OVERHANG = radians(30.0)
@@ -278,6 +278,7 @@ class Cell:
         search: what the choice of rotation, lean and branch counts.
         errors: how far a print strays from its plan, or None where the cell does not say.
         table: what tilts the part between stretches of printing, or None where the part stands still.
+        options: of features, by their names; those that a job gives count more.
     """
 
     name: str
@@ -297,6 +298,7 @@ class Cell:
     search: SearchWeights = SearchWeights()
     errors: PrintErrors | None = None
     table: Hexapod | TiltTurn | None = None
+    options: dict[str, dict[str, OptionValue]] = field(default_factory=dict[str, dict[str, OptionValue]])
 
     def __post_init__(self) -> None:
         freeze_arrays(self, demo_position="float: 3")

@@ -20,6 +20,9 @@ from geoprint.errors import InputError
 
 _C = TypeVar("_C")
 
+# What a file or a command line can say of an option.
+OptionValue: TypeAlias = bool | int | float | str
+
 # A line that a value prints is at most this wide, so that most terminals hold it.
 WIDTH = 100
 # What suffices to know a number again; the value itself has all its figures.

@@ -21,7 +21,7 @@ from geoprint.postprocessor.bundle import Json, json_bytes
 Noun = TypeVar("Noun")
 
 # Fields that only some cells have; left out where there is nothing, so that the setup of all others stays as it is.
-_SOMETIMES = frozenset({"table", "settle", "flow_unstated"})
+_SOMETIMES = frozenset({"table", "settle", "flow_unstated", "options"})
 
 
 @final
@@ -104,6 +104,8 @@ def _value(hint: Any, data: object) -> object:
     # Not by its origin: what NDArray is made of differs from one NumPy and Python to the next.
     if hint == FloatArray:
         return np.array(data, dtype=np.float64)
+    if origin is dict and isinstance(data, dict):
+        return cast("dict[str, object]", data)
     if is_dataclass(hint):
         return _read(cast("type[object]", hint), data)
     allowed = (int, float) if hint is float else (str if origin is Literal else hint)

@@ -12,6 +12,7 @@ from geoprint.metrics import agreement
 from geoprint.model import FloatArray
 from geoprint.reporting.cautions import coverage_warnings, evener_backends, said_once
 from geoprint.reporting.evenness import expected_text, in_print, record_apart, record_evenness
+from geoprint.reporting.features import feature_lines
 from geoprint.reporting.metrics import COVERED_ONCE, FOLLOWING, GAP, HOLE, OFF, OVERLAP, THICKNESS
 from geoprint.reporting.page import html_report
 from geoprint.reporting.part_report import part_report
@@ -142,6 +143,7 @@ def _planned_row(name: str, outcome: Planned, record: PlanRecord) -> PlannedReco
         overhang=record.overhang,
         patches=record.patches,
         middles=record.middles,
+        features=record.features,
         printable=bool(plan.robot) if plan.job.robot else None,
         not_printable=outcome.not_printable,
         not_reached=dict(outcome.lost),
@@ -200,6 +202,8 @@ def comparison_table(record: RecordedComparison, *, width: int | None = None, ve
     columns = [name for name in COLUMNS if stated or name != "overhang"]
     said: list[str] = []
     for part in parts:
+        named = {row.backend: row.features for row in part.planned} if isinstance(part, PartRecord) else {}
+        said += feature_lines(named)
         said += (
             [*_decision(part), *(f"{part.part}: {reason}" for reason in _reasons(part))] if several else _words(part)
         )

@@ -14,6 +14,7 @@ import shlex
 import sys
 import time
 from collections.abc import Mapping, Sequence
+from functools import partial
 from importlib import resources
 from importlib.metadata import version
 from itertools import groupby
@@ -38,7 +39,7 @@ from geoprint.reporting.html import (
     view,
 )
 from geoprint.reporting.scene import scene_data
-from geoprint.reporting.values import BackendView, PartReport, PathDistances, Row
+from geoprint.reporting.values import BackendView, PartReport, PathDistances, Row, Section
 
 # The parts of the page as HTML: verdict, views with their controls, what decides, and everything else below.
 
@@ -85,9 +86,16 @@ def part_section(part: PartReport, *, number: int, heading: str) -> Markup:
         ),
         _path_distances(part.path_distances, head),
         *([element(head, "Pictures"), *map(figure, part.pictures)] if part.pictures else []),
+        *map(partial(_section, head), part.sections),
         how_made(part.settings, part.inputs, heading=head),
     ]  # fmt: skip
     return element("section", *blocks, id=key, class_="part", aria_label=part.name)
+
+
+def _section(head: str, section: Section) -> Markup:
+    """Return a section that a feature writes."""
+    sentences = (element("p", sentence) for sentence in section.sentences)
+    return joined(element(head, section.heading), *sentences, *map(figure, section.pictures))
 
 
 def overview(parts: Sequence[PartReport], failed: Sequence[tuple[str, str]]) -> Markup:

@@ -15,6 +15,7 @@ from geoprint.model import IntArray
 from geoprint.reporting.cautions import fibres_text, patch_evenness, said_once
 from geoprint.reporting.evenness import expected_rows, overhang_rows
 from geoprint.reporting.evidence import NOT_SIMULATED, WORDS, evidence_rows, of_all
+from geoprint.reporting.features import feature_rows, feature_sections
 from geoprint.reporting.metrics import CATALOGUE, COVERED_ONCE, THICKNESS
 from geoprint.reporting.pictures import ComparisonPictures, coverage_panel
 from geoprint.reporting.records.comparison import PartRecord, PlannedRecord
@@ -61,7 +62,7 @@ def report_table(
         table += _chart([record[row.backend] for row in rows], plans)
     if rows[0].printable is not None:
         table += [*_robot(rows), *evidence_table([record[row.backend] for row in rows])]
-    return tuple(table)
+    return (*table, *feature_rows([row.features for row in rows]))
 
 
 def evenness_rows(record: Sequence[EvennessRecord]) -> list[Row]:
@@ -233,6 +234,7 @@ def part_report(
         settings=_settings(record.settings),
         inputs=tuple((file.name, file.sha256) for file in (record.input, record.input.body) if file is not None),
         critical_deg=float(np.degrees(workpiece.cell.critical_overhang)),
+        sections=feature_sections({name: outcome.plan for name, outcome in planned}),
     )
 
 

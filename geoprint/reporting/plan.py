@@ -25,6 +25,7 @@ from geoprint.reporting.evenness import (
     record_printed,
     says_errors,
 )
+from geoprint.reporting.features import feature_lines, record_features
 from geoprint.reporting.metrics import COVERED_ONCE, FOLLOWING, GAP, OFF, OFF_MOST, OVERLAP, THICKNESS
 from geoprint.reporting.prints import record_feedback, record_joined
 from geoprint.reporting.records.evenness import EvennessRecord, PrintedRecord, StandoffRecord
@@ -130,6 +131,7 @@ def record_plan(plan: Plan) -> PlanRecord:
         deposition=None if plan.deposited is None else _deposition(plan.deposited, plan),
         overhang=record_overhang(plan),
         feedback=record_feedback(plan),
+        features=record_features(plan),
         robot=tuple(record_robot(plan, robot) for robot in plan.robot),
         joined=record_joined(plan),
         not_printable=plan.not_printable,
@@ -408,7 +410,7 @@ def _path_lines(record: PlanRecord) -> list[str]:
         lines.append(f"width: {least:.3g} to {most:.3g} mm wanted; evenness, gaps and flow are over that")
     if paths.fibres is not None:
         lines.append(f"fibres: {fibres_text(paths.fibres)}")
-    return lines
+    return [*lines, *feature_lines({settings.backend or "": record.features})]
 
 
 def again_text(folder: str, *, written_by: str, differing: Sequence[str], changed: Sequence[str]) -> str:

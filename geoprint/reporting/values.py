@@ -229,6 +229,22 @@ class Row:
 
 
 @final
+@comparable
+class Section:
+    """A section of the page that a feature writes.
+
+    Attributes:
+        heading: stands above it.
+        sentences: a paragraph each.
+        pictures: below them.
+    """
+
+    heading: str
+    sentences: tuple[str, ...]
+    pictures: tuple[Picture, ...] = ()
+
+
+@final
 @frozen
 class PathDistances:
     """How far sets of lines lie apart: the paths of backends [mm], or the lines of photographs [pixels].
@@ -273,6 +289,7 @@ class PartReport:
         inputs: (file, SHA-256).
         critical_deg: angle of the surface's normal from upright beyond which beads overhang [degrees]; None where
             nobody asks for it.
+        sections: that features write.
     """
 
     name: str
@@ -292,6 +309,7 @@ class PartReport:
     settings: tuple[tuple[str, str], ...]
     inputs: tuple[tuple[str, str], ...]
     critical_deg: float | None = None
+    sections: tuple[Section, ...] = ()
 
     def __post_init__(self) -> None:
         freeze_arrays(self, R_view_work="float: 3 3")

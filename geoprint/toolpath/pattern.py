@@ -2,7 +2,8 @@
 
 On its class a pattern states its `title`, a few words beside its name, and may state its `summary`, one sentence, and
 `beside_line`, whether its rows run beside a line, so that they may have an angle. Its options are the keyword-only
-arguments of its constructor.
+arguments of its constructor; one that is called `field` is what its static method `lines_of` makes of a field file and
+of the place of a layer.
 """
 
 from __future__ import annotations

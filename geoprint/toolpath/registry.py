@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from geoprint.fibers.pattern import FibrePattern
+from geoprint import features
 from geoprint.registry import Entry, Registry
 from geoprint.toolpath.contours import ContourPattern
 from geoprint.toolpath.guided import GuidedPattern
@@ -13,10 +13,10 @@ from geoprint.toolpath.pattern import PatternFactory
 from geoprint.toolpath.spiral import SpiralPattern
 
 PATTERNS: Mapping[str, PatternFactory] = MappingProxyType(
-    {"contours": ContourPattern, "spiral": SpiralPattern, "guided": GuidedPattern, "fibres": FibrePattern}
+    {"contours": ContourPattern, "spiral": SpiralPattern, "guided": GuidedPattern}
 )
 
-_KNOWN = Registry("pattern", group="geoprint.toolpath", built_in=PATTERNS, members=("title", "strokes"))
+_KNOWN = Registry("pattern", group=features.PATTERNS, built_in=PATTERNS, members=("title", "strokes"))
 
 
 def register(name: str, factory: PatternFactory) -> None:

@@ -5,146 +5,15 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from functools import partial
-from math import radians
-from pathlib import Path
 
-import numpy as np
-
-from geoprint.config import FieldFile, Job, PreferenceTable, ThroughTable, WallTable, read_field
+from geoprint.config import Job, read_field
 from geoprint.distance import Backend, backend, backend_names, with_option
-from geoprint.errors import FieldError, InputError, UsageError
-from geoprint.fibers import (
-    AlongCurvature,
-    AlongDirection,
-    AlongRim,
-    AlongStroke,
-    DirectionField,
-    HelixRule,
-    Preference,
-    WallCoordinates,
-    WallVoxels,
-    carried_field,
-    prescribed_field,
-    singularities_near,
-    smoothest_field,
-)
-from geoprint.geometry import closest, edge_lengths, even_points, in_words, refine
-from geoprint.geometry.files import read_volume
-from geoprint.model import FloatArray, Surface, SurfaceCurves
-from geoprint.registry import Entry, OptionValue, Titled
+from geoprint.errors import InputError, UsageError
+from geoprint.model import OptionValue, Surface
+from geoprint.registry import Entry, Titled
+from geoprint.reporting.features import report, report_names
 from geoprint.results import StackPlace, Workpiece
 from geoprint.toolpath import Pattern, PatternFactory, pattern, pattern_names, runs_beside_line
-
-# From what a field file says to the lines on a surface that fibres follow, and to those of a layer over it.
-
-
-# Fibres have no sense.
-LINES = 2
-# A place may miss the surface by this [mm]: what is read off a screen is rounded.
-PLACE_TOLERANCE = 1.0
-
-
-def lines_of(file: FieldFile, *, place: StackPlace | None = None) -> Callable[[Surface], DirectionField]:
-    """Return what makes the lines of a field file on a surface.
-
-    Args:
-        file: what was read.
-        place: of the layer whose middle the surface is: its lines are those of the part, carried up and turned, but
-            for a wall's, which has its own as far as it goes; None of a single skin.
-
-    What is returned raises:
-        FieldError: indices do not add up to what the surface demands, a place lies off it, or it has nothing of what
-            is preferred; or it lies off the wall, or labels make none.
-        InputError: two singularities have one vertex, or the volume of a wall cannot be read.
-    """
-
-    def lines(surface: Surface) -> DirectionField:
-        if file.wall is not None:
-            return _in_wall(file.wall, surface, part=None if place is None else place.base)
-        if place is None:
-            return _designed(file, surface)
-        # As fine as the layer, so that lines are as smooth there as on a single skin.
-        below = refine(place.base, edge_length=float(np.median(edge_lengths(surface))))
-        feet, heights = closest(below, surface.vertices[surface.faces].mean(axis=1))
-        turned = _turned(file.through, place, heights)
-        return carried_field(_designed(file, below), surface, feet=feet, turned=turned)
-
-    return lines
-
-
-def _designed(file: FieldFile, surface: Surface) -> DirectionField:
-    """Return the lines on the part itself."""
-    if file.helix is not None:
-        axis, angle = np.array(file.helix.axis), radians(file.helix.angle)
-        heights = surface.vertices @ (axis / np.linalg.norm(axis))
-        return HelixRule(angle, angle).field(surface, heights=heights, depths=np.zeros(heights.size))
-    preferences = [_preference(table, surface) for table in file.preferences]
-    if not file.singularities:
-        return smoothest_field(surface, symmetry=LINES, preferences=preferences)
-    places = _on(surface, np.array([table.place for table in file.singularities]), what="singularity")
-    indices = np.array([table.index for table in file.singularities])
-    return prescribed_field(
-        surface,
-        symmetry=LINES,
-        singularities=singularities_near(surface, places, indices=indices),
-        preferences=preferences,
-    )
-
-
-def _in_wall(table: WallTable, surface: Surface, *, part: Surface | None) -> DirectionField:
-    """Return the fibres of a wall on a surface within it, or on a layer over a part that is."""
-    path = Path(table.volume)
-    volume = read_volume(path.read_bytes(), name=path.name)
-    wall, cavity, base = (np.isin(volume.labels, labels) for labels in (table.labels, table.cavity, table.base))
-    rule = HelixRule(radians(table.epicardial_deg), radians(table.endocardial_deg))
-    coordinates = WallCoordinates(WallVoxels(wall, cavity, base, volume.affine, path.name))
-    return coordinates.field(surface, rule, part=part)
-
-
-def _turned(table: ThroughTable | None, place: StackPlace, heights: FloatArray) -> FloatArray:
-    """Return by what lines of a layer are turned at (m,) heights over the part [mm], counter-clockwise [rad]."""
-    if table is None:
-        return np.zeros(heights.size)
-    if table.inner_deg is None or table.outer_deg is None:
-        return np.radians(table.turn_deg_per_mm or 0.0) * heights
-    share = (place.number - 0.5) / place.count
-    return np.full(heights.size, radians(table.inner_deg + share * (table.outer_deg - table.inner_deg)))
-
-
-def _preference(table: PreferenceTable, surface: Surface) -> Preference:
-    """Return what a table prefers on a surface."""
-    weighted = {} if table.weight is None else {"weight": table.weight}
-    if table.direction is not None:
-        return AlongDirection(np.array(table.direction), **weighted)
-    if table.curvature is not None:
-        return AlongCurvature(table.curvature, **weighted)
-    if table.stroke is not None:
-        corners = _on(surface, np.array(table.stroke), what="point of a stroke")
-        drawn = even_points(corners, step=float(np.median(edge_lengths(surface))))
-        points, _ = closest(surface, drawn)
-        return AlongStroke(SurfaceCurves(points, np.array([0, len(drawn)]), np.array([False])), **weighted)
-    return AlongRim(**weighted)
-
-
-def _on(surface: Surface, places: FloatArray, *, what: str) -> FloatArray:
-    """Return (k, 3) places after checking that they lie on a surface [mm].
-
-    Raises:
-        FieldError: one lies off it.
-    """
-    _, away = closest(surface, places)
-    worst = int(np.argmax(away))
-    if away[worst] > PLACE_TOLERANCE:
-        raise FieldError(
-            f"the {what} {worst + 1} of the field, {in_words(places[worst])}, lies {away[worst]:.3g} mm off "
-            f"{surface.name}, at most {PLACE_TOLERANCE:g} mm is allowed: give a place on it.",
-            distance=float(away[worst]),
-        )
-    return places
-
-
-# Which backend and pattern a job names, and the options that it gives them.
-
 
 # The option that `--resolution` stands for, of whichever backend has it.
 RESOLUTION = "resolution"
@@ -270,7 +139,7 @@ def with_backend(job: Job, name: str) -> Job:
 
 def _lines(
     job: Job, entry: Entry[PatternFactory], place: StackPlace | None = None
-) -> dict[str, Callable[[Surface], DirectionField]]:
+) -> dict[str, Callable[[Surface], object]]:
     """Return the lines that a pattern follows as its option; none where it follows none.
 
     Raises:
@@ -289,7 +158,10 @@ def _lines(
             f"{job.field.name}: [through] turns lines from layer to layer, but there is a single skin: give "
             "`--thickness` or `--target`, or leave [through] out."
         )
-    return {FIELD: lines_of(file, place=place)}
+    makes: Callable[..., Callable[[Surface], object]] | None = getattr(entry.factory, "lines_of", None)
+    if makes is None:
+        raise UsageError(f"{entry.origin} takes a field, but has no `lines_of` that makes it of a field file.")
+    return {FIELD: makes(file, place=place)}
 
 
 def _named(name: str) -> Entry[Titled]:
@@ -297,9 +169,11 @@ def _named(name: str) -> Entry[Titled]:
         return backend(name)
     if name in pattern_names():
         return pattern(name)
+    if name in report_names():
+        return report(name)
     raise UsageError(
-        f"options are given for '{name}', but there is no backend or pattern of that name; choose one of: "
-        f"{', '.join([*backend_names(), *pattern_names()])}."
+        f"options are given for '{name}', but there is no backend, pattern or feature of that name; choose one of: "
+        f"{', '.join([*backend_names(), *pattern_names(), *report_names()])}."
     )
 
 

@@ -17,6 +17,12 @@ def test_nothing_imports_upwards(shared_plans: SharedPlans) -> None:
     assert list(whole_code_base(shared_plans).upwards()) == []
 
 
+def test_every_module_is_on_a_layer_or_in_a_feature(shared_plans: SharedPlans) -> None:
+    code_base = whole_code_base(shared_plans)
+    assert list(code_base.unlisted()) == []
+    assert {"geoprint.fibers", "geoprint.inspection"} < set(code_base.features)
+
+
 def test_contributing_shows_the_imports_and_lists_every_package(shared_plans: SharedPlans) -> None:
     code_base = whole_code_base(shared_plans)
     text = (ROOT / CONTRIBUTING).read_text(encoding="utf-8")
@@ -87,3 +93,9 @@ def test_an_import_upwards_is_found(tmp_path: Path) -> None:
     (package / "model" / "above.py").write_text("def f():\n    from geoprint.toolpath import poses\n", encoding="utf-8")
 
     assert set(CodeBase(tmp_path).upwards()) == {("geoprint.model.above", "geoprint.toolpath.poses")}
+
+    (package / "toolpath" / "feature.toml").write_text("", encoding="utf-8")
+    (package / "stray.py").write_text("from geoprint.toolpath import poses\n", encoding="utf-8")
+    found = CodeBase(tmp_path)
+    assert set(found.upwards()) >= {("geoprint.stray", "geoprint.toolpath.poses")}
+    assert list(found.unlisted()) == ["geoprint.stray"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -41,7 +42,13 @@ def tip_list(orders: Orders) -> bytes:
     """Return the file."""
     return "".join(f"{x:.3f} {y:.3f} {z:.3f}\\n" for x, y, z in orders.tips).encode("ascii")
 '''
-COMMAND = '''"""The command that says how long a file is."""
+FEATURE = """[commands]
+size = "Say how long a file is."
+
+["geoprint.reports"]
+size = "geoprint.size.report:Size"
+"""
+COMMANDS = '''"""The command that says how long a file is."""
 
 from pathlib import Path
 
@@ -52,6 +59,44 @@ def size(file: Path) -> None:
     """Say how many bytes a file has."""
     typer.echo(f"{file.stat().st_size} bytes")
 '''
+REPORT = '''"""The longest run of plans."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from geoprint.reporting.records.plan import FigureRecord
+from geoprint.reporting.values import Section
+from geoprint.results import Plan
+
+
+class Size:
+    """Measures runs."""
+
+    title = "size"
+
+    def __init__(self, *, scale: float = 1.0) -> None:
+        self._scale = scale
+
+    def figures(self, plan: Plan) -> tuple[FigureRecord, ...]:
+        """Return the length of the longest run."""
+        lengths = [float(np.linalg.norm(np.diff(path, axis=0), axis=1).sum()) for path in plan.paths]
+        return (
+            FigureRecord(figure="longest", label="longest run [mm]", meaning="", value=self._scale * max(lengths)),
+        )
+
+    def section(self, plans: Mapping[str, Plan]) -> Section:
+        """Return how many runs there are."""
+        return Section("How long runs are", tuple(f"{name}: {len(plan.paths)} runs." for name, plan in plans.items()))
+'''
+PAGE = """---
+order: 900
+title: Size
+summary: How long files and runs are.
+---
+
+`geoprint size FILE` says how many bytes a file has.
+"""
 # Runs commands one after another, each a line of words.
 ONE_BY_ONE = """
 import sys
@@ -69,19 +114,19 @@ class Recipe:
 
     Attributes:
         name: of what is new.
-        text: of its own file.
+        texts: of its own files, by the ends of their names.
         lines: to add, by the file that has them: behind which text, and what.
     """
 
     name: str
-    text: str
+    texts: Mapping[str, str]
     lines: Mapping[str, tuple[tuple[str, str], ...]]
 
 
 RECIPES = {
     "reader": Recipe(
         "tri",
-        READER,
+        {"NAME.py": READER},
         {
             "geoprint/geometry/files/io.py": (
                 (FUTURE, "\nfrom geoprint.geometry.files.tri import read_tri\n"),
@@ -91,7 +136,7 @@ RECIPES = {
     ),
     "exporter": Recipe(
         "tips",
-        EXPORTER,
+        {"NAME.py": EXPORTER},
         {
             "geoprint/workflow/saving.py": (
                 (FUTURE, "\nfrom geoprint.postprocessor.tips import tip_list\n"),
@@ -99,10 +144,16 @@ RECIPES = {
             )
         },
     ),
-    "command": Recipe(
+    "feature": Recipe(
         "size",
-        COMMAND,
-        {"geoprint/cli/application.py": (("\nCOMMANDS = {\n", '    "size": {"size": "Say how long a file is."},\n'),)},
+        {
+            "feature.toml": FEATURE,
+            "__init__.py": '"""How long files and runs are."""\n',
+            "commands.py": COMMANDS,
+            "report.py": REPORT,
+            "guide.md": PAGE,
+        },
+        {},
     ),
 }
 
@@ -116,8 +167,10 @@ def named_files(new: str) -> set[str]:
 
 def followed(recipe: Recipe, tree: Path) -> None:
     """Follow a recipe in a tree."""
-    (new,) = (path for path in named_files(kind_of(recipe)) if "NAME" in path)
-    (tree / new.replace("NAME", recipe.name)).write_text(recipe.text, encoding="utf-8")
+    for new in (path for path in named_files(kind_of(recipe)) if "NAME" in path):
+        path = tree / new.replace("NAME", recipe.name)
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(recipe.texts[new.rpartition("/")[2]], encoding="utf-8")
     for file, additions in recipe.lines.items():
         text = (tree / file).read_text(encoding="utf-8")
         for behind, line in additions:
@@ -178,7 +231,7 @@ def test_a_recipe_touches_only_the_files_that_it_names(touched: Mapping[str, set
 
 @pytest.mark.usefixtures("touched")
 def test_what_the_recipes_made_imports_nothing_upwards(tree: Path) -> None:
-    assert list(CodeBase(tree).upwards()) == []
+    assert list(CodeBase(tree).upwards()) == list(CodeBase(tree).unlisted()) == []
 
 
 @pytest.mark.usefixtures("touched")
@@ -186,7 +239,15 @@ def test_what_the_recipes_made_works(tree: Path) -> None:
     plate = load(ROOT / "data" / "plate.ply", unit="mm")
     np.savetxt(tree / "part.tri", plate.vertices[plate.faces].reshape(-1, 9))
     small = "--at 0 0 0 --radius 4 --spacing 3"
-    commands = ("--help", "size part.tri", f"plan part.tri --unit mm --place demo {small} --out plan")
+    part = f"part.tri --unit mm {small}"
+    commands = (
+        "--help",
+        "size part.tri",
+        f"plan {part} --place demo --option size --out plan",
+        f"compare {part} --no-robot --option size.scale=2.0 --out both",
+        "check plan",
+        "guide size",
+    )
 
     done = subprocess.run(
         [sys.executable, "-c", ONE_BY_ONE, *commands],
@@ -195,7 +256,18 @@ def test_what_the_recipes_made_works(tree: Path) -> None:
 
     assert done.returncode == 0, done.stdout + done.stderr
     assert "  size " in done.stdout
-    assert done.stdout.endswith(f"\n{(tree / 'part.tri').stat().st_size} bytes\n")
+    assert f"\n{(tree / 'part.tri').stat().st_size} bytes\n" in done.stdout
+    assert "says how many bytes a file has" in done.stdout
+    (alone,) = json.loads((tree / "plan" / "plan.json").read_text(encoding="utf-8"))["features"]
+    (figure,) = alone["figures"]
+    assert 10.0 < figure["value"] < 8.0 * np.pi
+    assert f"size: longest run [mm] {figure['value']:.4g}\n" in done.stderr
+    (part,) = json.loads((tree / "both" / "compare.json").read_text(encoding="utf-8"))["parts"]
+    doubled = [row["features"][0]["figures"][0]["value"] for row in part["backends"]]
+    assert doubled == pytest.approx([2.0 * figure["value"]] * len(doubled), rel=0.1)
+    page = (tree / "both" / "report.html").read_text(encoding="utf-8")
+    assert "How long runs are" in page
+    assert f"<td>{doubled[0]:.4g}</td>" in page
     tips = np.loadtxt(tree / "plan" / "tips.txt")
     assert len(tips) == len((tree / "plan" / "targets.csv").read_text(encoding="utf-8").splitlines()) - 1
     np.testing.assert_allclose(tips.mean(axis=0)[:2], 0.0, atol=1.0)

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from geoprint.cli.guide import WIDEST, rendered
 from geoprint.errors import UsageError
 from geoprint.guide import html_guide, page_named, pages
+from geoprint.guide.commands import WIDEST, rendered
 from tests.commands import called
 from tests.reporting.browser import Page
 

@@ -11,7 +11,7 @@ import pytest
 from geoprint.errors import InputError
 from geoprint.model import FloatArray, Fluid
 from geoprint.process import Bore, flow_through
-from geoprint.process.fitting import FluidModel, MeasuredFlow, fit_fluid, read_measured_flow
+from geoprint.process_fitting.fitting import FluidModel, MeasuredFlow, fit_fluid, read_measured_flow
 
 NEEDLE = Bore(radius=0.42, length=25.4, wide_radius=9.77, half_angle=np.radians(10.0))
 THREE = np.repeat([10e3, 20e3, 40e3], 3)

@@ -10,7 +10,7 @@ import pytest
 from geoprint.errors import InputError
 from geoprint.model import Flood, Fluid, Material
 from geoprint.process import bore_of, flow_through
-from geoprint.process.fitting import recommend, relative_setting
+from geoprint.process_fitting.fitting import recommend, relative_setting
 from tests.robot.cells import bent_cell
 
 CELL = bent_cell()

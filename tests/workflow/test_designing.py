@@ -11,10 +11,11 @@ import geoprint
 from geoprint.config import FieldFile, job_of
 from geoprint.errors import FieldError, UsageError, VerificationError
 from geoprint.fibers import DirectionField
+from geoprint.fibers.field_lines import lines_of
 from geoprint.geometry.files import save_ply
 from geoprint.model import Surface
 from geoprint.workflow import compare, plan, save_plan
-from geoprint.workflow.backend_choice import check_options, lines_of
+from geoprint.workflow.backend_choice import check_options
 from tests.fibers.fields_measures import off
 from tests.meshes import cylinder_patch, disc, plate, sphere
 

@@ -12,12 +12,12 @@ import geoprint
 from geoprint.config import job_of, packaged_cell_text, read_field
 from geoprint.errors import FieldError, UsageError, VerificationError
 from geoprint.fibers import DirectionField, WallVoxels
+from geoprint.fibers.field_lines import lines_of
 from geoprint.geometry import face_areas, face_normals, remesh
 from geoprint.geometry.files import load_file, read_volume, save_ply
 from geoprint.model import FloatArray, Surface
 from geoprint.reporting.plan import record_plan
 from geoprint.workflow import plan, save_plan
-from geoprint.workflow.backend_choice import lines_of
 from geoprint.workflow.stacking import plan_stack
 from geoprint.workflow.stages import Stages
 from geoprint.workflow.workpiece import prepare_workpiece

@@ -12,6 +12,7 @@ from geoprint.reporting.records.evenness import EvennessRecord, OverhangRecord, 
 from geoprint.reporting.records.evidence import EvidenceRecord, SeenRecord
 from geoprint.reporting.records.plan import (
     DepositionRecord,
+    FeatureRecord,
     FileRecord,
     InputRecord,
     MiddleRecord,
@@ -40,6 +41,7 @@ class PlannedRecord(Record):
     overhang: OverhangRecord | None = Field(default=None, description="as in plan.json")
     patches: tuple[PatchRecord, ...] = Field(description="as in plan.json")
     middles: tuple[MiddleRecord, ...] = Field(default=(), description="as in plan.json")
+    features: tuple[FeatureRecord, ...] = Field(default=(), description="as in plan.json")
     printable: bool | None = Field(description="null where that was not asked")
     not_printable: str | None = Field(description="why the robot cannot print it")
     not_reached: dict[str, Rounded] = Field(description="share of the deposit that the arm cannot reach, by reason")

@@ -44,6 +44,32 @@ class MiddleRecord(Record):
     taken: bool = Field(description="whether it is the one that covers best")
 
 
+# What features measure of a plan.
+
+
+class FigureRecord(Record):
+    """A figure that a feature measures."""
+
+    figure: str = Field(description="its key")
+    label: str = Field(description="its name in tables, with its unit in brackets")
+    meaning: str = Field(description="a few words for a reader who does not know it; may be empty")
+    value: Rounded | None = Field(description="null where it could not be measured")
+    lower_is_better: bool | None = Field(default=None, description="left out where neither is")
+
+    @property
+    def text(self) -> str:
+        """Its value as it is written; a dash where it was not measured."""
+        return "-" if self.value is None else f"{self.value:.4g}"
+
+
+class FeatureRecord(Record):
+    """What a feature measures."""
+
+    feature: str = Field(description="its name")
+    title: str = Field(description="what it is, in a few words")
+    figures: tuple[FigureRecord, ...] = Field(description="in its own order")
+
+
 # The schema of one of the robot's parts in plan.json: motion, clearance and program for one placement of the part.
 
 
@@ -575,6 +601,7 @@ class PlanRecord(Record):
     deposition: DepositionRecord | None = Field(default=None, description="of material")
     overhang: OverhangRecord | None = Field(default=None, description="of beads; older versions did not measure it")
     feedback: FeedbackRecord | None = Field(default=None, description="what the last print taught")
+    features: tuple[FeatureRecord, ...] = Field(default=(), description="that the job names, with what they measure")
     robot: tuple[RobotRecord, ...] = Field(
         description="one a placement of the part, in the order of printing; none without a robot"
     )

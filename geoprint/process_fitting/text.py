@@ -7,7 +7,7 @@ from dataclasses import asdict
 
 from geoprint.model import PASCAL_PER_KPA
 from geoprint.postprocessor import Json
-from geoprint.process.fitting import Advice, Beside, FittedFluid
+from geoprint.process_fitting.fitting import Advice, Beside, FittedFluid
 from geoprint.reporting.records.rounding import Record, as_json
 from geoprint.reporting.tables import marked_lines
 

@@ -10,7 +10,7 @@ from geoprint.geometry import face_areas
 from geoprint.geometry.files import load_file
 from geoprint.model import PASCAL_PER_KPA, Cell, Material
 from geoprint.process import bore_of
-from geoprint.process.fitting import (
+from geoprint.process_fitting.fitting import (
     PARAMETERS,
     Advice,
     Beside,

@@ -1,0 +1,1 @@
+"""Process settings from measurements: the fluid that measured lines fit, and what fits a pressure."""
