@@ -115,7 +115,7 @@ def test_every_public_name_is_typed_and_imported_from_where_type_checkers_see_it
 
 
 def test_packages_are_attributes_of_those_above_them_and_other_names_are_not() -> None:
-    for package in ("geometry.files", "robot.reach", "postprocessor.rapid", "process.fitting"):
+    for package in ("geometry.files", "robot.reach", "postprocessor.rapid", "metrics.oracle"):
         above, _, name = package.partition(".")
         assert getattr(getattr(geoprint, above), name) is importlib.import_module(f"geoprint.{package}")
     with pytest.raises(AttributeError, match="module 'geoprint' has no attribute 'plann'"):

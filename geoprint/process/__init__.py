@@ -1,8 +1,5 @@
 """The process: how much material flows, what bead it makes, how wide it shall be, what cures it, what a path needs."""
 
-from typing import TYPE_CHECKING
-
-from geoprint.lazy import attached
 from geoprint.process.bead import (
     Bead as Bead,
     bead as bead,
@@ -35,6 +32,3 @@ from geoprint.process.widths import (
     WidthsOver as WidthsOver,
     between as between,
 )
-
-if not TYPE_CHECKING:
-    __getattr__, __dir__ = attached(__name__, modules="fitting")
