@@ -424,15 +424,9 @@ def _seen(
 
 @njit
 def streamline(
-    net: LineNet,
-    deposited: DepositedSegments,
-    room: Windows,
-    rules: Rules,
-    face: int,
-    place: complex,
-    sign: float,
+    net: LineNet, deposited: DepositedSegments, room: Windows, rules: Rules, face: int, place: complex, sign: float,
     stroke: int,
-) -> tuple[int, float, float]:
+) -> tuple[int, float, float]:  # fmt: skip
     """Lay a streamline from a place on, in one sense of the line there.
 
     It begins at a place in the plane of a face, along the line there (sign 1) or against it (-1), and is added to what

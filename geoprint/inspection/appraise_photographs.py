@@ -96,16 +96,10 @@ def appraise_photographs(
         InputError: a file cannot be read, shows no bead, or does not fit the others.
         VerificationError: the bundle was changed.
     """
-    _check(paths, width=width, threshold=threshold)
+    _check(paths, against, width=width, threshold=threshold)
     observe("photographs")
-    photographs = [read_photograph(path) for path in paths]
-    _check_sizes(photographs)
+    photographs = _photographs(paths)
     held = None if against is None else _read(against, photographs)
-    if held is not None and held.fiducials and (width, threshold) != (None, None):
-        raise UsageError(
-            "`--width` and `--threshold` look for lines where no plan says where they are; leave them out where "
-            "`--fiducials` and `--plan` do."
-        )
     found: list[AppraisedPhotograph] = []
     for number, photograph in enumerate(photographs):
         observe(photograph.name)
@@ -114,25 +108,20 @@ def appraise_photographs(
                 camera = camera_by(held.fiducials[number % len(held.fiducials)], held.lens)
                 found.append(_on_plan(photograph, camera, held, shade=shade))
                 continue
-            wide = bead_width(photograph.grey, shade=shade) if width is None else width
-            paired = paired_edges(photograph.grey, width=wide, shade=shade, threshold=threshold)
-            beads = beads_of(photograph.grey, paired, shade=shade)
-            if held is None:
-                found.append(AppraisedPhotograph(photograph, wide, paired.threshold, beads, None))
-            else:
-                found.append(_on_plan(photograph, _by_outline(photograph, beads, held), held, shade=shade))
+            lines = _lines(photograph, shade=shade, width=width, threshold=threshold)
+            if held is not None:
+                lines = _on_plan(photograph, _by_outline(photograph, lines.beads, held), held, shade=shade)
+            found.append(lines)
     pairs = tuple(
         (one, other, apart(middles_of(found[one].beads), middles_of(found[other].beads)))
         for one, other in combinations(range(len(found)), 2)
     )
+    appraisal = Appraisal(shade, width is None, threshold is None, tuple(found), pairs)
     if against is None or held is None:
-        return Appraisal(shade, width is None, threshold is None, tuple(found), pairs)
+        return appraisal
     observe("program")
-    on_plan = found[0].on_plan if len(found) == 1 else None
-    return Appraisal(
-        shade, width is None, threshold is None, tuple(found), pairs, plan=held.plan.name, part=held.plan.part,
-        printed=None if on_plan is None else _printed(against.bundle, held.plan, on_plan),
-    )  # fmt: skip
+    printed = _printed(against.bundle, held.plan, found)
+    return replace(appraisal, plan=held.plan.name, part=held.plan.part, printed=printed)
 
 
 def save_appraisal(found: Appraisal, directory: Path | str, *, overwrite: bool = False) -> AppraisalRecord:
@@ -168,9 +157,23 @@ def save_appraisal(found: Appraisal, directory: Path | str, *, overwrite: bool =
     return save_record(record, RECORD, files, directory, overwrite=overwrite)
 
 
-def _printed(bundle: Path, plan: PlannedPrint, on_plan: OnPlan) -> PrintedProgram:
+def _printed(bundle: Path, plan: PlannedPrint, found: Sequence[AppraisedPhotograph]) -> PrintedProgram | None:
+    """Return the program of the print that one photograph shows; of several no one is the print."""
+    on_plan = found[0].on_plan if len(found) == 1 else None
+    if on_plan is None:
+        return None
     parts = photographed_parts(on_plan.held)
     return printed_program(bundle, plan, runs=parts.runs, starts=parts.starts, ends=parts.ends)
+
+
+def _lines(
+    photograph: Photograph, *, shade: Shade, width: float | None, threshold: float | None
+) -> AppraisedPhotograph:
+    """Look for beads in a photograph where no plan says where they are."""
+    width = bead_width(photograph.grey, shade=shade) if width is None else width
+    paired = paired_edges(photograph.grey, width=width, shade=shade, threshold=threshold)
+    beads = beads_of(photograph.grey, paired, shade=shade)
+    return AppraisedPhotograph(photograph, width, paired.threshold, beads, None)
 
 
 def _by_outline(photograph: Photograph, beads: tuple[BeadLine, ...], against: _Against) -> Camera:
@@ -237,15 +240,24 @@ def _read(asked: PlanAsked, photographs: Sequence[Photograph]) -> _Against:
     return _Against(plan, lens, fiducials, () if fiducials else read_beside(asked.bundle), asked.reach)
 
 
-def _check(paths: Sequence[Path | str], *, width: float | None, threshold: float | None) -> None:
+def _check(
+    paths: Sequence[Path | str], against: PlanAsked | None, *, width: float | None, threshold: float | None
+) -> None:
     if not 1 <= len(paths) <= MOST_PHOTOGRAPHS:
         raise UsageError(f"give 1 to {MOST_PHOTOGRAPHS} photographs, found {len(paths)}.")
     for flag, value in (("--width", width), ("--threshold", threshold)):
         if value is not None and not 0.0 < value < float("inf"):
             raise UsageError(f"`{flag} {value:g}`: it must be a positive number.")
+    if against is not None and against.fiducials and (width, threshold) != (None, None):
+        raise UsageError(
+            "`--width` and `--threshold` look for lines where no plan says where they are; leave them out where "
+            "`--fiducials` and `--plan` do."
+        )
 
 
-def _check_sizes(photographs: Sequence[Photograph]) -> None:
+def _photographs(paths: Sequence[Path | str]) -> list[Photograph]:
+    """Read photographs of one size."""
+    photographs = [read_photograph(path) for path in paths]
     first = photographs[0]
     for other in photographs[1:]:
         if other.size != first.size:
@@ -254,3 +266,4 @@ def _check_sizes(photographs: Sequence[Photograph]) -> None:
                 f"{other.size[0]} x {other.size[1]}, so that distances between them mean nothing; take all with a "
                 "camera that stands still, or appraise them one by one."
             )
+    return photographs

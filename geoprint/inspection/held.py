@@ -299,13 +299,12 @@ def held_against(
     sized &= (plan.radii >= TIGHTEST * usual) & (measured.optics.blur * measured.scale <= BLURRED * usual)
     sized &= _mostly(sized, plan)
     shifts = np.where(near, offsets, 0.0)[:, None] * aside_of(plan)
-    relative = _relative(plan, measured, near & measured.lone)
     # As finely as the plan: the same shares of each stretch one after the other.
     middles = plan.finely(seen) + np.tile(shifts[seen], (len(WITHIN_STRETCH), 1))
     return Held(
         plan, measured, visible, seen, sized, np.where(sized, widths, 0.0), np.where(sized, offsets, 0.0),
-        plan.flows / height, relative, pose_deviation, float((there & ~near).sum() / max(int(there.sum()), 1)), within,
-        apart(plan.finely(visible), middles),
+        plan.flows / height, _relative(plan, measured, near & measured.lone), pose_deviation,
+        float((there & ~near).sum() / max(int(there.sum()), 1)), within, apart(plan.finely(visible), middles),
     )  # fmt: skip
 
 

@@ -147,17 +147,15 @@ def measured_stretches(
             "nothing looks like a bead where the plan has its runs; check the fiducials and the plan, light the print "
             "from the side, or expose it otherwise."
         )
-    half = np.where(usable, 0.5 * (levels.lefts - levels.rights) / profiles.scales, 0.0)
-    half = np.where(usable, half, np.median(half[usable]))
+    half = _half_widths(levels, profiles, usable)
     outline = OutlinedPart(surface).under(camera, places=SOME_RIM)
     nearest, joined = _next_edges(plan, half, outline.places)
     if darker:
         # Beads, or what they lie on, may be cut off at black, as in a negative.
         black = profiles_of(1.0 - grey, seen, plan, camera).white
         profiles = replace(profiles, white=np.maximum(profiles.white, black))
-    rows = _rows(profiles, levels, nearest * profiles.scales[:, None], darker=darker)
     which = np.flatnonzero(usable)
-    rows = rows.some(which)
+    rows = _rows(profiles, levels, nearest * profiles.scales[:, None], darker=darker).some(which)
     optics = found_optics(_some(rows))
     if darker and (negative := found_optics(_some(rows.negative()))).cost < optics.cost:
         # A picture with darker beads may be a negative, whose tone curve is that of the picture before it was one.
@@ -172,6 +170,12 @@ def measured_stretches(
     return _on_part(
         fitted, which, profiles, present, _lone(plan, joined), sights=sights, optics=optics, darker=darker, alike=alike
     )  # fmt: skip
+
+
+def _half_widths(levels: _Levels, profiles: Profiles, usable: BoolArray) -> FloatArray:
+    """Return (k,) half of the width of each bead, the usual one where it is not known [pixels]."""
+    half = np.where(usable, 0.5 * (levels.lefts - levels.rights) / profiles.scales, 0.0)
+    return np.where(usable, half, np.median(half[usable]))
 
 
 def _some(rows: Rows) -> Rows:

@@ -10,6 +10,7 @@ from parts of the run drawn anew, since neighbouring points err alike [Kunsch198
 
 from __future__ import annotations
 
+from functools import partial
 from typing import final
 
 import numpy as np
@@ -274,9 +275,7 @@ def _parts(
     own, stretch = numbers[stretch[near]], stretch[near]
     over = _Points(over.feet[near], over.up[near], over.heights[near], over.planned[near], over.slopes[near])
 
-    def summed(values: FloatArray) -> FloatArray:
-        return np.bincount(own, values, minlength=count).astype(np.float64)
-
+    summed = partial(_summed, own, count)
     points, planned = summed(np.ones(own.size)), summed(over.planned)
     seen = (points >= LEAST_POINTS) & (planned > 0.0)
     whole = np.where(seen, planned, 1.0)
@@ -309,6 +308,11 @@ def _parts(
         crests=np.where(crested, heights, 0.0),
         crest_deviations=np.where(crested, deviations, 0.0),
     ), crests
+
+
+def _summed(rows: IntArray, count: int, values: FloatArray) -> FloatArray:
+    """Return (count,) sums of values over those that have the same row."""
+    return np.bincount(rows, values, minlength=count).astype(np.float64)
 
 
 def _crest(
@@ -347,22 +351,18 @@ def _crest(
     within = (np.abs(aside) <= reach[row[own]]) & (np.abs(along) <= runs.lengths[stretch]) & beads[own]
     own, x = own[within], aside[within] ** 2
     y = over.heights[within] - share[row[own]] * over.planned[within]
-
-    def summed(values: FloatArray) -> FloatArray:
-        return np.bincount(own, values, minlength=count).astype(np.float64)
-
+    summed = partial(_summed, own, count)
     middles = deposit.at(
         runs.places + found.offset * deposit.lefts, runs.normals, spread=found.spread, offset=found.offset
     ).heights[:, 0]
     mean = np.bincount(deposit.parts, runs.lengths * middles) / np.bincount(deposit.parts, runs.lengths)
-    moved = found.along(over.feet[within], over.up[within])
     return _Crest(
         runs=row,
         counts=np.bincount(own, minlength=count),
         middles=share[row] * mean,
         sums=np.column_stack([summed(each) for each in (np.ones(own.size), x, x**2, y, x * y)]),
         squares=summed(y**2),
-        poses=np.column_stack([summed(column) for column in moved.T]),
+        poses=np.column_stack([summed(column) for column in found.along(over.feet[within], over.up[within]).T]),
     )
 
 

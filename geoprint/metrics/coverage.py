@@ -215,8 +215,7 @@ def coverage(
     local = spacing * shares_at(mesh, found.triangles.middles, wanted, spacing=spacing)
     across, gap, overlap = found.triangles.extents, GAP_SHARE * local, OVERLAP_SHARE * local
     near, both = np.isfinite(found.own), np.isfinite(found.other)
-    here = np.ones(found.own.size)
-    here[both] = _own_shares(mesh, path, found.some(both))
+    here = _own_shares(mesh, path, found, both)
     weights = areas / areas.sum()
     widths, lengths = strip_widths(
         samples,
@@ -277,12 +276,13 @@ def _nearest_two(
     return found.some(known), areas, unknown
 
 
-def _own_shares(mesh: FlatMesh, path: SurfacePath, found: _NearestTwo) -> FloatArray:
-    """Return which share of each triangle is nearer to its own stretch than to the other: it is cut by a line.
+def _own_shares(mesh: FlatMesh, path: SurfacePath, found: _NearestTwo, both: BoolArray) -> FloatArray:
+    """Return which share of each triangle is nearer to its own stretch than to the other, where it has both.
 
     Across a triangle both distances fall at a rate of one towards the places that they lead to, so half of their
-    difference is linear, and its zero parts the triangle.
+    difference is linear, and its zero cuts the triangle by a line.
     """
+    shares, found = np.ones(both.size), found.some(both)
     middles = found.triangles.middles
     towards = [
         _directions(mesh, middles, path.at(runs, arcs))
@@ -290,7 +290,8 @@ def _own_shares(mesh: FlatMesh, path: SurfacePath, found: _NearestTwo) -> FloatA
     ]
     rise = 0.5 * (towards[0] - towards[1])
     change = np.real(np.conj(rise)[:, None] * found.triangles.corners(mesh))
-    return positive_shares(0.5 * (found.other - found.own)[:, None] + change)
+    shares[both] = positive_shares(0.5 * (found.other - found.own)[:, None] + change)
+    return shares
 
 
 def _directions(mesh: FlatMesh, places: Places, ends: Places) -> ComplexArray:

@@ -337,6 +337,12 @@ def _check_spacing(spacing: float) -> None:
         raise InputError(f"the spacing must be a positive number of mm, found {spacing}.")
 
 
+def _levels(paths: _Paths, *, spacing: float, windows: int) -> LevelSpacings:
+    distance = GeodesicDistance(paths.mesh, paths.path, windows=windows)
+    samples = sampled(paths.path, step=spacing / SAMPLES_PER_SPACING)
+    return level_spacings(paths.mesh, paths.path, distance, samples, runs=paths.runs, spacing=spacing)
+
+
 def _measured(
     paths: _Paths,
     poses: PoseStream | None,
@@ -354,16 +360,7 @@ def _measured(
     covered = coverage(mesh, path, distance, samples, spacing=spacing, wanted=wanted)
     sides = side_spacing(mesh, path, samples, spacing=spacing, windows=windows, wanted=wanted)
     # Levels are those of a distance, and so one spacing apart.
-    levels = None
-    if poses is not None and wanted is None and levelled(poses):
-        levels = level_spacings(
-            mesh,
-            paths.path,
-            GeodesicDistance(mesh, paths.path, windows=windows),
-            sampled(paths.path, step=spacing / SAMPLES_PER_SPACING),
-            runs=paths.runs,
-            spacing=spacing,
-        )
+    has_levels = poses is not None and wanted is None and levelled(poses)
     pieces = stretches_of_path(mesh, path, samples, spacing=spacing)
     layer = LevelledLayer(paths.surface, pieces.places, spacing=spacing, wanted=wanted)
     local = shares_at(mesh, samples.places, wanted, spacing=spacing)
@@ -374,7 +371,7 @@ def _measured(
         followed=layer.over_all(following),
         along=np.column_stack([pieces.at_ends(layer.at_places(field), samples) for field in (constant, following)]),
         sides=sides,
-        levels=levels,
+        levels=_levels(paths, spacing=spacing, windows=windows) if has_levels else None,
         runs=paths.runs[stretches.runs_at(samples.runs, samples.arcs)],
         widths=covered.widths,
         width_cv=covered.width_cv,

@@ -1,10 +1,25 @@
-"""Printing order: from the source inwards, seams next to one another; where closed runs start."""
+"""Printing order: from the source inwards, seams next to one another; where closed runs start.
+
+Runs go level by level, which is the whole part of the row at which a stroke starts; inside a level the next run is the
+one nearest to where the tool is. A closed run starts at its point nearest to the end of the run before, so that seams
+lie side by side and travel is short; it keeps its direction. An open run starts at its nearer end.
+
+A run shorter than one spacing would be a blob rather than a bead, and one shorter than the equipment needs would not be
+what was planned. Where its end faces that of another run with nothing beside, both become one; else it is dropped and
+counted, as are those that the pattern left out, and what is left so short where a corner splits a run.
+
+Steps are at most half a spacing and chord errors at most a 500th of it, but a 20th where the tip would turn sharply.
+
+A surface in several pieces is printed piece by piece, each in the order that it has alone: first the first one, then
+always the one that starts nearest to the tool.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from itertools import pairwise
-from typing import NamedTuple, TypeVar, final
+from typing import NamedTuple, final
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -23,7 +38,7 @@ from geoprint.model import (
     freeze_arrays,
     frozen,
 )
-from geoprint.toolpath.corners import RoundedRun, faired, round_corners, without_backtracks
+from geoprint.toolpath.corners import Rounded, RoundedRun, faired, round_corners, without_backtracks
 from geoprint.toolpath.resample import ROUNDING, resample
 from geoprint.transforms import nearest
 
@@ -104,12 +119,8 @@ def starts_apart(places: FloatArray, taken: FloatArray, *, spacing: float) -> In
     return np.flatnonzero(away >= min(APART * spacing, float(away.max())))
 
 
-# Strokes put into printing order: from the seed inwards, seams next to each other, resampled along the arc.
-#
-# What is too short to be printed is joined to what it faces, or dropped.
+# Strokes put into printing order and resampled along the arc.
 
-
-Item = TypeVar("Item")
 
 # Defaults of the sampling as shares of the spacing: errors far below the bead's width, steps that a spline follows.
 STEP_SHARE = 0.5
@@ -137,6 +148,10 @@ class _Run:
     level: int
     piece: int
 
+    @property
+    def length(self) -> float:
+        return float(arc_lengths(self.places)[-1])
+
 
 class _Joint(NamedTuple):
     """Where a run goes on into another: how far, where, which two, and whether each is joined at its end."""
@@ -158,18 +173,6 @@ def arrange(
 ) -> Toolpath:
     """Order, orient and resample strokes.
 
-    Runs go from the seed inwards, level by level, which is the whole part of the row at which a stroke starts; inside a
-    level the next run is the one nearest to where the tool is. A closed run starts at its point nearest to the end of
-    the run before, so that seams lie side by side and travel is short; it keeps its direction. An open run starts at
-    its nearer end.
-
-    A run shorter than one spacing would be a blob rather than a bead, and one shorter than the equipment needs would
-    not be what was planned. Where its end faces that of another run with nothing beside, both become one; else it is
-    dropped and counted, as are those that the pattern left out, and what is left so short where a corner splits a run.
-
-    A surface in several pieces is printed piece by piece, each in the order that it has alone: first the first one,
-    then always the one that starts nearest to the tool.
-
     Args:
         strokes: c curves.
         surface: what they were drawn on.
@@ -179,43 +182,27 @@ def arrange(
         seams: of a layer of a stack: where its closed runs may start; of those places the nearest counts.
 
     Returns:
-        The toolpath, `faired`; steps at most half a spacing and chord error at most a 500th of it, but where the tip
-        would turn sharply a 20th; corners rounded or split. Where the spacing differs, the smallest counts.
+        The toolpath, `faired` and sampled by the smallest spacing; corners rounded or split.
 
     Raises:
         FieldError: nothing is left to print of a piece, or a run is too hollow for a tip at the stand-off.
     """
     spacing = float(strokes.spacing.min())
     least = max(spacing, shortest) * (1.0 - ROUNDING)
+    long_enough = partial(_long_enough, least=least, shortest=shortest, spacing=spacing)
     joined = _joined(_runs_of(strokes, surface), least=least, spacing=spacing)
-    runs, dropped = _parted(
-        joined, _worth_a_start([_length(run) for run in joined], joined, least=least, shortest=shortest)
-    )
-    _check_left(runs, dropped, least=least, spacing=spacing)
-    ordered = _piece_by_piece(runs, seams=seams, spacing=spacing)
-    closed = [run.closed for run in ordered]
-    smooth = faired(surface, [run.points for run in ordered], closed=closed, spacing=spacing)
-    step, error = STEP_SHARE * spacing, CHORD_ERROR_SHARE * spacing
-    sampled = [resample(surface, points, step=step, chord_error=error) for points in smooth]
-    rounded = round_corners(surface, sampled, closed=closed, spacing=spacing, speed=speed)
-    lengths = np.array([float(arc_lengths(positions(surface, each.points))[-1]) for each in rounded.pieces])
-    worth = _worth_a_start(
-        lengths.tolist(), [ordered[each.run] for each in rounded.pieces], least=least, shortest=shortest
-    )
-    pieces, short = _parted(rounded.pieces, worth)
-    kept, left_out = ([ordered[each.run] for each in some] for some in (pieces, short))
-    _check_left(kept, left_out, least=least, spacing=spacing)
+    which, dropped = long_enough(joined, [run.length for run in joined])
+    ordered = _piece_by_piece([joined[number] for number in which], seams=seams, spacing=spacing)
+    rounded, runs = _rounded(ordered, surface, spacing=spacing, speed=speed)
+    which, short = long_enough(runs, [arc_lengths(positions(surface, each.points))[-1] for each in rounded.pieces])
+    runs, pieces = [runs[number] for number in which], [rounded.pieces[number] for number in which]
     curves = _curves(surface, pieces, standoff=standoff, error=BACKTRACK_ERROR_SHARE * spacing)
-    rows, spacings = _carried(surface, curves, kept)
-    lost = [
-        *((_length(run), float(run.spacings.mean())) for run in dropped),
-        *zip(lengths[~np.array(worth)].tolist(), (float(run.spacings.mean()) for run in left_out), strict=True),
-        *((length, spacing) for length in strokes.dropped),
-    ]
+    rows, spacings = _carried(surface, curves, runs)
+    lost = [*dropped, *short, *((length, spacing) for length in strokes.dropped)]
     return Toolpath(
         curves=curves,
-        levels=np.array([run.level for run in kept]),
-        layers=np.full(len(pieces), 0 if seams is None else seams.layer),
+        levels=np.array([run.level for run in runs]),
+        layers=np.full(len(runs), 0 if seams is None else seams.layer),
         spacing=spacing,
         dropped_runs=len(lost),
         dropped_length=float(sum(length for length, _ in lost)),
@@ -244,6 +231,16 @@ def _runs_of(strokes: Strokes, surface: Surface) -> list[_Run]:
         )
         for piece, closed, level, label in zip(slices, curves.closed, strokes.levels, pieces, strict=True)
     ]
+
+
+def _rounded(runs: list[_Run], surface: Surface, *, spacing: float, speed: float) -> tuple[Rounded, list[_Run]]:
+    """Return runs smoothed, sampled and without sharp corners, and of each piece the run that it comes from."""
+    closed = [run.closed for run in runs]
+    smooth = faired(surface, [run.points for run in runs], closed=closed, spacing=spacing)
+    step, error = STEP_SHARE * spacing, CHORD_ERROR_SHARE * spacing
+    sampled = [resample(surface, points, step=step, chord_error=error) for points in smooth]
+    rounded = round_corners(surface, sampled, closed=closed, spacing=spacing, speed=speed)
+    return rounded, [runs[each.run] for each in rounded.pieces]
 
 
 def _curves(surface: Surface, runs: list[RoundedRun], *, standoff: float, error: float) -> SurfaceCurves:
@@ -278,27 +275,28 @@ def _carried(surface: Surface, curves: SurfaceCurves, runs: list[_Run]) -> tuple
     return np.concatenate(rows), np.concatenate(spacings)
 
 
-def _length(run: _Run) -> float:
-    return float(arc_lengths(run.places)[-1])
+def _long_enough(
+    runs: list[_Run], lengths: Sequence[float], *, least: float, shortest: float, spacing: float
+) -> tuple[list[int], list[tuple[float, float]]]:
+    """Return which runs are long enough, and length and width of each of the others.
 
+    Of a piece without any, its longest open one is where the valve can deposit it.
 
-def _worth_a_start(lengths: list[float], runs: list[_Run], *, least: float, shortest: float) -> list[bool]:
-    """Tell which runs are long enough; of a piece without any, its longest open one is where the valve can lay it."""
-    longest = {
-        piece: max((length for length, run in zip(lengths, runs, strict=True) if run.piece == piece), default=0.0)
-        for piece in {run.piece for run in runs}
-    }
-    return [
-        length >= least
+    Raises:
+        FieldError: nothing is left of a piece.
+    """
+    longest: dict[int, float] = {}
+    for run, length in zip(runs, lengths, strict=True):
+        longest[run.piece] = max(length, longest.get(run.piece, 0.0))
+    kept = [
+        number
+        for number, (run, length) in enumerate(zip(runs, lengths, strict=True))
+        if length >= least
         or (longest[run.piece] < least and not run.closed and length == longest[run.piece] > max(shortest, 0.0))
-        for length, run in zip(lengths, runs, strict=True)
     ]
-
-
-def _parted(items: list[Item], keep: list[bool]) -> tuple[list[Item], list[Item]]:
-    """Part items into those to keep and the others."""
-    kept = [item for item, kept in zip(items, keep, strict=True) if kept]
-    return kept, [item for item, kept in zip(items, keep, strict=True) if not kept]
+    _check_left({run.piece for run in runs}, {runs[number].piece for number in kept}, least=least, spacing=spacing)
+    others = [number for number in range(len(runs)) if number not in {*kept}]
+    return kept, [(float(lengths[number]), float(runs[number].spacings.mean())) for number in others]
 
 
 def _joined(runs: list[_Run], *, least: float, spacing: float) -> list[_Run]:
@@ -310,7 +308,7 @@ def _joined(runs: list[_Run], *, least: float, spacing: float) -> list[_Run]:
         # The first is turned so that it ends at the joint, the second so that it starts there.
         first = first if joint.at_end[0] else _reordered(first, np.arange(len(first.places))[::-1])
         second = _reordered(second, np.arange(len(second.places))[::-1]) if joint.at_end[1] else second
-        level = max(first, second, key=_length).level
+        level = max(first, second, key=lambda run: run.length).level
         runs = [run for number, run in enumerate(runs) if number not in joint.runs]
         runs.append(_end_to_end(first, second, level=level))
     return runs
@@ -318,8 +316,8 @@ def _joined(runs: list[_Run], *, least: float, spacing: float) -> list[_Run]:
 
 def _joints(runs: list[_Run], *, least: float, spacing: float) -> list[_Joint]:
     """Return where short runs go on into others."""
-    opened = [number for number, run in enumerate(runs) if not run.closed and _length(run) > 0.0]
-    short = {number for number in opened if _length(runs[number]) < least}
+    opened = [number for number, run in enumerate(runs) if not run.closed and run.length > 0.0]
+    short = {number for number in opened if runs[number].length < least}
     if not short:
         return []
     ends = [(number, at_end) for number in opened for at_end in (False, True)]
@@ -376,13 +374,13 @@ def _end_to_end(first: _Run, second: _Run, *, level: int) -> _Run:
     )
 
 
-def _check_left(kept: list[_Run], dropped: list[_Run], *, least: float, spacing: float) -> None:
+def _check_left(pieces: set[int], kept: set[int], *, least: float, spacing: float) -> None:
     """Check that something is left of every piece.
 
     Raises:
         FieldError: nothing is.
     """
-    lost = {run.piece for run in dropped} - {run.piece for run in kept}
+    lost = pieces - kept
     if not lost:
         return
     which = f"patch {min(lost) + 1}" if kept else "the part"

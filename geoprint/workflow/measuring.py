@@ -45,8 +45,7 @@ def measure_files(
         paths: files of toolpaths or bundles, one or more.
         offset_up_to: how far a path may lie off the part [mm]; a tenth of the spacing if not given.
         fit: whether each is first laid onto the part by a rigid motion.
-        deposit: what deposits, where files do not tell: M-codes as M3/M5, an axis that extrudes as A, or the name of an
-            output.
+        deposit: what deposits, where files do not say: M-codes (M3/M5), an axis that extrudes (A), or an output's name.
         dialect: of G-code; None to guess it.
         observe: told the name of each stage as it starts.
 
@@ -54,16 +53,9 @@ def measure_files(
         UsageError: no spacing is given, or there are too many files.
         InputError: a file cannot be read, or does not lie on the part.
     """
-    if job.spacing is None:
-        raise UsageError("give `--spacing`: the distance in mm that neighbouring paths were meant to have.")
-    if not 1 <= len(paths) <= MOST_FILES:
-        raise UsageError(f"give 1 to {MOST_FILES} files of toolpaths, found {len(paths)}.")
-    if offset_up_to is not None and not (np.isfinite(offset_up_to) and offset_up_to > 0.0):
-        raise UsageError(f"`--offset-up-to {offset_up_to:g}`: it must be a positive number of mm.")
-    cell = job_cell(job)
+    spacing, cell = _checked_spacing(job, paths, offset_up_to), job_cell(job)
     observe("part")
-    part = load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold)
-    surface = _surface(job, part)
+    part, surface = _part(job)
     found: list[MeasuredFile] = []
     for path, name in zip(paths, _names(paths), strict=True):
         observe(name)
@@ -73,31 +65,30 @@ def measure_files(
             curves = read.curves if fitted is None else moved(read.curves, fitted)
             begun = time.process_time()
             measured = measure_paths(
-                surface, curves, spacing=job.spacing, offset_up_to=offset_up_to, flow_shares=cell.process.flow_shares
+                surface, curves, spacing=spacing, offset_up_to=offset_up_to, flow_shares=cell.process.flow_shares
             )
             seconds = time.process_time() - begun
         # How the tool stands nobody knows.
-        expected = printed(
-            *measured.layer(follows=cell.signals.mode == "analog"),
-            measured,
-            cell.errors or PrintErrors(),
-        )
+        layer = measured.layer(follows=cell.signals.mode == "analog")
         found.append(
             MeasuredFile(
-                name,
-                read.format,
-                read.deposit,
-                read.points,
-                read.dropped,
-                read.reading,
-                fitted,
-                measured,
-                expected,
-                seconds,
+                name, read.format, read.deposit, read.points, read.dropped, read.reading, fitted, measured,
+                printed(*layer, measured, cell.errors or PrintErrors()), seconds,
             )
-        )
-    own = job.cell is not None and cell.errors is not None
-    return Measurement(part, surface, upright_of(surface), job.spacing, tuple(found), own_errors=own)
+        )  # fmt: skip
+    own_errors = job.cell is not None and cell.errors is not None
+    return Measurement(part, surface, upright_of(surface), spacing, tuple(found), own_errors=own_errors)
+
+
+def _checked_spacing(job: Job, paths: Sequence[Path | str], offset_up_to: float | None) -> float:
+    """Return the spacing that was meant, after a look at what else was asked for."""
+    if job.spacing is None:
+        raise UsageError("give `--spacing`: the distance in mm that neighbouring paths were meant to have.")
+    if not 1 <= len(paths) <= MOST_FILES:
+        raise UsageError(f"give 1 to {MOST_FILES} files of toolpaths, found {len(paths)}.")
+    if offset_up_to is not None and not (np.isfinite(offset_up_to) and offset_up_to > 0.0):
+        raise UsageError(f"`--offset-up-to {offset_up_to:g}`: it must be a positive number of mm.")
+    return job.spacing
 
 
 def save_measurement(found: Measurement, directory: Path | str, *, overwrite: bool = False) -> MeasurementRecord:
@@ -125,10 +116,11 @@ def save_measurement(found: Measurement, directory: Path | str, *, overwrite: bo
     return save_record(record, RECORD, files, directory, overwrite=overwrite)
 
 
-def _surface(job: Job, part: MeshFile) -> Surface:
-    """Return the part, or the patches of it that are meant, ready to be measured on."""
+def _part(job: Job) -> tuple[MeshFile, Surface]:
+    """Return the file of a part, and the part or the patches of it that are meant, ready to be measured on."""
+    part = load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold)
     cut = [patch.surface for patch in patches_of(job, part)] or [part.surface]
-    return united([prepare(one, longest_hole=job.fill_holes)[0] for one in cut])
+    return part, united([prepare(one, longest_hole=job.fill_holes)[0] for one in cut])
 
 
 def _names(paths: Sequence[Path | str]) -> list[str]:

@@ -136,21 +136,16 @@ def inspect_file(
         InputError: the file cannot be read.
     """
     path = Path(path)
-    volume = labels_of(path, unit=unit, threshold=threshold)
-    labels, record = volume[:2] if volume else ((), Reading())
+    labels, record, volume = labels_of(path, unit=unit, threshold=threshold) or ((), Reading(), None)
     if len(labels) > 1 and label is None:
         return VolumeInspection(path.name, labels, None, record)
     try:
-        if unit is None:
-            loaded, assumed = load_likely(path, label=label, threshold=threshold)
-        else:
-            loaded, assumed = load_file(path, unit=unit, label=label, threshold=threshold), False
+        loaded, assumed = load_likely(path, unit=unit, label=label, threshold=threshold)
     except InputError as error:
         if not labels:
             raise
         return VolumeInspection(path.name, labels, str(error), record)
     found = inspect(loaded.surface, longest_hole=longest_hole)
-    areas = face_areas(loaded.surface)
     used = found.examined.vertices[found.examined.faces.ravel()]
     return FileInspection(
         name=path.name,
@@ -160,15 +155,21 @@ def inspect_file(
         low=triple(used.min(axis=0)),
         high=triple(used.max(axis=0)),
         found=found,
-        regions=tuple((name, faces.size, float(areas[faces].sum())) for name, faces in loaded.regions.items()),
+        regions=_regions(loaded),
         side=_side(loaded.surface, found),
         terraces=None if found.refusal is not None else terrace_height(found.examined),
         backends=tuple((name, _trial(name, found)) for name in backend_names()),
         reading=loaded.reading,
         labels=labels,
-        landmarks=() if found.refusal is not None else _landmarks(loaded, found, None if volume is None else volume[2]),
+        landmarks=() if found.refusal is not None else _landmarks(loaded, found, volume),
         label=next((one.label for one in labels if label in {None, one.label}), None),
     )
+
+
+def _regions(loaded: MeshFile) -> tuple[tuple[str, int, float], ...]:
+    """Return name, number of faces and area [mm2] of each region of a file."""
+    areas = face_areas(loaded.surface)
+    return tuple((name, faces.size, float(areas[faces].sum())) for name, faces in loaded.regions.items())
 
 
 def _landmarks(loaded: MeshFile, found: Inspection, volume: LabelVolume | None) -> tuple[Landmark, ...]:

@@ -17,14 +17,13 @@ from functools import partial
 
 import numpy as np
 
-from geoprint import transforms
 from geoprint.config import Job
 from geoprint.errors import ClearanceError, FieldError, LimitError, PlanError, ReachError, naming
 from geoprint.geometry import face_areas
 from geoprint.metrics.stack_thickness import deposited_shares, deposited_volume, executed_flow
 from geoprint.model import Cell, Clearance, FloatArray, JointPath, Placement, PoseStream, Program, Trajectory
 from geoprint.postprocessor import Orders, TipsAt, orders_of
-from geoprint.postprocessor.rapid import Proof, Timeline, check_timeline, check_times, proven_program, timeline
+from geoprint.postprocessor.rapid import Executed, Timeline, check_timeline, check_times, proven_program, timeline
 from geoprint.process import following_flow
 from geoprint.results import Laid, Plan, RobotPlan, Workpiece
 from geoprint.robot.arm import Arm, check_load
@@ -246,37 +245,24 @@ def _with_robot(
         if placement.table is not None:
             found = replace(found, not_checked=(*found.not_checked, *OVER_A_TABLE))
         lifted, lifted_targets = lifted_path(joint_path, targets, arm)
-        dry = controller_path(lifted, lifted_targets, arm, step=LIFTED_STEP)
-        dry_found = check(dry, poses=lifted.poses)
+        dry_found = check(controller_path(lifted, lifted_targets, arm, step=LIFTED_STEP), poses=lifted.poses)
         _check_stations(lifted, cell, arm, check=check)
     with stage("program"):
         written = written_path(joint_path, targets, arm)
         off = off_moves(trajectory, written, targets, arm)
         extent = np.stack([workpiece.part.vertices.min(axis=0), workpiece.part.vertices.max(axis=0)])
+        passed = np.vstack([written.joints[targets.poses], lifted.joints])
         orders = orders_of(
-            written,
-            targets,
-            trajectory,
-            placement=placement,
-            lifted=lifted.joints[0],
+            written, targets, trajectory, placement=placement, lifted=lifted.joints[0], extent=extent,
             lifted_configuration=lifted_configuration(lifted, joint_path, targets),
-            extent=extent,
-            frame=frame_room(
-                np.vstack([written.joints[targets.poses], lifted.joints]),
-                arm,
-                middle=transforms.apply(placement.T_base_work, extent.mean(axis=0)[None])[0],
-                radius=float(np.linalg.norm(extent[1] - extent[0]) / 2.0),
-            ),
-        )
+            frame=frame_room(passed, arm, extent=extent, T_base_work=placement.T_base_work),
+        )  # fmt: skip
         tips = tips_at(trajectory.times, trajectory.joints, arm, T_base_work=placement.T_base_work)
-        program, proof = _program(paths, orders, tips, found, placement=placement, arm=arm)
-        switching = timeline(proof.printing, orders, signals=cell.signals, tips_at=tips)
-        check_timeline(switching)
-        check_times(proof.executed)
+        program, executed, switching = _program(paths, orders, tips, found, placement=placement, arm=arm)
         _check_deposit(joint_path.poses, trajectory, switching, paths)
     robot = RobotPlan(
-        placement, joint_path, trajectory, targets, path, found, dry_found, orders, program, switching, proof.executed,
-        off, ceiling,
+        placement, joint_path, trajectory, targets, path, found, dry_found, orders, program, switching, executed, off,
+        ceiling,
     )  # fmt: skip
     return replace(paths, poses=joint_path.poses, robot=(robot,), timings=tuple(stage.timings))
 
@@ -383,9 +369,10 @@ def _check_deposit(poses: PoseStream, trajectory: Trajectory, switching: Timelin
 
 def _program(
     paths: Plan, orders: Orders, tips: TipsAt, found: Clearance, *, placement: Placement, arm: Arm
-) -> tuple[Program, Proof]:
+) -> tuple[Program, Executed, Timeline]:
+    """Return a program with what was executed of it and when its outputs switch, both within what is allowed."""
     cell = paths.workpiece.cell
-    return proven_program(
+    program, proof = proven_program(
         orders,
         cell=cell,
         placement=placement,
@@ -396,3 +383,7 @@ def _program(
         checked=(*found.checked, check_load(cell.tool, arm).sentence),
         not_checked=found.not_checked,
     )
+    switching = timeline(proof.printing, orders, signals=cell.signals, tips_at=tips)
+    check_timeline(switching)
+    check_times(proof.executed)
+    return program, proof.executed, switching

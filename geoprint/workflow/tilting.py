@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import final
 
@@ -459,15 +459,7 @@ def with_attitudes(paths: Plan, placement: Placement, stage: Stages, *, chain: C
         own = replace(paths, workpiece=replace(paths.workpiece, cell=cell))
         return _printed(own, placement, of, stage, table=machine, within=within, chain=chain)
 
-    ceiling = paths.workpiece.cell.process.speed
-    printed = [printed_at(of, ceiling) for of in asked]
-    # One pressure deposits what is planned in all attitudes at one speed only.
-    while len({one.speed for one in printed}) > 1:
-        slowest = min(one.speed for one in printed)
-        printed = [
-            one if one.speed == slowest else printed_at(of, slowest) for of, one in zip(asked, printed, strict=True)
-        ]
-    printed = [replace(one, robot=replace(one.robot, ceiling=ceiling)) for one in printed]
+    printed = _at_one_speed(asked, printed_at, ceiling=paths.workpiece.cell.process.speed)
     cell = paths.workpiece.cell.at_speed(printed[0].speed)
     paths = replace(paths, workpiece=replace(paths.workpiece, cell=cell))
     robots = _swept(paths, placement, machine, printed, stage)
@@ -482,6 +474,19 @@ def with_attitudes(paths: Plan, placement: Placement, stage: Stages, *, chain: C
     with stage("program of all attitudes"):
         paths = replace(paths, joined=joined_program(paths))
     return replace(paths, timings=tuple(stage.timings))
+
+
+def _at_one_speed(
+    asked: Sequence[_Asked], printed_at: Callable[[_Asked, float], _Printed], *, ceiling: float
+) -> list[_Printed]:
+    """Print in all attitudes at the highest speed that all of them hold, as one pressure asks for."""
+    printed = [printed_at(of, ceiling) for of in asked]
+    while len({one.speed for one in printed}) > 1:
+        slowest = min(one.speed for one in printed)
+        printed = [
+            one if one.speed == slowest else printed_at(of, slowest) for of, one in zip(asked, printed, strict=True)
+        ]
+    return [replace(one, robot=replace(one.robot, ceiling=ceiling)) for one in printed]
 
 
 def _printed(

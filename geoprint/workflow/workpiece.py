@@ -307,17 +307,9 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         ClearanceError: the touched points determine the part's surface worse than the stand-off.
     """
     with stage("reading"):
-        # In the order in which a person thinks: cell, unit, spacing, placement; and all of it before the long work. A
-        # large file is parsed only for a job that says what can be said without it.
         cell = job_cell(job)
         job = with_rounds(job, cell)
-        if job.unit is not None and (job.spacing is not None or job.rounds is not None):
-            _require_placement(job, cell)
-        loaded = load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold)
-        if job.rounds is None:
-            _wanted_spacing(job, loaded.surface if job.spacing is not None else prepared_part(job, loaded).surface)
-        _require_placement(job, cell)
-        sided = sided_part(job, loaded, cell)
+        sided = sided_part(job, _loaded(job, cell), cell)
         turnable = _turnable(job, cell, sided)
         cell = replace(cell, demo_rotation=cell.demo_turn)
         placement, uncertainty = _placement(job, cell, sided.base, turnable=turnable)
@@ -346,6 +338,21 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         )
     with stage("source"):
         return with_best_sources(job, workpiece, backends=backends)
+
+
+def _loaded(job: Job, cell: Cell) -> MeshFile:
+    """Read the part of a job that says all that it must.
+
+    It is looked at in the order in which a person thinks, cell, unit, spacing, placement, and before the long work. A
+    large file is parsed only for a job that says what can be said without it.
+    """
+    if job.unit is not None and (job.spacing is not None or job.rounds is not None):
+        _require_placement(job, cell)
+    loaded = load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold)
+    if job.rounds is None:
+        _wanted_spacing(job, loaded.surface if job.spacing is not None else prepared_part(job, loaded).surface)
+    _require_placement(job, cell)
+    return loaded
 
 
 def _turnable(job: Job, cell: Cell, sided: SidedPart) -> bool:

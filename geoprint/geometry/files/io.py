@@ -120,12 +120,7 @@ def read_mesh(
             not there; an archive holds no mesh, several, or one that is packed too tightly.
         UsageError: a label is given for a file that has none or is missing, or an optional package is not installed.
     """
-    suffix = ".nii.gz" if path.name.lower().endswith(".nii.gz") else path.suffix.lower()
-    if suffix not in SUFFIXES and not path.is_dir():
-        raise InputError(
-            f"`{path.name}` has the suffix `{path.suffix}`, but geoprint reads {', '.join(SUFFIXES)}; "
-            "export the mesh as one of these."
-        )
+    suffix = _suffix(path)
     # A mesh that geoprint stored may be of a label.
     asked = {"--thin": thin, "--threshold": threshold is not None, "--label": label is not None and suffix != ".ply"}
     if suffix not in VOLUMES and any(asked.values()):
@@ -134,26 +129,43 @@ def read_mesh(
     digest = sha256(data).hexdigest()
     if suffix == ".zip":
         suffix, data = only_mesh(data, suffixes=MESHES, name=path.name)
+    if suffix in VOLUMES:
+        choice = Choice(label, thin=thin, threshold=threshold, check=check)
+        reader: Reader = partial(VOLUMES[suffix], choice=choice)
+    else:
+        reader = _checking(suffix, check)
+    file = _read(reader, data, suffix=suffix, name=path.name)
+    check_mesh(file, name=path.name)
+    if not file.digest:
+        file = replace(file, name=path.name, digest=digest, label=label if suffix in VOLUMES else None)
+    _check_label(file, label, name=path.name)
+    return file
+
+
+def _suffix(path: Path) -> str:
+    """Return the suffix that tells the format of a file."""
+    suffix = ".nii.gz" if path.name.lower().endswith(".nii.gz") else path.suffix.lower()
+    if suffix not in SUFFIXES and not path.is_dir():
+        raise InputError(
+            f"`{path.name}` has the suffix `{path.suffix}`, but geoprint reads {', '.join(SUFFIXES)}; "
+            "export the mesh as one of these."
+        )
+    return suffix
+
+
+def _read(reader: Reader, data: bytes, *, suffix: str, name: str) -> MeshFile:
+    """Read a file; whatever its reader raises names it."""
     try:
-        if suffix in VOLUMES:
-            choice = Choice(label, thin=thin, threshold=threshold, check=check)
-            file = VOLUMES[suffix](data, name=path.name, choice=choice)
-        else:
-            file = _checking(suffix, check)(data, name=path.name)
+        return reader(data, name=name)
     except (GeoprintError, MemoryError):
         raise
     except Exception as error:  # a reader may raise anything on a damaged file
         # Of other kinds the words are a name or a number without its place.
         found = f" ({str(error)[:200]!r})" if isinstance(error, ValueError | ImportError) else ""
         raise InputError(
-            f"`{path.name}` cannot be read as {suffix}{found}; it is damaged or not what its suffix says, so export "
-            "it again."
+            f"`{name}` cannot be read as {suffix}{found}; it is damaged or not what its suffix says, so export it "
+            "again."
         ) from error
-    check_mesh(file, name=path.name)
-    if not file.digest:
-        file = replace(file, name=path.name, digest=digest, label=label if suffix in VOLUMES else None)
-    _check_label(file, label, name=path.name)
-    return file
 
 
 def _checking(suffix: str, check: Check | None) -> Reader:
@@ -265,12 +277,16 @@ def load_file(
     return _in_unit(file, unit or file.unit or file.usual, used)
 
 
-def load_likely(path: Path | str, *, label: int | None = None, threshold: float | None = None) -> tuple[MeshFile, bool]:
-    """Read a file as `load_file`, in the unit that it says or else in the likely one, and return whether this is so.
+def load_likely(
+    path: Path | str, *, unit: str | None = None, label: int | None = None, threshold: float | None = None
+) -> tuple[MeshFile, bool]:
+    """Read a file as `load_file`; without a unit in the one it says or the likely one, and return whether in this.
 
     Raises:
         InputError: as `load_file`.
     """
+    if unit is not None:
+        return load_file(path, unit=unit, label=label, threshold=threshold), False
     path = _printable(path)
     file = read_mesh(path, label=label, threshold=threshold)
     used = file.vertices[used_vertices(file.faces)]

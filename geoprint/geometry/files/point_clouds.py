@@ -276,32 +276,15 @@ def reconstruct(cloud: PointCloud, *, name: str, check: Check | None = None) -> 
     if check is not None and np.isfinite(cloud.points).all() and np.ptp(cloud.points, axis=0).any():
         check(cloud.points, cloud.unit, "")
     every, normals = _checked(cloud, name=name)
-    points = every
     if importlib.util.find_spec("open3d") is None:
         raise missing("open3d", extra="scan", work="reading point clouds")
-    tree = KDTree(points)
-    if _narrow(points, tree) < LEAST_NARROW:
-        points, normals = _gathered(points, normals, name=name)
-        tree = KDTree(points)
+    points, normals, tree = _gathered(every, normals, name=name)
     spacing = _spacing(points, tree)
-    across = _spread_across(points, tree)
-    if across > MOST_ACROSS:
-        raise InputError(
-            f"`{name}`: about its {len(every)} points others lie in all directions: {across:.2f} of their squared "
-            f"distances lie across the plane through them, at most {MOST_ACROSS:.2f} may; {NO_SURFACE}.",
-            across=across,
-        )
+    _check_flat(points, tree, count=len(every), name=name)
     known = estimated_normals(points, tree) if normals is None else normals
     rough = _poisson(points, known, spacing=spacing, name=name)
     surface = _cut_back(rough, tree, reach=REACH_SPACINGS * spacing)
-    _, residuals = closest(surface, every)
-    stray = float((residuals > CELL_SPACINGS * spacing).mean())
-    if stray > STRAY_SHARE:
-        raise InputError(
-            f"`{name}`: {stray:.0%} of its {len(every)} points lie farther than {CELL_SPACINGS * spacing:.3g} from "
-            f"the surface through them, at most {STRAY_SHARE:.0%} may; {NO_SURFACE}.",
-            stray=stray,
-        )
+    residuals = _residuals(surface, every, allowed=CELL_SPACINGS * spacing, name=name)
     notes = (
         ("reconstructed_from_points", len(every)),
         ("normals", "estimated" if normals is None else "from the file"),
@@ -310,20 +293,14 @@ def reconstruct(cloud: PointCloud, *, name: str, check: Check | None = None) -> 
         ("residual_p95", round(float(np.quantile(residuals, 0.95)), 6)),
         ("residual_max", round(float(residuals.max()), 6)),
     )
-    used = {"points": len(every)}
     skipped = {**cloud.skipped, "points at the place of another": len(cloud.points) - len(every)}
     assumed = [*cloud.assumed]
     if len(points) < len(every):
         assumed.append(f"lines of a scanner, gathered to {len(points)} points")
     if normals is None:
         assumed.append("outward is away from the middle of the points")
-    return MeshFile(
-        surface.vertices,
-        surface.faces,
-        cloud.unit,
-        notes=notes,
-        reading=reading(used=used, skipped=skipped, assumed=assumed),
-    )
+    read = reading(used={"points": len(every)}, skipped=skipped, assumed=assumed)
+    return MeshFile(surface.vertices, surface.faces, cloud.unit, notes=notes, reading=read)
 
 
 def estimated_normals(points: FloatArray, tree: KDTree) -> FloatArray:
@@ -382,9 +359,14 @@ def _narrow(points: FloatArray, tree: KDTree) -> float:
     return float(np.median(np.sqrt(np.maximum(spreads[:, 1], 0.0) / np.maximum(spreads[:, 2], np.finfo(float).tiny))))
 
 
-def _gathered(points: FloatArray, normals: FloatArray | None, *, name: str) -> tuple[FloatArray, FloatArray | None]:
-    """Return the means of the points of a line scanner in cells so large that neighbours lie in all directions."""
-    cell = float(np.median(np.asarray(KDTree(points).query(points, k=2)[0])[:, 1]))
+def _gathered(
+    points: FloatArray, normals: FloatArray | None, *, name: str
+) -> tuple[FloatArray, FloatArray | None, KDTree]:
+    """Return points and normals, of a line scanner their means in cells so large that neighbours lie all around."""
+    tree = KDTree(points)
+    if _narrow(points, tree) >= LEAST_NARROW:
+        return points, normals, tree
+    cell = float(np.median(np.asarray(tree.query(points, k=2)[0])[:, 1]))
     low = points.min(axis=0)
     for _ in range(MOST_GATHERINGS):
         cell *= CELL_GROWTH
@@ -398,13 +380,14 @@ def _gathered(points: FloatArray, normals: FloatArray | None, *, name: str) -> t
         if counts.size < LEAST_POINTS:
             break
         means = np.column_stack([np.bincount(which, points[:, axis]) for axis in range(3)]) / counts[:, None]
-        if _narrow(means, KDTree(means)) < GATHERED_NARROW:
+        tree = KDTree(means)
+        if _narrow(means, tree) < GATHERED_NARROW:
             continue
         if normals is None:
-            return means, None
+            return means, None, tree
         sums = np.column_stack([np.bincount(which, normals[:, axis]) for axis in range(3)])
         lengths = np.linalg.norm(sums, axis=1, keepdims=True)
-        return means, sums / lengths if lengths.min() > 0.0 else None
+        return means, sums / lengths if lengths.min() > 0.0 else None, tree
     raise InputError(
         f"`{name}`: its {len(points)} points lie along lines, and no neighbouring lines make a surface of them; scan "
         "lines closer to each other, or make the mesh in the scanner's program."
@@ -418,11 +401,38 @@ def _spacing(points: FloatArray, tree: KDTree) -> float:
     return float(np.median(distances)) * float(np.sqrt(np.pi / others))
 
 
-def _spread_across(points: FloatArray, tree: KDTree) -> float:
-    """Return which share of the squared distances of neighbours lies across the plane through them, in the median."""
+def _check_flat(points: FloatArray, tree: KDTree, *, count: int, name: str) -> None:
+    """Refuse points whose neighbours spread across the plane through them as much as within it, in the median.
+
+    Raises:
+        InputError: as said, of so many points of the file.
+    """
     some = points[:: -(-len(points) // ASKED_POINTS)]
     spreads = np.linalg.eigvalsh(_spreads(points[np.asarray(tree.query(some, k=NEIGHBOURS)[1])]))
-    return float(np.median(spreads[:, 0] / spreads.sum(axis=1)))
+    across = float(np.median(spreads[:, 0] / spreads.sum(axis=1)))
+    if across > MOST_ACROSS:
+        raise InputError(
+            f"`{name}`: about its {count} points others lie in all directions: {across:.2f} of their squared "
+            f"distances lie across the plane through them, at most {MOST_ACROSS:.2f} may; {NO_SURFACE}.",
+            across=across,
+        )
+
+
+def _residuals(surface: Surface, points: FloatArray, *, allowed: float, name: str) -> FloatArray:
+    """Return how far points lie from the surface through them.
+
+    Raises:
+        InputError: too many are farther than allowed.
+    """
+    _, residuals = closest(surface, points)
+    stray = float((residuals > allowed).mean())
+    if stray > STRAY_SHARE:
+        raise InputError(
+            f"`{name}`: {stray:.0%} of its {len(points)} points lie farther than {allowed:.3g} from "
+            f"the surface through them, at most {STRAY_SHARE:.0%} may; {NO_SURFACE}.",
+            stray=stray,
+        )
+    return residuals
 
 
 def _spreads(around: FloatArray) -> FloatArray:

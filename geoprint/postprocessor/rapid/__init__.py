@@ -20,7 +20,6 @@ from geoprint.postprocessor.rapid.timeline import (
 from geoprint.postprocessor.rapid.verify import (
     Judged as Judged,
     judge_program as judge_program,
-    program_findings as program_findings,
     program_settings as program_settings,
     read_back as read_back,
 )

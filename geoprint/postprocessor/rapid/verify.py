@@ -118,13 +118,11 @@ def judge_program(
 ) -> Judged:
     """Return what is wrong with a program, and what it did when it was executed: dry, printing, and resumed.
 
-    It is taken together with the resident module that its cell's controller keeps.
-
-    Checked: that it is RAPID whose names and types all resolve; the guard, word for word; every target's position,
-    attitude, zone and speed, its configuration, printed and lifted, that no move goes nowhere, and that the arm waits
-    where the cell's signals need it and nowhere else; the
-    tool, the work object, home and the times to and from it; that valve and lamp switch exactly where the plan has it,
-    and never in a dry run; the flow; that modules are there when they are called.
+    Together with the resident module that its cell's controller keeps, checked is: that it is RAPID whose names and
+    types all resolve; the guard, word for word; every target's position, attitude, zone and speed, its configuration,
+    printed and lifted, that no move goes nowhere, and that the arm waits where the cell's signals need it and nowhere
+    else; the tool, the work object, home and the times to and from it; that valve and lamp switch exactly where the
+    plan has it, and never in a dry run; the flow; that modules are there when they are called.
 
     Args:
         modules: name and text of each file.
@@ -143,12 +141,12 @@ def judge_program(
         return Judged((*listed, *guard, *broken), None)
     task = [*parsed, parse_module(*resident_module(cell, placement))]
     _, unresolved = examine(task, signals=signals_of(cell))
-    text = read_text(parsed)
+    text, path = read_text(parsed), [module for module in parsed if module.file not in {GUARD, CELL_MODULE}]
     findings = [
         *listed,
         *unresolved,
         *guard,
-        *(each for module in parsed if module.file not in {GUARD, CELL_MODULE} for each in _routines(module)),
+        *(each for module in path for each in _routines(module)),
         *_failing(lambda: verify_header(text, placement=placement, surface_within=surface_within)),
         *_failing(lambda: verify_data(text, orders, cell=cell, placement=placement)),
     ]
@@ -157,24 +155,8 @@ def judge_program(
         findings += _failing(lambda: proofs.append(prove(task, orders, cell=cell, placement=placement, events=events)))
     for proof in proofs:
         findings += _motion_findings(proof, text, orders, cell=cell, placement=placement, events=events)
-    path = [module for module in parsed if module.file not in {GUARD, CELL_MODULE}]
     findings += [each for module in path for each in _failing(lambda module=module: check_statements(module))]
     return Judged(tuple(findings), proofs[0] if proofs else None)
-
-
-def program_findings(
-    modules: tuple[tuple[str, str], ...],
-    orders: Orders,
-    *,
-    cell: Cell,
-    placement: Placement,
-    surface_within: float | None,
-    events: tuple[Event, ...],
-) -> Iterator[VerificationError]:
-    """Yield what `judge_program` finds wrong; the arguments are the same."""
-    yield from judge_program(
-        modules, orders, cell=cell, placement=placement, surface_within=surface_within, events=events
-    ).findings
 
 
 def read_back(modules: tuple[tuple[str, str], ...], *, cell: Cell, placement: Placement) -> Made:

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from geoprint import transforms
 from geoprint.model import BoolArray, FloatArray, Robot
 from geoprint.robot.arm import BORDER_MARGIN, BRANCHES, JOINTS, Arm, about_nozzle, border_distances
 from geoprint.robot.arm.configuration import BORDERED, QUARTER_TURN
@@ -51,7 +52,7 @@ def still_turns(frames: Keyframes, arm: Arm, terms: Terms, *, branch: int) -> It
             yield float(turn)
 
 
-def frame_room(joints: FloatArray, arm: Arm, *, middle: FloatArray, radius: float) -> float:
+def frame_room(joints: FloatArray, arm: Arm, *, extent: FloatArray, T_base_work: FloatArray) -> float:
     """Return how far the frame of a part may lie off until an axis comes to a border of its quadrants [mm].
 
     So much the part's middle may shift in any direction, while it turns about any axis through it by that over the
@@ -61,9 +62,11 @@ def frame_room(joints: FloatArray, arm: Arm, *, middle: FloatArray, radius: floa
     Args:
         joints: (t, 6) at the targets [rad].
         arm: with its tool.
-        middle: (3,) of the part in the base frame [mm].
-        radius: of the part about it [mm].
+        extent: (2, 3) lowest and highest coordinates of the part in the work frame [mm].
+        T_base_work: (4, 4) frame of the part.
     """
+    middle = transforms.apply(T_base_work, extent.mean(axis=0)[None])[0]
+    radius = float(np.linalg.norm(extent[1] - extent[0]) / 2.0)
     # Where the arm is singular no rate is finite, and next to no room is left.
     rates = np.linalg.inv(arm.jacobians(joints) + NEARLY_SINGULAR * np.eye(JOINTS))[:, BORDERED]
     shifts, turns = rates[..., :3], rates[..., 3:]

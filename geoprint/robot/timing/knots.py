@@ -148,10 +148,8 @@ def path_knots(joint_path: JointPath, *, process: Process) -> Knots:
     places = np.concatenate([[0], np.cumsum(moved)])
     first = np.flatnonzero(np.concatenate([[True], moved]))
     _refuse_jump(joint_path, np.abs(joints - joints[first][places]), before)
-    stops = np.zeros(first.size, dtype=np.bool_)
-    own = np.flatnonzero(rows == before)
-    np.logical_or.at(stops, places[own], poses.stops)
-    stops[[0, -1]] = True
+    places_of_poses = places[rows == before]
+    stops = np.isin(np.arange(first.size), np.concatenate([[0, first.size - 1], places_of_poses[poses.stops]]))
     deposit = poses.deposited[step][moved]
     speeds = np.where(deposit, process.speed, process.travel_speed) * METRES_PER_MILLIMETRE
     beads = (bead_steps(poses)[step] * shares)[moved] * METRES_PER_MILLIMETRE
@@ -161,18 +159,17 @@ def path_knots(joint_path: JointPath, *, process: Process) -> Knots:
         ceilings = speeds / (beads / steps)
     missing = (behind - rows)[first]
     behind = behind[first]
-    lengths = np.append(0.0, tip_lengths(poses))[behind]
     return Knots(
         joints=joints[first],
         stops=stops,
         runs=poses.runs[behind],
         tips=poses.tips[behind] - missing[:, None] * (poses.tips[behind] - poses.tips[before[first]]),
-        arcs=poses.arcs[behind] - missing * lengths,
+        arcs=poses.arcs[behind] - missing * np.append(0.0, tip_lengths(poses))[behind],
         lengths=np.concatenate([[0.0], np.cumsum(steps)]),
         ceilings=ceilings,
         bead_shares=beads / steps,
         deposit=deposit,
-        places=places[own],
+        places=places_of_poses,
         rows=rows[first],
     )
 

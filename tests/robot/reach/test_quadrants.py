@@ -179,7 +179,8 @@ def test_no_frame_within_the_room_takes_an_axis_over_a_border_and_a_little_beyon
     joints = np.radians([40.0, 28.0, 20.0, 30.0, 75.0, 130.0]) + random.uniform(-0.1, 0.1, (20, 6))
     joints[7, 3] = np.radians(0.05)
     Ts, middle, radius = ARM.tool_poses(joints), np.array([230.0, 190.0, 60.0]), 25.0
-    room = frame_room(joints, ARM, middle=middle, radius=radius)
+    extent = middle + radius / 3.0**0.5 * np.array([[-1.0], [1.0]])
+    room = frame_room(joints, ARM, extent=extent, T_base_work=np.eye(4))
     assert 0.0 < room < 0.5
     branches = branch_of(joints, arm=ARM)
     border = border_distances(joints)

@@ -11,7 +11,7 @@ from geoprint.postprocessor.rapid.language.names import Symbol, declared, declar
 from geoprint.postprocessor.rapid.language.parsing import parse_module
 from geoprint.postprocessor.rapid.language.symbols import read_task
 from geoprint.postprocessor.rapid.program import rapid_program
-from geoprint.postprocessor.rapid.verify import program_findings
+from geoprint.postprocessor.rapid.verify import judge_program
 from tests.postprocessor.export_cases import CELL, PLACEMENT, events, orders, stream, tips_of
 
 # The first lines of the guard as geoprint wrote it for months: no controller loads them.
@@ -48,11 +48,11 @@ def test_a_written_program_with_such_a_guard_is_refused_for_the_name(words: str)
     modules = tuple((name, text.replace("geoCutShort:=FALSE", f"{words}:=FALSE")) for name, text in program.modules)
     twice = tuple((name, text.replace("PROC GeoRefuse", "PROC GeoCutShort")) for name, text in modules)
     changed = twice if words == "GeoCutShort" else modules
-    findings = program_findings(
+    judged = judge_program(
         changed, orders(), cell=CELL, placement=PLACEMENT, surface_within=0.2, events=events()
     )  # fmt: skip
     said = f"Geo{words[3:]} is declared twice: also in GeoGuard.mod, line 12"
-    assert any(said in str(finding) for finding in findings)
+    assert any(said in str(finding) for finding in judged.findings)
 
 
 @pytest.mark.parametrize(
