@@ -13,15 +13,14 @@ from __future__ import annotations
 
 import math
 import re
-from array import array
 from collections import Counter
 from pathlib import Path
-from typing import TypeAlias, final
+from typing import final
 
 import numpy as np
 
 from geoprint.errors import UsageError
-from geoprint.model import BoolArray, FloatArray, reading
+from geoprint.model import FloatArray, reading
 from geoprint.toolpath_files.gcode_blocks import (
     MM_PER_INCH,
     MOST_CHORDS,
@@ -55,14 +54,16 @@ from geoprint.toolpath_files.gcode_state import (
     SKIPPED,
     SWITCHES,
     SYSTEMS,
+    Corners,
     Deposit,
     Extruder,
     Guess,
+    Moves,
     Places,
     flavour_of,
     guess_dialect,
 )
-from geoprint.toolpath_files.path_file import FARTHEST, PathFile, Recorder, lines_of, refuse
+from geoprint.toolpath_files.path_file import FARTHEST, PathFile, lines_of, refuse
 
 TITLE = "G-code"
 _AXES = "XYZ"
@@ -122,83 +123,6 @@ def read_gcode(path: Path, *, deposit: str | None, dialect: str | None = None) -
     return program.file()
 
 
-# Points that a move leads through.
-_Corners: TypeAlias = tuple[list[float], list[float]] | FloatArray
-
-
-def _length(corners: _Corners) -> float:
-    return float(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum())
-
-
-@final
-class _Moves:
-    """The moves that may deposit, point to point; lives while a file is read.
-
-    Args:
-        name: of the file.
-    """
-
-    def __init__(self, name: str) -> None:
-        self._name = name
-        self.recorder = Recorder(name)
-        self._places, self._lines, self._flags, self._frames = array("d"), array("q"), array("B"), array("q")
-        self.seen = 0
-        # Why the place is not known where a move begins or ends, by its line.
-        self._unknown: dict[int, str] = {}
-
-    def add(self, number: int, corners: _Corners, flags: int, frames: tuple[int, int], why: str) -> None:
-        """Add a move through its corners."""
-        self.seen |= flags
-        if why:
-            self._unknown.setdefault(number, why)
-        if len(corners) == 2:
-            self._places.extend([*corners[0], *corners[1]])
-            self._lines.append(number)
-            self._flags.append(flags)
-            self._frames.extend(frames)
-            return
-        points = np.asarray(corners, dtype=np.float64)
-        count = len(points) - 1
-        self._places.frombytes(np.hstack([points[:-1], points[1:]]).tobytes())
-        self._lines.extend([number] * count)
-        self._flags.extend([flags] * count)
-        self._frames.extend([*frames] * count)
-
-    def runs(self, bits: int, *, approach: bool) -> int:
-        """Record the moves that have all of some bits, and return how many of them begin where nobody knows.
-
-        Args:
-            bits: of their flags.
-            approach: whether such moves are left out wherever they are: G1 leads to a part too.
-
-        Raises:
-            InputError: the place of one is not known, or in another frame; names its line.
-        """
-        flags = np.frombuffer(self._flags, dtype=np.uint8)
-        rows = np.flatnonzero((flags & bits) == bits)
-        places = np.frombuffer(self._places, dtype=np.float64).reshape(-1, 2, 3)[rows]
-        lines = np.frombuffer(self._lines, dtype=np.int64)[rows]
-        frames = np.frombuffer(self._frames, dtype=np.int64).reshape(-1, 2)[rows]
-        unknown: BoolArray = np.asarray(np.isnan(places).any(axis=2))
-        for row in np.flatnonzero(unknown.any(axis=1)).tolist():
-            line = int(lines[row])
-            why = self._unknown.get(line, "")
-            if unknown[row, 1] or (why and not approach):
-                refuse(self._name, line, why or "it deposits before all of X, Y and Z have a value")
-        known = ~unknown[:, 0]
-        places, lines, frames = places[known], lines[known], frames[known]
-        strange = (frames != frames[:1, :1]).any(axis=1) if len(frames) else np.zeros(0, dtype=bool)
-        if strange.any():
-            refuse(
-                self._name,
-                int(lines[int(np.argmax(strange))]),
-                "it deposits in other coordinates than before, and the file does not say how far these lie apart; "
-                "give the offsets of both with G10 L2, or one part at a time",
-            )
-        self.recorder.lines(places[:, 0], places[:, 1])
-        return len(known) - int(known.sum())
-
-
 @final
 class _Program:
     """Executes a program block by block; lives while a file is read.
@@ -213,7 +137,7 @@ class _Program:
         self._name, self._guess, self._deposit = name, guess, deposit
         self._dialect = guess.dialect
         self._printer = guess.dialect in PRINTERS
-        self._places, self._extruder, self._moves = Places(), Extruder(), _Moves(name)
+        self._places, self._extruder, self._moves = Places(), Extruder(), Moves(name)
         self._used: Counter[str] = Counter()
         self._skipped: Counter[str] = Counter()
         self._assumed: dict[str, None] = {}
@@ -567,7 +491,7 @@ class _Program:
             for axis in named:
                 if not math.isnan(end[axis]):
                     places.why[axis] = ""
-        corners: _Corners = (start, end)
+        corners: Corners = (start, end)
         if curved:
             corners = self._along(block, start, end, same=before == places.frame())
         elif relative or start != end:
@@ -591,17 +515,18 @@ class _Program:
                 places.here[axis] += value
         return why
 
-    def _fed(self, block: Block, corners: _Corners) -> int:
+    def _fed(self, block: Block, corners: Corners) -> int:
         """Return the bits of a move: which readings of E feed, whether a switch is on, whether it is no G0."""
         bits = 0
         letter = self._deposit.extruder
         if letter in block.words:
-            length = math.dist(*corners) if len(corners) == 2 else _length(corners)
+            straight = len(corners) == 2
+            length = math.dist(*corners) if straight else float(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum())
             bits = self._extruder.feed(self._length_of(block, letter), 0.0 if math.isnan(length) else length)
         power = self._power != 0.0 or self._deposit.named
         return bits + _ON * (self._switched and power) + _FEEDS * (self._motion != "G0")
 
-    def _keep(self, number: int, corners: _Corners, flags: int, frames: tuple[int, int], why: str) -> None:
+    def _keep(self, number: int, corners: Corners, flags: int, frames: tuple[int, int], why: str) -> None:
         """Note a move that may deposit."""
         self._used["arcs" if self._motion in {"G2", "G3"} else "moves"] += 1
         if self._homed and flags:
@@ -609,7 +534,7 @@ class _Program:
         if flags:
             self._moves.add(number, corners, flags, frames, why)
 
-    def _along(self, block: Block, start: list[float], end: list[float], *, same: bool) -> _Corners:
+    def _along(self, block: Block, start: list[float], end: list[float], *, same: bool) -> Corners:
         """Return the points of an arc; its two ends alone where the places of these are not known."""
         words, number = block.words, block.number
         first, second, third = self._plane

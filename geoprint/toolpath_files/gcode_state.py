@@ -1,4 +1,4 @@
-"""Where the tool of a G-code program is: modal groups, coordinate systems, offsets and the extruder."""
+"""Where the tool of a G-code program is and was: modal groups, coordinate systems, offsets, extruder and moves."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ from array import array
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from statistics import median
-from typing import Final, final
+from typing import Final, TypeAlias, final
+
+import numpy as np
 
 from geoprint.errors import UsageError
+from geoprint.model import BoolArray, FloatArray
 from geoprint.toolpath_files.gcode_blocks import Block
-from geoprint.toolpath_files.path_file import refuse
+from geoprint.toolpath_files.path_file import Recorder, refuse
 
 # Which codes of G-code do what: modal groups, what moves nothing, what is refused, what deposits; and dialects.
 
@@ -487,3 +490,76 @@ def _alike(feeds: Sequence[float]) -> int:
     fed = [math.log(feed) for feed in feeds if feed > 0.0]
     middle = median(fed) if fed else 0.0
     return sum(abs(feed - middle) < math.log(_ALIKE) for feed in fed)
+
+
+# Points that a move leads through.
+Corners: TypeAlias = tuple[list[float], list[float]] | FloatArray
+
+
+@final
+class Moves:
+    """The moves that may deposit, point to point; lives while a file is read.
+
+    Args:
+        name: of the file.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self.recorder = Recorder(name)
+        self._places, self._lines, self._flags, self._frames = array("d"), array("q"), array("B"), array("q")
+        self.seen = 0
+        # Why the place is not known where a move begins or ends, by its line.
+        self._unknown: dict[int, str] = {}
+
+    def add(self, number: int, corners: Corners, flags: int, frames: tuple[int, int], why: str) -> None:
+        """Add a move through its corners."""
+        self.seen |= flags
+        if why:
+            self._unknown.setdefault(number, why)
+        if len(corners) == 2:
+            self._places.extend([*corners[0], *corners[1]])
+            self._lines.append(number)
+            self._flags.append(flags)
+            self._frames.extend(frames)
+            return
+        points = np.asarray(corners, dtype=np.float64)
+        count = len(points) - 1
+        self._places.frombytes(np.hstack([points[:-1], points[1:]]).tobytes())
+        self._lines.extend([number] * count)
+        self._flags.extend([flags] * count)
+        self._frames.extend([*frames] * count)
+
+    def runs(self, bits: int, *, approach: bool) -> int:
+        """Record the moves that have all of some bits, and return how many of them begin where nobody knows.
+
+        Args:
+            bits: of their flags.
+            approach: whether such moves are left out wherever they are: G1 leads to a part too.
+
+        Raises:
+            InputError: the place of one is not known, or in another frame; names its line.
+        """
+        flags = np.frombuffer(self._flags, dtype=np.uint8)
+        rows = np.flatnonzero((flags & bits) == bits)
+        places = np.frombuffer(self._places, dtype=np.float64).reshape(-1, 2, 3)[rows]
+        lines = np.frombuffer(self._lines, dtype=np.int64)[rows]
+        frames = np.frombuffer(self._frames, dtype=np.int64).reshape(-1, 2)[rows]
+        unknown: BoolArray = np.asarray(np.isnan(places).any(axis=2))
+        for row in np.flatnonzero(unknown.any(axis=1)).tolist():
+            line = int(lines[row])
+            why = self._unknown.get(line, "")
+            if unknown[row, 1] or (why and not approach):
+                refuse(self._name, line, why or "it deposits before all of X, Y and Z have a value")
+        known = ~unknown[:, 0]
+        places, lines, frames = places[known], lines[known], frames[known]
+        strange = (frames != frames[:1, :1]).any(axis=1) if len(frames) else np.zeros(0, dtype=bool)
+        if strange.any():
+            refuse(
+                self._name,
+                int(lines[int(np.argmax(strange))]),
+                "it deposits in other coordinates than before, and the file does not say how far these lie apart; "
+                "give the offsets of both with G10 L2, or one part at a time",
+            )
+        self.recorder.lines(places[:, 0], places[:, 1])
+        return len(known) - int(known.sum())
