@@ -191,7 +191,7 @@ def _measurement() -> Measurement:
         printed=expected,
         seconds=0.1,
     )
-    return Measurement(part, part.surface, np.eye(3), 2.0, (file,))
+    return Measurement(part, part.surface, np.eye(3), 2.0, (file,), "cell")
 
 
 def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:

@@ -142,7 +142,7 @@ def thinned_scan(*, wide: bool, seed: int) -> CrestScan:
     record = record_scan(
         AppraisedScan(
             scan=read, unit="mm", printed=_as_wanted(held.parts.runs), given=False, surface=surface,
-            upright=np.eye(3), spacing=SPACING, held=held,
+            upright=np.eye(3), spacing=SPACING, printed_with=(), held=held,
         )
     )  # fmt: skip
     high, planned = heights(beads, beads.places), deposit.runs.flows * deposit.runs.lengths

@@ -121,7 +121,8 @@ def appraise_photographs(
         return appraisal
     observe("program")
     printed = _printed(against.bundle, held.plan, found)
-    return replace(appraisal, plan=held.plan.name, part=held.plan.part, printed=printed)
+    plan = held.plan
+    return replace(appraisal, plan=plan.name, printed_with=plan.printed_with, part=plan.part, printed=printed)
 
 
 def save_appraisal(found: Appraisal, directory: Path | str, *, overwrite: bool = False) -> AppraisalRecord:

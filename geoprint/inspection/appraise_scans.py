@@ -93,7 +93,15 @@ def appraise_scan(
     parts = held.parts
     printed = printed_program(bundle, plan, runs=parts.runs, starts=parts.starts, ends=parts.ends)
     return AppraisedScan(
-        scan, asked.unit, printed, asked.pose is not None, plan.surface, upright_of(plan.surface), plan.spacing, held
+        scan,
+        asked.unit,
+        printed,
+        asked.pose is not None,
+        plan.surface,
+        upright_of(plan.surface),
+        plan.spacing,
+        plan.printed_with,
+        held,
     )
 
 

@@ -23,6 +23,7 @@ from geoprint.inspection.photograph import read_photograph
 from geoprint.model import FloatArray, IntArray, PoseStream, Surface, freeze_arrays, frozen
 from geoprint.postprocessor import FEEDBACK_TABLE, PLAN, read_wanted_flow
 from geoprint.reporting import PlanRecord, read_record
+from geoprint.reporting.part_report import printed_with
 from geoprint.workflow.bundles import changes, listed_bundle, stream_of
 from geoprint.workflow.replan import BODY, PART
 
@@ -65,6 +66,7 @@ class PlannedPrint:
         shut: by how much it was shut earlier [mm].
         spacing: wanted between neighbouring runs [mm].
         height: of the layer [mm].
+        printed_with: names and values of what it was planned with, as its page says them.
     """
 
     name: str
@@ -77,6 +79,7 @@ class PlannedPrint:
     shut: float
     spacing: float
     height: float
+    printed_with: tuple[tuple[str, str], ...]
 
     def __post_init__(self) -> None:
         freeze_arrays(self, factors="float: p")
@@ -122,6 +125,7 @@ def read_plan(folder: Path) -> PlannedPrint:
         shut=0.0 if fed is None else fed.valve_shuts_earlier_mm,
         spacing=settings.spacing_mm,
         height=settings.layer_height_mm,
+        printed_with=printed_with(settings),
     )
 
 

@@ -120,7 +120,7 @@ def photographs_page(found: Appraisal, recorded: AppraisalRecord, pictures: Mapp
         figures=RowsReport(PHOTOGRAPH_COLUMNS, tuple(photograph_rows(recorded))),
         said=tuple(sentence(each, names) for each in pair_sentences(recorded)),
         distances=_distances(recorded) if recorded.pairs else None,
-        settings=_photograph_settings(recorded),
+        settings=_photograph_settings(recorded, found.printed_with),
         inputs=tuple((each.file, each.sha256) for each in recorded.photographs),
     )
     return photographs_report(report, title=title)
@@ -178,10 +178,12 @@ def _distances(record: AppraisalRecord) -> PathDistances:
     return PathDistances(names, hausdorff, mean)
 
 
-def _photograph_settings(record: AppraisalRecord) -> tuple[tuple[str, str], ...]:
-    plan = () if record.plan is None else (("plan", record.plan),)
+def _photograph_settings(
+    record: AppraisalRecord, printed_with: tuple[tuple[str, str], ...]
+) -> tuple[tuple[str, str], ...]:
+    unknown = (("cell, needle, layer height", "not known without a plan"),)
     return (
-        *plan,
+        *(unknown if record.plan is None else (("plan", record.plan), *printed_with)),
         ("beads are", f"{record.shade} than what they lie on"),
         ("width of beads", "chosen, each photograph its own" if record.width_chosen else "given"),
         ("threshold of the contrast", "chosen (Otsu), each photograph its own" if record.threshold_chosen else "given"),
@@ -261,8 +263,7 @@ def _path(found: AppraisedScan) -> tuple[FloatArray, IntArray]:
 def _settings(found: AppraisedScan, record: ScanAppraisalRecord) -> tuple[tuple[str, str], ...]:
     return (
         ("plan", record.printed.plan),
-        ("spacing [mm]", f"{found.spacing:g}"),
-        ("layer height [mm]", f"{record.layer_height_mm:g}"),
+        *found.printed_with,
         ("unit of the scan", record.scan.unit),
         ("pose", "given" if record.registration.given else "as the scan stands"),
     )

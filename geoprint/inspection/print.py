@@ -60,6 +60,7 @@ class Appraisal:
         pairs: of each two photographs, by their numbers from 0, the first lower: how far their beads lie apart
             [pixels].
         plan: name of the bundle, or None.
+        printed_with: names and values of the plan and its cell; none without a plan.
         part: name of the part's file, or None.
         printed: the program of the print, where one photograph was held against its plan; else None.
     """
@@ -70,5 +71,6 @@ class Appraisal:
     photographs: tuple[AppraisedPhotograph, ...]
     pairs: tuple[tuple[int, int, SetDistances], ...]
     plan: str | None = None
+    printed_with: tuple[tuple[str, str], ...] = ()
     part: str | None = None
     printed: PrintedProgram | None = None

@@ -160,6 +160,7 @@ class AppraisedScan:
         surface: of the part.
         upright: (3, 3) rotation to the view.
         spacing: between neighbouring runs [mm].
+        printed_with: names and values of the plan and its cell.
         held: what it shows.
     """
 
@@ -170,6 +171,7 @@ class AppraisedScan:
     surface: Surface
     upright: FloatArray
     spacing: float
+    printed_with: tuple[tuple[str, str], ...]
     held: MeasuredPrint
 
     def __post_init__(self) -> None:

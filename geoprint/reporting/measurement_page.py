@@ -16,7 +16,7 @@ from geoprint.reporting.evenness import expected_rows
 from geoprint.reporting.figures import CoveragePanel, coverage_figure, png_bytes
 from geoprint.reporting.measurement import measure_verdict, ranked_files
 from geoprint.reporting.page import html_report
-from geoprint.reporting.part_report import evenness_rows
+from geoprint.reporting.part_report import evenness_rows, settings_facts
 from geoprint.reporting.pictures import caption_of
 from geoprint.reporting.records.comparison import MeasuredRecord, MeasurementRecord
 from geoprint.reporting.records.evenness import SpacingRecord, SpacingSideRecord
@@ -60,7 +60,11 @@ def measure_report(found: Measurement, record: MeasurementRecord) -> bytes:
         table=_table(record.files),
         path_distances=None,
         pictures=(),
-        settings=(("spacing [mm]", f"{record.spacing_mm:g}"), ("area of the part [mm2]", f"{record.area_mm2:.1f}")),
+        settings=(
+            *settings_facts({"spacing_mm": record.spacing_mm, "cell": found.cell}),
+            ("needle, layer height", "not known: paths alone are measured"),
+            ("area of the part [mm2]", f"{record.area_mm2:.1f}"),
+        ),
         inputs=((record.part.name, record.part.sha256),),
     )
     return html_report([page], title=f"geoprint measure: {record.part.name}")

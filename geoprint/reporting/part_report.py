@@ -317,17 +317,30 @@ def _overview(record: PartRecord) -> tuple[tuple[str, str], ...]:
     )
 
 
-def _settings(record: SettingsRecord) -> tuple[tuple[str, str], ...]:
+def printed_with(settings: SettingsRecord) -> tuple[tuple[str, str], ...]:
+    """Return what the page of a print says of the plan and the cell that it was printed with."""
+    return settings_facts(
+        {name: getattr(settings, name) for name in ("spacing_mm", "cell", "needle_mm", "layer_height_mm")}
+    )
+
+
+def settings_facts(settings: Mapping[str, object]) -> tuple[tuple[str, str], ...]:
+    """Return keys of plan.json in words, with their units, and their values, as every page writes them."""
+
     def text(value: object) -> str:
         if isinstance(value, bool):
             return "yes" if value else "no"
         return "none" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
 
+    return tuple((_with_unit(name), text(value)) for name, value in settings.items())
+
+
+def _settings(record: SettingsRecord) -> tuple[tuple[str, str], ...]:
     settings = {name: value for name, value in as_json(record).items() if name not in {"patches", "source"}}
     source = as_json(record).get("source")
     regions = [region.model_dump(exclude_none=True).items() for region in record.patches]
     return (
-        *((_with_unit(name), text(value)) for name, value in settings.items()),
+        *settings_facts(settings),
         ("source", "border" if source is None else str(Source.model_validate(source))),
         *(
             (f"patch {i}", ", ".join(f"{name} {value}" for name, value in each))

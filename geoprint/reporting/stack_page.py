@@ -8,10 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import KDTree
 
-from geoprint.config import Job
+from geoprint.config import Job, job_cell
 from geoprint.geometry import closest, face_areas, in_words, normals, refine
 from geoprint.metrics.stack_thickness import Finished
 from geoprint.model import FloatArray
+from geoprint.reporting.part_report import settings_facts
 from geoprint.reporting.records.rounding import listed
 from geoprint.reporting.records.stack import FinishedRecord, StackedLayerRecord, StackRecord
 from geoprint.reporting.slice_figure import SlicedView, seams_figure, sliced_figure, thickness_figure
@@ -292,7 +293,7 @@ def _cautions(record: StackRecord) -> tuple[str, ...]:
 
 
 def thickness_settings(job: Job, record: StackRecord) -> tuple[tuple[str, str], ...]:
-    """Return the names and values of what was asked for, but for the backend."""
+    """Return the names and values of what was asked for, but for the backend, and of the cell."""
     asked = (
         ("thickness [mm]", f"{record.thickness_mm:g}"),
         ("target", record.target),
@@ -302,4 +303,6 @@ def thickness_settings(job: Job, record: StackRecord) -> tuple[tuple[str, str], 
         ("pattern", job.pattern),
         ("robot", "yes" if job.robot else "no"),
     )
-    return tuple((name, value) for name, value in asked if value is not None)
+    cell, height = job_cell(job), record.layers[0].height_mm
+    printed = {"cell": cell.name, "needle_mm": cell.tool.inner_diameter, "layer_height_mm": height}
+    return (*((name, value) for name, value in asked if value is not None), *settings_facts(printed))

@@ -315,7 +315,8 @@ class Measurement:
         upright: (3, 3) rotation that turns the part's mean normal up.
         spacing: wanted [mm].
         files: in the order given, with names that differ.
-        own_errors: whether the cell was given whose errors the prints have, and says them.
+        cell: name of the one whose flow and errors the prints have.
+        own_errors: whether that was given, and says its errors.
     """
 
     part: MeshFile
@@ -323,6 +324,7 @@ class Measurement:
     upright: FloatArray
     spacing: float
     files: tuple[MeasuredFile, ...]
+    cell: str
     own_errors: bool = False
 
     def __post_init__(self) -> None:

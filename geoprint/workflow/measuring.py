@@ -76,8 +76,8 @@ def measure_files(
                 printed(*layer, measured, cell.errors or PrintErrors()), seconds,
             )
         )  # fmt: skip
-    own_errors = job.cell is not None and cell.errors is not None
-    return Measurement(part, surface, upright_of(surface), spacing, tuple(found), own_errors=own_errors)
+    own = job.cell is not None and cell.errors is not None
+    return Measurement(part, surface, upright_of(surface), spacing, tuple(found), cell.name, own_errors=own)
 
 
 def _checked_spacing(job: Job, paths: Sequence[Path | str], offset_up_to: float | None) -> float:

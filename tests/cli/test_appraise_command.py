@@ -33,13 +33,15 @@ from geoprint.simulation import (
     scanned,
 )
 from geoprint.workflow import plan, save_plan
-from tests.commands import called
+from tests.commands import called, printed_with
 from tests.geometry.files.lasting_worker import LastingWorker, lasting_worker
 from tests.inspection.drawn import drawn, straight
 from tests.meshes import plate
 
 DATA = Path(__file__).parents[2] / "data"
 Run = Callable[..., tuple[int, str, str]]
+# What the cell that comes with geoprint prints with: its name, needle and layer height [mm].
+PRINTED_WITH = ["irb120-bent45.toml", "0.6", "0.5"]
 LENS = "width = 480\nheight = 400\nfx = 1150\nfy = 1150\ncx = 239.5\ncy = 199.5\nk1 = -0.1\nk2 = 0.02\n"
 VIEW = looking_at(
     np.array([20.0, 15.0, 0.0]), place=np.array([30.0, 0.0, 110.0]), focal=1150.0, size=(480, 400), radial=(-0.1, 0.02)
@@ -133,6 +135,7 @@ def test_photographs_of_one_name_keep_their_distance_in_text_and_page(run: Run, 
     assert re.findall(r'<td class="above">([^<]*)</td>', page) == [apart, "0.0000", apart]
     assert "the nearest of 3 pairs" in page
     assert page.count("<figure>") == 6
+    assert '<th scope="row">cell, needle, layer height</th><td>not known without a plan</td>' in page
 
 
 def test_a_print_is_held_against_its_plan_and_written(run: Run, printed: Path) -> None:
@@ -163,6 +166,7 @@ def test_a_print_is_held_against_its_plan_and_written(run: Run, printed: Path) -
     assert first.missing_mm == pytest.approx(6.0, abs=1.2)
     page = (written / "report.html").read_text(encoding="utf-8")
     assert "print.png: of the plan" in page
+    assert printed_with(written / "report.html") == [*PRINTED_WITH, f"geoprint appraise {asked}"]
     cells = re.findall(r"<td>([^<]*)</td>", page.split("What is wrong, and where")[1])
     assert cells[0] == "gap"
     assert (float(cells[1]), float(cells[2])) == pytest.approx((40.0, 46.0), abs=0.8)
@@ -350,6 +354,7 @@ def test_a_scan_is_held_against_its_plan_and_written(run: Run, printed: Path) ->
     page = (written / "report.html").read_text(encoding="utf-8")
     assert "measured thickness" in page
     assert "print.xyz: the print has" in page
+    assert printed_with(written / "report.html")[:3] == PRINTED_WITH
     before = {path.name: path.read_bytes() for path in written.iterdir()}
     assert run("print.xyz --plan plan --out scanned --overwrite")[0] == 0
     assert {path.name: path.read_bytes() for path in written.iterdir()} == before

@@ -12,7 +12,7 @@ import pytest
 from geoprint.cli.terminal import fitted
 from geoprint.geometry.files import save_ply
 from geoprint.reporting import MeasurementRecord, read_record
-from tests.commands import called
+from tests.commands import called, printed_with
 from tests.meshes import plate
 
 Run = Callable[..., tuple[int, str, str]]
@@ -137,6 +137,8 @@ def test_a_folder_holds_page_picture_table_and_record(run: Run, folder: Path) ->
     assert "levels_spacing_cv" not in cells
     page = (written / "report.html").read_text(encoding="utf-8")
     assert "even.csv covers plate.ply best of 2." in page
+    assert printed_with(written / "report.html")[0] == "irb120-bent45.toml"
+    assert "not known: paths alone are measured" in page
     varies = f"{record.files[1].uniformity.thickness.cv:.2%}"
     assert f"shifted.csv: with a constant flow the thickness of its layer varies by {varies} (standard" in page
     assert "Distance from border or seed" not in page

@@ -15,6 +15,7 @@ from geoprint.reporting import StackComparisonRecord, stack_comparison_text
 from geoprint.reporting.records.stack import ComparedStackRecord, FinishedRecord, RefusedStackRecord
 from geoprint.reporting.stack_comparison import best_stack, stack_verdict
 from geoprint.workflow import check_folder, compare_stacks
+from tests.commands import printed_with
 from tests.meshes import plate, sphere
 from tests.workflow.layers_here import planning_here
 
@@ -110,6 +111,8 @@ def test_stacks_of_backends_stand_side_by_side(
         assert not check_folder(tmp_path / "both" / row.backend).findings
     page = (tmp_path / "both" / "report.html").read_text()
     assert record.verdict[0] in page
+    for shown in (tmp_path / "both", tmp_path / "both" / "heat"):
+        assert printed_with(shown / "report.html")[:3] == ["irb120-bent45.toml", "0.6", "0.5"]
     for backend in ("lscm", "heat"):
         assert f'href="{backend}/report.html"' in page
         assert (tmp_path / "both" / backend / "report.html").is_file()
