@@ -2,21 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.geometry import face_areas, refine
-from geoprint.inspection.html import (
-    MEASURED_RANGE,
-    PhotographsReport,
-    PhotographView,
-    RowsReport,
-    ScanReport,
-    photographs_report,
-    scan_report,
-)
 from geoprint.inspection.print import Appraisal, AppraisedPhotograph, OnPlan
 from geoprint.inspection.scan import AppraisedScan
 from geoprint.inspection.scan_measuring import COVERED_SHARE
@@ -36,9 +27,22 @@ from geoprint.inspection.text import (
     verdict_on_photographs,
 )
 from geoprint.model import FloatArray, IntArray, Surface
-from geoprint.reporting import PathDistances, Picture, thickness_figure, view_surface
+from geoprint.reporting import (
+    FlowView,
+    PathDistances,
+    Picture,
+    StackPaths,
+    StackReport,
+    stack_report,
+    thickness_figure,
+    view_surface,
+)
+from geoprint.reporting.histogram import histograms
+from geoprint.reporting.html import Document, Markup, distance_matrix, element, figure, joined, row_table
+from geoprint.reporting.page import document_page
 from geoprint.reporting.prints import next_print
 from geoprint.reporting.records.inspection import AppraisalRecord, PhotographRecord, ScanAppraisalRecord
+from geoprint.reporting.stack_html import StackWords
 
 # What is wrong in a photographed print, and where: gaps, blobs and thin stretches of runs, or breaks of lines.
 
@@ -96,6 +100,10 @@ def _of_lines(each: AppraisedPhotograph) -> list[tuple[str, ...]]:
 
 OVERLAY = "{}: middles of the lines orange, their edges light blue, breaks of lines yellow{}."
 OF_PLAN, OF_OUTLINE = ", what is planned and has no material purple", ", the outline that placed the camera green"
+MATRIX_NOTE = (
+    "Above the diagonal: Hausdorff distance, the largest from a place of one photograph's lines to those of the other "
+    "[pixels]. Below, shaded: the mean of these distances [pixels]."
+)
 EDGES = "{}: white where |dI/dx| + |dI/dy| in even light is above its threshold, the edges as the paper takes them."
 
 
@@ -110,34 +118,60 @@ def photographs_page(found: Appraisal, recorded: AppraisalRecord, pictures: Mapp
     names = [each.file for each in recorded.photographs]
     both = list(zip(found.photographs, recorded.photographs, strict=True))
     title = f"geoprint appraise: {', '.join(names)}" + (f" on {recorded.part}" if recorded.part else "")
-    report = PhotographsReport(
-        verdict=sentence(verdict_on_photographs(recorded), names),
-        cautions=tuple(each for _, record in both for each in _said(record, recorded) if _is_caution(each)),
-        photographs=tuple(
-            _view(each, record, recorded, pictures=_pictures(record, pictures, number))
+    blocks = [
+        ("What the photographs show", row_table(PHOTOGRAPH_COLUMNS, photograph_rows(recorded), label="Photographs")),
+        *_apart(recorded, names),
+        *(
+            (record.file, _photograph(each, record, recorded, pictures=_pictures(record, pictures, number)))
             for number, (each, record) in enumerate(both, start=1)
         ),
-        figures=RowsReport(PHOTOGRAPH_COLUMNS, tuple(photograph_rows(recorded))),
-        said=tuple(sentence(each, names) for each in pair_sentences(recorded)),
-        distances=_distances(recorded) if recorded.pairs else None,
+    ]
+    document = Document(
+        name=title,
+        verdict=(sentence(verdict_on_photographs(recorded), names),),
+        cautions=tuple(each for _, record in both for each in _said(record, recorded) if _is_caution(each)),
+        blocks=tuple(blocks),
         settings=_photograph_settings(recorded, found.printed_with),
         inputs=tuple((each.file, each.sha256) for each in recorded.photographs),
     )
-    return photographs_report(report, title=title)
+    return document_page(title, document)
 
 
-def _view(
-    each: AppraisedPhotograph, record: PhotographRecord, recorded: AppraisalRecord, *, pictures: tuple[Picture, ...]
-) -> PhotographView:
-    on_plan = record.on_plan
-    return PhotographView(
-        name=record.file,
-        said=tuple(said for said in _said(record, recorded) if not _is_caution(said)),
-        pictures=pictures,
-        runs=None if on_plan is None else RowsReport(RUN_COLUMNS, tuple(photographed_run_rows(on_plan))),
-        faults=RowsReport(LINE_COLUMNS if on_plan is None else PLAN_COLUMNS, tuple(fault_rows(each))),
-        widths=_widths(each),
+def _photograph(
+    each: AppraisedPhotograph, record: PhotographRecord, recorded: AppraisalRecord, *, pictures: Sequence[Picture]
+) -> Markup:
+    """Return what the page shows of one photograph."""
+    on_plan, faults, widths = record.on_plan, fault_rows(each), _widths(each)
+    bare = "No stretch of the plan in sight is without material, a blob or thin." if on_plan else "No line is broken."
+    wrong = row_table(PLAN_COLUMNS if on_plan else LINE_COLUMNS, faults, label=f"Faults in {record.file}")
+    note = "Share of the length by its width; shaded: within 5% of the mean." if widths.size else "No width is known."
+    spread = histograms([(record.file, widths)], of="length", axis="width / mean width [1]") if widths.size else ""
+    runs = () if on_plan is None else (
+        element("h3", "Run by run"),
+        row_table(RUN_COLUMNS, photographed_run_rows(on_plan), label=f"Runs in {record.file}"),
+    )  # fmt: skip
+    return joined(
+        *(element("p", said) for said in _said(record, recorded) if not _is_caution(said)),
+        element("div", *map(figure, pictures), class_="beside"),
+        *runs,
+        element("h3", "What is wrong, and where"),
+        wrong if faults else element("p", bare),
+        element("h3", "How the width is distributed"),
+        element("p", note, class_="note") if widths.size else element("p", note),
+        spread,
     )
+
+
+def _apart(recorded: AppraisalRecord, names: Sequence[str]) -> list[tuple[str, Markup]]:
+    """Return how far the lines of photographs lie apart; nothing of a single one."""
+    if not recorded.pairs:
+        return []
+    matrix = distance_matrix(
+        _distances(recorded), unit="pixels", form="{:.4f}", label="Distances between the photographs"
+    )
+    sentences = (element("li", sentence(each, names)) for each in pair_sentences(recorded))
+    note = element("p", MATRIX_NOTE, class_="note")
+    return [("How far their lines lie apart", joined(note, matrix, element("ul", *sentences)))]
 
 
 def _said(record: PhotographRecord, recorded: AppraisalRecord) -> list[str]:
@@ -193,6 +227,19 @@ def _photograph_settings(
 # The report page of a scanned print: how thick it is over its part, in 3D, and run by run.
 
 
+# Measured thickness over the planned one at the ends of the colour scale.
+MEASURED_RANGE = (0.6, 1.4)
+OF_SCAN = StackWords(
+    "Print",
+    "Run by run",
+    "Runs",
+    what="measured thickness",
+    of="planned",
+    paths="Paths of the plan",
+    ends=MEASURED_RANGE,
+    legend="Blue: too thin, red: too thick, white: as planned. Grey: not seen by the scan, or nothing is planned "
+    "there.",
+)
 # Faces of the view: finer than can be seen, and every one costs time when the page opens.
 VIEWED_FACES = 60_000
 LABEL = "measured thickness / planned thickness\n(blue: too thin, red: too thick, grey: not seen)"
@@ -216,30 +263,38 @@ def scan_page(found: AppraisedScan, record: ScanAppraisalRecord) -> bytes:
     sentences = [sentence(each, (record.scan.file,)) for each in scan_sentences(record)]
     cautions = [each for each in sentences if each.startswith(("Note", "Warning"))]
     places, offsets = _path(found)
-    report = ScanReport(
+    report = StackReport(
         name=record.printed.part,
         verdict=tuple(each for each in sentences if each not in cautions),
         cautions=(*cautions, f"{next_print(record, plan=record.printed.plan, folder='.').capitalize()}."),
         surface=drawn,
         R_view_work=found.upright,
         spacing=found.spacing,
-        figures=(
-            ("volume", f"{record.volume_ratio.value:.1%}"),
-            ("thickness", f"{record.thickness_mm.value:.3f} mm"),
-            ("seen", f"{record.seen:.1%}"),
-            ("covered", f"{record.covered.value:.1%}"),
+        words=OF_SCAN,
+        flows=(
+            FlowView(
+                name=record.printed.part,
+                title="as scanned",
+                figures=(
+                    ("volume", f"{record.volume_ratio.value:.1%}"),
+                    ("thickness", f"{record.thickness_mm.value:.3f} mm"),
+                    ("seen", f"{record.seen:.1%}"),
+                    ("covered", f"{record.covered.value:.1%}"),
+                ),
+                thickness=thickness,
+                ratios=ratios,
+                still=_still(drawn, thickness, found, record),
+            ),
         ),
-        thickness=thickness,
-        ratios=ratios,
-        still=_still(drawn, thickness, found, record),
-        places=places,
-        offsets=offsets,
+        paths=(StackPaths(places, offsets, np.array([offsets.size - 1])),),
         columns=SCANNED_COLUMNS,
         rows=tuple(scanned_run_rows(record.runs)),
+        pages=(),
+        pictures=(),
         settings=_settings(found, record),
         inputs=((record.scan.file, record.scan.sha256),),
     )
-    return scan_report(report, title=f"geoprint appraise: {record.scan.file} on {record.printed.part}")
+    return stack_report(report, title=f"geoprint appraise: {record.scan.file} on {record.printed.part}")
 
 
 def _still(drawn: Surface, thickness: FloatArray, found: AppraisedScan, record: ScanAppraisalRecord) -> Picture:

@@ -14,7 +14,7 @@ from geoprint.inspection.against_plan import PrintShift, print_shift
 from geoprint.inspection.beads import BeadLine
 from geoprint.inspection.camera import Camera
 from geoprint.inspection.held import Held, PhotographedParts, doubts, photographed_parts
-from geoprint.inspection.html import Overlay, overlay_picture, shown_scale
+from geoprint.inspection.overlay import Overlay, overlay_picture, shown_scale
 from geoprint.inspection.print import Appraisal, AppraisedPhotograph, OnPlan
 from geoprint.inspection.scan import AppraisedScan, LyingScan
 from geoprint.inspection.scan_measuring import BARE_RATIO, COVERED_SHARE, MeasuredParts, MeasuredPrint

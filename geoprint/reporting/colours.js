@@ -64,12 +64,6 @@ function ticksOf(range, ticks) {
   return ticks.map(([value, words]) => [(value - grey) / (range[1] - grey), words]);
 }
 
-// What is said of thickness where the part has no words of its own.
-const FINISHED = {
-  what: "finished thickness", of: "wanted",
-  legend: "Blue: too thin, red: too thick, white: as wanted. Grey: not judged, because a hollow is filled before it is so high, or less than a layer is wanted.",
-};
-
 // Colour scale and values of the surface for plotly.js, what is said of a vertex, and the scale: [place from 0 to 1, words].
 const COLOURINGS = {
   distance: (part, backend) => ({
@@ -92,7 +86,7 @@ const COLOURINGS = {
     };
   },
   thickness: (part, backend) => {
-    const [low, high] = part.thicknesses, { what, of, legend } = part.said ?? FINISHED;
+    const [low, high] = part.thicknesses, { what, of, legend } = part.said;
     const between = [(low + 1) / 2, (1 + high) / 2].map((value) => [value, value.toFixed(2)]);
     return {
       ...ofRatios(part, backend.thickness, part.thicknesses, [...SPACING].reverse()),

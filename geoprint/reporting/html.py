@@ -12,6 +12,8 @@ from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from typing import TypeAlias, final
 
+from geoprint.errors import InputError
+from geoprint.model import frozen
 from geoprint.reporting.values import PathDistances, Picture
 
 # HTML that is escaped by construction: text becomes markup only through `element`.
@@ -93,6 +95,55 @@ def script_data(value: Json) -> Markup:
 MEDIA = {"webp": "image/webp", "svg": "image/svg+xml"}
 # Of pictures in the page, in 100: lines stay crisp at a fifth of the size of a PNG.
 PICTURE_QUALITY = 85
+
+
+@final
+@frozen
+class Document:
+    """What a page says of one part, in the order that every page has.
+
+    Attributes:
+        name: of the part, or of what else the page is on.
+        verdict: sentences in plain words; the first one decides and is set large.
+        cautions: what nobody may overlook: what was not checked, a placement that is not calibrated.
+        shown: right below the first sentence: a scene, and what decides.
+        blocks: heading and content of what stands further below; one without a heading goes on with what is above it.
+        settings: (name, value), as asked for.
+        inputs: (file, SHA-256).
+    """
+
+    name: str
+    verdict: tuple[str, ...]
+    cautions: tuple[str, ...]
+    blocks: tuple[tuple[str, Markup], ...]
+    settings: tuple[tuple[str, str], ...]
+    inputs: tuple[tuple[str, str], ...]
+    shown: Markup = Markup("")
+
+    def __post_init__(self) -> None:
+        if not self.verdict:
+            raise InputError(f"the page on {self.name} needs a verdict.")
+
+    def section(self, *, key: str, heading: str = "") -> Markup:
+        """Return it as a section of a page.
+
+        Args:
+            key: makes the ids in the page unique.
+            heading: stands above it; empty where the page's title says it already.
+        """
+        head = "h3" if heading else "h2"
+        return element(
+            "section",
+            element("h2", heading) if heading else Markup(""),
+            element("p", self.verdict[0], class_="verdict"),
+            self.shown,
+            said(self.verdict[1:], self.cautions),
+            *(joined(element(head, title) if title else Markup(""), block) for title, block in self.blocks),
+            how_made(self.settings, self.inputs, heading=head),
+            id=key,
+            class_="part",
+            aria_label=self.name,
+        )
 
 
 def view(
@@ -187,7 +238,12 @@ def row_table(columns: Sequence[str], rows: Sequence[Sequence[str]], *, label: s
         columns: their heads.
         rows: the first cell of each heads it.
         label: read out as its name.
+
+    Raises:
+        InputError: a row has not a cell for each column.
     """
+    if any(len(row) != len(columns) for row in rows):
+        raise InputError(f"a table of {', '.join(columns)} needs {len(columns)} cells in every row.")
     head = element("tr", *(element("th", name, scope="col") for name in columns))
     body = [
         element("tr", element("th", row[0], scope="row"), *(element("td", cell) for cell in row[1:])) for row in rows

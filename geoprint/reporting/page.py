@@ -14,7 +14,6 @@ import shlex
 import sys
 import time
 from collections.abc import Mapping, Sequence
-from functools import partial
 from importlib import resources
 from importlib.metadata import version
 from itertools import groupby
@@ -24,15 +23,14 @@ from string import Template
 from geoprint.errors import InputError
 from geoprint.reporting.histogram import histograms
 from geoprint.reporting.html import (
+    Document,
     Json,
     Markup,
     choice,
     distance_matrix,
     element,
     figure,
-    how_made,
     joined,
-    said,
     scene_block,
     script_data,
     scrollable,
@@ -57,45 +55,45 @@ SLIDER_STEPS = 1000
 BEST = "what is shown where there is room for one"
 
 
-def part_section(part: PartReport, *, number: int, heading: str) -> Markup:
-    """Return the section of one part.
+def part_document(part: PartReport, *, key: str, head: str) -> Document:
+    """Return what the page says of one part.
 
     Args:
         part: what to show.
-        number: its place in the report; makes the ids in the page unique.
-        heading: stands above it; empty where the page's title says it already.
+        key: of its scene.
+        head: heading of what stands below it, as HTML names it.
     """
-    key, head = f"part{number}", "h3" if heading else "h2"
     deciding = [row for row in part.table if row.decides]
-    blocks = [
-        element("h2", heading) if heading else Markup(""),
-        element("p", part.verdict[0], class_="verdict"),
-        _scene(part, key),
-        *([element(head, "What decides"), _table(part, deciding, class_="comparison deciding")] if deciding else []),
-        said(part.verdict[1:], part.cautions),
-        _refused(part.refused),
-        element(head, "Everything measured"),
-        _table(part, part.table, class_="comparison"),
-        element(head, "How the spacing is distributed"),
-        element(
-            "p", "Share of the path by its distance to the neighbouring path; shaded: within 5% of the wanted one. "
-            "Each row has its own height.", class_="note",
+    decides = [element(head, "What decides"), _table(part, deciding, class_="comparison deciding")] if deciding else []
+    spread = element(
+        "p", "Share of the path by its distance to the neighbouring path; shaded: within 5% of the wanted one. "
+        "Each row has its own height.", class_="note",
+    )  # fmt: skip
+    ratios = histograms(
+        [(view.name, view.ratios) for view in part.backends], of="path", axis="local spacing / wanted spacing [1]"
+    )
+    return Document(
+        name=part.name,
+        verdict=part.verdict,
+        cautions=part.cautions,
+        shown=joined(_scene(part, key), *decides),
+        blocks=(
+            ("", _refused(part.refused)),
+            ("Everything measured", _table(part, part.table, class_="comparison")),
+            ("How the spacing is distributed", joined(spread, ratios)),
+            *_path_distances(part.path_distances),
+            *([("Pictures", joined(*map(figure, part.pictures)))] if part.pictures else []),
+            *(_of_feature(section) for section in part.sections),
         ),
-        histograms(
-            [(view.name, view.ratios) for view in part.backends], of="path", axis="local spacing / wanted spacing [1]"
-        ),
-        _path_distances(part.path_distances, head),
-        *([element(head, "Pictures"), *map(figure, part.pictures)] if part.pictures else []),
-        *map(partial(_section, head), part.sections),
-        how_made(part.settings, part.inputs, heading=head),
-    ]  # fmt: skip
-    return element("section", *blocks, id=key, class_="part", aria_label=part.name)
+        settings=part.settings,
+        inputs=part.inputs,
+    )
 
 
-def _section(head: str, section: Section) -> Markup:
-    """Return a section that a feature writes."""
+def _of_feature(section: Section) -> tuple[str, Markup]:
+    """Return heading and content of what a feature writes."""
     sentences = (element("p", sentence) for sentence in section.sentences)
-    return joined(element(head, section.heading), *sentences, *map(figure, section.pictures))
+    return section.heading, joined(*sentences, *map(figure, section.pictures))
 
 
 def overview(parts: Sequence[PartReport], failed: Sequence[tuple[str, str]]) -> Markup:
@@ -221,21 +219,21 @@ def _player(backends: Sequence[BackendView], key: str) -> Markup:
     )  # fmt: skip
 
 
-def _path_distances(distances: PathDistances | None, head: str) -> Markup:
+def _path_distances(distances: PathDistances | None) -> list[tuple[str, Markup]]:
     if distances is None:
-        return Markup("")
-    return joined(
-        element(head, "How far the paths lie apart"),
-        element(
-            "p", "Above the diagonal: Hausdorff distance, the largest from a point of one path to the other path [mm]. "
-            "Below, shaded: the mean of these distances [mm].", class_="note",
-        ),
-        distance_matrix(distances, unit="mm", form="{:.3f}", label="Distances between the paths of the backends"),
+        return []
+    note = element(
+        "p", "Above the diagonal: Hausdorff distance, the largest from a point of one path to the other path [mm]. "
+        "Below, shaded: the mean of these distances [mm].", class_="note",
     )  # fmt: skip
+    matrix = distance_matrix(distances, unit="mm", form="{:.3f}", label="Distances between the paths of the backends")
+    return [("How far the paths lie apart", joined(note, matrix))]
 
 
 # plotly.js with its 3D traces alone: the npm package plotly.js-gl3d-dist-min 4.1.1, unchanged, a third of the whole.
 LIBRARY = "plotly-gl3d.min.js"
+# Key of a page's only scene.
+ONLY = "part0"
 # The page's script, in the order in which its files build on each other.
 SCRIPTS = ("data.js", "colours.js", "machine.js", "camera.js", "beads.js", "drawing.js", "view.js", "page.js")
 
@@ -256,16 +254,19 @@ def html_report(parts: Sequence[PartReport], *, title: str, failed: Sequence[tup
     """
     if not parts:
         raise InputError("a report needs at least one part; none was compared.")
-    numbered = list(enumerate(parts))
-    body = [
-        element("h1", title),
-        overview(parts, failed) if len(parts) + len(failed) > 1 else Markup(""),
-        *(
-            part_section(part, number=number, heading=part.name if len(parts) + len(failed) > 1 else "")
-            for number, part in numbered
-        ),
-    ]
-    return page(title, body, {f"part{number}": scene_data(part) for number, part in numbered})
+    several = len(parts) + len(failed) > 1
+    sections: list[Markup] = []
+    for number, part in enumerate(parts):
+        key, heading = f"part{number}", part.name if several else ""
+        sections.append(part_document(part, key=key, head="h3" if several else "h2").section(key=key, heading=heading))
+    body = [element("h1", title), overview(parts, failed) if several else Markup(""), *sections]
+    return page(title, body, {f"part{number}": scene_data(part) for number, part in enumerate(parts)})
+
+
+def document_page(title: str, document: Document, *, scene: Json = None) -> bytes:
+    """Return a page on one thing: its title, what is said of it, and the data of its scene where it has one."""
+    body = [element("h1", title), document.section(key=ONLY)]
+    return page(title, body, {} if scene is None else {ONLY: scene})
 
 
 def page(title: str, body: Sequence[Markup], scenes: Mapping[str, Json]) -> bytes:

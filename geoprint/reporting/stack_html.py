@@ -11,19 +11,18 @@ from geoprint.errors import InputError
 from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
 from geoprint.reporting.histogram import histograms
 from geoprint.reporting.html import (
+    Document,
     Json,
     Markup,
     choice,
     element,
     figure,
-    how_made,
     joined,
     row_table,
-    said,
     scene_block,
     view,
 )
-from geoprint.reporting.page import page
+from geoprint.reporting.page import ONLY, document_page
 from geoprint.reporting.scene import numbers, step, thinned, turned, with_breaks
 from geoprint.reporting.values import Picture
 
@@ -70,13 +69,26 @@ class StackWords:
         rows: what its rows are, in the plural.
         mark: of the first view, in a word.
         marked: what this means.
+        what: thickness that is shown.
+        of: of the thickness that it is shown over, in a word.
+        paths: beside the slider of layers.
+        ends: of the colour scale.
+        legend: of the colours.
     """
 
     view: str
     table: str
     rows: str
-    mark: str
-    marked: str
+    mark: str = ""
+    marked: str = ""
+    what: str = "finished thickness"
+    of: str = "wanted"
+    paths: str = "Paths of layers up to"
+    ends: tuple[float, float] = THICKNESS_RANGE
+    legend: str = (
+        "Blue: too thin, red: too thick, white: as wanted. Grey: not judged, because a hollow is filled before it is "
+        "so high, or less than a layer is wanted."
+    )
 
 
 OF_FLOWS = StackWords(
@@ -154,12 +166,10 @@ class StackReport:
 
     def __post_init__(self) -> None:
         freeze_arrays(self, R_view_work="float: 3 3")
-        if not self.verdict or not self.flows:
-            raise InputError(f"the page of the stack on {self.name} needs a verdict and at least one flow.")
+        if not self.flows:
+            raise InputError(f"the page of the stack on {self.name} needs at least one flow.")
         if len(self.paths) not in {1, len(self.flows)}:
             raise InputError(f"the page of the stack on {self.name}: every flow needs its paths, or all of them one.")
-        if any(len(row) != len(self.columns) for row in self.rows):
-            raise InputError(f"the page of the stack on {self.name}: every row needs {len(self.columns)} cells.")
         for flow in self.flows:
             if flow.thickness.shape != (len(self.surface.vertices),):
                 raise InputError(
@@ -168,36 +178,38 @@ class StackReport:
                 )
 
 
-# The page of a stack as HTML: verdict, the finished thickness in 3D with the layers that make it, and every layer.
+# The page of a stack as HTML: verdict, the thickness in 3D with the layers that make it, and every layer.
 
 
-def stack_section(stack: StackReport, *, key: str) -> Markup:
-    """Return the section of a stack.
+def stack_document(stack: StackReport, *, key: str) -> Document:
+    """Return what the page says of a stack.
 
     Args:
         stack: what to show.
-        key: makes the ids in the page unique.
+        key: of its scene.
     """
-    blocks = [
-        element("p", stack.verdict[0], class_="verdict"),
-        _scene(stack, key),
-        said(stack.verdict[1:], stack.cautions),
-        element("h2", stack.words.table),
-        _layers(stack),
-        _pages(stack),
-        element("h2", "How the finished thickness is distributed"),
-        element(
-            "p", "Share of the area by its finished thickness; shaded: within 5% of the wanted one. Each row has its "
-            "own height.", class_="note",
+    words = stack.words
+    spread = element(
+        "p", f"Share of the area by its {words.what}; shaded: within 5% of the {words.of} one. Each row has its own "
+        "height.", class_="note",
+    )  # fmt: skip
+    ratios = histograms(
+        [(flow.name, flow.ratios) for flow in stack.flows], of="area", axis=f"{words.what} / {words.of} thickness [1]"
+    )
+    table = row_table(stack.columns, stack.rows, label=f"{words.rows} over {stack.name}")
+    return Document(
+        name=stack.name,
+        verdict=stack.verdict,
+        cautions=stack.cautions,
+        shown=_scene(stack, key),
+        blocks=(
+            (words.table, joined(table, _pages(stack))),
+            (f"How the {words.what} is distributed", joined(spread, ratios)),
+            *((head, element("section", *map(figure, some))) for head, some in stack.pictures if some),
         ),
-        histograms(
-            [(flow.name, flow.ratios) for flow in stack.flows], of="area",
-            axis="finished thickness / wanted thickness [1]",
-        ),
-        *(element("section", element("h2", head), *map(figure, some)) for head, some in stack.pictures if some),
-        how_made(stack.settings, stack.inputs),
-    ]  # fmt: skip
-    return element("section", *blocks, id=key, class_="part", aria_label=stack.name)
+        settings=stack.settings,
+        inputs=stack.inputs,
+    )
 
 
 def _scene(stack: StackReport, key: str) -> Markup:
@@ -205,13 +217,13 @@ def _scene(stack: StackReport, key: str) -> Markup:
     names = [(str(place), flow.name) for place, flow in enumerate(stack.flows)]
     count = max(paths.layers.size for paths in stack.paths)
     shown = element(
-        "label", "Paths of layers up to ",
+        "label", f"{stack.words.paths} ",
         element("input", type="range", name=f"{key}-layers", min=0, max=count, value=0, step=1),
         element("output", "none", class_="layers"),
     )  # fmt: skip
     controls = [
         choice(key, "backend", stack.words.view, [("all", "Side by side"), *names] if len(names) > 1 else names),
-        choice(key, "colour", "Colour", [("thickness", "Finished thickness")]),
+        choice(key, "colour", "Colour", [("thickness", stack.words.what.capitalize())]),
         element(
             "fieldset", element("legend", "Show"), shown, element("button", "Reset view", type="button", class_="reset")
         ),
@@ -225,10 +237,6 @@ def _scene(stack: StackReport, key: str) -> Markup:
         for place, flow in enumerate(stack.flows)
     ]  # fmt: skip
     return scene_block(key, views, controls)
-
-
-def _layers(stack: StackReport) -> Markup:
-    return row_table(stack.columns, stack.rows, label=f"{stack.words.rows} over {stack.name}")
 
 
 def _pages(stack: StackReport) -> Markup:
@@ -251,9 +259,7 @@ def stack_report(stack: StackReport, *, title: str) -> bytes:
     Returns:
         UTF-8 HTML; the same for the same input.
     """
-    key = "part0"
-    body = [element("h1", title), stack_section(stack, key=key)]
-    return page(title, body, {key: stack_scene_data(stack)})
+    return document_page(title, stack_document(stack, key=ONLY), scene=stack_scene_data(stack))
 
 
 def stack_scene_data(stack: StackReport) -> Json:
@@ -269,7 +275,8 @@ def stack_scene_data(stack: StackReport) -> Json:
     return {
         **head,
         "winner": 0,
-        "thicknesses": list(THICKNESS_RANGE),
+        "thicknesses": list(stack.words.ends),
+        "said": {"what": stack.words.what, "of": stack.words.of, "legend": stack.words.legend},
         "machine": None,
         **(paths[0] if same else {}),
         "backends": [
