@@ -6,9 +6,10 @@ default.
 
 from geoprint.config.cells import (
     PACKAGED_CELLS as PACKAGED_CELLS,
-    STAND_DECIMALS as STAND_DECIMALS,
+    PLACEMENT_DECIMALS as PLACEMENT_DECIMALS,
     TILTING_CELL as TILTING_CELL,
     Needle as Needle,
+    cell_at as cell_at,
     cell_of as cell_of,
     cell_text as cell_text,
     common_needles as common_needles,
@@ -17,7 +18,6 @@ from geoprint.config.cells import (
     needle_keys as needle_keys,
     needle_of as needle_of,
     packaged_cell_text as packaged_cell_text,
-    standing as standing,
     with_needle as with_needle,
 )
 from geoprint.config.curve_table import read_curve as read_curve

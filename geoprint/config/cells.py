@@ -270,11 +270,11 @@ def needle_keys(before: Tool, after: Tool) -> str:
 
 
 # What is proposed is rounded before it is verified, so that what is printed was checked [decimals of mm and degrees].
-STAND_DECIMALS = 1
+PLACEMENT_DECIMALS = 1
 
 
 def job_cell(job: Job) -> Cell:
-    """Return the cell of a job: with its needle, layer height, stand-off and stand, and no faster than it allows.
+    """Return the cell of a job: with its needle, layer height, stand-off and place, and no faster than it allows.
 
     Raises:
         UsageError: as `load_cell`; no needle has that bore; the speed is above that of the cell.
@@ -282,7 +282,7 @@ def job_cell(job: Job) -> Cell:
     cell = load_cell(job.cell)
     if job.stand is not None:
         turn = Rotation.from_euler("xyz", job.stand[3:], degrees=True).as_matrix()
-        cell = standing(cell, rigid(turn, np.array(job.stand[:3])))
+        cell = cell_at(cell, rigid(turn, np.array(job.stand[:3])))
     process = replace(
         cell.process,
         layer_height=job.layer_height or cell.process.layer_height,
@@ -299,8 +299,8 @@ def job_cell(job: Job) -> Cell:
     return replace(cell, process=replace(process, speed=job.speed), tool=tool)
 
 
-def standing(cell: Cell, T_base_fixture: FloatArray) -> Cell:
-    """Return the cell with its demonstration at another place; a table goes with the part, rounded as the stand is.
+def cell_at(cell: Cell, T_base_fixture: FloatArray) -> Cell:
+    """Return the cell with its demonstration at another place; a table goes with the part, rounded as the place is.
 
     Args:
         cell: of which `demo_turn` and `demo_position` are where the part stood.
@@ -310,7 +310,7 @@ def standing(cell: Cell, T_base_fixture: FloatArray) -> Cell:
     if table is not None:
         start = rigid(cell.demo_turn, cell.demo_position)
         T_base_table = T_base_fixture @ inverse(start) @ table.T_base_table
-        rpy = Rotation.from_matrix(T_base_table[:3, :3]).as_euler("xyz", degrees=True).round(STAND_DECIMALS)
+        rpy = Rotation.from_matrix(T_base_table[:3, :3]).as_euler("xyz", degrees=True).round(PLACEMENT_DECIMALS)
         turn = Rotation.from_euler("xyz", rpy, degrees=True).as_matrix()
-        table = replace(table, T_base_table=rigid(turn, T_base_table[:3, 3].round(STAND_DECIMALS)))
+        table = replace(table, T_base_table=rigid(turn, T_base_table[:3, 3].round(PLACEMENT_DECIMALS)))
     return replace(cell, demo_position=T_base_fixture[:3, 3], demo_rotation=T_base_fixture[:3, :3], table=table)

@@ -264,7 +264,7 @@ LEAST_SPACING = 1e-3
 
 Spacing = Annotated[float, Field(ge=LEAST_SPACING)]
 # Position [mm] and roll, pitch, yaw [degrees].
-Stand = Annotated[list[float], Field(min_length=6, max_length=6)]
+PositionAndTurn = Annotated[list[float], Field(min_length=6, max_length=6)]
 # What one backend or pattern alone takes: a value by the name of its option.
 Options = dict[str, OptionValue]
 
@@ -508,7 +508,7 @@ class Job(Table):
         ),
     ] = None
     stand: Annotated[
-        Stand | None,
+        PositionAndTurn | None,
         Key(
             "",
             "[300, 0, 50, 0, 0, 90] # x, y, z, roll, pitch, yaw of a demonstration instead of the cell's; a table goes "

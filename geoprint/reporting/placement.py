@@ -6,14 +6,14 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from geoprint.config import STAND_DECIMALS
+from geoprint.config import PLACEMENT_DECIMALS
 from geoprint.errors import Detail, PlanError
 from geoprint.geometry import in_words
 from geoprint.postprocessor import Json
 from geoprint.reporting.records.rounding import Record, Rounded, as_json, rounded
 from geoprint.reporting.tables import marked_lines
 from geoprint.results import Proposal, Refusal, TriedChange
-from geoprint.robot.placing import Stand
+from geoprint.robot.placing import FixturePose
 from geoprint.robot.reach import Exhausted, JudgedPose, Margin
 
 # What is said of a proposed placement: the lines that a person reads, and the object for programs.
@@ -95,21 +95,21 @@ def proposal_text(proposal: Proposal, *, verbose: bool = False) -> str:
     return "\n".join([*_lines(proposal, record), *_mind(proposal, record, verbose=verbose)])
 
 
-def proposal_lines(stand: Stand) -> tuple[str, str]:
+def proposal_lines(pose: FixturePose) -> tuple[str, str]:
     """Return the lines under [work] in a cell file that put a demonstration there."""
-    position, rpy = _stand(stand)
+    position, rpy = _numbers(pose)
     return f"demo_position_mm = [{_listed(position)}]", f"demo_rpy_deg = [{_listed(rpy)}]"
 
 
-def table_lines(stand: Stand) -> tuple[str, str]:
+def table_lines(pose: FixturePose) -> tuple[str, str]:
     """Return the lines under [table] in a cell file that put the table there."""
-    position, rpy = _stand(stand)
+    position, rpy = _numbers(pose)
     return f"position_mm = [{_listed(position)}]", f"rpy_deg = [{_listed(rpy)}]"
 
 
 def _record(proposal: Proposal) -> ProposalRecord:
     robots, placement = proposal.plan.robot, proposal.placement
-    position, rpy = _stand(proposal.stand)
+    position, rpy = _numbers(proposal.pose)
     return ProposalRecord.of(
         placement,
         part=proposal.plan.workpiece.name,
@@ -125,7 +125,7 @@ def _record(proposal: Proposal) -> ProposalRecord:
         smallest_clearance_mm=min(robot.clearance.smallest for robot in robots),
         not_checked=tuple(dict.fromkeys(text for robot in robots for text in robot.clearance.not_checked)),
         refused=proposal.refused,
-        work=proposal_lines(proposal.stand),
+        work=proposal_lines(proposal.pose),
         table=None if proposal.table is None else table_lines(proposal.table),
     )
 
@@ -143,7 +143,7 @@ def _before(proposal: Proposal) -> BeforeRecord:
 
 
 def _lines(proposal: Proposal, record: ProposalRecord) -> Iterator[str]:
-    tilted = proposal.stand.rpy[:2].any()
+    tilted = proposal.pose.rpy[:2].any()
     turned = f"roll, pitch, yaw {_listed(record.rpy_deg)}" if tilted else f"yaw {_listed(record.rpy_deg[2:])}"
     tilting = "" if record.table is None else f" in {len(proposal.plan.robot)} attitudes of the table"
     before = _margin(record.before) + ("" if record.before.reached else ", refused")
@@ -195,9 +195,9 @@ def _degrees(margin: Margin) -> float | None:
     return rounded(np.degrees(margin.angle)) if np.isfinite(margin.angle) else None
 
 
-def _stand(stand: Stand) -> tuple[Numbers, Numbers]:
+def _numbers(pose: FixturePose) -> tuple[Numbers, Numbers]:
     """Return position [mm] and roll, pitch, yaw [degrees] as they were verified."""
-    position, rpy = stand.position.round(STAND_DECIMALS), np.degrees(stand.rpy).round(STAND_DECIMALS)
+    position, rpy = pose.position.round(PLACEMENT_DECIMALS), np.degrees(pose.rpy).round(PLACEMENT_DECIMALS)
     return tuple(position.tolist()), tuple(rpy.tolist())
 
 

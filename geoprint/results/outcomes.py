@@ -24,7 +24,7 @@ from geoprint.model import (
 )
 from geoprint.results.plan import Plan
 from geoprint.results.workpiece import Workpiece
-from geoprint.robot.placing import FixtureCalibration, Stand, TipCalibration, Uncertainty
+from geoprint.robot.placing import FixtureCalibration, FixturePose, TipCalibration, Uncertainty
 from geoprint.robot.reach import Exhausted, Margin, ReachMap
 
 # Why a part cannot be printed, and what would change that: what a search at the worst poses and trials found.
@@ -85,7 +85,7 @@ class Proposal:
     Attributes:
         plan: of the part where it is proposed to stand.
         placement: of the part there; every check was passed.
-        stand: where that is.
+        pose: where that is.
         table: where the table that tilts the part stands then, or None without one.
         before: margin where the cell file puts the part.
         map_before: what can be reached there.
@@ -96,8 +96,8 @@ class Proposal:
 
     plan: Plan
     placement: Placement
-    stand: Stand
-    table: Stand | None
+    pose: FixturePose
+    table: FixturePose | None
     before: Margin
     map_before: ReachMap
     after: Margin

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from geoprint.config import standing
+from geoprint.config import cell_at
 from geoprint.errors import ClearanceError, Detail, PlanError, ReachError
 from geoprint.model import Cylinder, FloatArray, Placement, PoseStream, Surface, Toolpath
 from geoprint.positioner import obstacles_at
@@ -22,11 +22,11 @@ from geoprint.robot.collision import CheckedWorld, ClearanceCheck, obstacle_targ
 from geoprint.robot.placing import (
     LEAST_MEAN_NORMAL,
     ROUND_SOLIDS,
+    FixturePose,
     OrientationSearch,
     Oriented,
     Room,
     Scene,
-    Stand,
     demo_placement,
     search_orientation,
 )
@@ -40,7 +40,7 @@ Chain = Callable[[Plan, Placement, Stages], Plan]
 # A surface with more corners is replaced by those of its convex hull: they alone decide what it stands on.
 MANY_POINTS = 1000
 # The part at the base's origin, its mean normal up.
-UPRIGHT = Stand(np.zeros(3), np.zeros(3))
+UPRIGHT = FixturePose(np.zeros(3), np.zeros(3))
 
 
 def placed(paths: Plan, placement: Placement, stage: Stages, *, chain: Chain) -> Plan:
@@ -68,7 +68,7 @@ def placed(paths: Plan, placement: Placement, stage: Stages, *, chain: Chain) ->
     refused: list[str] = []
     alike, turned_at = "", None
     for oriented in search.found:
-        turned, turned_placement = stood(paths, oriented.stand), stand_placement(paths.workpiece, oriented.stand)
+        turned, turned_placement = paths_at(paths, oriented.pose), placement_at(paths.workpiece, oriented.pose)
         try:
             planned = chain(turned, turned_placement, stage)
         except PlanError as error:
@@ -79,7 +79,7 @@ def placed(paths: Plan, placement: Placement, stage: Stages, *, chain: Chain) ->
                 break
             continue
         orientation = Orientation(
-            rpy=oriented.stand.rpy,
+            rpy=oriented.pose.rpy,
             tilt=oriented.tilt,
             margin=oriented.margin,
             tried=search.tried,
@@ -103,14 +103,14 @@ def _search(paths: Plan) -> OrientationSearch:
     return search_orientation(
         paths.poses,
         arm_of(workpiece),
-        T_fixture_work=stand_placement(workpiece, UPRIGHT).T_base_work,
+        T_fixture_work=placement_at(workpiece, UPRIGHT).T_base_work,
         position=cell.demo_position,
         scene=Scene(cell.tool, cell.process, workpiece.part, workpiece.body, room_of(workpiece)),
     )
 
 
 def _in_words(oriented: Oriented) -> str:
-    roll, pitch, yaw = np.degrees(oriented.stand.rpy).tolist()
+    roll, pitch, yaw = np.degrees(oriented.pose.rpy).tolist()
     return f"({roll:.4g}, {pitch:.4g}, {yaw:.4g}) degrees"
 
 
@@ -129,13 +129,13 @@ def _refusal(
     )
 
 
-def stood(paths: Plan, stand: Stand) -> Plan:
+def paths_at(paths: Plan, pose: FixturePose) -> Plan:
     """Return a plan of paths for a part that stands elsewhere; the cell's demonstration and its table go with it.
 
     The deposits stay where they are on the part, with what flows on them; attitude and travel depend on how it stands.
     """
-    cell = standing(paths.workpiece.cell, stand.T_base_fixture)
-    workpiece = replace(paths.workpiece, cell=cell, placement=stand_placement(paths.workpiece, stand))
+    cell = cell_at(paths.workpiece.cell, pose.T_base_fixture)
+    workpiece = replace(paths.workpiece, cell=cell, placement=placement_at(paths.workpiece, pose))
     stream = pose_stream(paths.toolpath, workpiece, max_tilt_deg=paths.job.max_tilt)
     return replace(paths, workpiece=workpiece, poses=with_flow_of(stream, paths.poses))
 
@@ -147,9 +147,9 @@ def with_flow_of(stream: PoseStream, before: PoseStream) -> PoseStream:
     return replace(stream, flow=flow)
 
 
-def stand_placement(workpiece: Workpiece, stand: Stand) -> Placement:
-    """Return the placement of a part at a stand; nobody has measured it."""
-    T_base_fixture = stand.T_base_fixture
+def placement_at(workpiece: Workpiece, pose: FixturePose) -> Placement:
+    """Return the placement of a part at a place; nobody has measured it."""
+    T_base_fixture = pose.T_base_fixture
     found = demo_placement(
         workpiece.part, position=T_base_fixture[:3, 3], rotation=T_base_fixture[:3, :3], least=LEAST_MEAN_NORMAL
     )
@@ -250,7 +250,7 @@ def leaning_of(paths: Plan, placement: Placement, scene: CheckedWorld) -> Leanin
 
 def room_of(workpiece: Workpiece) -> Room:
     """Return where part and body may stand, from the corners that decide it."""
-    T_fixture_work = stand_placement(workpiece, UPRIGHT).T_base_work
+    T_fixture_work = placement_at(workpiece, UPRIGHT).T_base_work
     home = arm_of(workpiece).tool_poses(workpiece.cell.robot.home[None])[0]
     body = np.empty((0, 3)) if workpiece.body is None else _corners(workpiece.body)
     return Room(

@@ -8,17 +8,17 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from geoprint.config import STAND_DECIMALS, Job, job_cell
+from geoprint.config import PLACEMENT_DECIMALS, Job, job_cell
 from geoprint.errors import PlanError, UsageError
 from geoprint.model import Cell, FloatArray, PoseStream
 from geoprint.results import Plan, Proposal, Workpiece
-from geoprint.robot.placing import LEAST_MEAN_NORMAL, Candidate, Room, Stand, demo_placement, search_placement
+from geoprint.robot.placing import LEAST_MEAN_NORMAL, Candidate, FixturePose, Room, demo_placement, search_placement
 from geoprint.robot.reach import reach_map, reach_margin
 from geoprint.workflow.backend_choice import check_part
-from geoprint.workflow.placement import UPRIGHT, arm_of, room_of, stand_placement, stood
+from geoprint.workflow.placement import UPRIGHT, arm_of, paths_at, placement_at, room_of
 from geoprint.workflow.planning import plan_paths, with_robot
 from geoprint.workflow.stages import Stages
-from geoprint.workflow.tilting import in_turn, poses_at_rest, seen_at_rest, table_stand, with_attitudes
+from geoprint.workflow.tilting import in_turn, poses_at_rest, seen_at_rest, table_pose, with_attitudes
 from geoprint.workflow.workpiece import prepare_workpiece, with_rounds
 
 # Rounds that stand for the paths where neither spacing nor rounds are given: reach hardly depends on them.
@@ -61,13 +61,13 @@ def propose_placement(
         candidates = _candidates(paths, poses, room, height=height, tilt=float(np.radians(tilt_deg)))
     refused: list[str] = []
     for candidate in candidates[:ATTEMPTS]:
-        stand = _rounded(candidate.stand)
+        pose = _rounded(candidate.pose)
         try:
-            planned = _planned(paths, stand, stage)
+            planned = _planned(paths, pose, stage)
         except PlanError as error:
             refused.append(str(error))
             continue
-        return _proposal(paths, poses, planned, stand=stand, room=room, refused=tuple(refused))
+        return _proposal(paths, poses, planned, pose=pose, room=room, refused=tuple(refused))
     # A candidate that the arm reaches is refused for another reason, which a higher home does not mend.
     higher = higher_home(paths, room, height=height) if candidates[0].margin <= 0.0 else ""
     raise PlanError(
@@ -89,8 +89,8 @@ def best_placed(job: Job, *, observe: Callable[[str], None] = lambda _: None) ->
         return job
     first = job.model_copy(update={"layer": job.layer or 1}) if job.layered else job
     found = propose_placement(first, observe=observe)
-    stand = [*found.stand.position.tolist(), *np.degrees(found.stand.rpy).round(STAND_DECIMALS).tolist()]
-    return job.model_copy(update={"place": "demo", "stand": stand if found.better else None})
+    pose = [*found.pose.position.tolist(), *np.degrees(found.pose.rpy).round(PLACEMENT_DECIMALS).tolist()]
+    return job.model_copy(update={"place": "demo", "stand": pose if found.better else None})
 
 
 def _covered(job: Job, cell: Cell, stage: Stages) -> Plan:
@@ -116,12 +116,12 @@ def _poses(paths: Plan) -> PoseStream:
     return paths.poses if paths.tilting is None else poses_at_rest(paths, placement)
 
 
-def _planned(paths: Plan, stand: Stand, stage: Stages) -> Plan:
+def _planned(paths: Plan, pose: FixturePose, stage: Stages) -> Plan:
     """Plan the robot for a part that stands elsewhere, over a table in all its attitudes."""
-    placement = stand_placement(paths.workpiece, stand)
+    placement = placement_at(paths.workpiece, pose)
     if paths.tilting is None:
-        return with_robot(stood(paths, stand), placement, stage)
-    return with_attitudes(stood(paths, stand), placement, stage, chain=with_robot)
+        return with_robot(paths_at(paths, pose), placement, stage)
+    return with_attitudes(paths_at(paths, pose), placement, stage, chain=with_robot)
 
 
 def _candidates(
@@ -132,8 +132,8 @@ def _candidates(
     return search_placement(
         poses,
         arm_of(workpiece),
-        T_fixture_work=stand_placement(workpiece, UPRIGHT).T_base_work,
-        start=Stand(cell.demo_position, rpy),
+        T_fixture_work=placement_at(workpiece, UPRIGHT).T_base_work,
+        start=FixturePose(cell.demo_position, rpy),
         room=room,
         height=height,
         tilt=tilt,
@@ -147,16 +147,16 @@ def higher_home(paths: Plan, room: Room, *, height: float | None) -> str:
     best = _candidates(paths, _poses(paths), replace(room, ceiling=np.inf), height=None, tilt=0.0)[0]
     if best.margin <= 0.0:
         return ""
-    x, y, z = best.stand.position
+    x, y, z = best.pose.position
     return (
         f" below the tip at home, {room.ceiling:.0f} mm high; with a higher home it could be reached at ({x:.0f}, "
-        f"{y:.0f}, {z:.0f}) mm, yaw {np.degrees(best.stand.rpy[2]):.0f} degrees, {np.degrees(best.margin):.0f} degrees "
+        f"{y:.0f}, {z:.0f}) mm, yaw {np.degrees(best.pose.rpy[2]):.0f} degrees, {np.degrees(best.margin):.0f} degrees "
         "inside every limit"
     )
 
 
 def _proposal(
-    paths: Plan, poses: PoseStream, planned: Plan, *, stand: Stand, room: Room, refused: tuple[str, ...]
+    paths: Plan, poses: PoseStream, planned: Plan, *, pose: FixturePose, room: Room, refused: tuple[str, ...]
 ) -> Proposal:
     arm, before, table = arm_of(paths.workpiece), _placed(paths.workpiece), planned.workpiece.cell.table
     placement = planned.workpiece.placement
@@ -165,12 +165,12 @@ def _proposal(
     return Proposal(
         plan=planned,
         placement=placement,
-        stand=stand,
-        table=None if table is None else table_stand(table),
+        pose=pose,
+        table=None if table is None else table_pose(table),
         before=reach_margin(poses, arm, T_base_work=before),
         map_before=reach_map(poses, arm, T_base_work=before),
         after=reach_margin(in_turn(printed), arm, T_base_work=placement.T_base_work),
-        above=room.lowest(stand),
+        above=room.lowest(pose),
         refused=refused,
     )
 
@@ -182,5 +182,7 @@ def _placed(workpiece: Workpiece) -> FloatArray:
     ).T_base_work
 
 
-def _rounded(stand: Stand) -> Stand:
-    return Stand(stand.position.round(STAND_DECIMALS), np.radians(np.degrees(stand.rpy).round(STAND_DECIMALS)))
+def _rounded(pose: FixturePose) -> FixturePose:
+    return FixturePose(
+        pose.position.round(PLACEMENT_DECIMALS), np.radians(np.degrees(pose.rpy).round(PLACEMENT_DECIMALS))
+    )

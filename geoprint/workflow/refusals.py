@@ -34,7 +34,7 @@ from geoprint.reporting.placement import refusal_details, refusal_sentence, shor
 from geoprint.results import Plan, Refusal, TriedChange
 from geoprint.robot.arm import Arm
 from geoprint.robot.collision import SMALLEST_ROOM, SinglePoses
-from geoprint.robot.placing import LEAST_MEAN_NORMAL, Stand, demo_placement
+from geoprint.robot.placing import LEAST_MEAN_NORMAL, FixturePose, demo_placement
 from geoprint.robot.reach import COARSE_TURN_STEP, Exhausted, Exhaustion, Grid, Worst, reach
 from geoprint.workflow.covering import cover, taken_job
 from geoprint.workflow.layering import stack_cell
@@ -210,7 +210,7 @@ def _place_changes(paths: Plan) -> Iterator[Change]:
     away = cell.demo_position[:2] / max(float(np.hypot(*cell.demo_position[:2])), np.finfo(float).tiny)
     for ahead, up in MOVES:
         position = (cell.demo_position + np.array([*(ahead * away), up])).round()
-        if not room.permits(Stand(position, rpy)):
+        if not room.permits(FixturePose(position, rpy)):
             continue
         x, y, z = position.tolist()
         key = f"[work] demo_position_mm = [{x:g}, {y:g}, {z:g}]"

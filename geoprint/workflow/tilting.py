@@ -30,7 +30,7 @@ from geoprint.positioner import Attitude, UpRange, attitudes_of, gathered, table
 from geoprint.postprocessor.rapid.stack_verifying import OwnProgram
 from geoprint.postprocessor.rapid.stack_writing import together
 from geoprint.results import JoinedProgram, Order, Plan, RobotPlan, Tilting
-from geoprint.robot.placing import Stand
+from geoprint.robot.placing import FixturePose
 from geoprint.toolpath import PosedSurface, check_sum, posed_surface
 from geoprint.transforms import angles_between
 from geoprint.workflow.placement import Chain, pose_stream
@@ -325,10 +325,10 @@ def _lengths(poses: PoseStream) -> FloatArray:
 # Where a table stands, and the poses of all its attitudes as they are seen while it rests.
 
 
-def table_stand(table: Hexapod | TiltTurn) -> Stand:
+def table_pose(table: Hexapod | TiltTurn) -> FixturePose:
     """Return where the middle of a table's plate stands while it rests, as a cell file says it."""
     T_base_table = table.T_base_table
-    return Stand(T_base_table[:3, 3], Rotation.from_matrix(T_base_table[:3, :3]).as_euler("xyz"))
+    return FixturePose(T_base_table[:3, 3], Rotation.from_matrix(T_base_table[:3, :3]).as_euler("xyz"))
 
 
 def poses_at_rest(paths: Plan, placement: Placement) -> PoseStream:

@@ -61,7 +61,7 @@ def proposal(part: Path, tmp_path_factory: pytest.TempPathFactory) -> Proposal:
 def test_the_lines_put_into_the_cell_file_give_the_plan_that_was_verified(
     proposal: Proposal, part: Path, tmp_path: Path
 ) -> None:
-    position, turn = proposal_lines(proposal.stand)
+    position, turn = proposal_lines(proposal.pose)
     cell = cell_file(tmp_path, (POSITION, position), (TURN, turn))
     planned = plan(job_of(surface=part, unit="mm", spacing=4.0, cell=cell, place="demo"))
     assert planned.robot
@@ -84,7 +84,7 @@ def test_the_proposal_says_before_after_and_that_nothing_is_calibrated(proposal:
         "lost_for": {"out_of_reach": 1.0}, "worst_places_mm": record["before"]["worst_places_mm"],
     }  # fmt: skip
     assert np.degrees(proposal.after.angle) > 20.0
-    assert record["work"] == list(proposal_lines(proposal.stand))
+    assert record["work"] == list(proposal_lines(proposal.pose))
     assert proposal.above >= 0.0
 
 
@@ -98,7 +98,7 @@ def test_a_calibrated_cell_is_told_to_touch_its_points_again(part: Path, tmp_pat
     found = propose_placement(job_of(surface=part, unit="mm", rounds=3, cell=cell), height=50.0)
     assert "touch the points again" in proposal_text(found)
     assert found.placement.calibrated is False
-    assert found.stand.position[2] == 50.0
+    assert found.pose.position[2] == 50.0
 
 
 def test_what_passes_nowhere_is_refused_with_the_reason(part: Path, tmp_path: Path) -> None:
@@ -136,7 +136,7 @@ def test_a_job_at_the_best_place_is_planned_where_place_proposes_it_and_its_bund
     proposal = propose_placement(asked)
     assert proposal.better
     assert job.place == "demo"
-    assert job.stand == [*proposal.stand.position.tolist(), *np.degrees(proposal.stand.rpy).round(1).tolist()]
+    assert job.stand == [*proposal.pose.position.tolist(), *np.degrees(proposal.pose.rpy).round(1).tolist()]
     planned = plan(job)
     np.testing.assert_allclose(planned.robot[0].placement.T_base_work, proposal.placement.T_base_work, atol=1e-9)
     save_plan(planned, tmp_path / "out")

@@ -13,10 +13,10 @@ from geoprint.errors import UsageError
 from geoprint.reporting import proposal_summary, proposal_text
 from geoprint.reporting.placement import proposal_lines, table_lines
 from geoprint.results import Plan, Proposal
-from geoprint.robot.placing import Stand
+from geoprint.robot.placing import FixturePose
 from geoprint.workflow import plan, propose_placement
-from geoprint.workflow.placement import stood
-from geoprint.workflow.tilting import poses_at_rest, table_stand
+from geoprint.workflow.placement import paths_at
+from geoprint.workflow.tilting import poses_at_rest, table_pose
 from tests.shared_plans import SharedPlans
 from tests.workflow.test_printing import SPACING, cell, part, plan_of_the_arch
 
@@ -51,7 +51,7 @@ def test_the_lines_put_into_the_cell_file_give_the_plan_that_was_verified(propos
     assert proposal.table is not None
     assert not proposal.map_before.complete
     assert proposal.better
-    position, turn = proposal_lines(proposal.stand)
+    position, turn = proposal_lines(proposal.pose)
     place, rpy = table_lines(proposal.table)
     planned = plan(
         job(tmp_path, (PART_LINE, position), (TURN_LINE, turn), (TABLE_LINE, f"\n{place}\n{rpy}\n")),
@@ -72,7 +72,7 @@ def test_a_proposal_says_where_the_table_goes_and_in_how_many_attitudes_it_was_v
     # The table stands on something: it is as high as it was.
     assert proposal.table.position[2] == pytest.approx(120.0)
     # It goes with the part, the middle of its plate below the part's.
-    assert proposal.table.position[:2].tolist() == pytest.approx(proposal.stand.position[:2].tolist(), abs=0.1)
+    assert proposal.table.position[:2].tolist() == pytest.approx(proposal.pose.position[:2].tolist(), abs=0.1)
     assert record["smallest_clearance_mm"] == pytest.approx(
         min(robot.clearance.smallest for robot in proposal.plan.robot), abs=1e-6
     )
@@ -95,8 +95,8 @@ def test_poses_as_seen_at_rest_are_where_the_arm_goes_in_each_attitude(paths: Pl
 def test_part_and_table_move_as_one(paths: Plan) -> None:
     before = paths.workpiece.cell
     assert before.table is not None
-    stand = Stand(np.array([300.0, 50.0, 150.0]), np.array([0.0, 0.0, 0.7]))
-    there = stood(paths, stand).workpiece
+    pose = FixturePose(np.array([300.0, 50.0, 150.0]), np.array([0.0, 0.0, 0.7]))
+    there = paths_at(paths, pose).workpiece
     assert there.cell.table is not None
     assert there.placement is not None
     assert paths.workpiece.placement is not None
@@ -104,9 +104,9 @@ def test_part_and_table_move_as_one(paths: Plan) -> None:
     now = transforms.inverse(there.cell.table.T_base_table) @ there.placement.T_base_work
     # Up to the rounding of what is told: a twentieth of a millimetre and of a degree.
     np.testing.assert_allclose(now, held, atol=0.15)
-    np.testing.assert_allclose(there.cell.demo_position, stand.position)
-    assert table_stand(there.cell.table).position.tolist() == pytest.approx(
-        table_stand(there.cell.table).position.round(1).tolist()
+    np.testing.assert_allclose(there.cell.demo_position, pose.position)
+    assert table_pose(there.cell.table).position.tolist() == pytest.approx(
+        table_pose(there.cell.table).position.round(1).tolist()
     )
 
 

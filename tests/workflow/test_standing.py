@@ -15,7 +15,7 @@ from geoprint.geometry.files import save_ply
 from geoprint.model import Placement
 from geoprint.reporting import outcome_text, record_plan
 from geoprint.results import Plan
-from geoprint.robot.placing import OrientationSearch, Oriented, Stand, demo_placement
+from geoprint.robot.placing import FixturePose, OrientationSearch, Oriented, demo_placement
 from geoprint.workflow import placement as standing, plan
 from geoprint.workflow.covering import cover
 from geoprint.workflow.placement import Chain, placed
@@ -25,8 +25,8 @@ from tests.meshes import plate
 
 STAGE = Stages(lambda _: None)
 POSITION = np.array([350.0, 0.0, 200.0])
-TILTED = Stand(POSITION, np.radians([0.0, 30.0, 0.0]))
-TURNED = Stand(POSITION, np.radians([0.0, 0.0, 90.0]))
+TILTED = FixturePose(POSITION, np.radians([0.0, 30.0, 0.0]))
+TURNED = FixturePose(POSITION, np.radians([0.0, 0.0, 90.0]))
 BRACKET = ClearanceError("the bracket reaches 2 mm into the table.", solid="bracket", against="obstacle table")
 NEEDLE = ClearanceError("the needle reaches 1 mm into the part.", solid="needle", against="part plate.ply")
 FAR = ReachError("run 1 is out of reach.", lost=0.25)
@@ -76,7 +76,7 @@ def serving(paths: Plan, _: Placement, __: Stages) -> Plan:
     return paths
 
 
-def refusing(error: PlanError, *, until: Stand | None = None) -> Chain:
+def refusing(error: PlanError, *, until: FixturePose | None = None) -> Chain:
     """Return a chain that refuses every placement but that of a stand."""
 
     def chain(paths: Plan, placement: Placement, _: Stages) -> Plan:
@@ -88,11 +88,11 @@ def refusing(error: PlanError, *, until: Stand | None = None) -> Chain:
 
 
 @pytest.fixture
-def searched(monkeypatch: pytest.MonkeyPatch) -> Callable[[Stand], None]:
-    """Let the search find these stands."""
+def searched(monkeypatch: pytest.MonkeyPatch) -> Callable[[FixturePose], None]:
+    """Let the search find these places."""
 
-    def use(*stands: Stand) -> None:
-        found = tuple(Oriented(stand, 0.2, 0.5) for stand in stands)
+    def use(*candidates: FixturePose) -> None:
+        found = tuple(Oriented(pose, 0.2, 0.5) for pose in candidates)
 
         def search(*_: object, **__: object) -> OrientationSearch:
             return OrientationSearch(found, 77, 3)
@@ -120,13 +120,13 @@ def test_the_first_orientation_that_serves_is_taken_and_says_why_those_before_we
     placement = paths.workpiece.placement
     assert placement is not None
     found = placed(paths, placement, STAGE, chain=refusing(error, until=TILTED))
-    orientation, stands = found.workpiece.orientation, found.workpiece.placement
+    orientation, turned = found.workpiece.orientation, found.workpiece.placement
     assert orientation is not None
-    assert stands is not None
+    assert turned is not None
     np.testing.assert_allclose(np.degrees(orientation.rpy), [0.0, 30.0, 0.0], atol=1e-12)
     assert (orientation.start, orientation.refused, orientation.tried) == (str(error), (str(error),), 77)
-    np.testing.assert_allclose(stands.T_base_fixture, TILTED.T_base_fixture, atol=1e-12)
-    assert len(stands.missing) == 2
+    np.testing.assert_allclose(turned.T_base_fixture, TILTED.T_base_fixture, atol=1e-12)
+    assert len(turned.missing) == 2
     # Where material is laid, and how much, does not depend on how the part stands; the nozzle's attitude does.
     deposited, before = found.poses.deposit, paths.poses.deposit
     np.testing.assert_allclose(found.poses.tips[deposited], paths.poses.tips[before], atol=1e-12)

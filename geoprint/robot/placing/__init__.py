@@ -28,7 +28,7 @@ from geoprint.robot.placing.placement import (
 )
 from geoprint.robot.placing.placement_search import (
     Candidate as Candidate,
+    FixturePose as FixturePose,
     Room as Room,
-    Stand as Stand,
     search_placement as search_placement,
 )

@@ -30,7 +30,7 @@ from geoprint.robot.collision import (
     tool_solids,
 )
 from geoprint.robot.collision.tool_solids import Solid
-from geoprint.robot.placing.placement_search import Room, Stand, judged_samples
+from geoprint.robot.placing.placement_search import FixturePose, Room, judged_samples
 from geoprint.robot.reach import PoseSamples, angle_margins, reach, sample_poses
 
 # Tilts that are tried [degrees] and in how many directions; in each so many yaws, and turns about the nozzle.
@@ -87,12 +87,12 @@ class Oriented:
     """An orientation that serves, as far as the search can tell.
 
     Attributes:
-        stand: where the part's centroid is, and how it is turned.
+        pose: where the part's centroid is, and how it is turned.
         margin: smallest over the poses of the motion that reaches it [rad].
         tilt: angle of the mean normal from upright [rad].
     """
 
-    stand: Stand
+    pose: FixturePose
     margin: float
     tilt: float
 
@@ -131,23 +131,23 @@ def search_orientation(
     """
     samples = sample_poses(poses, T_base_work=T_fixture_work)
     judge = _OrientationJudge(samples, arm, rows=judged_samples(samples.Ts_base_tool), scene=scene)
-    stands = list(_grid(position))
-    judged = [(stand, tilt, judge.margin(stand)) for stand, tilt in stands if scene.room.permits(stand)]
-    hopeful = [(stand, tilt, margin) for stand, tilt, margin in judged if margin > 0.0]
+    candidates = list(_grid(position))
+    judged = [(pose, tilt, judge.margin(pose)) for pose, tilt in candidates if scene.room.permits(pose)]
+    hopeful = [(pose, tilt, margin) for pose, tilt, margin in judged if margin > 0.0]
     hopeful.sort(key=lambda each: _merit(each[2], each[1]))
     found: list[Oriented] = []
-    for stand, tilt, _ in hopeful[:FOLLOWED]:
+    for pose, tilt, _ in hopeful[:FOLLOWED]:
         try:
-            path = reach(poses, arm, T_base_work=stand.T_base_fixture @ T_fixture_work)
+            path = reach(poses, arm, T_base_work=pose.T_base_fixture @ T_fixture_work)
         except ReachError:
             continue
         if not _hits(path, arm, scene=scene):
             margins = angle_margins(path.joints, arm, deposit=path.poses.deposit)
-            found.append(Oriented(stand, float(margins.min()), tilt))
+            found.append(Oriented(pose, float(margins.min()), tilt))
         if len(found) == ENOUGH_FOUND:
             break
     found.sort(key=lambda each: _merit(each.margin, each.tilt))
-    return OrientationSearch(tuple(found), len(stands), len(hopeful))
+    return OrientationSearch(tuple(found), len(candidates), len(hopeful))
 
 
 def _merit(margin: float, tilt: float) -> tuple[float, float]:
@@ -155,20 +155,20 @@ def _merit(margin: float, tilt: float) -> tuple[float, float]:
     return (-min(margin, ENOUGH_MARGIN), tilt)
 
 
-def _grid(position: FloatArray) -> Iterator[tuple[Stand, float]]:
-    """Yield stands and their tilts [rad]: upright first, then tilted more; the least turned first."""
+def _grid(position: FloatArray) -> Iterator[tuple[FixturePose, float]]:
+    """Yield places and their tilts [rad]: upright first, then tilted more; the least turned first."""
     yaws = sorted((transforms.wrapped(2.0 * np.pi * np.arange(YAWS) / YAWS)).tolist(), key=abs)
     for tilt, directions in RINGS:
         for direction in 2.0 * np.pi * np.arange(directions) / directions:
             tilted = Rotation.from_rotvec(np.radians(tilt) * np.array([np.cos(direction), np.sin(direction), 0.0]))
             for yaw in yaws:
                 rpy = (Rotation.from_euler("z", yaw) * tilted).as_euler("xyz", degrees=True).round(DECIMALS) + 0.0
-                yield Stand(position, np.radians(rpy)), float(np.radians(tilt))
+                yield FixturePose(position, np.radians(rpy)), float(np.radians(tilt))
 
 
 @final
 class _OrientationJudge:
-    """Judges stands on samples of a stream, each at the turn about the nozzle that suits it best."""
+    """Judges places on samples of a stream, each at the turn about the nozzle that suits it best."""
 
     def __init__(self, samples: PoseSamples, arm: Arm, *, rows: IntArray, scene: Scene) -> None:
         first = rows[np.linspace(0, rows.size - 1, min(FIRST_SAMPLES, rows.size)).round().astype(np.int64)]
@@ -178,17 +178,17 @@ class _OrientationJudge:
         self._round = _rounds(arm, scene.tool)
         self._spins = about_nozzle(2.0 * np.pi * np.arange(1 if arm.sense_of_turn else SPINS) / SPINS)[:, None]
 
-    def margin(self, stand: Stand) -> float:
+    def margin(self, pose: FixturePose) -> float:
         """Return the margin of the best branch [rad]; minus infinity where none serves every sample."""
         worst = np.full(BRANCHES, np.inf)
         for rows in self._stages:
             if rows.size and worst.max() > 0.0:
-                worst = np.minimum(worst, self._margins(stand, rows))
+                worst = np.minimum(worst, self._margins(pose, rows))
         return float(worst.max())
 
-    def _margins(self, stand: Stand, rows: IntArray) -> FloatArray:
+    def _margins(self, pose: FixturePose, rows: IntArray) -> FloatArray:
         """Return (8,) the smallest margin on each branch over some samples."""
-        Ts = stand.T_base_fixture @ self._Ts[rows] @ self._spins
+        Ts = pose.T_base_fixture @ self._Ts[rows] @ self._spins
         joints = self._arm.solutions(Ts.reshape(-1, 4, 4)).reshape(*Ts.shape[:2], BRANCHES, JOINTS)
         margins = angle_margins(np.moveaxis(joints, 1, 2), self._arm, deposit=self._deposit[rows]).min(axis=-1)
         margins = np.where(np.isnan(margins), -np.inf, margins)

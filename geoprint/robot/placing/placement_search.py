@@ -49,7 +49,7 @@ OUT_OF_REACH = -2.0 * np.pi
 
 @final
 @frozen
-class Stand:
+class FixturePose:
     """A place for the fixture's frame, in which the part has its centroid at the origin and its mean normal up.
 
     Attributes:
@@ -90,12 +90,12 @@ class Room:
     def __post_init__(self) -> None:
         freeze_arrays(self, part="float: k 3", body="float: b 3")
 
-    def lowest(self, stand: Stand) -> float:
-        """Return how far the part may be lowered from a stand until it meets what is below it [mm].
+    def lowest(self, pose: FixturePose) -> float:
+        """Return how far the part may be lowered from a place until it meets what is below it [mm].
 
         Negative where it is inside or below a box that lies below or above it; infinite over free space.
         """
-        low, high = self._extent(stand)
+        low, high = self._extent(pose)
         room = np.inf
         for box in self.obstacles:
             aside = (low[:2] >= box.centre[:2] + box.size[:2] / 2.0) | (high[:2] <= box.centre[:2] - box.size[:2] / 2.0)
@@ -103,31 +103,31 @@ class Room:
                 room = min(room, float(low[2] - box.centre[2] - box.size[2] / 2.0))
         return room
 
-    def permits(self, stand: Stand) -> bool:
+    def permits(self, pose: FixturePose) -> bool:
         """Say whether both stand above all boxes below them, clear of the arm, and the part below the ceiling."""
-        low, high = self._extent(stand)
+        low, high = self._extent(pose)
         nearest = np.clip(0.0, low[:2], high[:2])
-        highest = transforms.apply(stand.T_base_fixture, self.part)[:, 2].max()
-        return bool(self.lowest(stand) >= 0.0 and np.hypot(*nearest) >= COLUMN_RADIUS and highest <= self.ceiling)
+        highest = transforms.apply(pose.T_base_fixture, self.part)[:, 2].max()
+        return bool(self.lowest(pose) >= 0.0 and np.hypot(*nearest) >= COLUMN_RADIUS and highest <= self.ceiling)
 
-    def _extent(self, stand: Stand) -> tuple[FloatArray, FloatArray]:
-        placed = transforms.apply(stand.T_base_fixture, np.vstack([self.part, self.body]))
+    def _extent(self, pose: FixturePose) -> tuple[FloatArray, FloatArray]:
+        placed = transforms.apply(pose.T_base_fixture, np.vstack([self.part, self.body]))
         return placed.min(axis=0), placed.max(axis=0)
 
 
 @final
 @frozen
 class Candidate:
-    """A stand, the motion that reaches the part there, and what it is worth.
+    """A place, the motion that reaches the part there, and what it is worth.
 
     Attributes:
-        stand: where the part stands.
+        pose: where the part stands.
         margin: smallest over the poses [rad], or less than -2 pi where some are out of reach.
         branch: of the inverse kinematics.
         spin: turn about the nozzle [rad].
     """
 
-    stand: Stand
+    pose: FixturePose
     margin: float
     branch: int
     spin: float
@@ -135,12 +135,12 @@ class Candidate:
 
 @final
 class _Judge:
-    """Judges stands on some samples of a stream, or on all of them.
+    """Judges places on some samples of a stream, or on all of them.
 
     Args:
         samples: of the stream, in the fixture's frame.
         arm: with its tool.
-        rows: samples on which stands are judged.
+        rows: samples on which places are judged.
     """
 
     def __init__(self, samples: PoseSamples, arm: Arm, *, rows: IntArray) -> None:
@@ -148,20 +148,20 @@ class _Judge:
         self._arm = arm
         self._rows = rows
 
-    def best(self, stand: Stand, *, spins: FloatArray, branches: list[int]) -> Candidate:
-        """Return the stand with its best motion among turns about the nozzle and branches."""
-        Ts = stand.T_base_fixture @ self._samples.Ts_base_tool[self._rows] @ about_nozzle(spins)[:, None]
+    def best(self, pose: FixturePose, *, spins: FloatArray, branches: list[int]) -> Candidate:
+        """Return the place with its best motion among turns about the nozzle and branches."""
+        Ts = pose.T_base_fixture @ self._samples.Ts_base_tool[self._rows] @ about_nozzle(spins)[:, None]
         count = self._rows.size
         joints = self._arm.solutions(Ts.reshape(-1, 4, 4)).reshape(spins.size, count, BRANCHES, JOINTS)
         joints = np.swapaxes(joints[:, :, branches], 1, 2)
         margins = angle_margins(joints, self._arm, deposit=self._samples.deposit[self._rows]).min(axis=-1)
         worth = _worth(margins)
         spin, branch = np.unravel_index(int(worth.argmax()), worth.shape)
-        return Candidate(stand, float(worth[spin, branch]), branches[branch], float(spins[spin]))
+        return Candidate(pose, float(worth[spin, branch]), branches[branch], float(spins[spin]))
 
     def on_all(self, candidate: Candidate) -> tuple[Candidate, _Judge]:
         """Return a candidate judged on all samples, and a judge that also looks at the worst of each margin."""
-        turned = candidate.stand.T_base_fixture @ self._samples.Ts_base_tool @ about_nozzle(np.array([candidate.spin]))
+        turned = candidate.pose.T_base_fixture @ self._samples.Ts_base_tool @ about_nozzle(np.array([candidate.spin]))
         joints = self._arm.solutions(turned)[:, candidate.branch]
         margins = angle_margins(joints, self._arm, deposit=self._samples.deposit)
         worst = np.where(np.isnan(margins), -np.inf, margins).argmin(axis=0)
@@ -181,7 +181,7 @@ def search_placement(
     arm: Arm,
     *,
     T_fixture_work: FloatArray,
-    start: Stand,
+    start: FixturePose,
     room: Room,
     height: float | None = None,
     tilt: float = 0.0,
@@ -209,8 +209,8 @@ def search_placement(
     samples = sample_poses(poses, T_base_work=T_fixture_work)
     judge = _Judge(samples, arm, rows=judged_samples(samples.Ts_base_tool))
     spins = 2.0 * np.pi * np.arange(GRID_SPINS) / GRID_SPINS
-    stands = [stand for stand in _grid(arm, start, room=room, height=height, tilt=tilt) if room.permits(stand)]
-    if not stands:
+    candidates = [pose for pose in _grid(arm, start, room=room, height=height, tilt=tilt) if room.permits(pose)]
+    if not candidates:
         raise InputError(
             f"the part finds no place within the arm's reach, above the obstacles, below {room.ceiling:.0f} mm (the "
             f"tip at home) and {COLUMN_RADIUS:g} mm from axis 1: raise home, or take a smaller part or body."
@@ -218,7 +218,7 @@ def search_placement(
     steps = np.diag(FIRST_STEPS)[
         [*([0, 1] if height is not None else [0, 1, 2]), 3, 4, *([5, 6] if tilt > 0.0 else [])]
     ]
-    found = [judge.best(stand, spins=spins, branches=[*range(BRANCHES)]) for stand in stands]
+    found = [judge.best(pose, spins=spins, branches=[*range(BRANCHES)]) for pose in candidates]
     climbed = [_settled(candidate, judge, room=room, steps=steps, tilt=tilt) for candidate in _apart(found)]
     return tuple(sorted(climbed, key=lambda candidate: -candidate.margin))
 
@@ -231,9 +231,9 @@ def judged_samples(Ts_fixture_tool: FloatArray) -> IntArray:
     return np.union1d(evenly, columns.argmax(axis=0))
 
 
-def _grid(arm: Arm, start: Stand, *, room: Room, height: float | None, tilt: float) -> Iterator[Stand]:
-    """Yield stands at even distances, heights and yaws within the arm's reach, and the start itself."""
-    yield start if height is None else Stand(np.array([*start.position[:2], height]), start.rpy)
+def _grid(arm: Arm, start: FixturePose, *, room: Room, height: float | None, tilt: float) -> Iterator[FixturePose]:
+    """Yield places at even distances, heights and yaws within the arm's reach, and the start itself."""
+    yield start if height is None else FixturePose(np.array([*start.position[:2], height]), start.rpy)
     shoulder = float(arm.inverse.shoulder[2])
     reach = arm.inverse.reach + float(np.linalg.norm(arm.T_flange_tool[:3, 3]))
     ahead = start.position[:2] / max(float(np.hypot(*start.position[:2])), np.finfo(float).tiny)
@@ -247,7 +247,7 @@ def _grid(arm: Arm, start: Stand, *, room: Room, height: float | None, tilt: flo
     heights = [height] if height is not None else np.arange(lowest, shoulder + reach, GRID_STEP / 2.0)
     yaws = 2.0 * np.pi * np.arange(GRID_YAWS) / GRID_YAWS
     yield from (
-        Stand(np.array([*(distance * ahead), z]), np.array([roll, pitch, yaw]))
+        FixturePose(np.array([*(distance * ahead), z]), np.array([roll, pitch, yaw]))
         for distance in distances
         for z in heights
         if np.hypot(distance, z - shoulder) <= reach
@@ -262,12 +262,12 @@ def _apart(found: list[Candidate]) -> list[Candidate]:
     for candidate in sorted(found, key=lambda candidate: -candidate.margin):
         if len(chosen) == STARTS:
             break
-        if not any(_near(candidate.stand, other.stand) for other in chosen):
+        if not any(_near(candidate.pose, other.pose) for other in chosen):
             chosen.append(candidate)
     return chosen
 
 
-def _near(one: Stand, other: Stand) -> bool:
+def _near(one: FixturePose, other: FixturePose) -> bool:
     turned = np.abs(transforms.wrapped(one.rpy - other.rpy)).max()
     return bool(np.abs(one.position - other.position).max() <= GRID_STEP and turned <= 2.0 * np.pi / GRID_YAWS + 1e-9)
 
@@ -282,7 +282,7 @@ def _settled(candidate: Candidate, judge: _Judge, *, room: Room, steps: FloatArr
             best = judged
         if judged.margin > climbed.margin - CLOSE_ENOUGH:
             break
-        candidate = judge.best(best.stand, spins=np.array([best.spin]), branches=[best.branch])
+        candidate = judge.best(best.pose, spins=np.array([best.spin]), branches=[best.branch])
     return best or candidate
 
 
@@ -303,11 +303,11 @@ def _climbed(candidate: Candidate, judge: _Judge, *, room: Room, steps: FloatArr
     return best
 
 
-def _stepped(candidate: Candidate, step: FloatArray, *, tilt: float) -> tuple[Stand, float] | None:
-    """Return the stand and the turn about the nozzle a step on; None where it tilts too far."""
-    stand = candidate.stand
-    roll_pitch = stand.rpy[:2] + step[5:]
+def _stepped(candidate: Candidate, step: FloatArray, *, tilt: float) -> tuple[FixturePose, float] | None:
+    """Return the place and the turn about the nozzle a step on; None where it tilts too far."""
+    pose = candidate.pose
+    roll_pitch = pose.rpy[:2] + step[5:]
     if np.hypot(*roll_pitch) > tilt + 1e-9:
         return None
-    rpy = np.append(roll_pitch, transforms.wrapped(stand.rpy[2:] + step[3:4]))
-    return Stand(stand.position + step[:3], rpy), candidate.spin + float(step[4])
+    rpy = np.append(roll_pitch, transforms.wrapped(pose.rpy[2:] + step[3:4]))
+    return FixturePose(pose.position + step[:3], rpy), candidate.spin + float(step[4])

@@ -51,7 +51,7 @@ def with_joint_5_up_to(degrees: float) -> Robot:
 def test_a_part_that_is_reached_upright_with_room_is_left_as_it_stands() -> None:
     found = searched()
     assert len(found.found) == 3
-    np.testing.assert_array_equal(found.found[0].stand.rpy, 0.0)
+    np.testing.assert_array_equal(found.found[0].pose.rpy, 0.0)
     assert [each.tilt for each in found.found] == [0.0, 0.0, 0.0]
 
 
@@ -61,15 +61,15 @@ def test_a_wrist_that_cannot_point_down_tilts_the_part_no_more_than_it_needs() -
     found = searched(robot)
     assert found.found
     for each in found.found:
-        np.testing.assert_array_equal(each.stand.position, POSITION)
-        np.testing.assert_allclose(np.degrees(each.stand.rpy).round(1), np.degrees(each.stand.rpy), atol=1e-9)
+        np.testing.assert_array_equal(each.pose.position, POSITION)
+        np.testing.assert_allclose(np.degrees(each.pose.rpy).round(1), np.degrees(each.pose.rpy), atol=1e-9)
         # Straight down joint 5 stands at 72 degrees there: at least 30 are missing, and 10 more are asked for.
         assert np.radians(29.0) < each.tilt < np.radians(61.0)
         path = reach(line(), Arm(robot, T_flange_tool=straight_cell().tool.T_flange_tool),
-                     T_base_work=each.stand.T_base_fixture)  # fmt: skip
+                     T_base_work=each.pose.T_base_fixture)  # fmt: skip
         assert path.joints[:, 4].max() <= np.radians(40.0)
     again = searched(robot)
-    assert [each.stand.rpy.tolist() for each in again.found] == [each.stand.rpy.tolist() for each in found.found]
+    assert [each.pose.rpy.tolist() for each in again.found] == [each.pose.rpy.tolist() for each in found.found]
 
 
 @pytest.mark.usefixtures("coarse")

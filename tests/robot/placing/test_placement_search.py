@@ -11,7 +11,7 @@ from geoprint import transforms
 from geoprint.errors import InputError
 from geoprint.model import Box, FloatArray, PoseStream
 from geoprint.robot.arm import Arm
-from geoprint.robot.placing import Room, Stand, search_placement
+from geoprint.robot.placing import FixturePose, Room, search_placement
 from geoprint.robot.reach import reach, reach_margin
 from geoprint.robot.reach.keyframes import LIMITING, Margin, angle_margins, smallest_margin
 from tests.robot.cells import bent_cell
@@ -49,8 +49,8 @@ def room(*, body: FloatArray | None = None, obstacles: tuple[Box, ...] = (TABLE,
     return Room(part=SQUARE, body=np.empty((0, 3)) if body is None else body, obstacles=obstacles, ceiling=ceiling)
 
 
-def at(x: float, y: float, z: float, *, yaw_deg: float = 0.0) -> Stand:
-    return Stand(np.array([x, y, z]), np.array([0.0, 0.0, np.radians(yaw_deg)]))
+def at(x: float, y: float, z: float, *, yaw_deg: float = 0.0) -> FixturePose:
+    return FixturePose(np.array([x, y, z]), np.array([0.0, 0.0, np.radians(yaw_deg)]))
 
 
 @pytest.fixture
@@ -79,7 +79,7 @@ def test_margins_are_the_distances_to_what_is_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    ("stand", "permitted"),
+    ("pose", "permitted"),
     [
         (at(300, 0, 0), True),
         (at(300, 0, -1), False),
@@ -91,8 +91,10 @@ def test_margins_are_the_distances_to_what_is_refused() -> None:
         (at(-500, 0, -50), True),
     ],
 )
-def test_part_stands_above_what_is_below_it_and_beside_the_arm_and_below_home(stand: Stand, *, permitted: bool) -> None:
-    assert room().permits(stand) is permitted
+def test_part_stands_above_what_is_below_it_and_beside_the_arm_and_below_home(
+    pose: FixturePose, *, permitted: bool
+) -> None:
+    assert room().permits(pose) is permitted
 
 
 def test_body_stands_on_the_table_too_but_may_rise_above_home() -> None:
@@ -110,11 +112,11 @@ def test_line_is_placed_with_more_margin_than_before_and_is_reached_there() -> N
     found = search_placement(poses, arm_, T_fixture_work=np.eye(4), start=start, room=room())
     best = found[0]
     assert list(found) == sorted(found, key=lambda candidate: -candidate.margin)
-    assert all(room().permits(candidate.stand) for candidate in found)
+    assert all(room().permits(candidate.pose) for candidate in found)
     assert best.margin > before.angle + np.radians(5.0)
-    path = reach(poses, arm_, T_base_work=best.stand.T_base_fixture)
+    path = reach(poses, arm_, T_base_work=best.pose.T_base_fixture)
     assert path.branch == best.branch
-    np.testing.assert_array_equal(best.stand.rpy[:2], 0.0)
+    np.testing.assert_array_equal(best.pose.rpy[:2], 0.0)
 
 
 def test_margin_of_a_candidate_is_that_of_its_motion_over_all_poses() -> None:
@@ -124,7 +126,7 @@ def test_margin_of_a_candidate_is_that_of_its_motion_over_all_poses() -> None:
         np.array([[np.cos(best.spin), -np.sin(best.spin), 0], [np.sin(best.spin), np.cos(best.spin), 0], [0, 0, 1.0]]),
         np.zeros(3),
     )
-    Ts = best.stand.T_base_fixture @ transforms.rigid(np.tile(DOWN, (161, 1, 1)), poses.tips) @ turn
+    Ts = best.pose.T_base_fixture @ transforms.rigid(np.tile(DOWN, (161, 1, 1)), poses.tips) @ turn
     joints = arm_.solutions(Ts)[:, best.branch]
     assert best.margin == pytest.approx(smallest_margin(joints, arm_, deposit=poses.deposit).angle)
 
@@ -136,8 +138,8 @@ def test_height_is_kept_and_tilt_is_bounded_where_they_are_given() -> None:
         tilt=np.radians(15.0),
     )  # fmt: skip
     for candidate in found:
-        assert candidate.stand.position[2] == 20.0
-        assert np.hypot(*candidate.stand.rpy[:2]) <= np.radians(15.0) + 1e-9
+        assert candidate.pose.position[2] == 20.0
+        assert np.hypot(*candidate.pose.rpy[:2]) <= np.radians(15.0) + 1e-9
 
 
 def test_part_that_fits_nowhere_and_empty_stream_are_refused() -> None:
