@@ -133,10 +133,15 @@ class Held:
         value = float(np.median(self.relative[rows]))
         return RunEstimate(value, value * float(np.median(self.measured.deviations[rows, 0] / widths)))
 
+    @property
+    def comparable(self) -> list[int]:
+        """Runs whose widths compare."""
+        return [run for run in np.unique(self.plan.runs).tolist() if self._compared(run).size >= FEWEST_MEASURED]
+
     def whole(self, run: int) -> WholeRun | None:
         """Return what is wrong with a run over its whole length."""
         share = self.share(run)
-        if share is None or np.unique(self.plan.runs[self.relative > 0.0]).size < FEWEST_RUNS:
+        if share is None or len(self.comparable) < FEWEST_RUNS:
             return None
         if abs(share.value - 1.0) < max(WHOLE_RUN, SIGNIFICANT * share.deviation):
             return None
@@ -348,9 +353,27 @@ def doubts(held: Held) -> list[str]:
             f"widths of {alone:.0%} of what is straight and alone are too noisy to compare, so that only gaps are "
             "looked for there; go nearer, or expose more"
         )
+    if len(held.comparable) < FEWEST_RUNS:
+        said.append(_too_few(held))
     if found.alike:
         said.append(f"the plan looks alike if the picture is {found.alike}, so nobody could tell")
     return said
+
+
+def _too_few(held: Held) -> str:
+    """Return that nobody can tell which run is at fault over its whole length, and of two whether one of them is."""
+    shares = [share for share in map(held.share, held.comparable) if share is not None]
+    said = (
+        "no run is said to be too wide or too narrow over its whole length, since that takes "
+        f"{FEWEST_RUNS} runs whose widths compare, found {len(shares)}"
+    )
+    if len(shares) < 2:
+        return said
+    wide, narrow = (pick(shares, key=lambda share: share.value) for pick in (max, min))
+    more, sure = wide.value / narrow.value - 1.0, float(np.hypot(wide.deviation, narrow.deviation))
+    if more < max(WHOLE_RUN, SIGNIFICANT * sure):
+        return said
+    return f"{said}; beside the plan one of these is {more:.0%} wider than the other, so one is at fault"
 
 
 def _aslant(measured: MeasuredStretches, widths: FloatArray, *, height: float) -> BoolArray:

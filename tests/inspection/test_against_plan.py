@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from functools import cache
 
@@ -77,6 +78,7 @@ def test_a_print_without_faults_is_told_as_one() -> None:
     assert held.apart.hausdorff < WIDTH / 2.0 + PIXEL
     assert held.apart.mean < PIXEL
     assert held.strays == 0.0
+    assert doubts(held) == []
 
 
 @pytest.mark.parametrize("offset", [-0.5, 0.9])
@@ -231,6 +233,22 @@ def test_a_run_with_another_volume_is_at_fault_over_its_whole_length(volume: flo
     share = found.share(3)
     assert share is not None
     assert share.value == pytest.approx(np.sqrt(volume), abs=0.05)
+
+
+@pytest.mark.parametrize(("runs", "volume"), [(1, 1.5), (2, 1.0), (2, 1.5)])
+def test_of_fewer_than_three_runs_none_is_at_fault_but_two_that_differ_are_said_to(runs: int, volume: float) -> None:
+    random, few = np.random.default_rng(1), stream(rows_on_plate(first=13.0, count=runs), flow=WIDTH * HEIGHT)
+    beads = deposited_beads(few, PLATE, height=HEIGHT, faults=Faults(), random=random)
+    beads = replace(beads, widths=np.where(beads.runs == 0, np.sqrt(volume), 1.0) * beads.widths)
+    light = Lighting(np.array([0.1, 0.0, 1.0]))
+    found = held(pictured(PLATE, beads, VIEW, light, random=random), VIEW, PLATE, few)
+    assert [found.whole(run) for run in range(runs)] == [None] * runs
+    (doubt,) = (each for each in doubts(found) if "over its whole length" in each)
+    assert f"takes 3 runs whose widths compare, found {runs}" in doubt
+    wider = re.search(r"one of these is (\d+)% wider than the other, so one is at fault", doubt)
+    assert (wider is None) is (runs == 1 or volume == 1.0)
+    # Widths go with the root of the volume.
+    assert wider is None or float(wider[1]) == pytest.approx(100.0 * (np.sqrt(volume) - 1.0), abs=3.0)
 
 
 @pytest.mark.parametrize("wider", [0.8, 1.8], ids=["apart", "touching the next bead"])
