@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import final
 
 from geoprint.model import Clearance, comparable, frozen
-from geoprint.postprocessor import Orders, Setup
+from geoprint.postprocessor import Json, Orders, Setup
 from geoprint.postprocessor.rapid import Executed, Settings, StackSettings, Timeline
 from geoprint.postprocessor.rapid.stack_running import StackProof
 from geoprint.reporting.records.evenness import EvennessRecord
@@ -48,25 +48,34 @@ class Repeated:
 
 @final
 @frozen
-class CheckedJoined:
-    """The program of all attitudes of a table that was checked.
+class CheckedParts:
+    """A program of several parts that was checked: of the layers of a stack, of the attitudes of a table, or of both.
 
     Attributes:
-        findings: what is wrong.
-        settings: how it is set to run, or None where it is not that of its attitudes.
+        settings: how it is set to run, or None where it is not that of its parts, or there is none.
         proof: what was executed of it, or None where it does not run.
         program_sha256: of its modules with their switches as written; empty where it was not read back.
     """
 
-    findings: tuple[Finding, ...]
-    settings: StackSettings | None
-    proof: StackProof | None
-    program_sha256: str
+    settings: StackSettings | None = None
+    proof: StackProof | None = None
+    program_sha256: str = ""
 
     @property
     def scenarios(self) -> tuple[str, ...]:
         """In which it was executed; none where it does not run."""
         return () if self.proof is None else self.proof.scenarios
+
+    def proven(self) -> dict[str, Json]:
+        """Return what a record says of its execution; nothing where it does not run."""
+        if self.proof is None:
+            return {}
+        return {
+            "scenarios": [*self.proof.scenarios],
+            "refused": [*self.proof.refused],
+            "lines_with_statements": self.proof.statements,
+            "lines_executed": self.proof.executed,
+        }
 
 
 @final
@@ -106,33 +115,24 @@ class Checked:
     repeated: Repeated | None = None
     seen: tuple[SeenRecord, ...] = ()
     attitudes: tuple[Checked, ...] = ()
-    joined: CheckedJoined | None = None
+    joined: CheckedParts | None = None
     not_derived: tuple[str, ...] = ()
 
 
 @final
 @frozen
 class CheckedStack:
-    """The program of a stack that was checked.
+    """A stack that was checked.
 
     Attributes:
         record: the content of stack.json, or None where it cannot be read.
-        settings: how the program is set to run, or None where it is not that of its layers, or there is none.
-        proof: what was executed of it, or None where it does not run.
-        program_sha256: of its modules with their switches as written; empty where it was not read back.
-        seen: what people saw a program of this stack do.
+        program: of all its layers.
+        seen: what people saw it do.
     """
 
     record: StackRecord | None
-    settings: StackSettings | None = None
-    proof: StackProof | None = None
-    program_sha256: str = ""
+    program: CheckedParts = CheckedParts()
     seen: tuple[SeenRecord, ...] = ()
-
-    @property
-    def scenarios(self) -> tuple[str, ...]:
-        """In which it was executed; none where it does not run."""
-        return () if self.proof is None else self.proof.scenarios
 
 
 @final

@@ -15,7 +15,7 @@ from geoprint.model import PASCAL_PER_KPA, FloatArray, Process
 from geoprint.postprocessor import Json, Orders, Setup, waits
 from geoprint.postprocessor.rapid import Settings, StackSettings, Timeline
 from geoprint.reporting.cautions import near_borders, orientation_notes
-from geoprint.reporting.check import Checked, CheckedComparison, CheckedJoined, Repeated
+from geoprint.reporting.check import Checked, CheckedComparison, Repeated
 from geoprint.reporting.evidence import evidence_rows, seen_rows
 from geoprint.reporting.metrics import COVERED_ONCE
 from geoprint.reporting.records.comparison import (
@@ -28,7 +28,7 @@ from geoprint.reporting.records.comparison import (
     StackSettingsNow,
 )
 from geoprint.reporting.records.evenness import TableRecord
-from geoprint.reporting.records.evidence import EvidenceRecord
+from geoprint.reporting.records.evidence import EvidenceRecord, SeenRecord
 from geoprint.reporting.records.plan import (
     ClearanceRecord,
     DepositionRecord,
@@ -55,20 +55,83 @@ def attitude_rows(checked: Checked, record: PlanRecord) -> list[tuple[str, list[
     table = None if record.overhang is None else record.overhang.table
     if joined is None or now is None or table is None:
         return []
-    dry_only = any(robot.program.dry_run_only for robot in record.robot)
-    seen = [f"{stage}: {what}" for stage, what in seen_rows(checked.seen, program_sha256=now.program_sha256)]
+    dry_only, count = any(robot.program.dry_run_only for robot in record.robot), len(record.robot)
     unchecked = dict.fromkeys(text for robot in record.robot for text in robot.clearance.not_checked)
     return [
         ("program", _joined_program(joined, record.robot, dry_only=dry_only)),
         ("attitudes", [_attitude(robot, table) for robot in record.robot]),
-        ("table", table_lines(table.name)),
-        ("is set to", [] if now.settings is None else [_joined_settings(now.settings, dry_only=dry_only)]),
-        ("to print", _printing(dry_only=dry_only)),
-        ("to stop", [_stopping(len(record.robot))]),
-        ("to resume", [] if dry_only else [_resuming()]),
+        *parts_rows("attitude", count, now.settings, dry_only=dry_only, table=table.name),
         ("not checked", ["; ".join(unchecked) + "; the real cell."]),
-        ("executed", [_executed(joined, now)]),
-        ("evidence", seen),
+        *proof_rows("attitude", now.scenarios, joined.refused, checked.seen, program_sha256=now.program_sha256),
+    ]
+
+
+def parts_rows(
+    one: str, count: int, settings: StackSettings | None, *, dry_only: bool, table: str = ""
+) -> list[tuple[str, list[str]]]:
+    """Return how a program of several parts is set, printed, stopped and begun again.
+
+    Args:
+        one: what it loads one after another: a layer, or an attitude of a table.
+        count: of them.
+        settings: how it is set to run; None where nobody knows.
+        dry_only: whether it runs dry only.
+        table: name of the table that tilts the part; empty where it stands still.
+    """
+    attitude = one == "attitude"
+    first, last = f"geoFirst{one.title()}", f"geoLast{one.title()}"
+    each = ", with the table in each attitude" if attitude else ""
+    printing = [f"run it as written first: dry, 20 mm higher, at 25 %{each} (geoDryRun TRUE, geoSpeedPct 25)"]
+    stopping = (
+        f"{last}, 1 to {count}, ends it behind that {one}, at home, with everything shut off; it may be lowered while "
+        f"{'an' if attitude else 'a'} {one} is printed"
+    )
+    rows = [("is set to", [] if settings is None else [_set_to(one, settings, dry_only=dry_only)])]
+    rows += [("table", _table_lines(table))] if table else []
+    if dry_only:
+        return [*rows, ("to print", printing), *([("to stop", [stopping])] if count > 1 else [])]
+    printing.append("then geoDryRun FALSE, and at a fixed pressure geoSpeedPct 100 and the speed override 100 %")
+    begun = (
+        f"{first} stands at the {one} that was begun and not finished: clean the nozzle, set geoFirstRun to the run "
+        "that the pendant names, start from main"
+    )
+    resuming = [
+        begun,
+        f"behind the last {one} {first} stands beyond it: set it to 1 for a new part",
+    ]
+    return [
+        *rows, ("to print", printing), *([("to stop", [stopping])] if count > 1 else []), ("to resume", resuming)
+    ]  # fmt: skip
+
+
+def proof_rows(
+    one: str, scenarios: Sequence[str], refused: Sequence[str], seen: Sequence[SeenRecord], *, program_sha256: str
+) -> list[tuple[str, list[str]]]:
+    """Return how a program of several parts was executed, and what people saw it do."""
+    asked = ", and the table was asked for before each" if one == "attitude" else ""
+    executed = (
+        f"{', '.join(scenarios)}; each {one} moved and switched as its own program does{asked}; refused before "
+        f"anything moved: {', '.join(refused)}"
+    )
+    people = [f"{stage}: {what}" for stage, what in seen_rows(seen, program_sha256=program_sha256)]
+    return [("executed", [executed]), ("evidence", people)]
+
+
+def _set_to(one: str, settings: StackSettings, *, dry_only: bool) -> str:
+    parts = f"{one}s {settings.first_layer} to {settings.last_layer}"
+    if settings.dry_run or dry_only:
+        return f"run {parts} dry at {settings.speed_pct:g} % of the speed (geoDryRun {str(settings.dry_run).upper()})"
+    return (
+        f"PRINT {parts} at {settings.speed_pct:g} % of the speed, from run {settings.first_run} of the first on "
+        "(geoDryRun FALSE)"
+    )
+
+
+def _table_lines(name: str) -> list[str]:
+    """Return what a person must know who brings a table to its attitudes."""
+    return [
+        f"the {name} moves only while the arm waits at home and you are asked: look, bring it or let it, answer",
+        "nothing but you notices a wrong attitude, or a driven table's wrong zero: the tool would run into the part",
     ]
 
 
@@ -93,56 +156,6 @@ def _attitude(robot: RobotRecord, table: TableRecord) -> str:
     )
 
 
-def table_lines(name: str) -> list[str]:
-    """Return what a person must know who brings a table to its attitudes.
-
-    Args:
-        name: of the table.
-    """
-    return [
-        f"the {name} moves only while the arm waits at home and you are asked: look, bring it or let it, answer",
-        "nothing but you notices a wrong attitude, or a driven table's wrong zero: the tool would run into the part",
-    ]
-
-
-def _joined_settings(settings: StackSettings, *, dry_only: bool) -> str:
-    attitudes = f"attitudes {settings.first_layer} to {settings.last_layer}"
-    if settings.dry_run or dry_only:
-        dry = str(settings.dry_run).upper()
-        return f"run {attitudes} dry at {settings.speed_pct:g} % of the speed (geoDryRun {dry})"
-    return (
-        f"PRINT {attitudes} at {settings.speed_pct:g} % of the speed, from run {settings.first_run} of the first on "
-        "(geoDryRun FALSE)"
-    )
-
-
-def _printing(*, dry_only: bool) -> list[str]:
-    first = "run it as written first: dry, 20 mm higher, at 25 %, with the table in each attitude (geoDryRun TRUE)"
-    full = "then geoDryRun FALSE, and at a fixed pressure geoSpeedPct 100 and the speed override 100 %"
-    return [first] if dry_only else [first, full]
-
-
-def _stopping(count: int) -> str:
-    return (
-        f"geoLastAttitude, 1 to {count}, ends it behind that attitude, at home, with everything shut off; it may be "
-        "lowered while an attitude is printed"
-    )
-
-
-def _resuming() -> str:
-    return (
-        "geoFirstAttitude stands at the attitude that was begun and not finished: clean the nozzle, set geoFirstRun to "
-        "the run that the pendant names, start from main"
-    )
-
-
-def _executed(joined: JoinedRecord, now: CheckedJoined) -> str:
-    return (
-        f"{', '.join(now.scenarios)}; each attitude moved and switched as by itself, and the table was asked for "
-        f"before each; refused before anything moved: {', '.join(joined.refused)}"
-    )
-
-
 # What whoever stands at the robot should read before pressing start: one page about a bundle that was checked.
 
 
@@ -161,7 +174,8 @@ def check_summary(checked: Checked | CheckedComparison) -> dict[str, Json]:
 
 def _comparison_record(checked: CheckedComparison, name: str) -> CheckedComparisonRecord:
     stack = checked.stack
-    settings = None if stack is None else stack.settings
+    program = None if stack is None else stack.program
+    settings = None if program is None else program.settings
     tilted = stack is not None and stack.record is not None and stack.record.layers[0].attitudes is not None
     return CheckedComparisonRecord(
         comparison=name,
@@ -170,8 +184,8 @@ def _comparison_record(checked: CheckedComparison, name: str) -> CheckedComparis
         bundles=tuple(_record(one, inner) for inner, one in checked.bundles),
         set_to=None if settings is None or tilted else StackSettingsNow(**asdict(settings)),
         attitudes_set_to=_attitudes_now(settings) if settings is not None and tilted else None,
-        executed=() if stack is None else stack.scenarios,
-        program_sha256=None if stack is None else stack.program_sha256 or None,
+        executed=() if program is None else program.scenarios,
+        program_sha256=None if program is None else program.program_sha256 or None,
         seen=() if stack is None else stack.seen,
         stacks=tuple(_comparison_record(one, inner) for inner, one in checked.stacks),
     )

@@ -6,11 +6,10 @@ from collections.abc import Sequence
 
 from geoprint.postprocessor.rapid import StackSettings
 from geoprint.reporting.check import Checked, CheckedComparison, CheckedStack, Finding
-from geoprint.reporting.evidence import seen_rows
 from geoprint.reporting.metrics import THICKNESS
 from geoprint.reporting.records.rounding import how_many
 from geoprint.reporting.records.stack import StackedLayerRecord, StackProgramRecord, StackRecord
-from geoprint.reporting.run_sheet import entry, repeated_texts, run_sheet, table_lines, underived_texts
+from geoprint.reporting.run_sheet import entry, parts_rows, proof_rows, repeated_texts, run_sheet, underived_texts
 
 # The run sheet of a whole stack: its layers in order, where it pauses, where it can be stopped and begun again.
 
@@ -30,11 +29,13 @@ def stack_sheet(record: StackRecord, checked: CheckedStack, *, width: int | None
     if program is None:
         return []
     layers = [_layer(number, layer, record) for number, layer in enumerate(record.layers, start=1)]
-    before = [("program", _program(program, record.layers)), ("layers", layers)]
-    now = [] if checked.settings is None else [("is set to", [_settings(program, checked.settings, record.layers)])]
-    seen = [f"{stage}: {what}" for stage, what in seen_rows(checked.seen, program_sha256=checked.program_sha256)]
-    proven = (("executed", [_executed(program, record.layers)]), ("evidence", seen))
-    rows = (*before, *now, *_handling(program, record.layers), *proven)
+    one, now = _parts(record.layers)[0], checked.program
+    rows = (
+        ("program", _program(program, record.layers)),
+        ("layers", layers),
+        *_handling(program, record.layers, now.settings),
+        *proof_rows(one, program.scenarios, program.refused, checked.seen, program_sha256=now.program_sha256),
+    )
     return [line for label, texts in rows for line in entry(label, texts, width=width)]
 
 
@@ -47,7 +48,7 @@ def stack_steps(record: StackRecord) -> list[str]:
     program = record.program
     if program is None:
         return []
-    rows = (("program", _program(program, record.layers)), *_handling(program, record.layers))
+    rows = (("program", _program(program, record.layers)), *_handling(program, record.layers, None))
     return [line for label, texts in rows for line in entry(label, texts, width=None)]
 
 
@@ -84,16 +85,13 @@ def _parts(layers: Sequence[StackedLayerRecord]) -> tuple[str, int]:
     return ("attitude", attitudes) if attitudes else ("layer", len(layers))
 
 
-def _handling(program: StackProgramRecord, layers: Sequence[StackedLayerRecord]) -> list[tuple[str, list[str]]]:
-    """Return how it is printed, stopped and begun again."""
+def _handling(
+    program: StackProgramRecord, layers: Sequence[StackedLayerRecord], settings: StackSettings | None
+) -> list[tuple[str, list[str]]]:
+    """Return how it is set, printed, stopped and begun again."""
     one, count = _parts(layers)
-    rows = [("table", table_lines("table"))] if one == "attitude" else []
-    rows.append(("to print", _printing(program)))
-    if count > 1:
-        rows.append(("to stop", [_stopping(one, count)]))
-    if not program.runs_dry_only:
-        rows.append(("to resume", _resuming(one)))
-    return rows
+    table = "table" if one == "attitude" else ""
+    return parts_rows(one, count, settings, dry_only=program.runs_dry_only, table=table)
 
 
 def _program(program: StackProgramRecord, layers: Sequence[StackedLayerRecord]) -> list[str]:
@@ -110,52 +108,10 @@ def _program(program: StackProgramRecord, layers: Sequence[StackedLayerRecord]) 
     ]
 
 
-def _settings(program: StackProgramRecord, settings: StackSettings, layers: Sequence[StackedLayerRecord]) -> str:
-    one, _ = _parts(layers)
-    parts = f"{one}s {settings.first_layer} to {settings.last_layer}"
-    if settings.dry_run or program.runs_dry_only:
-        return f"run {parts} dry at {settings.speed_pct:g} % of the speed (geoDryRun {str(settings.dry_run).upper()})"
-    return (
-        f"PRINT {parts} at {settings.speed_pct:g} % of the speed, from run {settings.first_run} of the first on "
-        "(geoDryRun FALSE)"
-    )
-
-
 def _layer(number: int, layer: StackedLayerRecord, record: StackRecord) -> str:
     """Return the line of one layer: what it takes, and what comes behind it."""
     took = f"{layer.runs} runs, {layer.print_s or 0.0:.0f} s, {layer.laid_mm3 / 1000.0:.3g} cm3"
     return f"{number}  {took}{behind_layer(number, record)}"
-
-
-def _printing(program: StackProgramRecord) -> list[str]:
-    texts = ["run it as written first: dry, 20 mm higher, at 25 % (geoDryRun TRUE, geoSpeedPct 25)"]
-    if program.runs_dry_only:
-        return texts
-    return [*texts, "then geoDryRun FALSE, and at a fixed pressure geoSpeedPct 100 and the speed override 100 %"]
-
-
-def _stopping(one: str, count: int) -> str:
-    return (
-        f"geoLast{one.title()}, 1 to {count}, ends it behind that {one}, at home, with everything shut off; it may be "
-        f"lowered while {'an' if one == 'attitude' else 'a'} {one} is printed"
-    )
-
-
-def _resuming(one: str) -> list[str]:
-    first = f"geoFirst{one.title()}"
-    begun = (
-        f"{first} stands at the {one} that was begun and not finished: clean the nozzle, set geoFirstRun to the "
-        "run that the pendant names, start from main"
-    )
-    return [begun, f"behind the last {one} {first} stands beyond it: set it to 1 for a new part"]
-
-
-def _executed(program: StackProgramRecord, layers: Sequence[StackedLayerRecord]) -> str:
-    one, _ = _parts(layers)
-    return (
-        f"{', '.join(program.scenarios)}; each {one} moved and switched as its own program does; refused before "
-        f"anything moved: {', '.join(program.refused)}"
-    )
 
 
 # What a person reads of a check: a run sheet, the page of a bundle without a program, a line a bundle of several.

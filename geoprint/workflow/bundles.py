@@ -23,7 +23,7 @@ from geoprint.postprocessor.rapid import CONTROLLER_FOLDER, RESIDENT, check_resi
 from geoprint.postprocessor.rapid.stack_verifying import OwnProgram, judge_stack
 from geoprint.postprocessor.switches import is_as_written
 from geoprint.reporting import read_record
-from geoprint.reporting.check import Checked, CheckedComparison, CheckedJoined, Finding
+from geoprint.reporting.check import Checked, CheckedComparison, CheckedParts, Finding
 from geoprint.reporting.prints import JOINED_LIST
 from geoprint.reporting.records.evidence import EVIDENCE_SCHEMA, STAGES, SeenFile, SeenRecord
 from geoprint.reporting.records.plan import PlanRecord
@@ -364,7 +364,7 @@ def _program(checked: Checked | CheckedComparison) -> _Program:
     # All layers stand where the part stands.
     setups = [one.setup for _, one in checked.bundles if one.setup is not None]
     there = stack.record is None or stack.record.program is not None
-    return _Program(there, stack.program_sha256, setups[0].placement.missing if setups else ())
+    return _Program(there, stack.program.program_sha256, setups[0].placement.missing if setups else ())
 
 
 def _write(folder: Path, content: SeenFile) -> None:
@@ -385,25 +385,43 @@ def _write(folder: Path, content: SeenFile) -> None:
 # The program of all attitudes of a table, read back from a bundle and held against those of each and the paths.
 
 
-def check_joined(folder: Path, names: Iterable[str], record: PlanRecord) -> CheckedJoined:
+def check_joined(folder: Path, names: Iterable[str], record: PlanRecord) -> tuple[list[Finding], CheckedParts]:
     """Check the program of all attitudes of a bundle, and that what they lay is together what the paths ask for.
 
     Args:
         folder: the bundle.
         names: of its files.
         record: what its plan.json says.
+
+    Returns:
+        What is wrong, and what it did.
     """
-    findings: list[Finding] = []
     try:
         own = [own_program(folder, f"{PART}{number}", layer=1) for number, _ in enumerate(record.robot, start=1)]
-        findings += resident_findings(folder, own[-1])
         _check_deposited(folder, record)
-        modules = dict(program_modules(folder, names))
-        judged = judge_stack(modules, own)
+        return check_parts(folder, names, own)
     except GeoprintError as error:
-        return CheckedJoined((*findings, program_finding(error)), None, None, "")
-    findings += [program_finding(error) for error in judged.findings]
-    return CheckedJoined(tuple(findings), judged.settings, judged.proof, program_digest(modules.items()))
+        return [program_finding(error)], CheckedParts()
+
+
+def check_parts(folder: Path, names: Iterable[str], own: Sequence[OwnProgram]) -> tuple[list[Finding], CheckedParts]:
+    """Check a program of several parts against those of each, executed.
+
+    Args:
+        folder: of the bundle, or of the stack.
+        names: of its files.
+        own: the programs of its parts, in the order of printing.
+
+    Returns:
+        What is wrong, and what it did.
+
+    Raises:
+        GeoprintError: it cannot be judged at all.
+    """
+    modules = dict(program_modules(folder, names))
+    judged = judge_stack(modules, own)
+    findings = [*resident_findings(folder, own[-1]), *map(program_finding, judged.findings)]
+    return findings, CheckedParts(judged.settings, judged.proof, program_digest(modules.items()))
 
 
 def _check_deposited(folder: Path, record: PlanRecord) -> None:

@@ -618,15 +618,7 @@ def _joined_findings(checked: Checked, record: PlanRecord, each: Sequence[Checke
         "table_s": float(moving),
         "print_s": sum(one.motion.duration_s for one in record.robot) + float(moving),
     }
-    if joined.proof is not None:
-        proof = joined.proof
-        found |= {
-            "scenarios": [*proof.scenarios],
-            "refused": [*proof.refused],
-            "lines_with_statements": proof.statements,
-            "lines_executed": proof.executed,
-        }
-    yield from figures(PLAN, "joined", as_json(said), found)
+    yield from figures(PLAN, "joined", as_json(said), found | joined.proven())
     yield from joined_header_findings(
         checked.folder, part=record.input.name, version=record.version, cell=cell, layers=[1] * len(each), tilted=True
     )

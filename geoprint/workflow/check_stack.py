@@ -17,23 +17,20 @@ from geoprint.metrics.stack_thickness import deposited_volume
 from geoprint.model import PoseStream, frozen
 from geoprint.positioner import table_machine
 from geoprint.postprocessor import Json, read_setup
-from geoprint.postprocessor.rapid.stack_verifying import OwnProgram, judge_stack
+from geoprint.postprocessor.rapid.stack_verifying import OwnProgram
 from geoprint.postprocessor.rapid.stack_writing import together
 from geoprint.reporting.check import Checked, CheckedStack, Finding
 from geoprint.reporting.prints import JOINED_LIST
 from geoprint.reporting.records.plan import PlanRecord
 from geoprint.reporting.records.rounding import as_json, read_record
 from geoprint.reporting.records.stack import StackedLayerRecord, StackProgramRecord, StackRecord
-from geoprint.reporting.robot_summary import program_digest
 from geoprint.reporting.stack import finished_record, with_cure
 from geoprint.results import StackedLayer
 from geoprint.workflow.bundles import (
     RAPID_FOLDER,
     STACK,
+    check_parts,
     own_program,
-    program_finding,
-    program_modules,
-    resident_findings,
     stream_of,
 )
 from geoprint.workflow.check_figures import VOLUME_SHARE, controller_files_findings, figures, joined_header_findings
@@ -256,20 +253,13 @@ def _program(
         for plan in plans
     )
     moving = sum(move.seconds - move.from_rest for move in moves)
-    found: dict[str, Json] = {
+    return {
         "file": JOINED_LIST,
         "pause_s": pause,
         "print_s": printing + moving + pause * (len(plans) - 1),
         "runs_dry_only": bool(own[0].placement.missing),
+        **stack.program.proven(),
     }
-    if stack.proof is not None:
-        found |= {
-            "scenarios": [*stack.proof.scenarios],
-            "refused": [*stack.proof.refused],
-            "lines_with_statements": stack.proof.statements,
-            "lines_executed": stack.proof.executed,
-        }
-    return found
 
 
 def finished_findings(folder: Path, stack: CheckedStack, kept: Sequence[StackedLayer]) -> list[Finding]:
@@ -404,9 +394,8 @@ def _program_findings(
     folder: Path, names: Iterable[str], record: StackRecord, own: Sequence[OwnProgram]
 ) -> tuple[list[Finding], CheckedStack, tuple[LayerMove, ...]]:
     """Return what is wrong with the program of a stack, what it did, and how a table comes to its layers."""
-    modules = dict(program_modules(folder, names))
-    judged = judge_stack(modules, own)
-    findings = [*resident_findings(folder, own[0]), *map(program_finding, judged.findings)]
+    names = [*names]
+    findings, program = check_parts(folder, names, own)
     moves: tuple[LayerMove, ...] = ()
     try:
         moves = layer_moves([job_of(surface=folder / layer.folder / JOB) for layer in record.layers], own)
@@ -416,7 +405,7 @@ def _program_findings(
         findings += _kept_findings(record, moves)
     last = read_setup(folder / own[-1].folder / "setup.json")
     placed = replace(last, placement=own[0].placement)
-    loading = any(PurePosixPath(name).name.startswith("GeoPath") for name in modules)
+    loading = any(PurePosixPath(name).name.startswith("GeoPath") for name in names)
     findings += controller_files_findings(
         folder, dict.fromkeys(names, ""), placed, loading=loading, folders=[one.folder for one in own]
     )
@@ -428,9 +417,7 @@ def _program_findings(
         layers=[one.layer for one in own],
         tilted=own[0].placement.table is not None,
     )
-    digest = program_digest(modules.items())
-    stack = CheckedStack(record, settings=judged.settings, proof=judged.proof, program_sha256=digest)
-    return findings, stack, moves
+    return findings, CheckedStack(record, program), moves
 
 
 def _kept_findings(record: StackRecord, moves: Sequence[LayerMove]) -> Iterator[Finding]:

@@ -136,10 +136,10 @@ def _check_attitudes(folder: Path, names: Sequence[str]) -> Checked:
     if record is None:
         findings += [one for one in attitudes[0].findings if one.file == PLAN]
         return Checked(folder, tuple(findings), None, attitudes=tuple(attitudes))
-    joined = check_joined(folder, names, record)
+    found, joined = check_joined(folder, names, record)
     return Checked(
         folder,
-        (*findings, *joined.findings),
+        (*findings, *found),
         record,
         setup=attitudes[0].setup,
         program_sha256=joined.program_sha256,

@@ -290,7 +290,7 @@ def _verify(promise: _Promise, folder: Path) -> None:
         verify_trajectory_table(folder / part / "trajectory.csv", trajectory)
         _refuse(check_program(folder / part, names, plan=folder).findings)
     if promise.joined:
-        _refuse(check_joined(folder, promise.joined, read_record(folder / PLAN, PlanRecord)).findings)
+        _refuse(check_joined(folder, promise.joined, read_record(folder / PLAN, PlanRecord))[0])
 
 
 def _refuse(findings: Sequence[Finding]) -> None:
