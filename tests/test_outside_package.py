@@ -90,13 +90,29 @@ def test_a_backend_and_a_pattern_of_an_installed_package_are_compared_planned_an
     site: Path, run: Callable[..., int], capsys: pytest.CaptureFixture[str]
 ) -> None:
     # The second backend is planned by a process beside this one, which has to find the package, too.
-    compared = ("compare", "job.toml", "--no-robot", "--backends", "heat,edges", "--out", "compared")
+    compared = (
+        "compare",
+        "job.toml",
+        "--no-robot",
+        "--backends",
+        "heat,edges",
+        "--option",
+        "longest",
+        "--out",
+        "compared",
+    )
     assert run(*compared, path=site) == 0, capsys.readouterr().err
     rows = json.loads((site / "compared" / "compare.json").read_text())["parts"][0]["backends"]
     assert [row["backend"] for row in rows] == ["heat", "edges"]
     assert "uniformity" in rows[1]
     assert (site / "compared" / "edges" / "poses.csv").is_file()
-    assert "shortest paths along the edges" in (site / "compared" / "report.html").read_text()
+    page = (site / "compared" / "report.html").read_text()
+    assert "shortest paths along the edges" in page
+    figures = [row["features"][0]["figures"][0]["value"] for row in rows]
+    assert f"longest run: length [mm] {figures[0]:.4g} (heat), {figures[1]:.4g} (edges)" in capsys.readouterr().err
+    assert "How many runs there are" in page
+    assert run("longest", "compared/heat/poses.csv", path=site) == 0
+    assert f"{len((site / 'compared/heat/poses.csv').read_text().splitlines()) - 1} poses" in capsys.readouterr().out
     asked = ("--pattern", "straight", "--option", "straight.angle_deg=90.0", "--option", "edges.stretch=1.05")
     planned = ("plan", "job.toml", "--backend", "edges", *asked, "--out", "planned")
     assert run(*planned, path=site) == 0, capsys.readouterr().err
@@ -124,10 +140,15 @@ def test_a_script_makes_them_known(site: Path, monkeypatch: pytest.MonkeyPatch) 
 def test_a_package_that_cannot_be_loaded_breaks_neither_help_nor_the_others(
     tmp_path: Path, run: Callable[..., int], capsys: pytest.CaptureFixture[str]
 ) -> None:
+    broken = {"broken": "no_such_module:Backend"}
     site = installed(
-        tmp_path, name="broken", version="0.3", groups={"geoprint.backends": {"broken": "no_such_module:Backend"}}
+        tmp_path, name="broken", version="0.3", groups={"geoprint.backends": broken, "geoprint.commands": broken}
     )
     assert run("compare", "--help", path=site) == 0
+    assert run("--help", path=site) == 0
+    assert "broken      From the package broken." in capsys.readouterr().out
+    assert run("broken", path=site) == 2
+    assert "the command 'broken' from the package broken 0.3" in capsys.readouterr().err
     (site / "job.toml").write_text(JOB.split("[options")[0])
     assert run("plan", "job.toml", "--backend", "broken", "--out", "out", path=site) == 2
     assert "package broken 0.3 (entry point broken = no_such_module:Backend)" in capsys.readouterr().err

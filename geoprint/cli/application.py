@@ -120,8 +120,11 @@ class _Commands(TyperGroup):
     def get_command(self, ctx: Any, cmd_name: str) -> Any:  # noqa: ARG002
         if cmd_name in _KNOWN:
             return _KNOWN[cmd_name]
-        points = named_points(FEATURE_COMMANDS).select(name=cmd_name)
-        return next((_command_of(partial(loaded, point, "command")) for point in points), None)
+        for point in named_points(FEATURE_COMMANDS).select(name=cmd_name):
+            # Not loaded for help, which one that is broken must not break.
+            package = "" if point.dist is None else f"From the package {point.dist.name}."
+            return _Later(cmd_name, partial(loaded, point, "command"), short_help=package)
+        return None
 
 
 _KNOWN = {str(command.name): command for command in _known()}

@@ -14,7 +14,7 @@ from geoprint import features
 from geoprint.config import Job
 from geoprint.model import Cell
 from geoprint.registry import Entry, Registry
-from geoprint.reporting.records.plan import FeatureRecord, FigureRecord
+from geoprint.reporting.records.plan import FeatureRecord, FigureRecord as FigureRecord
 from geoprint.reporting.values import Row, Section
 from geoprint.results import Plan
 
