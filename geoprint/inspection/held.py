@@ -353,6 +353,9 @@ def doubts(held: Held) -> list[str]:
             f"widths of {alone:.0%} of what is straight and alone are too noisy to compare, so that only gaps are "
             "looked for there; go nearer, or expose more"
         )
+    bent = float((held.judged & ~found.lone).sum() / max(int(held.judged.sum()), 1))
+    if bent > 0.1:
+        said.append(f"along {bent:.0%} of the plan, at corners and where lines join, only gaps are looked for")
     if len(held.comparable) < FEWEST_RUNS:
         said.append(_too_few(held))
     if found.alike:

@@ -235,6 +235,20 @@ def test_a_run_with_another_volume_is_at_fault_over_its_whole_length(volume: flo
     assert share.value == pytest.approx(np.sqrt(volume), abs=0.05)
 
 
+def test_corners_are_no_faults_and_are_said_to_be_looked_at_for_gaps_alone() -> None:
+    corners = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
+    at, steps = np.arange(5.0), np.linspace(0.0, 4.0, 97)
+    square = np.column_stack([np.interp(steps, at, corners[:, axis]) for axis in (0, 1)] + [np.zeros(97)])
+    squares = stream([size * square + [20.0, 15.0, 0.0] for size in (4.0, 8.0, 12.0)], flow=WIDTH * HEIGHT)
+    beads = deposited_beads(squares, PLATE, height=HEIGHT, faults=Faults(), random=np.random.default_rng(1))
+    light = Lighting(np.array([0.1, 0.0, 1.0]))
+    found = held(pictured(PLATE, beads, VIEW, light, random=np.random.default_rng(1)), VIEW, PLATE, squares)
+    assert not any(found.gaps(run) + found.blobs(run) + found.thin(run) for run in range(3))
+    assert found.judged.all()
+    (doubt,) = (each for each in doubts(found) if "corners" in each)
+    assert doubt.startswith(f"along {1.0 - found.measured.lone.mean():.0%} of the plan")
+
+
 @pytest.mark.parametrize(("runs", "volume"), [(1, 1.5), (2, 1.0), (2, 1.5)])
 def test_of_fewer_than_three_runs_none_is_at_fault_but_two_that_differ_are_said_to(runs: int, volume: float) -> None:
     random, few = np.random.default_rng(1), stream(rows_on_plate(first=13.0, count=runs), flow=WIDTH * HEIGHT)
