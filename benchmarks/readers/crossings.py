@@ -40,7 +40,7 @@ Test = Callable[[Surface, float], Callable[[], int]]
 
 
 def _ours(surface: Surface, depth: float) -> Callable[[], int]:
-    return lambda: len(crossings(surface, depth=depth).pairs)
+    return lambda: len(crossings(surface, depth=depth)[0])
 
 
 def _pymeshlab(surface: Surface, _: float) -> Callable[[], int]:

@@ -13,26 +13,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from geoprint.model import BoolArray, FloatArray, IntArray, ScalarField, Surface, SurfaceCurves, SurfacePoints, frozen
+from geoprint.model import BoolArray, FloatArray, IntArray, ScalarField, Surface, SurfaceCurves, SurfacePoints
 
 EdgeShares: TypeAlias = Callable[[IntArray, FloatArray], FloatArray]
-
-
-@frozen
-class _Pieces:
-    """Straight pieces of level curves, one a row: a triangle, and the crossings where it starts and ends."""
-
-    faces: IntArray
-    starts: IntArray
-    ends: IntArray
-
-
-@frozen
-class _Crossings:
-    """Points where a level crosses an edge, one a row: the edge's vertices, the smaller first, and the level."""
-
-    edges: IntArray
-    levels: IntArray
 
 
 def isolines(
@@ -51,25 +34,25 @@ def isolines(
         The curves, sorted by level, larger values on their left seen from outside, closed unless they end at the
         border; and (c,) the index of each curve's level. Where a level touches nothing it has no curve.
     """
-    pieces, crossings = _cut(surface, field.values, levels)
-    values = levels[crossings.levels]
-    shares = (
-        _linear_shares(field, crossings.edges, values) if edge_shares is None else edge_shares(crossings.edges, values)
-    )
-    order, offsets, closed = _chain(pieces.starts, pieces.ends, count=shares.size)
+    faces, starts, ends, edges, level = _cut(surface, field.values, levels)
+    values = levels[level]
+    shares = _linear_shares(field, edges, values) if edge_shares is None else edge_shares(edges, values)
+    order, offsets, closed = _chain(starts, ends, count=shares.size)
     outgoing = np.full(shares.size, -1)
-    outgoing[pieces.ends] = pieces.faces
-    outgoing[pieces.starts] = pieces.faces
-    points = _points_on(surface, crossings.edges[order], shares[order], outgoing[order])
-    curve_levels = crossings.levels[order[offsets[:-1]]]
-    return _by_level(SurfaceCurves(points, offsets, closed), curve_levels)
+    outgoing[ends] = faces
+    outgoing[starts] = faces
+    points = _points_on(surface, edges[order], shares[order], outgoing[order])
+    return _by_level(SurfaceCurves(points, offsets, closed), level[order[offsets[:-1]]])
 
 
-def _cut(surface: Surface, values: FloatArray, levels: FloatArray) -> tuple[_Pieces, _Crossings]:
+def _cut(
+    surface: Surface, values: FloatArray, levels: FloatArray
+) -> tuple[IntArray, IntArray, IntArray, IntArray, IntArray]:
     """Cut every triangle by every level between its smallest and its largest value.
 
     Returns:
-        The pieces, and the crossings that they name.
+        Of each straight piece its triangle and the crossings where it starts and ends; then of each crossing of a level
+        with an edge the vertices of the edge, the smaller first, and the level.
     """
     ranks = np.searchsorted(levels, values, side="right")[surface.faces]
     first = np.minimum(np.minimum(ranks[:, 0], ranks[:, 1]), ranks[:, 2])
@@ -79,14 +62,16 @@ def _cut(surface: Surface, values: FloatArray, levels: FloatArray) -> tuple[_Pie
     above = ranks[face] > level[:, None]
     following = np.roll(above, -1, axis=1)
     down, up = np.argmax(above & ~following, axis=1), np.argmax(~above & following, axis=1)
-    crossings, where = _numbered_crossings(surface, np.tile(face, 2), np.concatenate([down, up]), np.tile(level, 2))
-    return _Pieces(face, where[: face.size], where[face.size :]), crossings
+    edges, levels_crossed, where = _numbered_crossings(
+        surface, np.tile(face, 2), np.concatenate([down, up]), np.tile(level, 2)
+    )
+    return face, where[: face.size], where[face.size :], edges, levels_crossed
 
 
 def _numbered_crossings(
     surface: Surface, faces: IntArray, sides: IntArray, levels: IntArray
-) -> tuple[_Crossings, IntArray]:
-    """Return every crossing once, by edge and level, and which of them each of (k,) sides at a level is.
+) -> tuple[IntArray, IntArray, IntArray]:
+    """Return edge and level of every crossing once, and which of them each of (k,) sides at a level is.
 
     Only edges that are crossed are numbered: often a few of all.
     """
@@ -95,7 +80,7 @@ def _numbered_crossings(
     edges, edge = np.unique(np.minimum(starts, ends) * base + np.maximum(starts, ends), return_inverse=True)
     count = int(levels.max(initial=0)) + 1
     crossing, where = np.unique(edge * count + levels, return_inverse=True)
-    return _Crossings(np.column_stack(np.divmod(edges[crossing // count], base)), crossing % count), where
+    return np.column_stack(np.divmod(edges[crossing // count], base)), crossing % count, where
 
 
 def _linear_shares(field: ScalarField, edges: IntArray, values: FloatArray) -> FloatArray:

@@ -36,25 +36,12 @@ AT_LEVEL, ENTERED, LEFT_BY, AT_CORNER = 0, 1, 2, 3
 FIRST_ROOM = 1024
 
 
-@final
-@frozen
-class Band:
-    """Neighbouring rows of an image; the last row of one band is the first of the next.
-
-    Attributes:
-        first: row of the image that is the first.
-        values: (rows, columns); NaN where nothing is known.
-    """
-
-    first: int
-    values: FloatArray
-
-
-def level_lines(bands: Iterable[Band], *, levels: FloatArray) -> list[list[FloatArray]]:
+def level_lines(bands: Iterable[tuple[int, FloatArray]], *, levels: FloatArray) -> list[list[FloatArray]]:
     """Return the level curves of an image, larger values on their left.
 
     Args:
-        bands: all of its rows, from the first on; one is looked at after the other.
+        bands: all of its rows, one band after the other: the row that is the first in it, and its (rows, columns)
+            values, NaN where nothing is known. The last row of a band is the first of the next.
         levels: (l,) rising.
 
     Returns:
@@ -62,7 +49,7 @@ def level_lines(bands: Iterable[Band], *, levels: FloatArray) -> list[list[Float
         begin. A closed one repeats its first point and begins in the lowest row that it visits; others begin and end
         at an edge beyond which nothing is known.
     """
-    found = [cell_pieces(band.values, band.first, levels) for band in bands]
+    found = [cell_pieces(values, first, levels) for first, values in bands]
     numbers, places = (np.concatenate(parts) for parts in zip(*found, strict=True))
     # Pieces of a level stay in the order of their cells.
     order = np.argsort(numbers[:, AT_LEVEL], kind="stable")
@@ -307,11 +294,11 @@ class DistanceImage:
         found = level_lines(self._bands_near(levels), levels=levels)
         return [[line * self.pixel + self.origin for line in lines] for lines in found]
 
-    def _bands_near(self, levels: FloatArray) -> Iterator[Band]:
+    def _bands_near(self, levels: FloatArray) -> Iterator[tuple[int, FloatArray]]:
         """Yield all rows, measured where a level can pass."""
         asked = np.sort(np.abs(levels)) / self.pixel
         for first, last in self._bands():
-            yield Band(first, self._measured(self.marks[first : last + 1], first, asked=asked))
+            yield first, self._measured(self.marks[first : last + 1], first, asked=asked)
 
     def _bands(self) -> Iterator[tuple[int, int]]:
         """Yield the first and the last row of every band, the last of one being the first of the next."""

@@ -12,7 +12,7 @@ from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.fibers.field_lines import LINES, lines_of
 from geoprint.fibers.fields import DirectionField
 from geoprint.fibers.net import LineNet, net_of, places_of, surface_points
-from geoprint.fibers.placement import SHORTEST, DepositedStroke, Weave, deposited_strokes, first_place
+from geoprint.fibers.placement import SHORTEST, DepositedStroke, deposited_strokes, first_place
 from geoprint.fibers.preferences import AlongRim
 from geoprint.fibers.prescribed import smoothest_field
 from geoprint.fibers.stripes import stripes
@@ -104,21 +104,23 @@ class FibrePattern:
         for piece in pieces(surface):
             spacings = wanted[piece.vertices][piece.surface.faces].mean(axis=1)
             net = net_of(_on_piece(field, piece), spacings=spacings)
-            weave = self._deposited(piece.surface, net, piece.own(seed.curves))
-            if not weave.strokes:
+            strokes, too_short = self._deposited(piece.surface, net, piece.own(seed.curves))
+            if not strokes:
                 raise FieldError(
                     f"no stroke along the field on {surface.name} is {SHORTEST:g} spacings of {wanted.min():g} mm "
                     "long: choose a smaller spacing."
                 )
-            curves += [piece.on_whole(_curve(net, stroke)) for stroke in weave.strokes]
-            rows += [_rows(stroke) for stroke in weave.strokes]
-            dropped += weave.dropped
+            curves += [piece.on_whole(_curve(net, stroke)) for stroke in strokes]
+            rows += [_rows(stroke) for stroke in strokes]
+            dropped += too_short
         every, row = all_curves(curves), np.concatenate(rows)
         at_points = every.points.values(surface, wanted) if np.ptp(wanted) else np.full(row.size, wanted[0])
         return Strokes(every, row, at_points, np.ones(row.size), tuple(dropped), _followed(field))
 
-    def _deposited(self, surface: Surface, net: LineNet, source: SurfaceCurves) -> Weave:
-        """Return the strokes on a piece."""
+    def _deposited(
+        self, surface: Surface, net: LineNet, source: SurfaceCurves
+    ) -> tuple[list[DepositedStroke], list[float]]:
+        """Return the strokes on a piece, and the lengths of those that are too short [mm]."""
         point = source.count == 1 and source.points.faces.size == 1
         inside = None if point else first_place(net)
         first = (int(source.points.faces[0]), complex(places_of(net, source.points)[0])) if inside is None else inside

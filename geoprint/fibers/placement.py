@@ -77,19 +77,9 @@ class DepositedStroke(NamedTuple):
     length: float
 
 
-class Weave(NamedTuple):
-    """What was laid.
-
-    Attributes:
-        strokes: in the order in which they were laid.
-        dropped: lengths of those that were too short to be worth a start [mm].
-    """
-
-    strokes: list[DepositedStroke]
-    dropped: list[float]
-
-
-def deposited_strokes(net: LineNet, *, first: tuple[int, complex], spread: IntArray, beside_rim: BoolArray) -> Weave:
+def deposited_strokes(
+    net: LineNet, *, first: tuple[int, complex], spread: IntArray, beside_rim: BoolArray
+) -> tuple[list[DepositedStroke], list[float]]:
     """Lay strokes until there is no gap for another one.
 
     Args:
@@ -97,11 +87,15 @@ def deposited_strokes(net: LineNet, *, first: tuple[int, complex], spread: IntAr
         first: where the first one begins: a face, and the place in its plane.
         spread: (k,) faces all over the surface, nearer together than gaps are wide.
         beside_rim: (k,) whether the middle of each may lie nearer to the rim than a spacing.
+
+    Returns:
+        The strokes, in the order in which they are deposited, and the lengths of those that are too short to be worth a
+        start [mm].
     """
     laying = _Depositing(net)
     laying.beside(laying.begun(*first, row=0))
     laying.fill(spread, beside_rim)
-    return Weave(laying.strokes, laying.dropped)
+    return laying.strokes, laying.dropped
 
 
 @final

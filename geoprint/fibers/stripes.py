@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from geoprint.distance.sparse_solver import SymmetricSolver, nested_dissection
 from geoprint.fibers.net import ComplexArray, LineNet, Senses, rim_sides, senses_of, surface_points
-from geoprint.fibers.placement import SHORTEST, DepositedStroke, Weave
+from geoprint.fibers.placement import SHORTEST, DepositedStroke
 from geoprint.geometry import diagonal_matrix, sum_around_vertices
 from geoprint.kernels import njit
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
@@ -556,8 +556,10 @@ def _nearest(surface: Surface, net: LineNet, chains: Chains, first: Place) -> in
     return int(np.searchsorted(chains.offsets, piece, side="right") - 1)
 
 
-def stripes(surface: Surface, net: LineNet, *, first: Place, through: bool) -> Weave:
-    """Return the rows of a phase whose slopes follow the lines of a field.
+def stripes(
+    surface: Surface, net: LineNet, *, first: Place, through: bool
+) -> tuple[list[DepositedStroke], list[float]]:
+    """Return the rows of a phase whose slopes follow the lines of a field, as `deposited_strokes` returns them.
 
     Args:
         surface: in one piece.
@@ -583,4 +585,4 @@ def stripes(surface: Surface, net: LineNet, *, first: Place, through: bool) -> W
             continue
         closed = bool(chains.closed[row])
         strokes.append(DepositedStroke(chains.faces[begin:end], starts, ends, closed, int(rows[row]), length))
-    return Weave(strokes, dropped)
+    return strokes, dropped

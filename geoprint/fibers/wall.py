@@ -85,18 +85,6 @@ class WallVoxels:
         return lengths
 
 
-class Known(NamedTuple):
-    """Where a function is known.
-
-    Attributes:
-        places: (k, 3) voxel coordinates.
-        values: (k,) there.
-    """
-
-    places: FloatArray
-    values: FloatArray
-
-
 class _Links(NamedTuple):
     """Voxels of the wall beside others, one of the six sides after the other.
 
@@ -117,7 +105,7 @@ class _Links(NamedTuple):
     steps: IntArray
 
 
-def harmonic_in(voxels: WallVoxels) -> tuple[Known, Known]:
+def harmonic_in(voxels: WallVoxels) -> tuple[_Smooth, _Smooth]:
     """Return the depth and the height at the centres of the wall's voxels, the depth also where its boundary is cut.
 
     Of several pieces of wall the largest counts.
@@ -141,8 +129,8 @@ def harmonic_in(voxels: WallVoxels) -> tuple[Known, Known]:
     tip = _apex(voxels, cells, links)
     at_end = (~inside & (links.kinds == 2)) | (inside & (tip[links.cells] | tip[links.others]))
     heights = _solved(voxels, len(cells), links, at_end, (~inside).astype(np.float64))
-    depth = Known(np.concatenate([centres, cuts[at_side]]), np.concatenate([depths, at_cavity[at_side]]))
-    return depth, Known(centres, heights)
+    depth = _Smooth(np.concatenate([centres, cuts[at_side]]), np.concatenate([depths, at_cavity[at_side]]))
+    return depth, _Smooth(centres, heights)
 
 
 def _linked(voxels: WallVoxels) -> tuple[IntArray, _Links]:
@@ -405,7 +393,7 @@ class WallCoordinates:
 
     def __init__(self, voxels: WallVoxels) -> None:
         self._voxels = voxels
-        self._depth, self._height = (_Smooth(known) for known in harmonic_in(voxels))
+        self._depth, self._height = harmonic_in(voxels)
 
     def depths(self, places: FloatArray) -> FloatArray:
         """Return (k,) depths of (k, 3) places [mm], 0 on the outside of the wall and 1 at the cavity.
@@ -517,11 +505,12 @@ class _Smooth:
     """Values at scattered places, and smooth between them.
 
     Args:
-        known: in voxel coordinates.
+        places: (k, 3) voxel coordinates.
+        values: (k,) there.
     """
 
-    def __init__(self, known: Known) -> None:
-        self._known, self._tree = known, KDTree(known.places)
+    def __init__(self, places: FloatArray, values: FloatArray) -> None:
+        self._places, self._values, self._tree = places, values, KDTree(places)
 
     def at(self, places: FloatArray, *, least: int) -> FloatArray:
         """Return (k,) values at (k, 3) places in voxels; not a number where fewer than the least are near."""
@@ -541,18 +530,18 @@ class _Smooth:
         return np.concatenate([np.zeros((0, 4)), *parts])
 
     def _some(self, places: FloatArray, least: int) -> FloatArray:
-        count = min(MOST, len(self._known.values))
+        count = min(MOST, len(self._values))
         away, near = self._tree.query(places, k=np.arange(1, count + 1), distance_upper_bound=REACH)
         within = np.isfinite(away)
         near = np.where(within, near, 0)
         weights = np.where(within, (1.0 - np.where(within, away / REACH, 1.0) ** 2) ** 2, 0.0)
-        offsets = self._known.places[near] - places[:, None]
+        offsets = self._places[near] - places[:, None]
         terms = np.concatenate([np.ones((*near.shape, 1)), offsets], axis=2)
         matrices = np.einsum("kn,kni,knj->kij", weights, terms, terms, optimize=True)
         total = matrices[:, 0, 0]
         record = total > 0.0
         matrices += HELD * np.where(record, total, 1.0)[:, None, None] * np.diag([0.0, 1.0, 1.0, 1.0])
         matrices[~record] = np.eye(4)
-        right = np.einsum("kn,kni,kn->ki", weights, terms, self._known.values[near], optimize=True)
+        right = np.einsum("kn,kni,kn->ki", weights, terms, self._values[near], optimize=True)
         found: FloatArray = np.asarray(np.linalg.solve(matrices, right[:, :, None]), dtype=np.float64)[:, :, 0]
         return np.where((record & (within.sum(axis=1) >= least))[:, None], found, np.nan)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import final
-
 import numpy as np
 
 from geoprint.geometry.operators import face_normals
 from geoprint.geometry.topology import boundary_loops, connected_nodes, half_edges, twins, used_vertices
-from geoprint.model import BoolArray, FloatArray, IntArray, Surface, frozen
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 
 # Faces whose normals differ by more meet in a crease, and a curve that turns by more has a corner [rad]: smooth scans
 # of hearts bend less from face to face, machined edges more.
@@ -19,22 +17,7 @@ LEAST_RIM = 8
 INSIDE, ON_CREASE, ON_RIM, CORNER = 0, 1, 2, 3
 
 
-@final
-@frozen
-class Creases:
-    """Rim and creases of a surface.
-
-    Attributes:
-        sides: (3 m,) whether the edge of each half-edge is on the rim or on a crease.
-        kinds: (n,) INSIDE, ON_CREASE, ON_RIM or CORNER of each vertex; where two rims touch, and all over
-            the smallest rims, there are corners too.
-    """
-
-    sides: BoolArray
-    kinds: IntArray
-
-
-def creases(surface: Surface, *, shortest: float) -> Creases:
+def creases(surface: Surface, *, shortest: float) -> tuple[BoolArray, IntArray]:
     """Find the rim and the sharp creases.
 
     Args:
@@ -42,7 +25,8 @@ def creases(surface: Surface, *, shortest: float) -> Creases:
         shortest: a crease, with all that hang together with it, that is smaller than this is noise [mm].
 
     Returns:
-        The half-edges on them, and the kinds of the vertices.
+        (3 m,) whether the edge of each half-edge is on the rim or on a crease; and (n,) INSIDE, ON_CREASE, ON_RIM or
+        CORNER of each vertex. Where two rims touch, and all over the smallest rims, there are corners too.
 
     Raises:
         MeshError: the surface is not manifold, or a face has no area.
@@ -61,7 +45,7 @@ def creases(surface: Surface, *, shortest: float) -> Creases:
         if loop.size <= LEAST_RIM:
             kinds[loop] = CORNER
     kinds[_pinched(surface.vertices, used_vertices(sides[rim]))] = CORNER
-    return Creases(curves, kinds)
+    return curves, kinds
 
 
 def edges_alone(surface: Surface, sides: BoolArray) -> Surface:

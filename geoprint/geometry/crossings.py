@@ -11,12 +11,10 @@ much, on most meshes of up to 20,000 faces 0.3 to 0.9 and 0.2 to 1.2 (`python -m
 
 from __future__ import annotations
 
-from typing import final
-
 import numpy as np
 
 from geoprint.kernels import inner, njit
-from geoprint.model import FloatArray, IntArray, Surface, frozen
+from geoprint.model import FloatArray, IntArray, Surface
 
 # Pairs of triangles whose boxes overlap that are looked at, per triangle: a good mesh has about 10, one on which they
 # are many more is made of needles that all pass by each other.
@@ -29,21 +27,7 @@ LEAF = 4
 MORTON_BITS = 20
 
 
-@final
-@frozen
-class Crossings:
-    """Where a surface passes through itself.
-
-    Attributes:
-        pairs: (k, 2) faces that cross or lie on each other, the smaller first, rows ascending; MOST_PAIRS at most.
-        complete: whether every pair of faces was looked at; where not, there may be more of them.
-    """
-
-    pairs: IntArray
-    complete: bool
-
-
-def crossings(surface: Surface, *, depth: float) -> Crossings:
+def crossings(surface: Surface, *, depth: float) -> tuple[IntArray, bool]:
     """Find the pairs of triangles that cross, or lie on each other, by more than a depth.
 
     Triangles that only touch, or have a corner or an edge in common and part there, do not cross.
@@ -54,7 +38,8 @@ def crossings(surface: Surface, *, depth: float) -> Crossings:
             this all over lie on each other [mm].
 
     Returns:
-        The pairs, and whether all were looked at.
+        (k, 2) faces that cross or lie on each other, the smaller first, rows ascending, MOST_PAIRS at most; and whether
+        every pair of faces was looked at: where not, there may be more of them.
     """
     corners = surface.vertices[surface.faces]
     order = _morton_order(corners.mean(axis=1))
@@ -67,7 +52,7 @@ def crossings(surface: Surface, *, depth: float) -> Crossings:
         CANDIDATES_PER_FACE * count, MOST_PAIRS,
     )  # fmt: skip
     pairs = np.sort(order[found], axis=1)
-    return Crossings(pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))], complete)
+    return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))], complete
 
 
 def _morton_order(points: FloatArray) -> IntArray:

@@ -274,5 +274,5 @@ def _slivers(surface: Surface) -> FloatArray:
 
 
 def _crossings(surface: Surface, *, depth: float) -> tuple[Defect, bool]:
-    found = crossings(surface, depth=depth)
-    return _defect(surface.vertices[surface.faces[found.pairs[:, 0]]].mean(axis=1)), found.complete
+    pairs, complete = crossings(surface, depth=depth)
+    return _defect(surface.vertices[surface.faces[pairs[:, 0]]].mean(axis=1)), complete

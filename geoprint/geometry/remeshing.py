@@ -219,13 +219,13 @@ def remesh(surface: Surface, *, edge_length: float) -> Surface:
             faces=expected,
             limit=FACE_LIMIT,
         )
-    kept = creases(surface, shortest=edge_length)
+    sides, kinds = creases(surface, shortest=edge_length)
     mesh = _Mesh(
         surface.vertices.copy(),
-        kept.kinds.copy(),
+        kinds,
         surface.faces.ravel().copy(),
         twins(surface.faces),
-        kept.sides.copy(),
+        sides,
     )
     curves = _curves(surface, mesh)
     for _ in range(ROUNDS):
@@ -443,7 +443,7 @@ def smooth(surface: Surface, *, wavelength: float) -> Surface:
     """
     if not (wavelength > 0 and math.isfinite(wavelength)):
         raise InputError(f"wavelength must be a positive number of mm, found {wavelength}.", wavelength=wavelength)
-    sharp = creases(surface, shortest=wavelength).sides & (twins(surface.faces) >= 0)
+    sharp = creases(surface, shortest=wavelength)[0] & (twins(surface.faces) >= 0)
     held = np.zeros(len(surface.vertices), dtype=np.bool_)
     held[half_edges(surface.faces)[sharp]] = True
     vertices = surface.vertices.copy()

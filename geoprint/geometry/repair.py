@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import fields, replace
 from itertools import pairwise
-from typing import Annotated, Any, NamedTuple, TypeAlias, cast, final, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, TypeAlias, cast, final, get_args, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -459,7 +459,7 @@ def repair(joined: Joined, *, longest_hole: float | None = None) -> tuple[Surfac
     loops = boundary_loops(filled) if holes else loops
     inverted = not loops and signed_volume(filled) < 0
     prepared = turned_over(filled) if inverted else filled
-    sizes = _sizes(prepared, loops)
+    topology, boundary_lengths, mean_edge = _sizes(prepared, loops)
     repairs = Repairs(
         dropped_debris_faces=len(cut.faces) - len(part.faces),
         debris_places=debris_places,
@@ -473,10 +473,10 @@ def repair(joined: Joined, *, longest_hole: float | None = None) -> tuple[Surfac
         crossings_checked=_check_crossings(prepared, depth=joined.tolerance),
         vertices=len(prepared.vertices),
         faces=len(prepared.faces),
-        topology=sizes.topology,
-        boundary_lengths=sizes.boundary_lengths,
+        topology=topology,
+        boundary_lengths=boundary_lengths,
         area=float(face_areas(prepared).sum()),
-        mean_edge=sizes.mean_edge,
+        mean_edge=mean_edge,
     )
     return prepared, report
 
@@ -520,36 +520,31 @@ def _wound(surface: Surface, labels: IntArray) -> tuple[BoolArray, Surface]:
     return turned, split_vertices(wound)
 
 
-class _Sizes(NamedTuple):
-    """What the loops of a prepared surface tell without numbering its edges again, which is slow on large ones."""
+def _sizes(surface: Surface, loops: tuple[IntArray, ...]) -> tuple[str, tuple[float, ...], float]:
+    """Return topology, lengths of the borders and mean edge of a connected manifold, without numbering its edges again.
 
-    topology: str
-    boundary_lengths: tuple[float, ...]
-    mean_edge: float
-
-
-def _sizes(surface: Surface, loops: tuple[IntArray, ...]) -> _Sizes:
-    """Return the sizes of a connected manifold: each inner edge has two half-edges, each border edge one."""
+    Each inner edge has two half-edges, each border edge one.
+    """
     lengths = tuple(loop_length(surface.vertices, loop) for loop in loops)
     edge_count = (3 * len(surface.faces) + sum(loop.size for loop in loops)) // 2
     total = float(side_lengths(surface.vertices, surface.faces).ravel().sum()) + sum(lengths)
     euler = len(surface.vertices) - edge_count + len(surface.faces)
-    return _Sizes(kind_of(euler, loops=len(loops)), lengths, total / (2 * edge_count))
+    return kind_of(euler, loops=len(loops)), lengths, total / (2 * edge_count)
 
 
 def _check_crossings(surface: Surface, *, depth: float) -> bool:
     """Refuse a surface that passes through itself; return whether all of it was looked at."""
-    found = crossings(surface, depth=depth)
-    if len(found.pairs):
-        place = surface.vertices[surface.faces[found.pairs[0, 0]]].mean(axis=0)
-        number = f"{len(found.pairs)}" if found.complete else f"at least {len(found.pairs)}"
+    pairs, complete = crossings(surface, depth=depth)
+    if len(pairs):
+        place = surface.vertices[surface.faces[pairs[0, 0]]].mean(axis=0)
+        number = f"{len(pairs)}" if complete else f"at least {len(pairs)}"
         raise MeshError(
             f"{surface.name} passes through itself: pairs of faces that cross or lie on each other: {number}, the "
             f"first at {in_words(place)}; no nozzle can follow it there, so cut or remesh the part there.",
-            pairs=len(found.pairs),
+            pairs=len(pairs),
             place=triple(place),
         )
-    return found.complete
+    return complete
 
 
 def _degenerate(vertices: FloatArray, faces: IntArray) -> BoolArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, final
+from typing import final
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -120,18 +120,6 @@ SHORTEST = 1e-12
 MOVES = 3
 
 
-class Feet(NamedTuple):
-    """Where places stand on the part.
-
-    Attributes:
-        places: (k, 3) closest places of the part [mm].
-        distances: (k,) to them [mm], below 0 on the inner side.
-    """
-
-    places: FloatArray
-    distances: FloatArray
-
-
 @final
 class Ground:
     """A part, of which places outside of it are asked.
@@ -160,19 +148,18 @@ class Ground:
         self._tree = box_tree(self._sides)
         self._upright, self._beyond = upright[ends], _unit(beyond[ends])
 
-    def feet(self, places: FloatArray) -> Feet:
-        """Return the feet of (k, 3) places [mm]."""
+    def feet(self, places: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the (k, 3) closest places of the part to (k, 3) places, and how far these are, below 0 inside [mm]."""
         points, distances = closest(self.part, places)
         found = positions(self.part, points)
         outer = np.einsum("kx,kx->k", places - found, normals(self.part, points)) >= 0.0
-        return Feet(found, np.where(outer, distances, -distances))
+        return found, np.where(outer, distances, -distances)
 
     def raised(self, places: FloatArray, height: float) -> FloatArray:
         """Return (k, 3) places moved along the distance until they have a height over the part [mm]."""
         for _ in range(MOVES):
-            feet = self.feet(places)
-            away = places - feet.places
-            places = feet.places + height * away / np.maximum(np.abs(feet.distances), SHORTEST)[:, None]
+            feet, distances = self.feet(places)
+            places = feet + height * (places - feet) / np.maximum(np.abs(distances), SHORTEST)[:, None]
         return places
 
     def beyond(self, places: FloatArray, feet: FloatArray) -> FloatArray:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -54,20 +53,8 @@ def several_sheets() -> BoolArray:
     return found
 
 
-class Net(NamedTuple):
-    """Vertices near the level, and triangles whose outer side is that of larger distances.
-
-    Attributes:
-        vertices: (n, 3) [mm].
-        faces: (m, 3).
-    """
-
-    vertices: FloatArray
-    faces: IntArray
-
-
-def net(ground: Ground, *, height: float, cell: float, shift: float) -> Net:
-    """Return a net about the level at a height over the outer side.
+def net(ground: Ground, *, height: float, cell: float, shift: float) -> tuple[FloatArray, IntArray]:
+    """Return the vertices and triangles of a net about the level at a height over the outer side.
 
     Args:
         ground: the part.
@@ -81,11 +68,11 @@ def net(ground: Ground, *, height: float, cell: float, shift: float) -> Net:
     keys = _keys(corners)
     _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
     places = low + cell * corners.reshape(-1, 3)[first]
-    over = _unambiguous(ground.feet(places).distances - height, inverse.reshape(keys.shape))
+    over = _unambiguous(ground.feet(places)[1] - height, inverse.reshape(keys.shape))
     active = (over.min(axis=1) < 0.0) & (over.max(axis=1) >= 0.0)
     cells, over = cells[active], over[active]
     vertices = ground.raised(low + cell * (cells + _middles(over)), height)
-    return Net(vertices, _faces(cells, over, vertices))
+    return vertices, _faces(cells, over, vertices)
 
 
 def _crossed(ground: Ground, low: FloatArray, *, height: float, cell: float) -> IntArray:
@@ -96,7 +83,7 @@ def _crossed(ground: Ground, low: FloatArray, *, height: float, cell: float) -> 
     cells: IntArray = np.stack(np.meshgrid(*map(np.arange, counts), indexing="ij"), axis=-1).reshape(-1, 3)
     while True:
         middles = low + (cells + 0.5) * size * cell
-        away = np.abs(np.abs(ground.feet(middles).distances) - height)
+        away = np.abs(np.abs(ground.feet(middles)[1]) - height)
         cells = cells[away <= HALF_DIAGONAL * size * cell]
         if size == 1:
             return cells
@@ -220,7 +207,7 @@ def _cut(ground: Ground, *, height: float, cell: float, shift: float) -> Surface
     """Return the net about the level that stands on the part, without what lies beyond its rim."""
 
     def beyond(places: FloatArray) -> FloatArray:
-        return ground.beyond(places, ground.feet(places).places)
+        return ground.beyond(places, ground.feet(places)[0])
 
     vertices, faces = net(ground, height=height, cell=cell, shift=shift)
     kept: BoolArray = beyond(vertices)[faces].min(axis=1) <= 0.0
@@ -241,6 +228,6 @@ def _cut(ground: Ground, *, height: float, cell: float, shift: float) -> Surface
 def _standing(ground: Ground, surface: Surface, *, cell: float) -> Surface:
     """Return the pieces that stand on the inside of the part: at the rim a cut may leave crumbs."""
     labels = component_labels(surface)
-    feet = ground.feet(surface.vertices).places
+    feet = ground.feet(surface.vertices)[0]
     inside = ground.beyond(feet, feet) < -0.5 * cell
     return part_of(surface, np.isin(labels, labels[inside[surface.faces].any(axis=1)]))

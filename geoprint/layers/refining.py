@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
@@ -30,19 +29,7 @@ CUTS, NEARER = 4, 0.02
 LEAST_SHARE, FARTHEST = 0.15, 0.5
 
 
-class Creased(NamedTuple):
-    """Where edges pass a crease.
-
-    Attributes:
-        places: (k, 3) [mm].
-        found: (k,) whether there is one.
-    """
-
-    places: FloatArray
-    found: BoolArray
-
-
-def on_crease(ground: Ground, ends: FloatArray, *, height: float, tolerance: float) -> Creased:
+def on_crease(ground: Ground, ends: FloatArray, *, height: float, tolerance: float) -> tuple[FloatArray, BoolArray]:
     """Return where edges between two sheets of a level pass the crease in which these meet.
 
     Args:
@@ -50,6 +37,9 @@ def on_crease(ground: Ground, ends: FloatArray, *, height: float, tolerance: flo
         ends: (k, 2, 3) of each edge, near the level [mm].
         height: of the level over the part [mm].
         tolerance: how far from the level such a place may lie [mm].
+
+    Returns:
+        (k, 3) places [mm], and (k,) whether there is a crease.
     """
     middles: FloatArray = ends.mean(axis=1)
     places, near = middles, ends
@@ -57,7 +47,7 @@ def on_crease(ground: Ground, ends: FloatArray, *, height: float, tolerance: flo
     shares = np.zeros((len(ends), 2))
     lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     for cut in range(CUTS):
-        feet = ground.feet(near.reshape(-1, 3)).places.reshape(near.shape)
+        feet = ground.feet(near.reshape(-1, 3))[0].reshape(near.shape)
         away = near - feet
         upright = away / np.maximum(np.linalg.norm(away, axis=2, keepdims=True), np.finfo(np.float64).tiny)
         missing = np.einsum("ksx,ksx->ks", upright, feet + height * upright - middles[:, None])
@@ -69,10 +59,10 @@ def on_crease(ground: Ground, ends: FloatArray, *, height: float, tolerance: flo
         moves = (missing - cosine[:, None] * missing[:, ::-1]) / square
         places = middles + np.einsum("ks,ksx->kx", moves, upright)
         near = places[:, None] + NEARER * (ends - middles[:, None])
-    off = np.abs(np.abs(ground.feet(places).distances) - height)
+    off = _off(ground, places, height)
     moved = np.linalg.norm(places - middles, axis=1)
     passing = (cosine < np.cos(LEAST_BEND)) & (shares.min(axis=1) >= LEAST_SHARE) & (moved <= FARTHEST * lengths)
-    return Creased(places, passing & (off <= tolerance))
+    return places, passing & (off <= tolerance)
 
 
 # Faces that lean from the level that they shall lie on: edges turned until they follow it, and crumbs at the rim.
@@ -92,7 +82,7 @@ def cosines(ground: Ground, vertices: FloatArray, faces: IntArray) -> FloatArray
     """Return (m,) the cosine between the normal of each face and what stands upright on the part, or 0."""
     middles: FloatArray = vertices[faces].mean(axis=1)
     across = doubled_area_vectors(vertices, faces)
-    upright = middles - ground.feet(middles).places
+    upright = middles - ground.feet(middles)[0]
     doubled = np.linalg.norm(across, axis=1)
     lengths = doubled * np.linalg.norm(upright, axis=1)
     sided = (doubled > 2.0 * LEAST_AREA) & (lengths > 0.0)
@@ -290,8 +280,8 @@ def _halved(ground: Ground, surface: Surface, ends: IntArray, *, height: float, 
     vertices, faces = finer.vertices.copy(), finer.faces
     off = np.flatnonzero(_off(ground, surface.vertices, height) > tolerance)
     vertices[off] = ground.raised(vertices[off], height)
-    creased = on_crease(ground, surface.vertices[ends], height=height, tolerance=tolerance)
-    vertices[first:] = np.where(creased.found[:, None], creased.places, ground.raised(vertices[first:], height))
+    places, creased = on_crease(ground, surface.vertices[ends], height=height, tolerance=tolerance)
+    vertices[first:] = np.where(creased[:, None], places, ground.raised(vertices[first:], height))
     while True:
         raised = unfolded(ground, Surface(vertices, faces, surface.name))
         faces = raised.faces
@@ -303,4 +293,4 @@ def _halved(ground: Ground, surface: Surface, ends: IntArray, *, height: float, 
 
 
 def _off(ground: Ground, places: FloatArray, height: float) -> FloatArray:
-    return np.abs(np.abs(ground.feet(places).distances) - height)
+    return np.abs(np.abs(ground.feet(places)[1]) - height)

@@ -103,15 +103,15 @@ class TargetShape:
     def volume(self) -> float | None:
         """Of what is over the part [mm3]: exact where all of it is, else by places spread over the box around it."""
         ground, vertices = Ground(self._part), self._shape.vertices
-        feet = ground.feet(vertices)
-        inside, outer = ground.beyond(vertices, feet.places) <= TOUCHING, feet.distances >= -TOUCHING
+        feet, distances = ground.feet(vertices)
+        inside, outer = ground.beyond(vertices, feet) <= TOUCHING, distances >= -TOUCHING
         if (inside & outer).all():
             return signed_volume(self._shape)
         low, sides = vertices.min(axis=0), np.ptp(vertices, axis=0)
         places = low + sides * np.mod(0.5 + np.outer(np.arange(PLACES), STEPS), 1.0)
         within = places[self.depth(places) >= 0.0]
-        feet = ground.feet(within)
-        over = (feet.distances >= 0.0) & (ground.beyond(within, feet.places) <= 0.0)
+        feet, distances = ground.feet(within)
+        over = (distances >= 0.0) & (ground.beyond(within, feet) <= 0.0)
         return float(over.sum() / PLACES * sides.prod())
 
     def depth(self, places: FloatArray) -> FloatArray:
@@ -141,7 +141,7 @@ class TargetShape:
         across = float(np.linalg.norm(np.ptp(self._shape.vertices, axis=0)))
         looked_at = refine(self._shape, edge_length=max(LOOKED_AT, across / MOST_ACROSS))
         ground = Ground(part)
-        over = ground.feet(_standing_on(ground, looked_at)).distances
+        over = ground.feet(_standing_on(ground, looked_at))[1]
         if over.max(initial=0.0) <= 0.0:
             raise FieldError(
                 f"nothing of the target {self._shape.name} is over the outer side of {part.name}: check that both are "
@@ -183,14 +183,14 @@ def _standing_on(ground: Ground, surface: Surface) -> FloatArray:
     """Return the vertices of a surface over or under the part, and where its edges pass the rim; there may be none."""
     if not ground.rimmed:
         return surface.vertices
-    beyond = ground.beyond(surface.vertices, ground.feet(surface.vertices).places)
+    beyond = ground.beyond(surface.vertices, ground.feet(surface.vertices)[0])
     pairs = edges(surface.faces)
     passing = pairs[np.sign(beyond[pairs]).prod(axis=1) < 0.0]
     ends = np.take_along_axis(passing, beyond[passing].argsort(axis=1), axis=1)
     inner, outer = surface.vertices[ends[:, 0]], surface.vertices[ends[:, 1]]
     for _ in range(HALVINGS):
         middles = (inner + outer) / 2.0
-        out = (ground.beyond(middles, ground.feet(middles).places) > 0.0)[:, None]
+        out = (ground.beyond(middles, ground.feet(middles)[0]) > 0.0)[:, None]
         inner, outer = np.where(out, inner, middles), np.where(out, middles, outer)
     return np.concatenate([surface.vertices[beyond <= 0.0], inner])
 
@@ -319,7 +319,7 @@ def with_sides(part: Surface, surface: Surface) -> Surface:
     if not loops:
         return surface
     rim, ahead = np.concatenate(loops), np.concatenate([np.roll(loop, -1) for loop in loops])
-    vertices = np.concatenate([surface.vertices, Ground(part).feet(surface.vertices[rim]).places])
+    vertices = np.concatenate([surface.vertices, Ground(part).feet(surface.vertices[rim])[0]])
     foot = np.full(len(vertices), -1)
     foot[rim] = len(surface.vertices) + np.arange(len(rim))
     sides = np.concatenate([

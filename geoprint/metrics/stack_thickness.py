@@ -235,7 +235,7 @@ def deposited_over(
 
 def have_met(feet: ColumnFeet, ground: Ground, *, height: float) -> BoolArray:
     """Say which of (k,) columns have met others below a height over the part [mm]."""
-    return ground.feet(feet.at(height)).distances < (1.0 - NEARER_SHARE) * height
+    return ground.feet(feet.at(height))[1] < (1.0 - NEARER_SHARE) * height
 
 
 def within_sides(feet: ColumnFeet, ground: Ground, *, height: float) -> BoolArray:
@@ -244,7 +244,7 @@ def within_sides(feet: ColumnFeet, ground: Ground, *, height: float) -> BoolArra
     It is asked of the rim of the part, not of any layer: a layer that ends too early is found by it.
     """
     places = ground.raised(feet.at(height), height)
-    return ground.beyond(places, ground.feet(places).places) <= 0.0
+    return ground.beyond(places, ground.feet(places)[0]) <= 0.0
 
 
 def wanted_over(feet: ColumnFeet, target: LayerTarget, *, height: float) -> FloatArray:

@@ -10,7 +10,6 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path, PurePosixPath
-from typing import NamedTuple
 
 import numpy as np
 
@@ -285,14 +284,6 @@ def _unit(rows: FloatArray) -> FloatArray:
 # evidence.json: what people saw the program of a bundle or of a stack do, beside what the manifest lists.
 
 
-class _Program(NamedTuple):
-    """Whether there is a program, its hash, and what nobody has stated of where the part stands."""
-
-    there: bool
-    sha256: str
-    missing: Sequence[str]
-
-
 def read_seen(folder: Path) -> tuple[SeenRecord, ...]:
     """Return what people saw of a bundle, in the order in which they recorded it; nothing where nobody did.
 
@@ -330,33 +321,33 @@ def record_seen(
         raise UsageError(f"`--record {stage}` is unknown; what people see is one of {', '.join(STAGES)}.")
     if not note.strip():
         raise UsageError("say what you saw: `--note` with a few words, such as the name of who watched.")
-    program = _program(checked)
-    if not program.there:
+    there, sha256, stated_by_nobody = _program(checked)
+    if not there:
         raise UsageError(f"{checked.folder} holds no program that anybody could have seen run.")
     if checked.findings:
         raise VerificationError(
             f"{checked.folder} is not the plan that was made ({checked.findings[0].file}: "
             f"{checked.findings[0].reason}): what was seen of it is not recorded; `geoprint check` lists all."
         )
-    if stage == "printed" and program.missing:
-        missing = " and ".join(program.missing)
+    if stage == "printed" and stated_by_nobody:
+        missing = " and ".join(stated_by_nobody)
         raise UsageError(f"this program runs only dry, nobody has stated {missing}: it cannot have printed.")
     seen = SeenRecord(
         stage=stage,
         date=(when or datetime.now().astimezone()).isoformat(timespec="seconds"),
         controller=(controller or "").strip() or None,
         note=note.strip(),
-        program_sha256=program.sha256,
+        program_sha256=sha256,
     )
     _write(checked.folder, SeenFile(schema=EVIDENCE_SCHEMA, seen=(*read_seen(checked.folder), seen)))
     return seen
 
 
-def _program(checked: Checked | CheckedComparison) -> _Program:
-    """Return what is known of the one program that a folder holds."""
+def _program(checked: Checked | CheckedComparison) -> tuple[bool, str, Sequence[str]]:
+    """Return whether a folder holds one program, its hash, and what nobody has stated of where the part stands."""
     if isinstance(checked, Checked):
         missing = () if checked.setup is None else checked.setup.placement.missing
-        return _Program(checked.program, checked.program_sha256, missing)
+        return checked.program, checked.program_sha256, missing
     stack = checked.stack
     if stack is None:
         named = ", ".join(name for name, _ in (*checked.bundles, *checked.stacks))
@@ -364,7 +355,7 @@ def _program(checked: Checked | CheckedComparison) -> _Program:
     # All layers stand where the part stands.
     setups = [one.setup for _, one in checked.bundles if one.setup is not None]
     there = stack.record is None or stack.record.program is not None
-    return _Program(there, stack.program.program_sha256, setups[0].placement.missing if setups else ())
+    return there, stack.program.program_sha256, setups[0].placement.missing if setups else ()
 
 
 def _write(folder: Path, content: SeenFile) -> None:
@@ -419,9 +410,9 @@ def check_parts(folder: Path, names: Iterable[str], own: Sequence[OwnProgram]) -
         GeoprintError: it cannot be judged at all.
     """
     modules = dict(program_modules(folder, names))
-    judged = judge_stack(modules, own)
-    findings = [*resident_findings(folder, own[-1]), *map(program_finding, judged.findings)]
-    return findings, CheckedParts(judged.settings, judged.proof, program_digest(modules.items()))
+    wrong, proof, settings = judge_stack(modules, own)
+    findings = [*resident_findings(folder, own[-1]), *map(program_finding, wrong)]
+    return findings, CheckedParts(settings, proof, program_digest(modules.items()))
 
 
 def _check_deposited(folder: Path, record: PlanRecord) -> None:

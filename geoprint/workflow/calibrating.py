@@ -386,14 +386,14 @@ def _suggestion(
         names += [surface.name] * len(outermost)
     model = np.concatenate(models)
     base = apply(calibration.placement.T_base_fixture, model)
-    best = next_touch(calibration, base, places=corners)
+    best, deviation, bound = next_touch(calibration, base, places=corners)
     return Suggestion(
-        name=names[best.candidate],
-        again=names[best.candidate] in touched,
-        model=_triple(model[best.candidate]),
-        base=_triple(base[best.candidate]),
-        deviation=best.deviation,
-        bound=best.bound,
+        name=names[best],
+        again=names[best] in touched,
+        model=_triple(model[best]),
+        base=_triple(base[best]),
+        deviation=deviation,
+        bound=bound,
     )
 
 

@@ -272,12 +272,13 @@ class _Checking:
             )
             for events in wanted
         ]  # fmt: skip
-        self.findings += [_finding(error, RAPID_FOLDER) for each in judged for error in each.findings]
-        for each in judged:
-            if each.proof is not None:
-                self.executed = each.proof.executed
-            if each.proof is not None and not each.findings and each.proof.printing.count == orders.count:
-                self._check_motion(each.proof, setup, orders, table, arm=arm, tips=tips)
+        self.findings += [_finding(error, RAPID_FOLDER) for findings, _ in judged for error in findings]
+        for findings, proof in judged:
+            if proof is None:
+                continue
+            self.executed = proof.executed
+            if not findings and proof.printing.count == orders.count:
+                self._check_motion(proof, setup, orders, table, arm=arm, tips=tips)
                 self.settings = program_settings(modules, runs=int(orders.runs[-1]) + 1)
 
     def _check_poses(self, orders: Orders, table: TrajectoryTable, tips: TipsAt) -> list[PoseStream]:

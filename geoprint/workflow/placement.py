@@ -23,7 +23,6 @@ from geoprint.robot.placing import (
     LEAST_MEAN_NORMAL,
     ROUND_SOLIDS,
     FixturePose,
-    OrientationSearch,
     Oriented,
     Room,
     Scene,
@@ -64,10 +63,10 @@ def placed(paths: Plan, placement: Placement, stage: Stages, *, chain: Chain) ->
             raise
         refusal = error
     with stage("orientation"):
-        search = _search(paths)
+        found, tried = _search(paths)
     refused: list[str] = []
     alike, turned_at = "", None
-    for oriented in search.found:
+    for oriented in found:
         turned, turned_placement = paths_at(paths, oriented.pose), placement_at(paths.workpiece, oriented.pose)
         try:
             planned = chain(turned, turned_placement, stage)
@@ -82,12 +81,12 @@ def placed(paths: Plan, placement: Placement, stage: Stages, *, chain: Chain) ->
             rpy=oriented.pose.rpy,
             tilt=oriented.tilt,
             margin=oriented.margin,
-            tried=search.tried,
+            tried=tried,
             start=str(refusal),
             refused=tuple(refused),
         )
         return replace(planned, workpiece=replace(planned.workpiece, orientation=orientation))
-    raise _refusal(refusal, search, paths.workpiece, alike=alike, turned_at=turned_at) from refusal
+    raise _refusal(refusal, len(found), tried, paths.workpiece, alike=alike, turned_at=turned_at) from refusal
 
 
 def _may_help(error: PlanError, workpiece: Workpiece) -> bool:
@@ -98,7 +97,7 @@ def _may_help(error: PlanError, workpiece: Workpiece) -> bool:
     return arm_of(workpiece).closed_form is not None and not (solid in around_the_axis and of_the_part)
 
 
-def _search(paths: Plan) -> OrientationSearch:
+def _search(paths: Plan) -> tuple[tuple[Oriented, ...], int]:
     workpiece, cell = paths.workpiece, paths.workpiece.cell
     return search_orientation(
         paths.poses,
@@ -115,15 +114,15 @@ def _in_words(oriented: Oriented) -> str:
 
 
 def _refusal(
-    error: PlanError, search: OrientationSearch, workpiece: Workpiece, *, alike: str, turned_at: Detail
+    error: PlanError, found: int, tried: int, workpiece: Workpiece, *, alike: str, turned_at: Detail
 ) -> PlanError:
     """Return the error of the start, with what was tried besides, and what is refused however it is turned."""
     if alike:
         return type(error)(f"{str(error).rstrip('.')}{alike}", **error.details, turned_place=turned_at)
     x, y, z = workpiece.cell.demo_position.tolist()
-    planned = f", {len(search.found)} of them planned through" if search.found else ""
+    planned = f", {found} of them planned through" if found else ""
     return type(error)(
-        f"{str(error).rstrip('.')}; so it is with its mean normal up, and of {search.tried} orientations about "
+        f"{str(error).rstrip('.')}; so it is with its mean normal up, and of {tried} orientations about "
         f"({x:g}, {y:g}, {z:g}) mm none serves either{planned}.",
         **error.details,
     )

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.ndimage import gaussian_filter, map_coordinates
 
-from geoprint.distance.lscm_raster import Band, level_lines
+from geoprint.distance.lscm_raster import level_lines
 from geoprint.model import FloatArray
 
 # Corners of a cell in the order of the paper's table: bit 1 (row, column), 2 (row, column + 1), 4 (row + 1,
@@ -54,7 +54,7 @@ def test_level_curves_of_fifty_images_are_those_of_the_sixteen_case_table(*, smo
         level = 0.1 * float(values.std())
         found = {
             frozenset((round(float(x), 9), round(float(y), 9)) for x, y in piece)
-            for line in level_lines([Band(0, values)], levels=np.array([level]))[0]
+            for line in level_lines([(0, values)], levels=np.array([level]))[0]
             for piece in pairwise(line)
         }
         assert found == marching_squares(values, level)
@@ -69,7 +69,7 @@ def test_larger_values_lie_on_the_left_of_every_piece(*, smooth: bool) -> None:
     for seed in range(50):
         noise = np.random.default_rng(seed).normal(size=(12, 15))
         values = gaussian_filter(noise, 1.5) if smooth else noise
-        for line in level_lines([Band(0, values)], levels=np.array([0.1 * float(values.std())]))[0]:
+        for line in level_lines([(0, values)], levels=np.array([0.1 * float(values.std())]))[0]:
             along = np.diff(line, axis=0)
             lengths = np.linalg.norm(along, axis=1)
             middles, left = line[:-1] + 0.5 * along, np.column_stack([-along[:, 1], along[:, 0]])
@@ -83,7 +83,7 @@ def test_larger_values_lie_on_the_left_of_every_piece(*, smooth: bool) -> None:
 
 def test_a_closed_level_curve_repeats_its_first_point_and_one_that_leaves_the_image_does_not() -> None:
     x, y = np.meshgrid(np.arange(21.0), np.arange(21.0))
-    circles = level_lines([Band(0, np.hypot(x - 10, y - 10))], levels=np.array([4.0, 12.0]))
+    circles = level_lines([(0, np.hypot(x - 10, y - 10))], levels=np.array([4.0, 12.0]))
     assert [len(lines) for lines in circles] == [1, 4]
     assert (circles[0][0][0] == circles[0][0][-1]).all()
     assert not (circles[1][0][0] == circles[1][0][-1]).all()
@@ -106,7 +106,7 @@ def test_bands_with_holes_give_the_lines_of_contourpy_point_by_point(
         z=np.ma.masked_array(values, ~known), name="serial", corner_mask=False, line_type="Separate"
     )
     patchy = np.where(known, values, np.nan)
-    bands = [Band(first, patchy[first : first + rows + 1]) for first in range(0, 22, rows)]
+    bands = [(first, patchy[first : first + rows + 1]) for first in range(0, 22, rows)]
     for level, found in zip(levels.tolist(), level_lines(bands, levels=levels), strict=True):
         for one, other in zip(found, generator.lines(level), strict=True):
             np.testing.assert_array_equal(one, other)
@@ -114,4 +114,4 @@ def test_bands_with_holes_give_the_lines_of_contourpy_point_by_point(
 
 def test_a_level_that_touches_nothing_has_no_line() -> None:
     values = np.add.outer(np.arange(5.0), np.arange(6.0))
-    assert [len(lines) for lines in level_lines([Band(0, values)], levels=np.array([-1.0, 3.5, 9.0]))] == [0, 1, 0]
+    assert [len(lines) for lines in level_lines([(0, values)], levels=np.array([-1.0, 3.5, 9.0]))] == [0, 1, 0]

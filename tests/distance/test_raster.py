@@ -8,7 +8,7 @@ from hypothesis import given, settings, strategies as st
 from scipy.ndimage import distance_transform_edt, map_coordinates
 
 from geoprint.distance.distortion import locate
-from geoprint.distance.lscm_raster import Band, DistanceImage, clipped, filled, level_lines, region_image, seed_image
+from geoprint.distance.lscm_raster import DistanceImage, clipped, filled, level_lines, region_image, seed_image
 from geoprint.distance.segment_distance import ALL, counted_everywhere, measure_pixels, point_distances
 from geoprint.geometry import closest, positions
 from geoprint.model import FloatArray
@@ -107,7 +107,7 @@ def test_level_curves_are_those_of_the_whole_image_to_the_last_bit(name: str) ->
     region = region_image(segments_of(LETTER @ TURN, *(hole @ TURN for hole in LETTER_HOLES)), resolution=300)
     image = region if name == "border" else seed_image(region, np.array([[[2.0, 6.0], [3.0, 8.0]]]) @ TURN)
     levels = np.linspace(0.02, 0.98, 12) * float(image.values[image.measured].max())
-    whole = Band(0, np.where(image.measured, image.values, np.nan))
+    whole = (0, np.where(image.measured, image.values, np.nan))
     for found, wanted in zip(image.contours(levels), level_lines([whole], levels=levels), strict=True):
         assert wanted
         for one, other in zip(found, wanted, strict=True):

@@ -130,10 +130,10 @@ def test_the_kinds_of_vertices_on_a_box_with_an_open_side() -> None:
     closed = box()
     lid = face_normals(closed)[:, 2] > 0.5
     opened = prepare(replace(closed, faces=closed.faces[~lid]))[0]
-    kinds = creases(opened, shortest=1.0).kinds
+    kinds = creases(opened, shortest=1.0)[1]
     # Eight corners; three points on each of four rim sides and of eight creases; nine in each of five sides.
     assert np.bincount(kinds, minlength=4)[[CORNER, ON_RIM, ON_CREASE, INSIDE]].tolist() == [8, 12, 24, 45]
-    assert not (creases(opened, shortest=100.0).kinds == ON_CREASE).any()
+    assert not (creases(opened, shortest=100.0)[1] == ON_CREASE).any()
 
 
 @pytest.mark.needs("pyfqmr")

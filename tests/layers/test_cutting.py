@@ -62,7 +62,7 @@ def test_a_window_stays_open() -> None:
     found = _cut(window, 1.25)
     assert len(boundary_loops(found)) == 2
     assert _area(found) == pytest.approx(240.0 - 24.0, rel=0.003)
-    assert crossings(found, depth=1e-9).pairs.size == 0
+    assert crossings(found, depth=1e-9)[0].size == 0
 
 
 def test_the_upper_layers_of_a_trough_are_in_two_pieces() -> None:

@@ -194,7 +194,7 @@ def unverified(kind: str) -> Generator[Remembering]:
         return replace(found, poses=replace(found.poses, flow=poses.flow))
 
     def proof(written: Program, orders: Orders, **known: Any) -> object:
-        return judge_program(written.modules, orders, **known).proof
+        return judge_program(written.modules, orders, **known)[1]
 
     def as_judged(found: object, *given: Any, **named: Any) -> object:
         return proof(*given, **named) or found

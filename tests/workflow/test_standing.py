@@ -15,7 +15,7 @@ from geoprint.geometry.files import save_ply
 from geoprint.model import Placement
 from geoprint.reporting import outcome_text, record_plan
 from geoprint.results import Plan
-from geoprint.robot.placing import FixturePose, OrientationSearch, Oriented, demo_placement
+from geoprint.robot.placing import FixturePose, Oriented, demo_placement
 from geoprint.workflow import placement as standing, plan
 from geoprint.workflow.covering import cover
 from geoprint.workflow.placement import Chain, placed
@@ -94,8 +94,8 @@ def searched(monkeypatch: pytest.MonkeyPatch) -> Callable[[FixturePose], None]:
     def use(*candidates: FixturePose) -> None:
         found = tuple(Oriented(pose, 0.2, 0.5) for pose in candidates)
 
-        def search(*_: object, **__: object) -> OrientationSearch:
-            return OrientationSearch(found, 77, 3)
+        def search(*_: object, **__: object) -> tuple[tuple[Oriented, ...], int]:
+            return found, 77
 
         monkeypatch.setattr(standing, "search_orientation", search)
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import NamedTuple, final
+from typing import final
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -59,14 +59,6 @@ class PointCloud:
     unit: str = ""
 
 
-class _Columns(NamedTuple):
-    """Which columns are the positions and the normals, if any, and the unit that they say."""
-
-    points: tuple[int, ...]
-    normals: tuple[int, ...]
-    unit: str
-
-
 def read_point_text(data: bytes, *, name: str) -> PointCloud:
     """Read lines of x y z, with a normal behind where these are six numbers and the last three have length 1.
 
@@ -85,21 +77,21 @@ def read_point_text(data: bytes, *, name: str) -> PointCloud:
     ]
     rows, promised = _counts(lines)
     table = Delimited(name, iter(rows), what=_WHAT)
-    columns = _columns(table.header, table.width, name=name)
+    points, of_normals, unit = _columns(table.header, table.width, name=name)
     kept = [line for number, line in rows if number >= table.header_line and not is_comment(line)]
     values = _values(
         kept if table.header is None or not _names_first(table, rows) else kept[1:], table, rows, name=name
     )
     _check_counts(promised, len(values), name=name)
-    normals = unit_normals(values[:, columns.normals]) if columns.normals else None
-    used = {*columns.points, *(columns.normals if normals is not None else ())}
+    normals = unit_normals(values[:, of_normals]) if of_normals else None
+    used = {*points, *(of_normals if normals is not None else ())}
     skipped: Counter[str] = Counter(table.unused(used))
     if table.header is None:
         skipped["unused columns"] = table.width - len(used)
     skipped["comments and empty lines"] = sum(is_comment(line) for _, line in rows)
     decimals = table.separator != "," and any("," in line for line in kept[1:2])
     assumed = ("decimal commas",) if decimals else ()
-    return PointCloud(values[:, columns.points], normals, skipped, assumed, columns.unit)
+    return PointCloud(values[:, points], normals, skipped, assumed, unit)
 
 
 def unit_normals(columns: FloatArray) -> FloatArray | None:
@@ -145,12 +137,12 @@ def _names_first(table: Delimited, rows: Sequence[tuple[int, str]]) -> bool:
     )
 
 
-def _columns(header: Sequence[str] | None, width: int, *, name: str) -> _Columns:
-    """Return which columns are used, by the header where there is one."""
+def _columns(header: Sequence[str] | None, width: int, *, name: str) -> tuple[tuple[int, ...], tuple[int, ...], str]:
+    """Return which columns are the positions, which the normals if any, and the unit that the header says."""
     if header is None:
         if width < 3:
             raise InputError(f"`{name}` has {width} numbers a line; points need x y z, so export them so.")
-        return _Columns((0, 1, 2), (3, 4, 5) if width == 6 else (), "")
+        return (0, 1, 2), (3, 4, 5) if width == 6 else (), ""
     known = [column_named(each) for each in header]
     names = [each for each, _ in known]
     units = {unit for each, unit in known if each in {"x", "y", "z"}}
@@ -161,7 +153,7 @@ def _columns(header: Sequence[str] | None, width: int, *, name: str) -> _Columns
         )
     normals = next((tuple(map(names.index, each)) for each in _NORMALS if set(each) <= set(names)), ())
     unit = units.pop()
-    return _Columns(tuple(map(names.index, "xyz")), normals, "in" if unit == "inch" else unit)
+    return tuple(map(names.index, "xyz")), normals, "in" if unit == "inch" else unit
 
 
 def _values(texts: list[str], table: Delimited, rows: Sequence[tuple[int, str]], *, name: str) -> FloatArray:

@@ -18,7 +18,6 @@ from geoprint.postprocessor.rapid.timeline import (
     timeline as timeline,
 )
 from geoprint.postprocessor.rapid.verify import (
-    Judged as Judged,
     judge_program as judge_program,
     program_settings as program_settings,
     read_back as read_back,

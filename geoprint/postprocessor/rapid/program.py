@@ -21,8 +21,7 @@ home folder while the one before runs. A run is never split: between two modules
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -41,7 +40,7 @@ from geoprint.postprocessor.rapid.cell_module import (
 from geoprint.postprocessor.rapid.executed import Proof
 from geoprint.postprocessor.rapid.expected import expected_events
 from geoprint.postprocessor.rapid.verify import verify_program
-from geoprint.postprocessor.rapid.writing import Triggers, output_names, triggers_of
+from geoprint.postprocessor.rapid.writing import output_names, triggers_of
 from geoprint.postprocessor.switching import switching_events, waits
 
 # More lines in a module load slowly and are beyond what the controller's editor opens.
@@ -118,17 +117,17 @@ def proven_program(
     not_checked: Sequence[str] = (),
 ) -> tuple[Program, Proof]:
     """Write the modules as `rapid_program` does, and return with them what they did when they were executed."""
-    names = _name_shared_data(orders)
+    speeds, zones, declarations = _name_shared_data(orders)
     events = switching_events(orders, signals=cell.signals, tips_at=tips_at, speed=cell.process.speed)
-    triggers = triggers_of(orders, events, signals=cell.signals, names=output_names(cell.signals))
-    moves = _moves(orders, names=names, triggers=triggers, axes=external_axes(cell, placement))
-    runs = _procedures(orders, moves, triggers=triggers, waiting=waits(orders, cell.signals))
+    triggered, definitions, pulled = triggers_of(orders, events, signals=cell.signals, names=output_names(cell.signals))
+    moves = _moves(orders, speeds=speeds, zones=zones, pulled=pulled, axes=external_axes(cell, placement))
+    runs = _procedures(orders, moves, definitions=definitions, waiting=waits(orders, cell.signals))
     header = header_lines(
         cell=cell, placement=placement, surface_within=surface_within, part_name=part_name, spacing=spacing,
         runs=len(runs), targets=orders.count, checked=checked, not_checked=not_checked,
     )  # fmt: skip
-    shared = [*names.declarations, *triggers.declarations]
-    cell_text = cell_module(cell, orders, placement=placement, declarations=shared, header=header)
+    declared = [*declarations, *triggered]
+    cell_text = cell_module(cell, orders, placement=placement, declarations=declared, header=header)
     printing = _print_modules(runs, header=header, last_run=int(orders.runs[-1]) + 1)
     # Lines are large, and the modules say the same.
     del runs, moves
@@ -155,16 +154,8 @@ def _program(
     return Program(tuple(modules), targets=targets, dry_run=bool(placement.missing))
 
 
-@dataclass(frozen=True, slots=True)
-class _SharedNames:
-    """Names of the speeddata and zonedata of each target, and their declarations."""
-
-    speeds: list[str]
-    zones: list[str]
-    declarations: list[str]
-
-
-def _name_shared_data(orders: Orders) -> _SharedNames:
+def _name_shared_data(orders: Orders) -> tuple[list[str], list[str], list[str]]:
+    """Return the names of the speeddata and of the zonedata of each target, and their declarations."""
     speeds = writing.rounded_down(orders.speeds, digits=_SPEED_DIGITS)
     zones = np.where(orders.zones < _SMALLEST_ZONE, 0.0, writing.rounded_down(orders.zones, digits=_ZONE_DIGITS))
     distinct_speeds, speed_of = np.unique(speeds, return_inverse=True)
@@ -178,11 +169,7 @@ def _name_shared_data(orders: Orders) -> _SharedNames:
     for name, zone in zip(zone_names[1:], distinct_zones[1:], strict=True):
         radius, turn = _plain(zone), _plain(zone * _ZONE_TURN_DEG_PER_MM)
         declarations.append(f"  CONST zonedata {name}:=[FALSE,{radius},{radius},{radius},{turn},{radius},{turn}];")
-    return _SharedNames(
-        speeds=[speed_names[int(k)] for k in speed_of],
-        zones=[zone_names[int(k)] for k in zone_of[:-1]],
-        declarations=declarations,
-    )
+    return [speed_names[int(k)] for k in speed_of], [zone_names[int(k)] for k in zone_of[:-1]], declarations
 
 
 def _plain(value: float) -> str:
@@ -190,7 +177,9 @@ def _plain(value: float) -> str:
     return writing.number(value, decimals=5).rstrip("0").rstrip(".")
 
 
-def _moves(orders: Orders, *, names: _SharedNames, triggers: Triggers, axes: str) -> list[str]:
+def _moves(
+    orders: Orders, *, speeds: list[str], zones: list[str], pulled: Mapping[int, list[str]], axes: str
+) -> list[str]:
     """Return the motion instruction of each target; where its line would be too long, the target in one before it."""
     tips = np.round(orders.tips, writing.POSITION_DECIMALS) + 0.0
     quaternions = np.round(_unit(orders.quaternions), writing.QUATERNION_DECIMALS) + 0.0
@@ -202,14 +191,14 @@ def _moves(orders: Orders, *, names: _SharedNames, triggers: Triggers, axes: str
     for index in np.flatnonzero(differs).tolist():
         cf = orders.lifted_configuration[index].tolist()
         lifted[index] = ("GeoAloft(", f",[{','.join(map(str, cf))}])")
-    verbs, pulled = ["MoveL"] * orders.count, [""] * orders.count
-    for index, trigger_names in triggers.pulled.items():
+    verbs, pulls = ["MoveL"] * orders.count, [""] * orders.count
+    for index, trigger_names in pulled.items():
         verbs[index] = "TriggL"
         others = "".join(f"\\T{k}:={name}" for k, name in enumerate(trigger_names[1:], start=2))
-        pulled[index] = f"{trigger_names[0]}{others},"
+        pulls[index] = f"{trigger_names[0]}{others},"
     rows = zip(
-        verbs, lifted, tips.tolist(), quaternions.tolist(), orders.configuration.tolist(), names.speeds, pulled,
-        names.zones, strict=True,
+        verbs, lifted, tips.tolist(), quaternions.tolist(), orders.configuration.tolist(), speeds, pulls, zones,
+        strict=True,
     )  # fmt: skip
     moves: list[str] = []
     for verb, (opened, closed), tip, turned, cf, speed, pull, zone in rows:
@@ -226,7 +215,7 @@ def _unit(quaternions: FloatArray) -> FloatArray:
 
 
 def _procedures(
-    orders: Orders, moves: list[str], *, triggers: Triggers, waiting: FloatArray
+    orders: Orders, moves: list[str], *, definitions: Mapping[int, list[str]], waiting: FloatArray
 ) -> list[tuple[str, list[str]]]:
     """Return name and lines of the procedures: one a run. At a target the arm waits so long [s], but never dry."""
     edges = [0, *(np.flatnonzero(np.diff(orders.runs) != 0) + 1).tolist(), orders.count]
@@ -236,7 +225,7 @@ def _procedures(
         own = [f"    VAR robtarget {_TARGET};"] if any("\n" in move for move in moves[first:last]) else []
         lines = [f"  PROC GeoRun{number}()", *own, f"    GeoEnter {number};"]
         for target in range(first, last):
-            lines += triggers.definitions.get(target, [])
+            lines += definitions.get(target, [])
             lines += moves[target].split("\n")
             if waiting[target] > 0.0:
                 lines.append(f"    WaitTime\\InPos,{writing.significant(float(waiting[target]))}*geoOn;")

@@ -53,24 +53,10 @@ class OwnProgram:
     placement: Placement
 
 
-@final
-@frozen
-class JudgedStack:
-    """What is wrong with the program of a stack, and what it did; nothing of that where it does not run.
-
-    Attributes:
-        findings: the first of each module, then the first of its execution.
-        proof: its executions, or None.
-        settings: how it is set to run, or None where a switch stands at a value that it refuses.
-    """
-
-    findings: tuple[VerificationError, ...]
-    proof: StackProof | None
-    settings: StackSettings | None
-
-
 @uncollected()
-def judge_stack(files: Mapping[str, str], layers: Sequence[OwnProgram]) -> JudgedStack:
+def judge_stack(
+    files: Mapping[str, str], layers: Sequence[OwnProgram]
+) -> tuple[tuple[VerificationError, ...], StackProof | None, StackSettings | None]:
     """Return what is wrong with the program of a stack, and what it did when it was executed.
 
     Every line of a layer must be that of its own program, but for its folder, the name of its main, the switches and
@@ -79,6 +65,10 @@ def judge_stack(files: Mapping[str, str], layers: Sequence[OwnProgram]) -> Judge
     Args:
         files: text of each file by its path in the folder of the program; those of the controller are left out.
         layers: their own programs, the lowest first.
+
+    Returns:
+        The first finding of each module, then the first of its execution; its executions, None where it does not run;
+        and how it is set to run, None where a switch stands at a value that it refuses.
     """
     first, unit = layers[0], unit_of(layers[0].placement)
     resident = parse_module(*resident_module(first.cell, first.placement))
@@ -106,7 +96,7 @@ def judge_stack(files: Mapping[str, str], layers: Sequence[OwnProgram]) -> Judge
         findings += _failing(
             lambda text=text, proof=proof: settings.append(read_stack_settings(text, runs=proof.runs, unit=unit))
         )
-    return JudgedStack(tuple(findings), proofs[0] if proofs else None, settings[0] if settings else None)
+    return tuple(findings), proofs[0] if proofs else None, settings[0] if settings else None
 
 
 def verify_stack(files: Mapping[str, str], layers: Sequence[OwnProgram]) -> StackProof:
@@ -119,14 +109,14 @@ def verify_stack(files: Mapping[str, str], layers: Sequence[OwnProgram]) -> Stac
     Raises:
         VerificationError: it is not what its layers are; file, line and reason are named.
     """
-    judged = judge_stack(files, layers)
-    for finding in judged.findings:
+    findings, proof, _ = judge_stack(files, layers)
+    for finding in findings:
         raise finding
     text = files[STACK_MODULE]
     if as_new(text) != text:
         refuse(Place(STACK_MODULE, 1), "the switches of a new program stand at other values than they must")
-    assert judged.proof is not None  # noqa: S101  # Without a finding it ran.
-    return judged.proof
+    assert proof is not None  # noqa: S101  # Without a finding it ran.
+    return proof
 
 
 def _prove(modules: Sequence[Module], layers: Sequence[OwnProgram], resident: Module) -> StackProof:

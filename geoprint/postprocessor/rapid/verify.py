@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import cast, final
+from typing import cast
 
 import numpy as np
 
@@ -57,20 +57,6 @@ _LIST = "GeoPrint.pgf"
 _ENTRY = Place("GeoPrint.mod", 1)
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class Judged:
-    """What is wrong with a program, and what it did; nothing of that where it does not run.
-
-    Attributes:
-        findings: the first of each kind, in the order in which they matter.
-        proof: its executions, or None.
-    """
-
-    findings: tuple[VerificationError, ...]
-    proof: Proof | None
-
-
 def verify_program(
     program: Program,
     orders: Orders,
@@ -96,14 +82,14 @@ def verify_program(
     Raises:
         VerificationError: they disagree; module, line and reason are named.
     """
-    judged = judge_program(
+    findings, proof = judge_program(
         program.modules, orders, cell=cell, placement=placement, surface_within=surface_within, events=events
     )
-    for finding in judged.findings:
+    for finding in findings:
         raise finding
     check_new(_cell(program.modules))
-    assert judged.proof is not None  # noqa: S101  # Without a finding it ran.
-    return judged.proof
+    assert proof is not None  # noqa: S101  # Without a finding it ran.
+    return proof
 
 
 @uncollected()
@@ -115,14 +101,14 @@ def judge_program(
     placement: Placement,
     surface_within: float | None,
     events: tuple[Event, ...],
-) -> Judged:
-    """Return what is wrong with a program, and what it did when it was executed: dry, printing, and resumed.
+) -> tuple[tuple[VerificationError, ...], Proof | None]:
+    """Return the findings of each kind, in the order in which they matter, and the executions; None if it does not run.
 
-    Together with the resident module that its cell's controller keeps, checked is: that it is RAPID whose names and
-    types all resolve; the guard, word for word; every target's position, attitude, zone and speed, its configuration,
-    printed and lifted, that no move goes nowhere, and that the arm waits where the cell's signals need it and nowhere
-    else; the tool, the work object, home and the times to and from it; that valve and lamp switch exactly where the
-    plan has it, and never in a dry run; the flow; that modules are there when they are called.
+    It is executed dry, printing, and resumed, together with the resident module that its cell's controller keeps.
+    Checked: that it is RAPID whose names and types all resolve; the guard, word for word; every target's position,
+    attitude, zone and speed, its configuration, printed and lifted, that no move goes nowhere, and that the arm waits
+    where the cell's signals need it and nowhere else; the tool, the work object, home and the times to and from it;
+    that valve and lamp switch just where the plan has it, never in a dry run; the flow; that what is called is there.
 
     Args:
         modules: name and text of each file.
@@ -138,7 +124,7 @@ def judge_program(
     guard = [*_failing(lambda: check_guard(texts.get(GUARD, ""), cell=cell, placement=placement, loading=loading))]
     parsed, broken = _parsed_modules(modules)
     if broken:
-        return Judged((*listed, *guard, *broken), None)
+        return (*listed, *guard, *broken), None
     task = [*parsed, parse_module(*resident_module(cell, placement))]
     _, unresolved = examine(task, signals=signals_of(cell))
     text, path = read_text(parsed), [module for module in parsed if module.file not in {GUARD, CELL_MODULE}]
@@ -156,7 +142,7 @@ def judge_program(
     for proof in proofs:
         findings += _motion_findings(proof, text, orders, cell=cell, placement=placement, events=events)
     findings += [each for module in path for each in _failing(lambda module=module: check_statements(module))]
-    return Judged(tuple(findings), proofs[0] if proofs else None)
+    return tuple(findings), proofs[0] if proofs else None
 
 
 def read_back(modules: tuple[tuple[str, str], ...], *, cell: Cell, placement: Placement) -> Made:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
 
 from geoprint.errors import VerificationError
 from geoprint.model import Cell, Placement
@@ -29,14 +28,6 @@ _HOOKS = {
     "POWER_ON": "GeoResidentPowered",
 }
 _ENTRY = re.compile(r'-(\w+) (?:"([^"]*)"|(\S+))')
-
-
-class _Entry(NamedTuple):
-    """An entry of a configuration file: its domain, its line from 1, and its values by their names."""
-
-    domain: str
-    line: int
-    values: Mapping[str, str]
 
 
 def controller_findings(
@@ -83,17 +74,17 @@ def _outputs(text: str, cell: Cell) -> Iterator[VerificationError]:
     kinds = {signals.dispenser: "DO", signals.uv_lamp: "DO"}
     kinds |= {} if signals.vacuum is None else {signals.vacuum: "DO"}
     kinds |= {signals.flow: "AO"} if signals.flow is not None and signals.sets_flow else {}
-    entries = [one for one in _entries(text) if one.domain == "EIO_SIGNAL"]
-    for one in entries:
-        name = one.values.get("Name", "")
+    entries = list(_entries(text, "EIO_SIGNAL"))
+    for line, values in entries:
+        name = values.get("Name", "")
         safe = {"SignalType": kinds.get(name, ""), "Default": "0", "SafeLevel": "SafetySafeLevel"}
         if name not in kinds:
-            yield refusal(_place(_OUTPUTS, one.line), f"the cell has no output {name!r}")
+            yield refusal(_place(_OUTPUTS, line), f"the cell has no output {name!r}")
         for key, value in safe.items():
-            if name in kinds and one.values.get(key) != value:
-                found = one.values.get(key)
-                yield refusal(_place(_OUTPUTS, one.line), f"{key} of {name} must be {value}, found {found}")
-    named = [one.values.get("Name") for one in entries]
+            if name in kinds and values.get(key) != value:
+                found = values.get(key)
+                yield refusal(_place(_OUTPUTS, line), f"{key} of {name} must be {value}, found {found}")
+    named = [values.get("Name") for _, values in entries]
     for name in kinds:
         if named.count(name) != 1:
             yield refusal(_place(_OUTPUTS, 1), f"the output {name} must stand here once, found {named.count(name)}")
@@ -101,27 +92,28 @@ def _outputs(text: str, cell: Cell) -> Iterator[VerificationError]:
 
 def _events(text: str) -> Iterator[VerificationError]:
     """Yield events of a controller that nothing answers, or another routine."""
-    hooks = [one for one in _entries(text) if one.domain == "CAB_EXEC_HOOKS"]
-    tied = [one.values.get("Shelf") for one in hooks]
+    hooks = list(_entries(text, "CAB_EXEC_HOOKS"))
+    tied = [values.get("Shelf") for _, values in hooks]
     for event, routine in _HOOKS.items():
         if tied.count(event) != 1:
             yield refusal(_place(_EVENTS, 1), f"the event {event} must call {routine} once, found {tied.count(event)}")
-    for one in hooks:
-        event, routine = one.values.get("Shelf", ""), one.values.get("Routine")
+    for line, values in hooks:
+        event, routine = values.get("Shelf", ""), values.get("Routine")
         if routine != _HOOKS.get(event):
-            yield refusal(_place(_EVENTS, one.line), f"the event {event} calls {routine}, not {_HOOKS.get(event)}")
-    loaded = [one.values.get("File") for one in _entries(text) if one.domain == "CAB_TASK_MODULES"]
+            yield refusal(_place(_EVENTS, line), f"the event {event} calls {routine}, not {_HOOKS.get(event)}")
+    loaded = [values.get("File") for _, values in _entries(text, "CAB_TASK_MODULES")]
     if loaded != [f"HOME:/{_RESIDENT}"]:
         yield refusal(_place(_EVENTS, 1), f"it must load HOME:/{_RESIDENT} alone, found {loaded}")
 
 
-def _entries(text: str) -> Iterator[_Entry]:
-    """Yield the entries of a configuration file: of a domain, with empty lines between them."""
+def _entries(text: str, wanted: str) -> Iterator[tuple[int, Mapping[str, str]]]:
+    """Yield line, from 1, and values of each entry of a domain of a configuration file, between empty lines."""
     domain, first, values = "", 0, dict[str, str]()
     for number, line in enumerate([*text.split("\n"), ""], start=1):
         head = re.fullmatch(r"([A-Z_]+):(?:CFG_.*)?", line.strip())
         if (head or not line.strip()) and values:
-            yield _Entry(domain, first, values)
+            if domain == wanted:
+                yield first, values
             values = {}
         if head:
             domain = head[1]

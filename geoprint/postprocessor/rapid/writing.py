@@ -7,8 +7,6 @@ import re
 import textwrap
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import final
 
 import numpy as np
 
@@ -229,23 +227,9 @@ _NAMES: dict[tuple[Output, bool], str] = {
 _FLOW, _NO_FLOW = "tGeoFlow", "tGeoNoFlow"
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class Triggers:
-    """What the writer adds to the moves.
-
-    Attributes:
-        declarations: of the triggdata.
-        definitions: instructions before the move to a target.
-        pulled: names of the triggers of the move to a target.
-    """
-
-    declarations: list[str]
-    definitions: dict[int, list[str]]
-    pulled: dict[int, list[str]]
-
-
-def triggers_of(orders: Orders, events: tuple[Event, ...], *, signals: Signals, names: dict[str, str]) -> Triggers:
+def triggers_of(
+    orders: Orders, events: tuple[Event, ...], *, signals: Signals, names: dict[str, str]
+) -> tuple[list[str], dict[int, list[str]], dict[int, list[str]]]:
     """Return the trigger instructions of a program.
 
     Args:
@@ -253,6 +237,10 @@ def triggers_of(orders: Orders, events: tuple[Event, ...], *, signals: Signals, 
         events: where the outputs switch.
         signals: mode, scale and lag of the flow.
         names: of the outputs, by placeholder.
+
+    Returns:
+        The declarations of the triggdata; and by target the instructions before the move to it, and the names of the
+        triggers of that move.
 
     Raises:
         UsageError: a move would pull more triggers than a controller takes.
@@ -280,7 +268,7 @@ def triggers_of(orders: Orders, events: tuple[Event, ...], *, signals: Signals, 
         )
     switched = [name for (output, _), name in _NAMES.items() if output != "vacuum" or signals.vacuum is not None]
     used = [*switched, *((_FLOW, _NO_FLOW) if signals.sets_flow else ())]
-    return Triggers([f"  VAR triggdata {name};" for name in used], definitions, pulled)
+    return [f"  VAR triggdata {name};" for name in used], definitions, pulled
 
 
 def _flow_triggers(orders: Orders, *, signals: Signals, output: str) -> list[tuple[int, str, str]]:

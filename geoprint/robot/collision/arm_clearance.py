@@ -101,22 +101,6 @@ class ArmMotion:
         return replace(self.tool, poses=seen, corners=seen_corners)
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class ArmFinding:
-    """What the check of the arm found; it exists only where nothing was hit.
-
-    Attributes:
-        smallest: smallest distance found between a link and a target [mm].
-        at: where that is, as text: run, place of the tip, which link and which target.
-        checked: pairs that were tested.
-    """
-
-    smallest: float
-    at: str
-    checked: tuple[str, ...]
-
-
 def arm_motion(
     path: ControllerPath, arm: Arm, *, tool: tuple[Solid, ...], links: tuple[Link, ...], T_work_base: FloatArray
 ) -> ArmMotion:
@@ -195,8 +179,12 @@ class ArmCheck:
         """Return what a link must not touch."""
         return self._targets if link.joint > 1 else self._base_targets
 
-    def __call__(self, motion: ArmMotion) -> ArmFinding:
+    def __call__(self, motion: ArmMotion) -> tuple[float, str, tuple[str, ...]]:
         """Prove that a motion keeps clear, at and between placements.
+
+        Returns:
+            The smallest distance found between a link and a target [mm]; where that is, as text: run, place of the tip,
+            which link and which target; and the pairs that were tested.
 
         Raises:
             ClearanceError: a link touches a target, comes too close to it or is inside it, or the tool or another link
@@ -216,12 +204,9 @@ class ArmCheck:
                 raise _too_close(hits, world, placements, kept=self._kept, every_pose=moving.count < placements.count)
         closest = smallest_arm_distance(in_work, self._trees)
         checked = _checked(self._tool, targets=self._targets, base_targets=self._base_targets)
-        return ArmFinding(
-            smallest=closest.distance,
-            at=f"{placements.stretch(closest.row)} with the tip at {in_words(placements.poses[closest.row, :3, 3])}, "
-            f"{closest.solid} to {closest.target}",
-            checked=(*checked, f"arm where the controller rounds targets, at most {farthest:.3f} mm off its way"),
-        )
+        where = f"{placements.stretch(closest.row)} with the tip at {in_words(placements.poses[closest.row, :3, 3])}"
+        rounded = f"arm where the controller rounds targets, at most {farthest:.3f} mm off its way"
+        return closest.distance, f"{where}, {closest.solid} to {closest.target}", (*checked, rounded)
 
     def touching(self, motion: ArmMotion) -> BoolArray:
         """Return (k,) whether a link comes too close to something, or the tool to a link, at each placement itself."""

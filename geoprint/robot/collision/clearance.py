@@ -27,7 +27,6 @@ from geoprint.robot.arm import Arm
 from geoprint.robot.collision.arm_clearance import (
     LINKS_APART_FROM_TOOL,
     ArmCheck,
-    ArmFinding,
     arm_motion,
     pairs_of_links,
     still_motion,
@@ -278,8 +277,15 @@ class ClearanceCheck:
                 motion.tool, world, self.scene, tool=self._tool, process=self._process, room=room, rounding=rounding
             )
 
-        found, arm_found = both(of_tool, lambda: self.of_arm(motion))
-        return _with_arm(found if self._below == 0.0 else _of_a_layer(found), arm_found)
+        found, (arm_smallest, arm_at, arm_checked) = both(of_tool, lambda: self.of_arm(motion))
+        found = found if self._below == 0.0 else _of_a_layer(found)
+        return replace(
+            found,
+            arm_smallest=arm_smallest,
+            arm_at=arm_at,
+            checked=(*found.checked, *arm_checked),
+            not_checked=(WITH_ARM, *(name for name in found.not_checked if name != WITHOUT_ARM)),
+        )
 
     def arm_touches(self, joints: FloatArray) -> BoolArray:
         """Return (k,) whether a link comes too close, or the tool to a link, with the arm at (k, 6) joints [rad].
@@ -370,16 +376,6 @@ def _finding(
         checks=placements.count,
         checked=_checked(world, rounding=rounding),
         not_checked=(WITHOUT_ARM, *lamp, *NOT_CHECKED, *surroundings),
-    )
-
-
-def _with_arm(found: Clearance, arm_found: ArmFinding) -> Clearance:
-    return replace(
-        found,
-        arm_smallest=arm_found.smallest,
-        arm_at=arm_found.at,
-        checked=(*found.checked, *arm_found.checked),
-        not_checked=(WITH_ARM, *(name for name in found.not_checked if name != WITHOUT_ARM)),
     )
 
 

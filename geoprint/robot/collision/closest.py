@@ -20,7 +20,6 @@ from geoprint.robot.collision.contact import CollisionWorld
 from geoprint.robot.collision.surroundings import Target
 from geoprint.robot.collision.sweep import Hits, Placements
 from geoprint.robot.collision.tool_solids import (
-    NearestPoint,
     Revolution,
     Solid,
     circumscribed,
@@ -263,9 +262,9 @@ def _measure(shape: Revolution, target: Target, pose: FloatArray, *, row: int, w
     enough = max(float(signed_distances(shape, local[::stride]).min()), 0.0) + radii[:, None]
     low, high = shape.bounds
     near = ((local >= low - enough) & (local <= high + enough)).all(axis=1)
-    found: NearestPoint = nearest(shape, (target.triangles[near] - pose[:3, 3]) @ pose[:3, :3], within=within)
-    solid = shape.solid_at(found.point).name
-    return Closest(found.distance, solid=solid, target=target.name, row=row, tip=pose[:3, 3])
+    distance, point = nearest(shape, (target.triangles[near] - pose[:3, 3]) @ pose[:3, :3], within=within)
+    solid = shape.solid_at(point).name
+    return Closest(distance, solid=solid, target=target.name, row=row, tip=pose[:3, 3])
 
 
 def _fragments(target: Target) -> KDTree:

@@ -328,20 +328,6 @@ class Revolution:
         return self.solids[min(int(np.searchsorted(ends, position)), len(self.solids) - 1)]
 
 
-@final
-@frozen
-class NearestPoint:
-    """The point of some triangles that is nearest to a solid of revolution, or deepest inside it.
-
-    Attributes:
-        distance: [mm]; negative inside. Infinite where there is no triangle.
-        point: (3,) in the tool frame [mm].
-    """
-
-    distance: float
-    point: FloatArray
-
-
 def revolution(solids: tuple[Solid, ...]) -> Revolution:
     """Join solids whose circles meet, first to last, into one solid of revolution; together they must be convex."""
     positions = np.concatenate([[0.0], np.cumsum([solid.length for solid in solids])])
@@ -356,7 +342,7 @@ def signed_distances(shape: Revolution, points: FloatArray) -> FloatArray:
     return _distances_and_slopes(shape, points)[0]
 
 
-def nearest(shape: Revolution, triangles: FloatArray, *, within: float = inf) -> NearestPoint:
+def nearest(shape: Revolution, triangles: FloatArray, *, within: float = inf) -> tuple[float, FloatArray]:
     """Find the point of triangles that is nearest to a solid of revolution, or deepest inside it.
 
     Args:
@@ -365,9 +351,10 @@ def nearest(shape: Revolution, triangles: FloatArray, *, within: float = inf) ->
         within: points farther away than this need not be told apart [mm].
 
     Returns:
-        The nearest point, its distance right to RESOLUTION; where none lies within that distance, any that does not.
+        The distance [mm], right to RESOLUTION and negative inside, infinite where there is no triangle; and (3,) the
+        nearest point. Where none lies within that distance, any that does not.
     """
-    best = NearestPoint(inf, np.zeros(3))
+    distance, point = inf, np.zeros(3)
     fragments = triangles
     while len(fragments):
         centres, radii = circumscribed(fragments)
@@ -379,15 +366,15 @@ def nearest(shape: Revolution, triangles: FloatArray, *, within: float = inf) ->
         least = int(np.argmin(lowest))
         tried = np.stack([centres[np.argmin(distances)], fragments[least, np.argmin(rises[least])]])
         values = signed_distances(shape, tried)
-        if values.min() < best.distance:
-            best = NearestPoint(float(values.min()), tried[np.argmin(values)])
-        if min(best.distance, float(lowest[least])) > within:
-            return best
-        kept = np.flatnonzero(lowest < best.distance - RESOLUTION)
+        if values.min() < distance:
+            distance, point = float(values.min()), tried[np.argmin(values)]
+        if min(distance, float(lowest[least])) > within:
+            break
+        kept = np.flatnonzero(lowest < distance - RESOLUTION)
         if len(kept) > MOST_FRAGMENTS:
             kept = kept[np.argpartition(lowest[kept], MOST_FRAGMENTS)[:MOST_FRAGMENTS]]
         fragments = quarter(fragments[kept])
-    return best
+    return distance, point
 
 
 def _distances_and_slopes(shape: Revolution, points: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Never, final
+from typing import Never
 
 import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import InputError, ReachError
-from geoprint.model import BoolArray, ControllerPath, FloatArray, IntArray, JointPath, Targets, frozen
+from geoprint.model import ControllerPath, FloatArray, IntArray, JointPath, Targets
 from geoprint.robot.arm import JOINTS, Arm, configuration_data
 from geoprint.robot.controller.targets import required_poses
 from geoprint.robot.reach import LARGEST_JUMP, TURN_STEP, tool_poses
@@ -176,25 +176,8 @@ def there_and_back(joints: FloatArray, arm: Arm, *, step: float) -> ControllerPa
     )
 
 
-@final
-@frozen
-class _Lines:
-    """Samples of the straight moves.
-
-    Attributes:
-        joints: (s, 6) [rad], continuous.
-        rounding: (s, 6) from there to the joints where no corner is rounded [rad].
-        runs: (s,) run.
-        deposit: (s,) whether material is laid from this sample to the next.
-    """
-
-    joints: FloatArray
-    rounding: FloatArray
-    runs: IntArray
-    deposit: BoolArray
-
-
-def _sampled_lines(joint_path: JointPath, targets: Targets, arm: Arm, *, step: float) -> _Lines:
+def _sampled_lines(joint_path: JointPath, targets: Targets, arm: Arm, *, step: float) -> ControllerPath:
+    """Return samples of the straight moves alone; what is rounded counts from the joints where no corner is."""
     poses, chosen = joint_path.poses, targets.poses
     commanded = tool_poses(poses, T_base_work=joint_path.T_base_work)[chosen]
     passed = triangle_middles(commanded, targets.zones)
@@ -213,7 +196,7 @@ def _sampled_lines(joint_path: JointPath, targets: Targets, arm: Arm, *, step: f
     _refuse_other_solutions(joints[places] + off, joint_path, targets, arm)
     rounding = off[rows] + shares[:, None] * (off[rows + 1] - off[rows])
     deposit = poses.deposited[chosen[:-1]][rows]
-    return _Lines(joints, np.concatenate([rounding, off[-1:]]), runs, np.append(deposit, np.False_))
+    return ControllerPath(joints, runs, np.append(deposit, np.False_), np.concatenate([rounding, off[-1:]]), step)
 
 
 def _followed(Ts_base_tool: FloatArray, runs: IntArray, joint_path: JointPath, arm: Arm) -> FloatArray:

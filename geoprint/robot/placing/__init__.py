@@ -16,7 +16,6 @@ from geoprint.robot.placing.calibration import (
 )
 from geoprint.robot.placing.orientation_search import (
     ROUND_SOLIDS as ROUND_SOLIDS,
-    OrientationSearch as OrientationSearch,
     Oriented as Oriented,
     Scene as Scene,
     search_orientation as search_orientation,

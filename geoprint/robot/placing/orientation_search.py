@@ -97,25 +97,9 @@ class Oriented:
     tilt: float
 
 
-@final
-@frozen
-class OrientationSearch:
-    """What a search found.
-
-    Attributes:
-        found: orientations that serve, the best first.
-        tried: how many were tried.
-        reached: how many of them could serve each sample by itself on one branch.
-    """
-
-    found: tuple[Oriented, ...]
-    tried: int
-    reached: int
-
-
 def search_orientation(
     poses: PoseStream, arm: Arm, *, T_fixture_work: FloatArray, position: FloatArray, scene: Scene
-) -> OrientationSearch:
+) -> tuple[tuple[Oriented, ...], int]:
     """Search tilt and yaw of a part about its centroid.
 
     Args:
@@ -127,7 +111,7 @@ def search_orientation(
 
     Returns:
         Up to three orientations: those with more margin first, up to ten degrees of it; of these, and of equal ones,
-        the less tilted, then the less turned.
+        the less tilted, then the less turned. And how many were tried.
     """
     samples = sample_poses(poses, T_base_work=T_fixture_work)
     judge = _OrientationJudge(samples, arm, rows=judged_samples(samples.Ts_base_tool), scene=scene)
@@ -147,7 +131,7 @@ def search_orientation(
         if len(found) == ENOUGH_FOUND:
             break
     found.sort(key=lambda each: _merit(each.margin, each.tilt))
-    return OrientationSearch(tuple(found), len(candidates), len(hopeful))
+    return tuple(found), len(candidates)
 
 
 def _merit(margin: float, tilt: float) -> tuple[float, float]:

@@ -7,6 +7,7 @@ import logging
 import sys
 import warnings
 from importlib import import_module
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, final
 
 import numpy as np
@@ -78,18 +79,10 @@ def _speeds_of_toppra(problem: Problem) -> FloatArray | None:
     )
     found: FloatArray | None
     _, found, _ = toppra.algorithm.TOPPRA(
-        [constraint], _Interval((problem.grid[0], problem.grid[-1])), gridpoints=problem.grid,
+        [constraint], SimpleNamespace(path_interval=(problem.grid[0], problem.grid[-1])), gridpoints=problem.grid,
         solver_wrapper="seidel", parametrizer="ParametrizeConstAccel",
     ).compute_parameterization(problem.start * unit, problem.end * unit)  # fmt: skip
     return found / unit if found is not None and np.isfinite(found).all() else None
-
-
-@final
-@frozen
-class _Interval:
-    """What TOPP-RA asks of a path when the coefficients are already there."""
-
-    path_interval: tuple[float, float]
 
 
 @final

@@ -220,18 +220,6 @@ MOST_ROUNDS = 10
 COINCIDENT = 1e-6
 
 
-class Strays(NamedTuple):
-    """How far a spline through knots is off the straight moves, at the worst place on the way to each next knot.
-
-    Attributes:
-        tips: (n - 1,) [mm].
-        turns: (n - 1,) [rad].
-    """
-
-    tips: FloatArray
-    turns: FloatArray
-
-
 class OffMoves(NamedTuple):
     """How far a timed motion is at most from the moves that are written: mm, and rad."""
 
@@ -256,22 +244,22 @@ def held_straight(joint_path: JointPath, arm: Arm, *, process: Process) -> Joint
     rounds = 0
     while True:
         knots = path_knots(joint_path, process=process)
-        found = strays(knots, joint_path, arm)
-        far = np.flatnonzero((found.tips > STRAIGHT_TOLERANCE) | (found.turns > TURN_TOLERANCE))
+        tips, turned = strays(knots, joint_path, arm)
+        far = np.flatnonzero((tips > STRAIGHT_TOLERANCE) | (turned > TURN_TOLERANCE))
         if not far.size:
             return joint_path
         if rounds == MOST_ROUNDS:
             break
         rounds += 1
         joint_path = _with_vias(joint_path, (knots.starts[far] + knots.rows[far + 1]) / 2.0, arm)
-    worst = int(far[found.tips[far].argmax()])
+    worst = int(far[tips[far].argmax()])
     pose = int(knots.starts[worst])
     raise LimitError(
         f"run {knots.runs[worst + 1] + 1}: between two poses at {in_words(joint_path.poses.tips[pose])} the joints "
-        f"leave the straight move by {found.tips[worst]:.3g} mm and {np.degrees(found.turns[worst]):.3g} degrees, "
+        f"leave the straight move by {tips[worst]:.3g} mm and {np.degrees(turned[worst]):.3g} degrees, "
         f"allowed are {STRAIGHT_TOLERANCE:g} mm and 0.06 degrees; where the surface has a fold or a step there, smooth "
         "it (`geoprint remesh --smooth`).",
-        run=int(knots.runs[worst + 1]), found_mm=float(found.tips[worst]), allowed_mm=STRAIGHT_TOLERANCE,
+        run=int(knots.runs[worst + 1]), found_mm=float(tips[worst]), allowed_mm=STRAIGHT_TOLERANCE,
     )  # fmt: skip
 
 
@@ -321,13 +309,16 @@ def off_moves(trajectory: Trajectory, written: JointPath, targets: Targets, arm:
     return found
 
 
-def strays(knots: Knots, joint_path: JointPath, arm: Arm) -> Strays:
-    """Return how far the spline that is timed is off the straight moves between poses.
+def strays(knots: Knots, joint_path: JointPath, arm: Arm) -> tuple[FloatArray, FloatArray]:
+    """Return how far the spline that is timed is at most off the straight moves on the way to each next knot.
 
     Args:
         knots: n knots of the joint path.
         joint_path: p poses with their joints.
         arm: that follows it, with its tool.
+
+    Returns:
+        (n - 1,) distances of the tip [mm], and (n - 1,) turns [rad].
     """
     from scipy.interpolate import CubicSpline
 
@@ -343,7 +334,8 @@ def strays(knots: Knots, joint_path: JointPath, arm: Arm) -> Strays:
     moves = _on_moves(joint_path.poses, rows, found[:, :3, 3])
     tips = np.linalg.norm(found[:, :3, 3] - moves[:, :3, 3], axis=1)
     turned = transforms.rotation_angle(np.swapaxes(moves[:, :3, :3], 1, 2) @ found[:, :3, :3])
-    return Strays(*(each.reshape(count, len(SHARES)).max(axis=1) for each in (tips, turned)))
+    tips, turned = (each.reshape(count, len(SHARES)).max(axis=1) for each in (tips, turned))
+    return tips, turned
 
 
 def _on_moves(poses: PoseStream, rows: FloatArray, tips: FloatArray) -> FloatArray:

@@ -159,7 +159,7 @@ CHANGES: dict[str, tuple[Callable[[Files], object], str]] = {
 def test_what_was_changed_is_found(change: str) -> None:
     how, words = CHANGES[change]
     found = judged(how, attitudes())
-    assert found.findings
+    assert found
     assert words in said(found)
 
 
@@ -185,11 +185,11 @@ def test_a_forgotten_question_is_found_by_executing_alone() -> None:
 def test_attitudes_in_another_order_or_on_another_plate_are_refused() -> None:
     own = attitudes()
     turned = (replace(own[1], folder="part-1"), replace(own[0], folder="part-2"))
-    assert "attitude 1 of the table must be printed here, found 2" in said(judge_stack(stacked(turned), turned))
+    assert "attitude 1 of the table must be printed here, found 2" in said(judge_stack(stacked(turned), turned)[0])
     moved = own[2].placement.T_base_fixture.copy()
     moved[0, 3] += 0.01
     shifted = (*own[:2], replace(own[2], placement=replace(own[2].placement, T_base_fixture=moved)))
-    assert "stands elsewhere on the plate" in said(judge_stack(stacked(own), shifted))
+    assert "stands elsewhere on the plate" in said(judge_stack(stacked(own), shifted)[0])
 
 
 @pytest.mark.parametrize("kind", TABLES)
@@ -250,7 +250,7 @@ def test_a_pause_within_a_layer_is_found_by_executing_alone() -> None:
 def test_layers_whose_attitudes_do_not_begin_with_the_first_are_refused() -> None:
     own = layered()
     cut = (own[0], replace(own[1], layer=2, folder="layer-02"))
-    assert "attitude 1 of the table must be printed here, found 2" in said(judge_stack(stacked(cut), cut))
+    assert "attitude 1 of the table must be printed here, found 2" in said(judge_stack(stacked(cut), cut)[0])
 
 
 def test_switches_of_a_program_of_attitudes_are_known_again() -> None:
@@ -329,7 +329,7 @@ DRIVEN_CHANGES: dict[str, tuple[Callable[[Files], object], str]] = {
 def test_what_was_changed_of_a_table_that_is_driven_is_found(change: str) -> None:
     how, words = DRIVEN_CHANGES[change]
     found = judged(how, attitudes("external axes"))
-    assert found.findings
+    assert found
     assert words in said(found)
 
 

@@ -57,11 +57,11 @@ def judged(edit: Callable[[str], str], file: str = PATH) -> list[str]:
     texts = dict(written())
     edited = edit(texts[file])
     assert edited != texts[file]
-    found = judge_program(
+    found, _ = judge_program(
         tuple((texts | {file: edited}).items()), orders(), cell=CELL, placement=PLACEMENT, surface_within=None,
         events=events(),
     )  # fmt: skip
-    return [str(each) for each in found.findings]
+    return [str(each) for each in found]
 
 
 def between(line: str, place: str) -> Callable[[str], str]:

@@ -21,7 +21,7 @@ from geoprint.postprocessor.rapid.machine import Controller, Execution, Scenario
 from geoprint.postprocessor.rapid.made import printing, signals_of, task_of
 from geoprint.postprocessor.rapid.program import rapid_program
 from geoprint.postprocessor.rapid.stack_running import StackRun, compare_part, parts_of
-from geoprint.postprocessor.rapid.stack_verifying import JudgedStack, OwnProgram, judge_stack, verify_stack
+from geoprint.postprocessor.rapid.stack_verifying import OwnProgram, judge_stack, verify_stack
 from geoprint.postprocessor.rapid.stack_writing import stack_files, stacked_layer
 from geoprint.postprocessor.switches import as_new
 from geoprint.robot.arm import Arm
@@ -38,6 +38,7 @@ COURSES = (
     "stopped in layer 3, and begun again from main",
 )
 Files = dict[str, str]
+Findings = tuple[VerificationError, ...]
 
 
 def own_program(number: int, *, cell: Cell = CELL, placement: Placement = PLACEMENT) -> OwnProgram:
@@ -72,15 +73,15 @@ def _stacked(own: tuple[OwnProgram, ...]) -> tuple[tuple[str, str], ...]:
     return stack_files(made, cell=first.cell, placement=first.placement, part_name="rings")
 
 
-def judged(change: Callable[[Files], object], own: tuple[OwnProgram, ...] | None = None) -> JudgedStack:
+def judged(change: Callable[[Files], object], own: tuple[OwnProgram, ...] | None = None) -> Findings:
     own = own or layers()
     files = stacked(own)
     change(files)
-    return judge_stack(files, own)
+    return judge_stack(files, own)[0]
 
 
-def said(found: JudgedStack) -> str:
-    return "\n".join(str(finding) for finding in found.findings)
+def said(found: Findings) -> str:
+    return "\n".join(map(str, found))
 
 
 def running(files: Mapping[str, str], own: tuple[OwnProgram, ...], scenario: Scenario) -> Controller:
@@ -399,10 +400,9 @@ def test_the_switches_of_a_stack_may_be_set() -> None:
     for name, value in (("geoDryRun", "FALSE"), ("geoSpeedPct", "100"), ("geoFirstLayer", "2"), ("geoLastLayer", "2")):
         files["GeoStack.mod"] = re.sub(rf"( {name}:=)\w+;", rf"\g<1>{value};", files["GeoStack.mod"])
     assert as_new(files["GeoStack.mod"]) == text
-    found = judge_stack(files, layers())
-    assert not found.findings
-    assert found.settings is not None
-    settings = found.settings
+    found, _, settings = judge_stack(files, layers())
+    assert not found
+    assert settings is not None
     assert (settings.dry_run, settings.speed_pct, settings.first_layer, settings.last_layer) == (False, 100.0, 2, 2)
     with pytest.raises(VerificationError, match="switches of a new program"):
         verify_stack(files, layers())

@@ -19,7 +19,6 @@ from geoprint.postprocessor.rapid.executed import Proof, verify_dry, verify_flow
 from geoprint.postprocessor.rapid.made import Made
 from geoprint.postprocessor.rapid.program import rapid_program
 from geoprint.postprocessor.rapid.verify import (
-    Judged,
     _verify_going_on,  # pyright: ignore[reportPrivateUsage]
     _verify_list,  # pyright: ignore[reportPrivateUsage]
     _verify_targets,  # pyright: ignore[reportPrivateUsage]
@@ -363,7 +362,7 @@ def test_what_is_found_comes_in_order_and_what_cannot_be_read_is_not_run(switche
         spacing=2.0,
     )  # fmt: skip
 
-    def judged(*changes: tuple[str, str, str]) -> Judged:
+    def judged(*changes: tuple[str, str, str]) -> tuple[tuple[VerificationError, ...], Proof | None]:
         texts = dict(program.modules)
         for name, old, new in changes:
             assert old in texts[name]
@@ -372,17 +371,17 @@ def test_what_is_found_comes_in_order_and_what_cannot_be_read_is_not_run(switche
             tuple(texts.items()), wanted, cell=CELL, placement=PLACEMENT, surface_within=0.21, events=events()
         )
 
-    whole = judged()
-    assert whole.findings == ()
-    assert whole.proof is not None
+    whole, proof = judged()
+    assert whole == ()
+    assert proof is not None
     pgf = ("GeoPrint.pgf", "GeoGuard.mod", "GeoOther.mod")
     guard = ("GeoGuard.mod", "far:=TRUE", "far:=FALSE")
-    broken = judged(
+    broken, proof = judged(
         pgf, guard, ("GeoCell.mod", "geoDryRun:=TRUE;", "geoDryRun:=TRUE"),
         ("GeoPrint.mod", "    GeoRun2;", "    GeoRun2"),
     )  # fmt: skip
-    assert broken.proof is None
-    assert [each.details["module"] for each in broken.findings] == [
+    assert proof is None
+    assert [each.details["module"] for each in broken] == [
         "GeoPrint.pgf", "GeoGuard.mod", "GeoCell.mod", "GeoPrint.mod",
     ]  # fmt: skip
     header, data = (
@@ -393,14 +392,14 @@ def test_what_is_found_comes_in_order_and_what_cannot_be_read_is_not_run(switche
         ("GeoPrint.mod", "vGeo2,zGeo2", "vGeo3,zGeo2"),
         ("GeoPrint.mod", "tGeoValveOn,0.0000", "tGeoValveOn,1.0000"),
     )
-    several = judged(pgf, header, data, speed, valve)
-    assert several.proof is not None
+    several, proof = judged(pgf, header, data, speed, valve)
+    assert proof is not None
     words = ["it must list", "the header must say", "nGeoBack is", "the speed", "switches 1 mm away", "lies 1.0000 mm"]
-    assert len(several.findings) == len(words)
-    for finding, said in zip(several.findings, words, strict=True):
+    assert len(several) == len(words)
+    for finding, said in zip(several, words, strict=True):
         assert said in str(finding)
     # What has no meaning is not executed, but everything else is still looked at.
-    unknown = judged(pgf, data, ("GeoPrint.mod", "    GeoRun2;", "    GeoRun3;"))
-    assert unknown.proof is None
-    assert any("GeoRun3 is declared nowhere" in str(each) for each in unknown.findings)
-    assert any("nGeoBack is" in str(each) for each in unknown.findings)
+    unknown, proof = judged(pgf, data, ("GeoPrint.mod", "    GeoRun2;", "    GeoRun3;"))
+    assert proof is None
+    assert any("GeoRun3 is declared nowhere" in str(each) for each in unknown)
+    assert any("nGeoBack is" in str(each) for each in unknown)

@@ -158,7 +158,7 @@ def test_fcl_agrees_with_the_exact_distance(seed: int):
 
     triangles = (WORLD.targets[0].triangles - pose[:3, 3]) @ pose[:3, :3]
     for solid, kept, hit in zip(SOLIDS[2:], KEPT[2:], found[2:], strict=True):
-        distance = nearest(revolution((solid,)), triangles).distance
+        distance = nearest(revolution((solid,)), triangles)[0]
         if hit:
             assert distance < kept + EXCESS + RESOLUTION
         else:

@@ -66,6 +66,6 @@ def test_the_nearest_point_of_large_triangles_is_right_to_five_micrometres() -> 
     shares = random.dirichlet(np.ones(3), 4000)
     for _ in range(20):
         corners = random.uniform([-8.0, -8.0, -24.0], [8.0, 8.0, 4.0], (3, 3))
-        found = nearest(shape, corners[None])
-        assert found.distance <= signed_distances(shape, shares @ corners).min() + 0.005
-        assert found.distance == pytest.approx(float(signed_distances(shape, found.point[None])[0]), abs=1e-9)
+        distance, point = nearest(shape, corners[None])
+        assert distance <= signed_distances(shape, shares @ corners).min() + 0.005
+        assert distance == pytest.approx(float(signed_distances(shape, point[None])[0]), abs=1e-9)

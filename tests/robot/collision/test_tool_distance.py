@@ -79,20 +79,20 @@ def test_slopes_are_how_distances_change():
 def test_nearest_point_lies_inside_a_large_triangle():
     wall = np.array([[[12.5, -400.0, -400.0], [12.5, 400.0, -400.0], [12.5, 0.0, 400.0]]])
 
-    found = nearest(BARREL, wall)
+    distance, point = nearest(BARREL, wall)
 
-    assert found.distance == pytest.approx(2.5, abs=RESOLUTION)
-    assert BARREL.solid_at(found.point).name == "barrel"
+    assert distance == pytest.approx(2.5, abs=RESOLUTION)
+    assert BARREL.solid_at(point).name == "barrel"
 
 
 def test_deepest_point_of_a_triangle_through_the_barrel_is_found():
     blade = np.array([[[-30.0, 4.0, -90.0], [30.0, 4.0, -90.0], [0.0, 4.0, -200.0]]])
 
-    assert nearest(BARREL, blade).distance == pytest.approx(-6.0, abs=RESOLUTION)
+    assert nearest(BARREL, blade)[0] == pytest.approx(-6.0, abs=RESOLUTION)
 
 
 def test_no_triangle_is_infinitely_far():
-    assert nearest(BARREL, np.empty((0, 3, 3))).distance == np.inf
+    assert nearest(BARREL, np.empty((0, 3, 3)))[0] == np.inf
 
 
 @settings(max_examples=20, deadline=None)
@@ -106,7 +106,7 @@ def test_nearest_is_not_farther_than_any_sample(seed: int):
     spread = np.linalg.norm(samples - samples.mean(axis=1, keepdims=True), axis=2).max()
 
     sampled = signed_distances(BARREL, samples.reshape(-1, 3)).min()
-    found = nearest(BARREL, triangles).distance
+    found = nearest(BARREL, triangles)[0]
 
     assert sampled - spread <= found <= sampled + RESOLUTION
 
@@ -116,28 +116,28 @@ def test_nearest_is_not_farther_than_any_sample(seed: int):
 def test_what_lies_within_a_distance_is_found_as_without_one_and_else_nothing_is(seed: int, share: float):
     generator = np.random.default_rng(seed)
     triangles = generator.uniform([-20.0, -20.0, -130.0], [20.0, 20.0, 10.0], (5, 3, 3))
-    wanted = nearest(BARREL, triangles)
-    within = wanted.distance + 3.0 * share
+    wanted, place = nearest(BARREL, triangles)
+    within = wanted + 3.0 * share
 
-    found = nearest(BARREL, triangles, within=within)
+    distance, point = nearest(BARREL, triangles, within=within)
 
-    if within >= wanted.distance:
-        assert found.distance == wanted.distance
-        np.testing.assert_array_equal(found.point, wanted.point)
+    if within >= wanted:
+        assert distance == wanted
+        np.testing.assert_array_equal(point, place)
     else:
-        assert found.distance > within
+        assert distance > within
 
 
 def test_what_lies_far_beyond_a_distance_is_not_measured_to_the_end():
     far = np.array([[[50.0, 0.0, -10.0], [60.0, 10.0, -30.0], [55.0, -10.0, -90.0]]])
 
-    assert nearest(BARREL, far, within=20.0).distance > nearest(BARREL, far).distance + RESOLUTION
+    assert nearest(BARREL, far, within=20.0)[0] > nearest(BARREL, far)[0] + RESOLUTION
 
 
 def test_face_flat_against_a_lid_is_found_at_once():
     floor = np.array([[[-500.0, -500.0, 0.3], [500.0, -500.0, 0.3], [0.0, 800.0, 0.3]]])
 
-    assert nearest(NEEDLE, floor).distance == pytest.approx(1.3, abs=1e-9)
+    assert nearest(NEEDLE, floor)[0] == pytest.approx(1.3, abs=1e-9)
 
 
 def test_quarters_cover_the_triangle():
@@ -161,7 +161,7 @@ def test_fcl_measures_the_same_distance(index: int):
     solid.setTransform(fcl.Transform(pose, shift))
 
     measured = fcl.distance(solid, cap.model, fcl.DistanceRequest(), fcl.DistanceResult())
-    found = nearest(revolution((SOLIDS[index],)), (cap.triangles - shift) @ pose).distance
+    found = nearest(revolution((SOLIDS[index],)), (cap.triangles - shift) @ pose)[0]
 
     polygon = SOLIDS[index].end_radius * (1.0 / np.cos(np.pi / SIDES) - 1.0)
     assert measured - RESOLUTION <= found <= measured + polygon + RESOLUTION

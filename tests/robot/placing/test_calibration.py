@@ -192,15 +192,15 @@ def test_the_next_touch_is_the_one_that_a_new_calibration_confirms() -> None:
     candidates = np.array([[300.0, 0.0, 0.0], [380.0, 60.0, 0.0], [320.0, 20.0, 40.0], [250.0, 50.0, 0.0]])
     at = np.array([[380.0, 60.0, 20.0]])
     before = calibrated(TOUCHED, noise=NOISE)
-    found = next_touch(before, candidates, places=at)
+    candidate, deviation, _ = next_touch(before, candidates, places=at)
     left: list[float] = []
-    for candidate in candidates:
-        model = np.vstack([CORNERS, candidate - TRUTH[:3, 3]])
-        after = calibrate_fixture(TouchedPoints(model, np.vstack([TOUCHED, candidate]), np.eye(4), noise=NOISE))
+    for each in candidates:
+        model = np.vstack([CORNERS, each - TRUTH[:3, 3]])
+        after = calibrate_fixture(TouchedPoints(model, np.vstack([TOUCHED, each]), np.eye(4), noise=NOISE))
         left.append(position_uncertainty(after, at).deviation)
-    assert found.candidate == int(np.argmin(left)) == 1
-    assert found.deviation == pytest.approx(left[1])
-    assert found.deviation < position_uncertainty(before, at).deviation
+    assert candidate == int(np.argmin(left)) == 1
+    assert deviation == pytest.approx(left[1])
+    assert deviation < position_uncertainty(before, at).deviation
 
 
 def test_a_part_known_worse_than_the_stand_off_is_refused_with_both_figures() -> None:

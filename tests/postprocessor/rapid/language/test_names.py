@@ -48,11 +48,11 @@ def test_a_written_program_with_such_a_guard_is_refused_for_the_name(words: str)
     modules = tuple((name, text.replace("geoCutShort:=FALSE", f"{words}:=FALSE")) for name, text in program.modules)
     twice = tuple((name, text.replace("PROC GeoRefuse", "PROC GeoCutShort")) for name, text in modules)
     changed = twice if words == "GeoCutShort" else modules
-    judged = judge_program(
+    findings, _ = judge_program(
         changed, orders(), cell=CELL, placement=PLACEMENT, surface_within=0.2, events=events()
     )  # fmt: skip
     said = f"Geo{words[3:]} is declared twice: also in GeoGuard.mod, line 12"
-    assert any(said in str(finding) for finding in judged.findings)
+    assert any(said in str(finding) for finding in findings)
 
 
 @pytest.mark.parametrize(
