@@ -1,8 +1,7 @@
 """The process: how much material flows, what bead it makes, how wide it shall be, what cures it, what a path needs."""
 
 from geoprint.process.bead import (
-    Bead as Bead,
-    bead as bead,
+    bead_width as bead_width,
     flow_for as flow_for,
     following_flow as following_flow,
     strand_diameter as strand_diameter,

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import final
-
 import numpy as np
 
 from geoprint.errors import InputError
-from geoprint.model import BoolArray, FloatArray, Process, comparable
+from geoprint.model import BoolArray, FloatArray, Process
 
 # The bead that a flow makes: volume laid per length, pressed flat to the stand-off.
 #
@@ -21,24 +19,8 @@ from geoprint.model import BoolArray, FloatArray, Process, comparable
 FLATTEST = 1e-3
 
 
-@final
-@comparable
-class Bead:
-    """Cross-section of a line of material.
-
-    Attributes:
-        area: [mm2].
-        height: [mm].
-        width: of its foot on the surface [mm].
-    """
-
-    area: float
-    height: float
-    width: float
-
-
-def bead(*, flow: float, speed: float, standoff: float) -> Bead:
-    """Return the bead that the nozzle presses down to its stand-off.
+def bead_width(*, flow: float, speed: float, standoff: float) -> float:
+    """Return the width of the foot of the bead that the nozzle presses down to its stand-off [mm].
 
     Args:
         flow: [mm3/s].
@@ -62,7 +44,7 @@ def bead(*, flow: float, speed: float, standoff: float) -> Bead:
             strand=strand_diameter(area),
             standoff=standoff,
         )
-    return Bead(area=area, height=standoff, width=segment_width(area, height=standoff))
+    return segment_width(area, height=standoff)
 
 
 def flow_for(*, width: float, speed: float, standoff: float) -> float:

@@ -25,7 +25,7 @@ from geoprint.model import (
     freeze_arrays,
     frozen,
 )
-from geoprint.process.bead import bead, segment_area, strand_diameter
+from geoprint.process.bead import bead_width, segment_area, strand_diameter
 from geoprint.process.curing import Exposure, exposure
 from geoprint.process.rheology import Bore, bore_of, flow_through, pressure_for, starting_pressure
 
@@ -363,7 +363,7 @@ def _bead_width(flow: float, strand: float, *, process: Process) -> float | None
     """Return the width of the bead that the nozzle presses [mm], or None where the strand is thinner than the gap."""
     if strand < process.standoff:
         return None
-    return bead(flow=flow, speed=process.speed, standoff=process.standoff).width
+    return bead_width(flow=flow, speed=process.speed, standoff=process.standoff)
 
 
 def _flow_at(pressure: float, *, fluid: Fluid, bore: Bore, start: float) -> float:

@@ -57,8 +57,8 @@ from geoprint.toolpath_files.gcode_state import (
     Corners,
     Deposit,
     Extruder,
+    GcodeMoves,
     Guess,
-    Moves,
     Places,
     flavour_of,
     guess_dialect,
@@ -137,7 +137,7 @@ class _Program:
         self._name, self._guess, self._deposit = name, guess, deposit
         self._dialect = guess.dialect
         self._printer = guess.dialect in PRINTERS
-        self._places, self._extruder, self._moves = Places(), Extruder(), Moves(name)
+        self._places, self._extruder, self._moves = Places(), Extruder(), GcodeMoves(name)
         self._used: Counter[str] = Counter()
         self._skipped: Counter[str] = Counter()
         self._assumed: dict[str, None] = {}

@@ -497,7 +497,7 @@ Corners: TypeAlias = tuple[list[float], list[float]] | FloatArray
 
 
 @final
-class Moves:
+class GcodeMoves:
     """The moves that may deposit, point to point; lives while a file is read.
 
     Args:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from geoprint.errors import InputError
-from geoprint.process.bead import bead, flow_for, segment_area, segment_width, strand_diameter
+from geoprint.process.bead import bead_width, flow_for, segment_area, segment_width, strand_diameter
 from geoprint.process.curing import dose_of_pass, dose_of_passes, fastest_curing
 
 
@@ -31,20 +31,19 @@ def test_a_strand_as_thick_as_the_stand_off_only_touches() -> None:
 )  # fmt: skip
 def test_width_and_flow_undo_each_other_and_mass_is_kept(share: float, height: float, speed: float) -> None:
     flow = flow_for(width=share * height, speed=speed, standoff=height)
-    found = bead(flow=flow, speed=speed, standoff=height)
-    assert found.area * speed == pytest.approx(flow, rel=1e-12)
-    assert found.height == height
-    assert found.width == pytest.approx(share * height, rel=1e-6)
+    width = bead_width(flow=flow, speed=speed, standoff=height)
+    assert segment_area(width, height=height) * speed == pytest.approx(flow, rel=1e-6)
+    assert width == pytest.approx(share * height, rel=1e-6)
 
 
 def test_a_strand_thinner_than_the_stand_off_is_refused() -> None:
     with pytest.raises(InputError, match=r"thinner than the stand-off of 1 mm"):
-        bead(flow=1.0, speed=10.0, standoff=1.0)
+        bead_width(flow=1.0, speed=10.0, standoff=1.0)
 
 
 def test_a_bead_without_flow_is_refused() -> None:
     with pytest.raises(InputError, match="above 0"):
-        bead(flow=0.0, speed=10.0, standoff=1.0)
+        bead_width(flow=0.0, speed=10.0, standoff=1.0)
 
 
 @pytest.mark.parametrize("area", [0.1, 1e5])

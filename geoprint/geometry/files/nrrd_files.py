@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, final
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
@@ -94,17 +94,6 @@ class _Header:
     keys: Mapping[str, str]
 
 
-class _Frame(NamedTuple):
-    """Where the grid lies: the affine, its unit or None, the usual unit, the list axis or None, and what is assumed."""
-
-    affine: FloatArray
-    unit: str | None
-    usual: str
-    axis: int | None
-    coordinates: str
-    assumed: tuple[str, ...]
-
-
 def read_nrrd(data: bytes, *, name: str) -> GridFile:
     """Read a NRRD file; coordinates of a patient become right, anterior, superior, as those of NIfTI.
 
@@ -119,15 +108,15 @@ def read_nrrd(data: bytes, *, name: str) -> GridFile:
             f"`{name}` has the dimension {header.fields['dimension'][:20]} and {len(sizes)} sizes; export it again."
         )
     stored = _stored(header, name=name)
-    frame = _frame(header, sizes, name=name)
-    layers = 1 if frame.axis is None else sizes[frame.axis]
-    grid = [size for axis, size in enumerate(sizes) if axis != frame.axis]
+    frame, layered = _frame(header, sizes, name=name)
+    layers = 1 if layered is None else sizes[layered]
+    grid = [size for axis, size in enumerate(sizes) if axis != layered]
     shape = checked_shape(tuple(grid), frame.affine, stored=stored, name=name, layers=layers)
     content = _content(header, body, layers * int(np.prod(shape)), stored, name=name)
-    whole = shape if frame.axis is None else tuple(sizes)
+    whole = shape if layered is None else tuple(sizes)
     values = grid_of(content, whole, stored=stored, offset=0, name=name)
     parts: list[NDArray[np.generic]] = (
-        [values] if frame.axis is None else [np.take(values, layer, axis=frame.axis) for layer in range(layers)]
+        [values] if layered is None else [np.take(values, layer, axis=layered) for layer in range(layers)]
     )
     segments = _segments(header, layers=layers, name=name)
     if layers > 1 and not segments:
@@ -137,16 +126,7 @@ def read_nrrd(data: bytes, *, name: str) -> GridFile:
         )
     known = {f"field `{field}`": 1 for field in header.fields if field in _SKIPPED}
     others = sum(not _SEGMENT.fullmatch(key) for key in header.keys)
-    return GridFile(
-        layers=tuple(parts),
-        affine=frame.affine,
-        unit=frame.unit,
-        usual=frame.usual,
-        segments=segments,
-        coordinates=frame.coordinates,
-        skipped={**known, "keys of the header": others},
-        assumed=frame.assumed,
-    )
+    return replace(frame, layers=tuple(parts), segments=segments, skipped={**known, "keys of the header": others})
 
 
 def _header(data: bytes, *, name: str) -> tuple[_Header, bytes]:
@@ -215,8 +195,8 @@ def _vectors(header: _Header, field: str, *, name: str) -> list[FloatArray | Non
     return found
 
 
-def _frame(header: _Header, sizes: list[int], *, name: str) -> _Frame:
-    """Return where the grid lies, turned from its space into right, anterior, superior."""
+def _frame(header: _Header, sizes: list[int], *, name: str) -> tuple[GridFile, int | None]:
+    """Return where the grid lies, turned from its space into right, anterior, superior; and the axis of its layers."""
     if "space directions" not in header.fields:
         raise InputError(f"`{name}` has no `space directions`; export it with its position in space.")
     directions = _vectors(header, "space directions", name=name)
@@ -242,11 +222,11 @@ def _frame(header: _Header, sizes: list[int], *, name: str) -> _Frame:
             raise _refuse(header, "space origin", "one place, (0,0,0), is needed: export it again", name=name)
         affine[:3, 3] = origins[0]
     assumed = () if "space origin" in header.fields else ("the first voxel at the origin",)
-    return _placed(header, affine, axis, assumed, name=name)
+    return _placed(header, affine, assumed, name=name), axis
 
 
-def _placed(header: _Header, affine: FloatArray, axis: int | None, assumed: tuple[str, ...], *, name: str) -> _Frame:
-    """Return the frame of an affine that is still in the space of the header."""
+def _placed(header: _Header, affine: FloatArray, assumed: tuple[str, ...], *, name: str) -> GridFile:
+    """Return a grid, still without numbers, whose affine is in the space of the header."""
     written = header.fields.get("space", "").lower()
     space = _SPACES.get(written, written)
     if header.fields.get("space dimension", "3") != "3":
@@ -263,13 +243,13 @@ def _placed(header: _Header, affine: FloatArray, axis: int | None, assumed: tupl
     if "space units" not in header.fields:
         if usual:
             assumed = (*assumed, f"{usual} (a patient's space without `space units`)")
-        return _Frame(affine, None, usual, axis, coordinates, assumed)
+        return GridFile((), affine, None, usual, coordinates=coordinates, assumed=assumed)
     words = [word.strip('"').lower() for word in header.fields["space units"].split()]
     units = {UNITS_BY_NAME.get(word) for word in words}
     if len(words) != 3 or len(units) != 1 or None in units:
         known = ", ".join(dict.fromkeys(UNITS_BY_NAME.values()))
         raise _refuse(header, "space units", f"three times one of {known} is needed: export it again", name=name)
-    return _Frame(affine, units.pop(), "", axis, coordinates, assumed)
+    return GridFile((), affine, units.pop(), coordinates=coordinates, assumed=assumed)
 
 
 def _check_spacings(header: _Header, affine: FloatArray, axis: int | None, *, name: str) -> None:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import re
 import zlib
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib.metadata import version
 from itertools import pairwise
 from pathlib import PurePosixPath
-from typing import final
 
-from geoprint.model import Cell, Placement, comparable
+from geoprint.model import Cell, Placement
 from geoprint.postprocessor.rapid import writing
 from geoprint.postprocessor.rapid.cell_module import guard_module, program_file
 from geoprint.postprocessor.rapid.controller_files import CONTROLLER_FOLDER, controller_files
@@ -44,67 +44,43 @@ _SWITCHES = ("PERS bool geoDryRun:=", "PERS num geoSpeedPct:=", "PERS num geoFir
 _LARGEST_SUM = 1_000_000
 
 
-@final
-@comparable
-class LayerModules:
-    """The modules of a layer, or of one of its attitudes.
-
-    Attributes:
-        layer: its number, or that of the layer that the attitude prints.
-        folder: in which they lie.
-        entry: the procedure that prints it.
-        modules: file in that folder, and text.
-    """
-
-    layer: int
-    folder: str
-    entry: str
-    modules: tuple[tuple[str, str], ...]
-
-
-def stacked_layer(
-    modules: Sequence[tuple[str, str]], *, number: int, layer: int, folder: str, cell: Cell, placement: Placement
-) -> LayerModules:
-    """Return a layer of a stack, made of the program of that layer; likewise an attitude.
+def stacked_layer(own: OwnProgram, *, number: int) -> tuple[str, OwnProgram]:
+    """Return the procedure that prints a layer of a stack, and the layer made of its own program; likewise an attitude.
 
     Args:
-        modules: file and text of each of its modules, as `proven_program` wrote them; lists of modules are left out.
+        own: as `proven_program` wrote it; lists of modules are left out.
         number: of the layer or the attitude, from 1 on through the whole program.
-        layer: that it prints.
-        folder: in which its modules shall lie.
-        cell: its outputs.
-        placement: whether all of it was stated.
     """
-    loading = any(name.startswith("GeoPath") for name, _ in modules)
-    guard = guard_module(cell, placement=placement, loading=loading, stacked=True)
+    loading = any(name.startswith("GeoPath") for name, _ in own.modules)
+    guard = guard_module(own.cell, placement=own.placement, loading=loading, stacked=True)
     placed: dict[str, str] = {}
-    for name, text in modules:
+    for name, text in own.modules:
         if name == CELL_MODULE:
             lines = text.split("\n")
             bare = "\n".join(line for line in lines if not line.lstrip().startswith(_SWITCHES))
             placed[name] = _TABLE.sub(f"  CONST num nGeoTable:={number};", bare)
         elif name == _PRINT:
-            placed[name] = text.replace('"GeoPath', f'"{folder}/GeoPath')
+            placed[name] = text.replace('"GeoPath', f'"{own.folder}/GeoPath')
         elif name.endswith(".mod"):
             placed[name] = guard if name == _GUARD else text
     sum_of = zlib.crc32("".join(placed.values()).encode("ascii")) % _LARGEST_SUM
-    entry = f"Geo{unit_words(placement)['UNIT']}{number}_{sum_of}"
+    entry = f"Geo{unit_words(own.placement)['UNIT']}{number}_{sum_of}"
     placed[_PRINT] = placed[_PRINT].replace("  PROC main()\n", f"  PROC {entry}()\n", 1)
-    return LayerModules(layer, folder, entry, tuple(placed.items()))
+    return entry, replace(own, modules=tuple(placed.items()))
 
 
 def stack_files(
-    layers: Sequence[LayerModules], *, cell: Cell, placement: Placement, part_name: str
+    layers: Sequence[tuple[str, OwnProgram]], *, cell: Cell, placement: Placement, part_name: str
 ) -> tuple[tuple[str, str], ...]:
     """Return file and text of GeoStack, of the list of modules that names it, and of all modules of the layers.
 
     Args:
-        layers: the lowest first.
+        layers: as `stacked_layer` returns them, the lowest first.
         cell: its name, arm and pause.
         placement: whether all of it was stated.
         part_name: for the header.
     """
-    inner = [(f"{layer.folder}/{name}", text) for layer in layers for name, text in layer.modules]
+    inner = [(f"{layer.folder}/{name}", text) for _, layer in layers for name, text in layer.modules]
     stack = _stack_module(layers, cell=cell, placement=placement, part_name=part_name)
     return (STACK_MODULE, stack), ("GeoStack.pgf", program_file([STACK_MODULE])), *inner
 
@@ -122,7 +98,7 @@ def layer_ends(layers: Sequence[int]) -> list[int]:
     return [number for number, (one, other) in enumerate(pairwise(layers), start=1) if one != other]
 
 
-def _attitudes_of(layers: Sequence[LayerModules]) -> list[str]:
+def _attitudes_of(layers: Sequence[OwnProgram]) -> list[str]:
     """Return which attitudes print each layer, a line a layer."""
     last = [*layer_ends([each.layer for each in layers]), len(layers)]
     first = [1, *(number + 1 for number in last[:-1])]
@@ -132,7 +108,10 @@ def _attitudes_of(layers: Sequence[LayerModules]) -> list[str]:
     ]
 
 
-def _stack_module(layers: Sequence[LayerModules], *, cell: Cell, placement: Placement, part_name: str) -> str:
+def _stack_module(
+    entered: Sequence[tuple[str, OwnProgram]], *, cell: Cell, placement: Placement, part_name: str
+) -> str:
+    layers = [layer for _, layer in entered]
     holding = conditions(cell, placement=placement, loading=True, stacked=True)
     pause = cell.process.layer_pause
     words = unit_words(placement)
@@ -144,8 +123,8 @@ def _stack_module(layers: Sequence[LayerModules], *, cell: Cell, placement: Plac
         f'    GeoStackForget "{layer.folder}/{name}";' for layer in layers for name, _ in reversed(layer.modules)
     ]
     printing: list[str] = []
-    for number, layer in enumerate(layers, start=1):
-        printing.append(f'    GeoStack{words["UNIT"]} {number},"{layer.folder}","{layer.entry}";')
+    for number, (entry, layer) in enumerate(entered, start=1):
+        printing.append(f'    GeoStack{words["UNIT"]} {number},"{layer.folder}","{entry}";')
         printing += [f"    GeoStackPause {number};"] if pause > 0.0 and number in ends else []
     header = [
         f"Written by geoprint {version('geoprint')}. Change the plan and write again, not this.",
@@ -186,12 +165,7 @@ def together(own: Sequence[OwnProgram], *, part_name: str) -> tuple[dict[str, st
     """
     # The last cell has all that is done: only behind that one the part is exposed as a whole.
     cell, placement = own[-1].cell, own[0].placement
-    made = [
-        stacked_layer(
-            one.modules, number=number, layer=one.layer, folder=one.folder, cell=one.cell, placement=placement
-        )
-        for number, one in enumerate(own, start=1)
-    ]
+    made = [stacked_layer(replace(one, placement=placement), number=number) for number, one in enumerate(own, start=1)]
     modules = dict(stack_files(made, cell=cell, placement=placement, part_name=part_name))
     proof = verify_stack(modules, own)
     loading = any(PurePosixPath(name).name.startswith("GeoPath") for name in modules)

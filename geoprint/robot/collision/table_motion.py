@@ -63,17 +63,6 @@ class _Moving:
 
 @final
 @frozen
-class _Sausage:
-    """What holds a solid of the arm as it stands at home: all within a radius of a line [mm]."""
-
-    name: str
-    start: FloatArray
-    end: FloatArray
-    radius: float
-
-
-@final
-@frozen
 class _Carried:
     """Balls about a surface, in the plate's frame.
 
@@ -142,15 +131,16 @@ def table_motion_clearance(
     return found
 
 
-def _at_home(arm: Arm, tool: Tool) -> list[_Sausage]:
+def _at_home(arm: Arm, tool: Tool) -> list[Cylinder]:
+    """Return lines that hold the solids of the arm as it stands at home, each all within a radius of its line."""
     frames = arm.link_poses(arm.robot.home[None])[0]
     links = link_solids(arm.robot.model, urdf=arm.robot.urdf, flange=arm.robot.flange)
     solids = [(frames[link.joint], solid) for link in links for solid in link.solids]
     solids += [(frames[-1], solid) for solid in tool_solids(tool)]
-    sausages: list[_Sausage] = []
+    sausages: list[Cylinder] = []
     for T_base_solid, solid in solids:
         start, end = transforms.apply(T_base_solid, np.stack([solid.start, solid.end]))
-        sausages.append(_Sausage(solid.name, start, end, max(solid.start_radius, solid.end_radius)))
+        sausages.append(Cylinder(solid.name, start, end, max(solid.start_radius, solid.end_radius)))
     return sausages
 
 
@@ -246,7 +236,7 @@ def _across(axis: FloatArray) -> tuple[FloatArray, FloatArray]:
     return rotation[:, 0], rotation[:, 1]
 
 
-def _to_lines(points: FloatArray, sausage: _Sausage) -> FloatArray:
+def _to_lines(points: FloatArray, sausage: Cylinder) -> FloatArray:
     """Return the (b,) distances of points from the line in a sausage [mm]."""
     along = sausage.end - sausage.start
     # A solid without length is its start.
@@ -254,7 +244,7 @@ def _to_lines(points: FloatArray, sausage: _Sausage) -> FloatArray:
     return np.linalg.norm(points - sausage.start - shares[:, None] * along, axis=1)
 
 
-def _distances(sausages: Sequence[_Sausage]) -> Callable[[FloatArray], FloatArray]:
+def _distances(sausages: Sequence[Cylinder]) -> Callable[[FloatArray], FloatArray]:
     """Return what tells the (s,) distances of a (3,) point from each of them [mm]."""
     starts, radii = np.stack([one.start for one in sausages]), np.array([one.radius for one in sausages])
     along = np.stack([one.end for one in sausages]) - starts
@@ -269,7 +259,7 @@ def _distances(sausages: Sequence[_Sausage]) -> Callable[[FloatArray], FloatArra
 
 
 def _too_close(
-    said: str, moving: _Moving, sausage: _Sausage, *, place: FloatArray, distance: float, kept: float
+    said: str, moving: _Moving, sausage: Cylinder, *, place: FloatArray, distance: float, kept: float
 ) -> ClearanceError:
     return ClearanceError(
         f"while the {said}, {moving.name} may come within {max(distance, 0.0):.1f} mm of the {sausage.name} "

@@ -64,12 +64,7 @@ def stacked(own: tuple[OwnProgram, ...]) -> Files:
 @cache
 def _stacked(own: tuple[OwnProgram, ...]) -> tuple[tuple[str, str], ...]:
     first = own[0]
-    made = [
-        stacked_layer(
-            one.modules, number=number, layer=one.layer, folder=one.folder, cell=one.cell, placement=one.placement
-        )
-        for number, one in enumerate(own, start=1)
-    ]
+    made = [stacked_layer(one, number=number) for number, one in enumerate(own, start=1)]
     return stack_files(made, cell=first.cell, placement=first.placement, part_name="rings")
 
 
