@@ -128,7 +128,7 @@ def refuse(name: str, line: int, reason: str, *, column: str = "") -> NoReturn:
 
 @final
 class Delimited:
-    """A table, row by row; its layout is told by its first rows.
+    """A table, row by row; its layout follows from its first rows.
 
     Args:
         name: of the file.

@@ -338,7 +338,7 @@ class WorkTable(Table):
 
 
 class ProcessTable(Table):
-    """How the material is laid."""
+    """How the material is deposited."""
 
     speed_mm_s: TipSpeed
     travel_speed_mm_s: TipSpeed

@@ -149,7 +149,7 @@ def packaged_cell_text(name: str) -> str:
 
 # Lengths in which makers list them: 1/4, 1/2, 1 and 1 1/2 inch [mm].
 NEEDLE_LENGTHS = (6.35, 12.7, 25.4, 38.1)
-# Decimals of the lengths [mm] that are told: a cell file with them is the cell that was tried.
+# Decimals of the lengths [mm] that are reported: a cell file with them is the cell that was tried.
 DECIMALS = 4
 # A needle is meant that differs by so much [mm] at most: half of what the bores of neighbouring gauges do.
 SAME_BORE = 0.035

@@ -145,7 +145,7 @@ def line_of(error: ValidationError, text: str, *, name: str) -> str:
 
 
 def _first(error: ValidationError) -> ErrorDetails:
-    """Return what is told of a table: an unknown key first, since a mistyped one is missing by its own name, too."""
+    """Return what is wrong with a table: an unknown key first, since a mistyped one is missing by its own name, too."""
     problems = error.errors()
     return next((problem for problem in problems if problem["type"] == "extra_forbidden"), problems[0])
 

@@ -136,8 +136,8 @@ class Shown:
     """What a backend that works in the plane can show of it: its chart of a surface, and its raster.
 
     Attributes:
-        flat: the surface laid flat: the same faces in their order, counter-clockwise, z = 0 [mm].
-        mapped: by what it was laid flat, in words.
+        flat: the surface flattened: the same faces in their order, counter-clockwise, z = 0 [mm].
+        mapped: by what it was flattened, in words.
         resolution: pixels along the longer side of the chart.
         pixel: side of a pixel in the chart [mm].
         largest_pixel: side of the largest pixel lifted to the surface [mm].

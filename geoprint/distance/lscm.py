@@ -3,7 +3,7 @@
 Its distance is measured in the chart, so it is as even on the surface as the chart is true to length: exact on a
 plane, good on a nearly flat patch, and off by the chart's scale where the surface is doubly bent or forms a cap.
 
-A band, such as a cylinder, is cut and laid flat. Distances are then taken to the seed and its images in moved copies of
+A band, such as a cylinder, is cut and flattened. Distances are then taken to the seed and its images in moved copies of
 the chart, and curves are joined across the cut, so that nothing depends on where it runs.
 
 Straight distance in the chart is shorter than the shortest way where it crosses a hole or a bay of the border. From the

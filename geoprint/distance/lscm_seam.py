@@ -1,4 +1,4 @@
-"""A band laid flat along a cut whose sides are tied by a rigid motion, and its level curves joined across the cut."""
+"""A band flattened along a cut whose sides are tied by a rigid motion, and its level curves joined across the cut."""
 
 from __future__ import annotations
 
@@ -156,7 +156,7 @@ class Chart:
     continuation: Continuation
 
 
-# A band laid flat along a cut whose two sides are tied by a rigid motion: lengths without a visible seam.
+# A band flattened along a cut whose two sides are tied by a rigid motion: lengths without a visible seam.
 #
 # Uncut, a band becomes a ring in the plane, and its lengths grow exponentially across it. Cut, it can keep them: a
 # cylinder becomes a rectangle, a cone frustum a sector. Chart lengths agree on both sides of the cut, so that
@@ -169,7 +169,7 @@ LARGEST_TURN = 1.25 * np.pi
 
 
 def flattened(surface: Surface) -> Chart:
-    """Lay a surface flat by the map that comes nearest to keeping angles, cut where it is a band.
+    """Flatten a surface by the map that comes nearest to keeping angles, cut where it is a band.
 
     A band is an annulus that turns by no more than `LARGEST_TURN`; the cut is the shortest path between its loops. All
     else is left uncut, as `conformal_chart`.
@@ -192,7 +192,7 @@ def flattened(surface: Surface) -> Chart:
 
 
 def flattened_band(surface: Surface, *, seam: IntArray, turn: float) -> Chart:
-    """Lay an annulus flat along a given cut with a given turn.
+    """Flatten an annulus along a given cut with a given turn.
 
     The copies on the right of the cut are no unknowns but the images of their originals, turned back and moved by one
     more unknown. The longest loop is asked to advance along a line that turns evenly by the turn.

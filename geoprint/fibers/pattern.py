@@ -31,7 +31,7 @@ from geoprint.model import (
 
 # Gaps are looked for at places about so many spacings apart.
 SPREAD_SHARE = 0.25
-# How strokes are laid; the first is what a job has that says nothing.
+# How strokes are deposited; the first is what a job has that says nothing.
 STRIPES, STREAMLINES = "stripes", "streamlines"
 LAYINGS = (STRIPES, STREAMLINES)
 

@@ -1,4 +1,4 @@
-"""Strokes laid one after another along a field, one spacing apart as far as its lines run side by side.
+"""Strokes deposited one after another along a field, one spacing apart as far as its lines run side by side.
 
 A stroke begins beside one that is there, exactly one spacing away, and runs on until it comes too near to another one
 [Jobard1997]. What lies between strokes that run apart is filled from its widest place, always the widest of all first
@@ -80,7 +80,7 @@ class DepositedStroke(NamedTuple):
 def deposited_strokes(
     net: LineNet, *, first: tuple[int, complex], spread: IntArray, beside_rim: BoolArray
 ) -> tuple[list[DepositedStroke], list[float]]:
-    """Lay strokes until there is no gap for another one.
+    """Deposit strokes until there is no gap for another one.
 
     Args:
         net: a surface in one piece with a field.
@@ -100,7 +100,7 @@ def deposited_strokes(
 
 @final
 class _Depositing:
-    """Strokes that were laid, and the loops' arrays of them.
+    """Strokes that were deposited, and the loops' arrays of them.
 
     Args:
         net: a surface with a field.
@@ -120,7 +120,7 @@ class _Depositing:
         self._rim = rim_segments(net)
 
     def begun(self, face: int, place: complex, *, row: int) -> DepositedStroke | None:
-        """Lay the stroke through a place; None where it is not worth a start."""
+        """Deposit the stroke through a place; None where it is not worth a start."""
         count = int(self._deposited.filled[0])
         closed = False
         reason, ahead, aside = self._run(self._rules, face, place, 1.0)
@@ -153,7 +153,7 @@ class _Depositing:
         take_back(self._deposited, count)
 
     def beside(self, stroke: DepositedStroke | None) -> None:
-        """Lay strokes beside one, beside these and so on, until there is no place left one spacing away."""
+        """Deposit strokes beside one, beside these and so on, until there is no place left one spacing away."""
         waiting = [] if stroke is None else [stroke]
         while waiting:
             stroke = waiting.pop(0)
@@ -163,7 +163,7 @@ class _Depositing:
                     waiting += [] if new is None else [new]
 
     def fill(self, faces: IntArray, beside_rim: BoolArray) -> None:
-        """Lay strokes in gaps about the middles of (k,) faces, the widest first, and others beside them."""
+        """Deposit strokes in gaps about the middles of (k,) faces, the widest first, and others beside them."""
         middles, spacings = self._middles[faces], self._spacings[faces]
         found = gaps(self._net, self._deposited, self._room, faces, middles, FAR * spacings) / spacings
         # From most places the rim is farther than is looked, and nothing shortens the look.
@@ -199,7 +199,7 @@ class _Depositing:
         return min(away / (0.5 * (spacing + there)), width), int(self._deposited.strokes[found])
 
     def _run(self, rules: Rules, face: int, place: complex, sign: float) -> tuple[int, float, float]:
-        """Lay a streamline; where there is no room for it, with more."""
+        """Deposit a streamline; where there is no room for it, with more."""
         while True:
             count = int(self._deposited.filled[0])
             found = streamline(self._net, self._deposited, self._room, rules, face, place, sign, len(self.strokes))
@@ -209,7 +209,7 @@ class _Depositing:
             self._deposited = with_room(self._deposited, room=self._deposited.before.size)
 
     def _closed(self, face: int, place: complex, aside: float, length: float, count: int) -> bool:
-        """Lay a streamline that came back once more, turned by so little that it meets its beginning; say if it did."""
+        """Deposit a streamline that came back anew, turned by so little that it meets its beginning; say if it did."""
         lean = 0.0
         for trial in range(TRIALS):
             lean += aside / length

@@ -11,7 +11,7 @@ from geoprint.fibers.net import ComplexArray, LineNet, rim_sides
 from geoprint.kernels import inner, njit
 from geoprint.model import FloatArray, IntArray
 
-# How near laid segments are to a place, over the surface: triangles are unfolded about it, as far as it sees them.
+# How near deposited segments are to a place, over the surface: triangles are unfolded about it, as far as it sees them.
 #
 # A straight line from the place through the sides of unfolded triangles is a shortest way unless it bends about a
 # vertex with more than a full turn around it; behind those lies a wedge, as narrow as the vertex bends, that nothing
@@ -28,7 +28,7 @@ class DepositedSegments(NamedTuple):
     """Straight segments in faces, listed face by face; arrays are longer than what is filled.
 
     Attributes:
-        head: (m,) the segment of each face that was laid last, -1 for none.
+        head: (m,) the segment of each face that was deposited last, -1 for none.
         before: (s,) the one that was laid in the same face before each, -1 for none.
         faces: (s,) in which each lies.
         starts: (s,) in the plane of that [mm].
@@ -255,7 +255,7 @@ def gaps(
     return found
 
 
-# Streamlines of a field of lines, straight in each triangle, ended before they crowd what is laid.
+# Streamlines of a field of lines, straight in each triangle, ended before they crowd what is deposited.
 #
 # Where the lines of two neighbouring faces both lead to the side between them, a streamline follows that side to its
 # end. A streamline that comes back beside its own beginning is told from one that crowds another.
@@ -360,7 +360,7 @@ def deposit_straight(
     stroke: int,
     arc: float,
 ) -> bool:
-    """Lay a straight line of some length [mm] over the surface; say whether there was room for it."""
+    """Deposit a straight line of some length [mm] over the surface; say whether there was room for it."""
     entered = -1
     while deposited.filled[0] < deposited.before.size:
         side, reach = side_ahead(net, face, place, ahead, entered)
@@ -378,7 +378,7 @@ def deposit_straight(
 
 @njit
 def take_back(deposited: DepositedSegments, count: int) -> None:
-    """Take back what was laid last, up to so many segments."""
+    """Take back what was deposited last, up to so many segments."""
     while deposited.filled[0] > count:
         at = deposited.filled[0] - 1
         deposited.head[deposited.faces[at]] = deposited.before[at]
@@ -427,7 +427,7 @@ def streamline(
     net: LineNet, deposited: DepositedSegments, room: Windows, rules: Rules, face: int, place: complex, sign: float,
     stroke: int,
 ) -> tuple[int, float, float]:  # fmt: skip
-    """Lay a streamline from a place on, in one sense of the line there.
+    """Deposit a streamline from a place on, in one sense of the line there.
 
     It begins at a place in the plane of a face, along the line there (sign 1) or against it (-1), and is added to what
     was laid, with arc lengths from there on that fall where the sign is -1.

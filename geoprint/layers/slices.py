@@ -97,7 +97,7 @@ def sliced_layer(surface: Surface, poses: PoseStream, plane: CutPlane, *, height
 
     Args:
         surface: the middle of the layer.
-        poses: its paths, with the flow that they lay.
+        poses: its paths, with the flow that they deposit.
         plane: that cuts.
         height: of the layer [mm]; the flow over it is the width of a bead.
     """

@@ -100,7 +100,7 @@ class Covering(NamedTuple):
 
     @property
     def covers(self) -> bool:
-        """Whether paths leave no holes and lay little twice."""
+        """Whether paths leave no holes and deposit little twice."""
         return self.gap <= MOST_MISSED and self.overlap <= MOST_TWICE
 
     @property

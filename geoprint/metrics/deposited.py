@@ -172,7 +172,7 @@ def deposited_path(
     Args:
         poses: the stream; only depositing rows count.
         surface: what they lie on.
-        mesh: the same surface laid flat.
+        mesh: the same surface flattened.
         spacing: [mm].
 
     Returns:

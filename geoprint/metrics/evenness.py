@@ -98,7 +98,7 @@ def laid_path(
     """Connect the places of polylines over a surface.
 
     Args:
-        mesh: the surface laid flat.
+        mesh: the surface flattened.
         places: (k,) on it.
         curves: whose points they are the closest ones of.
         distances: (k,) to them [mm].
@@ -242,7 +242,7 @@ class _Paths(NamedTuple):
 
     Attributes:
         surface: with triangles that are small enough.
-        mesh: the same laid flat.
+        mesh: the same flattened.
         path: r runs on it.
         runs: (r,) what they are called.
         off: (p,) distance of their points from the surface [mm].

@@ -250,7 +250,7 @@ def difference(one: Printed, other: Printed) -> Interval:
 
 
 def alike(one: Printed, other: Printed) -> bool:
-    """Return whether two plans cannot be told apart by printing each once: neither is more even in 95 of 100 pairs."""
+    """Return whether printing two plans once cannot distinguish them: neither is more even in 95 of 100 pairs."""
     apart = difference(one, other)
     return apart.low <= 0.0 <= apart.high
 

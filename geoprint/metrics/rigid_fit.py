@@ -1,4 +1,4 @@
-"""The rigid motion that lays paths onto a surface: point to plane [Chen1992], from many starts."""
+"""The rigid motion that aligns paths with a surface: point to plane [Chen1992], from many starts."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ CLEARLY_BETTER = 0.9
 @final
 @frozen
 class RigidFit:
-    """A motion, and how well it lays paths onto a surface.
+    """A motion, and how well it aligns paths with a surface.
 
     Attributes:
         T_part_paths: (4, 4) turns coordinates of the paths into those of the part [mm].
@@ -82,7 +82,7 @@ def rigid_fit(surface: Surface, curves: Polylines) -> RigidFit:
 
 
 def moved(curves: Polylines, fit: RigidFit) -> Polylines:
-    """Return paths laid onto the part by a fit."""
+    """Return paths aligned with the part by a fit."""
     return Polylines(transforms.apply(fit.T_part_paths, curves.points), curves.offsets)
 
 

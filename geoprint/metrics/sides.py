@@ -3,7 +3,7 @@
 From a sample each quarter of a spacing to the nearest other stretch on either side, seen from outside: another run, or
 the same one farther than two spacings along it. What has no neighbour within three spacings counts as `none`, as at a
 rim; what is nearest only obliquely, at an open end or behind the path's own bend (`oracle.aside`) as `oblique`. Both
-are left out of the figures and told as shares.
+are left out of the figures and given as shares.
 """
 
 from __future__ import annotations

@@ -23,14 +23,14 @@ from geoprint.model import (
     frozen,
 )
 
-# What a program lays along its path, as it was executed: from when material flows and when the tip is where.
+# What a program deposits along its path, as it was executed: from when material flows and when the tip is where.
 #
 # A valve that is only open or shut lets the same volume through in every second, so that where the tip is slower
-# more is laid to a mm of path. An output that follows the speed of the tip lays what was planned to a mm.
+# more is deposited to a mm of path. An output that follows the speed of the tip deposits what was planned to a mm.
 
 
 def executed_flow(poses: PoseStream, times: FloatArray, material: FloatArray, *, cell: Cell) -> FloatArray:
-    """Return the (p,) flow at the poses that a program lays, as it was executed [mm3/mm].
+    """Return the (p,) flow at the poses that a program deposits, as it was executed [mm3/mm].
 
     With 'io' the valve lets through a volume a second: that of the set speed. A flow that settles rises evenly while
     the tip waits at the start of a deposit, where half of that volume comes to lie. With 'analog' the flow follows the
@@ -78,7 +78,7 @@ def flow_by_length(poses: PoseStream, times: FloatArray, material: FloatArray) -
 
 
 def flow_of_all(whole: PoseStream, parts: Sequence[tuple[PoseStream, FloatArray]]) -> FloatArray:
-    """Return the (p,) flow at the poses of a deposit that several parts of a program lay together [mm3/mm].
+    """Return the (p,) flow at the poses of a deposit that several parts of a program deposit together [mm3/mm].
 
     Each step of a part lies on a step of the whole, as `paths.check_sum` has found: its volume is added to that one.
 
@@ -95,7 +95,7 @@ def flow_of_all(whole: PoseStream, parts: Sequence[tuple[PoseStream, FloatArray]
 
 
 def deposited_volume(poses: PoseStream, flow: FloatArray) -> float:
-    """Return the volume that a (p,) flow lays along a path [mm3]: linear between the poses [mm3/mm]."""
+    """Return the volume that a (p,) flow deposits along a path [mm3]: linear between the poses [mm3/mm]."""
     return float((poses.bead_lengths * (flow[:-1] + flow[1:]) / 2.0)[poses.deposited].sum())
 
 
@@ -119,7 +119,7 @@ def deposited_shares(poses: PoseStream, flow: FloatArray, *, layer_height: float
 
 
 def _steps(poses: PoseStream, flow: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Return first poses (k,) of the steps that lay material, their middles (k, 3) and volumes (k,) [mm, mm3]."""
+    """Return first poses (k,) of the steps that deposit material, their middles (k, 3) and volumes (k,) [mm, mm3]."""
     rows, places = np.flatnonzero(poses.deposited), poses.surface_points
     volumes = poses.bead_lengths * (flow[:-1] + flow[1:]) / 2.0
     return rows, (places[rows] + places[rows + 1]) / 2.0, volumes[rows]
@@ -137,7 +137,7 @@ def _open(times: FloatArray, material: FloatArray) -> FloatArray:
 
 
 def _spread(poses: PoseStream, volumes: FloatArray) -> FloatArray:
-    """Return the (p,) flow at the poses that lays the (p - 1,) volumes between them, shared by the poses at both ends.
+    """Return the (p,) flow at poses that deposits the (p - 1,) volumes between them, shared by the poses at both ends.
 
     A volume where the tip stands still comes to its neighbours.
     """

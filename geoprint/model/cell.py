@@ -262,7 +262,7 @@ class Cell:
         name: of the cell file.
         robot: the arm.
         tool: what it carries.
-        process: how the material is laid.
+        process: how the material is deposited.
         signals: outputs of the controller.
         obstacles: boxes that stand in the cell.
         demo_position: (3,) where `--place demo` puts the part's centroid, in the base frame [mm].

@@ -130,7 +130,7 @@ class Trajectory:
         times: (k,) [s], evenly spaced from 0.
         joints: (k, 6) [rad].
         runs: (k,) run of the pose stream, -1 from and to home.
-        deposit: (k,) whether material is laid.
+        deposit: (k,) whether material is deposited.
         pose_times: (p,) when each pose of the stream is reached [s].
         stretched: runs that were slowed because the time parameterisation broke a limit between its grid points.
         slowest_deposit: smallest speed of the bead, away from the ends of runs [mm/s].
@@ -224,7 +224,7 @@ class ControllerPath:
     Attributes:
         joints: (k, 6) [rad], from home to home.
         runs: (k,) run of the pose stream, -1 on the joint moves from and to home.
-        deposit: (k,) whether material is laid from this row to the next.
+        deposit: (k,) whether material is deposited from this row to the next.
         rounding: (k, 6) from a row to where the controller passes if it rounds nothing [rad]; 0 on joint moves.
         step: largest movement of the tip between neighbouring rows [mm].
     """
@@ -251,7 +251,7 @@ class Clearance:
             the links were not checked.
         arm_at: where that is, as text, or None.
         kept: distance that was proven at every pose and between poses [mm].
-        tip_margin: smallest room under the rim of the needle's tip on deposit [mm]; infinite where nothing is laid.
+        tip_margin: smallest room under the needle tip's rim on deposit [mm]; infinite where nothing is deposited.
         checks: number of tool placements tested.
         checked: pairs that were tested.
         not_checked: what was left out, said so that nobody takes it for clear.

@@ -74,10 +74,10 @@ class PoseStream:
         runs: (p,) run each pose belongs to, not falling.
         levels: (p,) contour level, or where a run has no whole one the whole part of its row; -1 on travel.
         layers: (p,) layer.
-        deposit: (p,) whether material is laid from this pose to the next one of the same run.
+        deposit: (p,) whether material is deposited from this pose to the next one of the same run.
         stops: (p,) whether the tool comes to rest here: ends of runs, corners of travel.
         arcs: (p,) arc length from the start of the run [mm]; on travel from the start of the travel.
-        flow: (p,) volume to lay per length of path [mm3/mm], 0 on travel.
+        flow: (p,) volume to deposit per length of path [mm3/mm], 0 on travel.
         standoff: height of the tip over the surface on deposit [mm].
     """
 
@@ -112,7 +112,7 @@ class PoseStream:
 
     @property
     def deposited(self) -> BoolArray:
-        """(p - 1,) whether material is laid between each pose and the next."""
+        """(p - 1,) whether material is deposited between each pose and the next."""
         return self.deposit[1:] & self.deposit[:-1] & (self.runs[1:] == self.runs[:-1])
 
     @property

@@ -9,7 +9,7 @@ import numpy as np
 from geoprint.errors import InputError
 from geoprint.model.values import BoolArray, FloatArray, IntArray, comparable, freeze_arrays, frozen
 
-# How the material is laid: process, outputs of the controller, priming and final exposure. Lengths in mm.
+# How the material is deposited: process, outputs of the controller, priming and final exposure. Lengths in mm.
 
 
 SignalMode = Literal["io", "analog"]
@@ -25,7 +25,7 @@ GAP_SHARE, OVERLAP_SHARE = 0.55, 0.45
 @final
 @comparable
 class Process:
-    """How the material is laid.
+    """How the material is deposited.
 
     Attributes:
         speed: of the tip on deposit [mm/s].
@@ -221,8 +221,8 @@ class Dispensing:
         runs: (k,) run that the program has entered, from 0; -1 before the first.
         arcs: (k,) length of path from where the run's material is to begin, below 0 before that [mm].
         wanted: (k,) flow that the plan wants there, 0 where it wants none [mm3/mm].
-        valve_times: (v,) when the valve is told to open or to shut, not falling [s].
-        valve_open: (v,) whether it is told to open.
+        valve_times: (v,) when the valve is commanded to open or to shut, not falling [s].
+        valve_open: (v,) whether it is commanded to open.
         flow_times: (f,) when a flow that follows the speed is set, not falling [s]; none where the valve alone doses.
         flows: (f,) that are set [mm3/mm].
     """

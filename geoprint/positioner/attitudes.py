@@ -406,7 +406,7 @@ def _greedy(admits: Shares, weights: Shares) -> IntArray:
 # **No other choice of attitudes moves the table less.** Let a stretch be feasible where one direction that the table
 # can bring up is in all its caps; then every part of it is feasible, as fewer caps share no less. A stretch that
 # ends with pose e is followed by one that starts with s(e): with e itself, where the run goes on and e and e + 1 are
-# feasible together, so that what is laid between them has one attitude that admits both ends; else with e + 1. s
+# feasible together, so that what is deposited between them has one attitude that admits both ends; else with e + 1. s
 # never falls: s(e) <= e + 1 <= s(e + 1). Compare the rule with any other cuts. Its first stretch ends at or behind
 # theirs, being the longest. And if its k-th ends at or behind their k-th, its next one starts at or behind theirs,
 # so that up to the end of theirs it is a part of theirs and feasible: the longest one ends no earlier. So it is
@@ -431,7 +431,7 @@ class Tilts:
         ups: (s, 3) unit direction of the part that points up.
         slacks: (s,) share that is left of the critical angle, and of the table's limits where less of these is; of
             what overhangs whatever the table does, of the angle to which it is led.
-        angles: (n,) of overhang of each pose in the stretch that lays what leads to it [rad].
+        angles: (n,) of overhang of each pose in the stretch that deposits what leads to it [rad].
         missing: (n,) by how much each pose overhangs whatever the table does; 0 where the table can prevent it [rad].
     """
 
@@ -455,7 +455,7 @@ class Tilts:
 
     @property
     def pose_ups(self) -> FloatArray:
-        """(n, 3) direction that points up at each pose, in the stretch that lays what leads to it."""
+        """(n, 3) direction that points up at each pose, in the stretch that deposits what leads to it."""
         return _at_poses(self.ups, self.ends)
 
 
@@ -599,7 +599,7 @@ def attitudes_of(found: Tilts, runs: IntArray) -> tuple[Attitude, ...]:
     attitudes: list[Attitude] = []
     behind = 0
     for start, end, up, slack in zip(found.starts, found.ends, found.ups, found.slacks, strict=True):
-        # Where no attitude admits both ends of a step, it is laid in that of its end.
+        # Where no attitude admits both ends of a step, it is deposited in that of its end.
         first = start - (start == behind and start > 0 and runs[start] == runs[start - 1])
         edges = np.concatenate([[first], breaks[(breaks > first) & (breaks < end)], [end]])
         pieces = np.column_stack([edges[:-1], edges[1:]])
@@ -658,7 +658,7 @@ def _layer(
     firsts, ends = cuts - taking, np.append(cuts[1:] + (inner & ~taking)[1:], len(aims))
     attitudes: list[Attitude] = []
     for number, up in enumerate(taken):
-        # A pose alone lays nothing: what leads to it is laid by the piece before.
+        # A pose alone deposits nothing: what leads to it is deposited by the piece before.
         own = np.flatnonzero((chosen[cuts] == number) & (ends - firsts > 1))
         if own.size:
             pieces = np.column_stack([firsts[own], ends[own]])

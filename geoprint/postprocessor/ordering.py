@@ -80,7 +80,7 @@ def _check_placement(joint_path: JointPath, placement: Placement) -> None:
 def _mean_flow(poses: PoseStream, chosen: IntArray) -> FloatArray:
     """Return (t,) the volume from each target to the next over the length that the tip moves between them.
 
-    What is to be laid is planned by the length on the surface, and the controller sets it by the speed of the tip,
+    What is to be deposited is planned by the length on the surface, and the controller sets it by the speed of the tip,
     which moves farther where it stands over a surface that bulges.
     """
     steps, deposited = (

@@ -33,8 +33,8 @@ class Orders:
         zones: (t,) radius in which the controller may round the target [mm]; 0 stops there.
         speeds: (t,) of the tip in the move to the target [mm/s].
         runs: (t,) run of each target.
-        deposited: (t,) whether material is laid from the target to the next one; not from the last.
-        flow: (t,) volume to lay per length from the target to the next [mm3/mm], 0 where none is laid.
+        deposited: (t,) whether material is deposited from the target to the next one; not from the last.
+        flow: (t,) volume to deposit per length from the target to the next [mm3/mm], 0 where none is deposited.
         times: (t,) when each is passed; home is left at 0 [s].
         start: (6,) joints at the first target [rad].
         lifted: (6,) joints at the first target of the dry run, which is driven higher [rad].
@@ -76,7 +76,7 @@ class Orders:
 
     @property
     def deposits(self) -> tuple[tuple[int, int], ...]:
-        """First and last target of each stretch on which material is laid, in order."""
+        """First and last target of each stretch on which material is deposited, in order."""
         edges = np.diff(self.deposited.astype(np.int8), prepend=0)
         starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
         return tuple(zip(starts.tolist(), ends.tolist(), strict=True))

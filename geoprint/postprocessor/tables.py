@@ -353,7 +353,7 @@ def read_orders(
 
 
 def _check_rows(chosen: IntArray, deposited: BoolArray, *, path: Path | str, last: int) -> None:
-    """Refuse poses that do not rise or go beyond the last, and rows that lay nothing or to the end."""
+    """Refuse poses that do not rise or go beyond the last, and rows that deposit nothing or to the end."""
     if not chosen.size or chosen.min() < 0 or chosen.max() > last or (np.diff(chosen) <= 0).any():
         raise VerificationError(
             f"{path}: the poses do not rise from 0 to {last}, the last row of poses.csv; write the plan again."

@@ -7,7 +7,7 @@ import numpy as np
 from geoprint.errors import InputError
 from geoprint.model import BoolArray, FloatArray, Process
 
-# The bead that a flow makes: volume laid per length, pressed flat to the stand-off.
+# The bead that a flow makes: volume deposited per length, pressed flat to the stand-off.
 #
 # What leaves the nozzle stays on the path: cross-section = flow / speed. The section is a circular segment on the
 # surface, as wide as its chord. With half its opening angle a and the radius R of the circle
@@ -15,7 +15,7 @@ from geoprint.model import BoolArray, FloatArray, Process
 #     height = R (1 - cos a),   width = 2 R sin a,   area = R^2 (a - sin a cos a).
 
 
-# Smallest half angle of a segment [rad]: a bead 2000 times wider than high; flatter ones are not told apart.
+# Smallest half angle of a segment [rad]: a bead 2000 times wider than high; flatter ones are not distinguished.
 FLATTEST = 1e-3
 
 
@@ -101,7 +101,7 @@ def following_flow(
 
     Args:
         widths: (p,) width of the strip of surface nearest to the path at each pose, over the wanted one.
-        deposit: (p,) whether material is laid there.
+        deposit: (p,) whether material is deposited there.
         spacing: wanted distance between neighbouring paths [mm].
         process: thickness of the layer, least and most flow. A strip is narrower than the half of the spacing that it
             has outside only where fronts meet at an angle, and wider than one and a half only where paths end.

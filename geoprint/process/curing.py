@@ -33,7 +33,7 @@ def cured_depth(dose: float, *, needed: float, penetration: float) -> float:
 
 
 def bottom_doses(doses: FloatArray, heights: FloatArray, *, penetration: float) -> tuple[FloatArray, FloatArray]:
-    """Return the doses at the bottoms of layers that are laid and lit one upon the other [mJ/cm2].
+    """Return the doses at the bottoms of layers that are deposited and lit one upon the other [mJ/cm2].
 
     Light of the passes for a layer enters at its top and reaches all layers below, weaker with the depth.
 
@@ -52,7 +52,7 @@ def bottom_doses(doses: FloatArray, heights: FloatArray, *, penetration: float) 
     """
     tops = np.cumsum(heights)
     bottoms = tops - heights
-    # A row a bottom, a column the passes for a layer; those before the layer itself was laid do not count.
+    # A row a bottom, a column the passes for a layer; those before the layer itself was deposited do not count.
     depths = np.maximum(tops[None, :] - bottoms[:, None], 0.0)
     reaching = np.triu(doses[None, :] * np.exp(-depths / penetration))
     return np.diagonal(reaching).copy(), reaching.sum(axis=1)

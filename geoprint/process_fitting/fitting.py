@@ -161,7 +161,7 @@ def fit_fluid(measured: MeasuredFlow, bore: Bore, *, model: FluidModel) -> Fitte
 
     Args:
         measured: k lines.
-        bore: of the nozzle that laid them.
+        bore: of the nozzle that deposited them.
         model: 'newtonian' (consistency), 'power-law' (and index) or 'herschel-bulkley' (and yield stress).
 
     Raises:

@@ -54,7 +54,7 @@ def recommendation(
 
 
 def fit_flow(path: Path | str, *, cell: Path | str | None, density: float, model: str) -> FittedFluid:
-    """Fit a material to measured lines laid with a cell's nozzle.
+    """Fit a material to measured lines deposited with a cell's nozzle.
 
     Args:
         path: table of lines (`geoprint.process.measured`).

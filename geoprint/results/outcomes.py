@@ -282,11 +282,11 @@ class MeasuredFile:
     Attributes:
         name: of the file.
         format: that it was read as.
-        deposit: how deposit was told from travel.
+        deposit: how deposit was distinguished from travel.
         points: that were read.
         dropped: runs of a single point, left out.
         reading: what its reader used, skipped and assumed.
-        fit: the motion that laid it onto the part, or None where it was taken as it is.
+        fit: the motion that aligned it with the part, or None where it was taken as it is.
         measured: how evenly it covers the part.
         printed: how even prints of it are expected to be.
         seconds: processor time that measuring took, all threads together [s].
@@ -414,7 +414,7 @@ class Remeshed:
     allowed: float
 
 
-# What is known of a stack when all of its layers are planned: what each lays over the part, and how it is sliced.
+# What is known of a stack when all of its layers are planned: what each deposits over the part, and how it is sliced.
 
 
 @final
@@ -431,7 +431,7 @@ class StackedLayer:
         printed: which of these flows is printed.
         met: (k,) whether a column has met others below its top.
         within: (k,) whether it is between the sides of the stack in its middle.
-        volumes: (f,) that these flows lay [mm3].
+        volumes: (f,) that these flows deposit [mm3].
         slices: what each of the two middle planes cuts of it.
         places: (p, 3) its paths, run after run [mm].
         offsets: (r + 1,) where each run starts among them.

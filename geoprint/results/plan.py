@@ -109,7 +109,7 @@ class Fed:
         correction: of flow and valve.
         wanted: (q,) flow at the poses that deposit, without it [mm3/mm].
         held: share of these poses at which the cell's bounds hold the flow.
-        speed: at which a valve lays the flow that is commanded [mm/s]; None where it prints as the cell says.
+        speed: at which a valve deposits the flow that is commanded [mm/s]; None where it prints as the cell says.
     """
 
     digest: str

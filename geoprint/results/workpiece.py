@@ -217,7 +217,7 @@ class Workpiece:
 
     @property
     def ground(self) -> Surface:
-        """What material is laid on: the part, or what the layer lies on."""
+        """What material is deposited on: the part, or what the layer lies on."""
         return self.part if self.place is None else self.place.ground
 
     @property

@@ -1,4 +1,4 @@
-"""What a plan lays on its part: beads along the deposited poses, with errors put in."""
+"""What a plan deposits on its part: beads along the deposited poses, with errors put in."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Faults:
 
     @property
     def volume(self) -> float:
-        """What is laid over what the plan asks for."""
+        """What is deposited over what the plan asks for."""
         return self.flow / self.viscosity
 
 
@@ -85,7 +85,7 @@ class DepositedBeads:
         normals: (k, 3) outward unit normals there.
         ahead: (k, 3) unit directions of the runs.
         widths: (k,) 0 where there is no material [mm].
-        areas: (k,) of the cross-section: volume laid per length [mm2].
+        areas: (k,) of the cross-section: volume deposited per length [mm2].
         arcs: (k,) arc length of the plan from the start of the run [mm].
         runs: (k,) of the plan.
         height: of their crest over the surface [mm].
@@ -116,7 +116,7 @@ class DepositedBeads:
 def deposited_beads(
     poses: PoseStream, surface: Surface, *, height: float, faults: Faults, random: np.random.Generator
 ) -> DepositedBeads:
-    """Lay the beads of a plan, each as wide as its flow over the height, with faults.
+    """Deposit the beads of a plan, each as wide as its flow over the height, with faults.
 
     More volume makes a bead wider and higher alike; spreading makes it wider and as much lower.
 

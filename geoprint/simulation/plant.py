@@ -13,7 +13,7 @@ from geoprint.geometry import closest, normals
 from geoprint.model import Dispensing, FloatArray, IntArray, PoseStream, Surface, comparable
 from geoprint.simulation.deposited import STEP_SHARE, DepositedBeads, Faults, deposited_beads, landed, with_faults
 
-# A dispenser in silico that errs as dispensers do: what it lays of the flow that it is commanded along its runs.
+# A dispenser in silico that errs as dispensers do: what it deposits of the flow that it is commanded along its runs.
 #
 # Air above the material yields, the more of it the emptier the syringe is: the flow reaches its value over a length
 # of the run. Rest makes the material thick, and flowing thins it again. It is more viscous than thought. The valve
@@ -78,7 +78,7 @@ def plant_beads(
     valve: ValveTimes,
     random: np.random.Generator,
 ) -> DepositedBeads:
-    """Lay the beads of a plan as a dispenser does.
+    """Deposit the beads of a plan as a dispenser does.
 
     Args:
         poses: of the plan, with the flow that is commanded.
@@ -152,9 +152,9 @@ def _slid(beads: DepositedBeads, surface: Surface, *, by: float) -> FloatArray:
     return np.asarray(closest(surface, beads.places + by * down)[0].xyz(surface))
 
 
-# What a program lays that was executed: beads where its tip goes, of what its valve and its flow let through.
+# What a program deposits that was executed: beads where its tip goes, of what its valve and its flow let through.
 #
-# A valve that only opens and shuts lets through a volume a second, so that a slower tip lays more; an output that
+# A valve that only opens and shuts lets through a volume a second, so that a slower tip deposits more; an output that
 # follows the speed lets through a volume a length. Both follow their commands late. What comes while the tip stands
 # still, or travels, comes to lie as well, below it.
 
@@ -163,7 +163,7 @@ def _slid(beads: DepositedBeads, surface: Surface, *, by: float) -> FloatArray:
 SPREAD_SHARE = 0.5
 # A place with less than this share of the wanted volume has no material: rounding of sums.
 LEAST_SHARE = 1e-6
-# Moments in which the tip rests are told apart by so little of a length [mm].
+# Moments in which the tip rests are distinguished by so little of a length [mm].
 REST = 1e-9
 # A flow that rises evenly does so in so many steps.
 RISING = 16
@@ -207,7 +207,7 @@ def dispensed_beads(
     faults: Faults,
     random: np.random.Generator,
 ) -> DepositedBeads:
-    """Lay what a program commands, each bead as wide as the volume over the height, with faults.
+    """Deposit what a program commands, each bead as wide as the volume over the height, with faults.
 
     More volume than the plan wants makes a bead wider and higher alike, as does `deposited_beads`.
 
@@ -220,7 +220,7 @@ def dispensed_beads(
         random: of the noise.
 
     Raises:
-        InputError: the plan wants nothing anywhere, the program lays nothing, or a break is of a run that is not there.
+        InputError: the plan wants nothing anywhere, the program deposits nothing, or a broken run is missing.
     """
     numbers = np.unique(program.runs[program.wanted > 0.0]).tolist()
     strange = [each.run for each in faults.breaks if each.run not in numbers]
@@ -327,7 +327,7 @@ def _cut(
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return (n, 3) tips at even steps along a run, the (n,) volume about each, flow that is wanted there and arcs."""
     arcs = program.arcs[own]
-    # A rest is a length of nothing: what comes in it is laid in one place.
+    # A rest is a length of nothing: what comes in it is deposited in one place.
     rising = np.append(arcs, arcs[-1]) + REST * np.arange(own.size + 1)
     passed = np.concatenate([[0.0], np.cumsum(volumes[own])])
     count = max(2, int(np.ceil((rising[-1] - rising[0]) / step)) + 1)

@@ -17,9 +17,9 @@ from geoprint.simulation.viewpoint import Viewpoint
 
 # How high material stands over a part: the beads of a print in silico, added up where they meet.
 #
-# Every place of a bead lays its volume as the cap of a sphere pressed flat: its height at distance r is that of
+# Every place of a bead deposits its volume as the cap of a sphere pressed flat: its height at distance r is that of
 # sqrt(R^2 - r^2), with R half the width. Along a straight bead these add up to a parabola across, whose area is the
-# volume laid per length; round a corner, at an end and where beads overlap nothing is lost or counted twice.
+# volume deposited per length; round a corner, at an end and where beads overlap nothing is lost or counted twice.
 
 
 # Feet that are asked for at once: a hundred places of beads about each, at most, take 0.1 GB.
@@ -30,7 +30,7 @@ def heights(beads: DepositedBeads, feet: FloatArray) -> FloatArray:
     """Return the (k,) height of the material over places of the part, along the normals there [mm].
 
     Args:
-        beads: that are laid.
+        beads: that are deposited.
         feet: (k, 3) on the part [mm].
     """
     there = np.flatnonzero(beads.widths > 0.0)

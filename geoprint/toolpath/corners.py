@@ -202,7 +202,7 @@ def _with_ends(points: SurfacePoints, run: SurfacePoints, *, closed: bool) -> Su
 
 # Corners of runs: rounded within a tolerance where the tip can drive that, else the run is split there.
 #
-# A bead is never laid at rest: where a run bends too sharply to be passed at speed, either a curve cuts the corner
+# A bead is never deposited at rest: where a run bends too sharply to be passed at speed, either a curve cuts the corner
 # or one run ends there and the next begins. The curve is the moving average of the run about the corner: between
 # straight legs a parabola, the very curve in which a controller passes a target with a zone, and where a contour
 # trembles about its corner, smooth all the same.

@@ -95,7 +95,7 @@ def _ended(places: FloatArray, values: FloatArray, *, at: float) -> tuple[FloatA
 
 
 # A turn along the line of ends is no longer than this many spacings: beyond, lifting takes less time, and less of the
-# next row is laid twice.
+# next row is deposited twice.
 LONGEST_TURN = 4.0
 # The line of ends is no farther from an end than this many spacings; other ends, such as those at the rim itself, stay.
 AT_LINE = 0.05

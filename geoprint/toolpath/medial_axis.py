@@ -385,7 +385,7 @@ def steps_along(line: FloatArray, *, spacing: float) -> FloatArray:
 
 # How many beads fill the width across a ridge: as many as fit, but no change of their number for a short stretch.
 #
-# The work in the plane that lays beads of varying width through the middle of a shape changes their number where
+# The work in the plane that deposits beads of varying width through the middle of a shape changes their number where
 # that costs least [Kuipers2020]; along a line that is a shortest path over its places and numbers.
 
 
@@ -421,7 +421,7 @@ def bead_counts(widths: FloatArray, fewest: IntArray, lengths: FloatArray) -> In
 
 
 def _waste(widths: FloatArray, numbers: IntArray) -> FloatArray:
-    """Return what a number of beads misses or lays twice of a width, and the square of what they are off by."""
+    """Return what a number of beads misses or deposits twice of a width, and the square of what they are off by."""
     # The middle between two beads is half a bead away from both: beads a tenth wider or narrower do neither.
     bead = widths / numbers
     missed = numbers * np.maximum(bead - 2.0 * GAP_SHARE, 0.0)
@@ -440,7 +440,7 @@ def _waste(widths: FloatArray, numbers: IntArray) -> FloatArray:
 HALF_CORNER = 0.5
 # Corners that turn less leave next to nothing open.
 LEAST_TURN = np.radians(60.0)
-# A tip reaches no farther than so many spacings: a longer finger would be laid twice, or cut at its sharp end.
+# A tip reaches no farther than so many spacings: a longer finger would be deposited twice, or cut at its sharp end.
 MOST_REACH = 0.15
 # Nothing is open outside of a tip where a bead is within so many spacings of the place as far outside of it.
 SERVED = 0.6

@@ -218,7 +218,7 @@ def landed(surface: Surface, lines: list[FloatArray]) -> SurfaceCurves:
 # Across a ridge, from rim to rim, the width holds no whole number of spacings. Every strand on it moves to its share
 # of that width, by a few hundredths of a spacing near the rim and up to a quarter at the ridge; where one bead more
 # fills the width than level curves cross it, that is laid along the ridge, and where one less does, the two strands
-# nearest to the ridge are laid as one. Where fronts meet at more than about 45 degrees nothing of this is done:
+# nearest to the ridge are deposited as one. Where fronts meet at more than about 45 degrees nothing of this is done:
 # level curves turn there, and tips are drawn into the corner outside (`corners`).
 
 

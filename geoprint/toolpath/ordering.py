@@ -479,12 +479,12 @@ def _reordered(run: _Run, order: IntArray) -> _Run:
     )  # fmt: skip
 
 
-# Whether what several parts of a program lay is together what one deposit asks for, at every place of it.
+# Whether what several parts of a program deposit is together what one deposit asks for, at every place of it.
 
 
 # Middles of steps that are the same lie as near as tables are written [mm].
 SAME_PLACE = 1e-4
-# What is laid over what is wanted, over a step, may be off by this: ends of fades are rounded to poses.
+# What is deposited over what is wanted, over a step, may be off by this: ends of fades are rounded to poses.
 SHARE = 0.01
 
 
@@ -531,7 +531,7 @@ def check_sum(whole: PoseStream, parts: Sequence[PoseStream]) -> None:
 
 
 def _volumes(stream: PoseStream) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Return the (k,) volumes that are laid from pose to pose [mm3], their (k, 3) middles, and the runs."""
+    """Return the (k,) volumes that are deposited from pose to pose [mm3], their (k, 3) middles, and the runs."""
     rows, places = np.flatnonzero(stream.deposited), stream.surface_points
     lengths = np.linalg.norm(places[rows + 1] - places[rows], axis=1)
     volumes = lengths * (stream.flow[rows + 1] + stream.flow[rows]) / 2.0

@@ -383,7 +383,7 @@ class Places:
 #
 # Marlin: what was said last counts, G90 and G91 set the extruder too. Klipper: relative where G91 or M83 holds.
 # RepRapFirmware: M82 and M83 alone. All of these are followed at once, each also from a relative beginning, since
-# what a file leaves open is told by its moves.
+# what a file leaves open follows from its moves.
 
 
 # In the order in which they are preferred where the moves tell nothing.

@@ -35,7 +35,7 @@ class PathFile:
         name: of the file, without its folder.
         format: what it is, in words.
         curves: the deposited runs.
-        deposit: how deposit was told from travel, in words.
+        deposit: how deposit was distinguished from travel, in words.
         points: points that were read, those of travel too.
         dropped: runs of a single point, left out.
         reading: what was used, skipped and assumed.
@@ -151,7 +151,7 @@ class Recorder:
 
         Args:
             title: of the format.
-            deposit: how deposit was told from travel.
+            deposit: how deposit was distinguished from travel.
             reading: what the reader used, skipped and assumed; the points alone if not given.
 
         Raises:

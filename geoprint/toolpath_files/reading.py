@@ -1,4 +1,4 @@
-"""Toolpaths of any format, told apart by content: tables, bundles, G-code, APT and RAPID."""
+"""Toolpaths of any format, distinguished by content: tables, bundles, G-code, APT and RAPID."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class _Columns:
         axes: places of x, y and z.
         keys: places of the columns that tell runs apart.
         flags: place of the column that says what deposits; empty where none does.
-        record: how deposit is told from travel, in words.
+        record: how deposit is distinguished from travel, in words.
     """
 
     def __init__(self, table: Delimited, deposit: str | None) -> None:
@@ -205,7 +205,7 @@ def read_bundle(path: Path, *, deposit: str | None) -> PathFile:
 # One entry for all formats: which one a file has is seen from its content.
 
 
-# Bytes at the beginning of a file by which its format is told; slicers begin with long comments and pictures.
+# Bytes at the beginning of a file by which its format is recognised; slicers begin with long comments and pictures.
 HEAD = 400_000
 
 

@@ -57,7 +57,7 @@ class LayerMove:
     Attributes:
         kept: distance that is kept from the arm at home [mm].
         seconds: from the last attitude of the layer below [s].
-        from_rest: from rest, as it is planned and told for the layer by itself [s].
+        from_rest: from rest, as it is planned and reported for the layer by itself [s].
     """
 
     kept: float
@@ -293,7 +293,7 @@ def finished_findings(folder: Path, stack: CheckedStack, kept: Sequence[StackedL
 # The program of a stack, made of what its layers' bundles hold, and read back from the folder in which it lies.
 
 
-# Distances that are checked again agree with those that are told to this [mm].
+# Distances that are checked again agree with those that are reported to this [mm].
 NEAR = 0.01
 
 
@@ -321,7 +321,7 @@ def own_programs(folder: Path, layers: Sequence[StackedLayerRecord]) -> list[Own
 def stack_program(
     own: Sequence[OwnProgram], layers: Sequence[StackedLayerRecord], moves: Sequence[LayerMove], *, part_name: str
 ) -> tuple[dict[str, bytes], StackProgramRecord | None]:
-    """Return name and content of the files of a stack's program, and what is told of it; nothing without a robot.
+    """Return name and content of the files of a stack's program, and what is reported of it; nothing without a robot.
 
     Args:
         own: as `own_programs`.
@@ -421,7 +421,7 @@ def _program_findings(
 
 
 def _kept_findings(record: StackRecord, moves: Sequence[LayerMove]) -> Iterator[Finding]:
-    """Yield that a table comes otherwise than is told from layer to layer."""
+    """Yield that a table comes otherwise than is reported from layer to layer."""
     said, kept = None if record.program is None else record.program.table_kept_mm, _kept(moves)
     if (said is None) is not (kept is None) or abs((said or 0.0) - (kept or 0.0)) > NEAR:
         yield Finding(STACK, 1, f"program.table_kept_mm is {said}, checked again it is {kept}")

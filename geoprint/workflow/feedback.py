@@ -376,7 +376,7 @@ def _commanded(poses: PoseStream, found: Correction, cell: Cell, *, spacing: flo
 
 
 def _slower(cell: Cell, last: LastPrint, found: Correction) -> Cell:
-    """Return the cell with the speed at which its valve lays the flow to command, at the pressure of the last print.
+    """Return the cell with the speed at which its valve deposits the flow to command, at the last print's pressure.
 
     Raises:
         UsageError: that is faster than the cell prints.

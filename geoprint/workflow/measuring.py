@@ -1,4 +1,4 @@
-"""Files of toolpaths, of geoprint or anybody else, read, laid onto a part and measured side by side."""
+"""Files of toolpaths, of geoprint or anybody else, read, aligned with a part and measured side by side."""
 
 from __future__ import annotations
 
@@ -44,10 +44,10 @@ def measure_files(
         job: its part, unit, label, patches, spacing and cell count; of the cell the errors of a print.
         paths: files of toolpaths or bundles, one or more.
         offset_up_to: how far a path may lie off the part [mm]; a tenth of the spacing if not given.
-        fit: whether each is first laid onto the part by a rigid motion.
+        fit: whether each is first aligned with the part by a rigid motion.
         deposit: what deposits, where files do not say: M-codes (M3/M5), an axis that extrudes (A), or an output's name.
         dialect: of G-code; None to guess it.
-        observe: told the name of each stage as it starts.
+        observe: called with the name of each stage as it starts.
 
     Raises:
         UsageError: no spacing is given, or there are too many files.

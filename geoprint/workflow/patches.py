@@ -259,7 +259,7 @@ def _all_changes(joined: Joined, before: PreparationReport, after: PreparationRe
     """Return the report of the cut patch with all changes that were made before it was cut."""
     repairs = replace(
         joined.repairs + before.repairs + after.repairs,
-        # Vertices that the patch leaves out are not told.
+        # Vertices that the patch leaves out are not reported.
         dropped_unreferenced_vertices=after.repairs.dropped_unreferenced_vertices,
     )
     return replace(after, repairs=repairs, crossings_checked=before.crossings_checked and after.crossings_checked)
@@ -426,7 +426,7 @@ def patches_of(job: Job, body: MeshFile) -> tuple[Patch, ...]:
 
 
 def _refuse_overlaps(patches: Sequence[Patch]) -> None:
-    """Refuse patches of which one lies on another: there material would be laid twice."""
+    """Refuse patches of which one lies on another: there material would be deposited twice."""
     for (i, one), (j, other) in combinations(enumerate(patches, start=1), 2):
         edge = max(float(edge_lengths(patch.surface).mean()) for patch in (one, other))
         allowed = max(OVERLAP_TOLERANCE, OVERLAP_SHARE * edge)

@@ -317,7 +317,7 @@ def _lay(poses: PoseStream, widths: FloatArray, workpiece: Workpiece, *, spacing
 
 
 def _whole_layer(paths: Plan) -> Plan:
-    """Slow a layer of a stack down by what its paths miss of it, so that a valve that is open lays its whole volume.
+    """Slow a layer of a stack down by what its paths miss of it, so that an open valve deposits its whole volume.
 
     Flow to a mm rises as the speed falls: what is let through in a second, and so the pressure, stays that of the cell.
     A flow that follows needs none of it, a single skin has nothing above it that would be too low, and what is missed

@@ -74,7 +74,7 @@ def stacked_layer(planned: Plan) -> StackedLayer:
 
 
 def _executed(planned: Plan) -> FloatArray:
-    """Return the flow at the poses of a plan that its robot's parts lay together, as they were executed."""
+    """Return the flow at the poses of a plan that its robot's parts deposit together, as they were executed."""
     cell = planned.workpiece.cell
     deposited = [
         (

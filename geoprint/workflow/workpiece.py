@@ -168,10 +168,10 @@ def _outward(body: Surface, *, cut: bool) -> Surface | None:
     return None if boundary_half_edges(outward.faces).size else outward
 
 
-# How wide the fibres of a job are over its part, and whether its cell can lay them.
+# How wide the fibres of a job are over its part, and whether its cell can deposit them.
 
 
-# A width may be beyond what a cell lays by this share: what is written has few digits.
+# A width may be beyond what a cell deposits by this share: what is written has few digits.
 ROUNDING = 1e-9
 # A part that measures less along a direction [mm] does not extend along it.
 SHORTEST = 1e-6
@@ -204,7 +204,7 @@ def widths_of(job: Job, part: Surface, place: StackPlace | None) -> WidthsOver |
 
 
 def check_widths(widths: WidthsOver, job: Job, cell: Cell, place: StackPlace | None) -> None:
-    """Check that a cell can lay the widths that a job asks for.
+    """Check that a cell can deposit the widths that a job asks for.
 
     Its flow follows from least to most of that of one spacing, and the strand must not be thinner than the stand-off:
     nothing presses it on then.
@@ -217,7 +217,7 @@ def check_widths(widths: WidthsOver, job: Job, cell: Cell, place: StackPlace | N
 
     Raises:
         UsageError: a program is asked for, and the cell cannot change its flow.
-        InputError: a width is beyond what the cell can lay; says where.
+        InputError: a width is beyond what the cell can deposit; says where.
     """
     assert job.spacing is not None  # noqa: S101  # Widths have one.
     name, process = "[width]" if job.field is None else f"{job.field.name}: [width]", cell.process
@@ -374,7 +374,7 @@ class SidedPart:
         body: what the part lies on, or None.
         place: of the layer in its stack, or None.
         target: what layers fill, as it was read, or None.
-        widths: how wide fibres are, which the cell can lay; None where they are one spacing wide.
+        widths: how wide fibres are, which the cell can deposit; None where they are one spacing wide.
     """
 
     files: tuple[MeshFile, ...]

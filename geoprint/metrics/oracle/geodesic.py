@@ -33,7 +33,7 @@ from geoprint.metrics.oracle.unfolding import (
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface, frozen
 from geoprint.threads import each_of
 
-# Shortest distance over a surface from points to curves: exact, or between bounds that are told.
+# Shortest distance over a surface from points to curves: exact, or between bounds that are reported.
 
 
 # Windows of one search: they suffice to see about 40 triangles far.

@@ -137,7 +137,7 @@ def _connected(
         if count >= 0:
             return pairs[:count], faces[:count], starts[:count], ends[:count]
         room *= 2
-        # Searches are told apart by their numbers.
+        # Searches are distinguished by their numbers.
         horizon.visited[:] = -1
 
 

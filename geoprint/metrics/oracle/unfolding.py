@@ -14,7 +14,7 @@ from geoprint.geometry.halfedges import next_half, previous_half
 from geoprint.kernels import inlined, inner, uncounted
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface, SurfacePoints
 
-# Triangles laid flat one by one: the plane coordinates in which geodesics are unfolded.
+# Triangles flattened one by one: the plane coordinates in which geodesics are unfolded.
 #
 # Half-edges are numbered as `geometry.halfedges` says. Points of the plane are complex numbers, so that laying a
 # triangle beside another is one multiplication.
@@ -73,7 +73,7 @@ class Places(NamedTuple):
 
 
 def flat_mesh(surface: Surface) -> FlatMesh:
-    """Lay every triangle of a surface flat.
+    """Flatten every triangle of a surface.
 
     Args:
         surface: m faces, none without area, at most two at an edge.
@@ -374,7 +374,7 @@ def cross(first: complex, second: complex) -> float:
 
 # Exact shortest distance over triangles, unfolded outwards from a point: the numba kernels.
 #
-# From the point the surface is laid flat triangle by triangle, as far as straight lines reach: a window is an edge
+# From the point the surface is flattened triangle by triangle, as far as straight lines reach: a window is an edge
 # and the cone of lines that cross it [Mitchell1987]. A cone is split at the corner that it meets behind the edge and
 # never merged [Chen1990]; windows are taken by rising distance [Surazhsky2005], so that the search ends as soon as
 # none is nearer than what was found. Shortest paths turn at vertices with more than a full angle around them (half

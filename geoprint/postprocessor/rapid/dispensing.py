@@ -125,7 +125,7 @@ def _tips(
 
 
 def _arcs(tips: FloatArray, runs: IntArray, deposited: BoolArray) -> FloatArray:
-    """Return (k,) length of path from the first place of each run where the plan lays material [mm]."""
+    """Return (k,) length of path from the first place of each run where the plan deposits material [mm]."""
     arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(tips, axis=0), axis=1))])
     for run in np.unique(runs).tolist():
         own = runs == run

@@ -44,7 +44,7 @@ class Timeline:
         lamp_alone: longest time that the lamp is on beyond material, lead and tail [s].
         lamp_dark: longest time that it is not on although there is material, lead or tail [s].
         vacuum: (v, 2) when the vacuum draws material back [s].
-        vacuum_against: longest time that it does so while the valve is told to be open [s].
+        vacuum_against: longest time that it does so while the valve is commanded to be open [s].
     """
 
     runs: FloatArray
@@ -69,7 +69,7 @@ def timeline(made: Made, orders: Orders, *, signals: Signals, tips_at: TipsAt) -
 
     Args:
         made: what it did, printing.
-        orders: times of the targets and where material is to be laid.
+        orders: times of the targets and where material is to be deposited.
         signals: names and lags.
         tips_at: the tip's motion as it was timed.
 

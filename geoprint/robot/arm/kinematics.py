@@ -69,7 +69,7 @@ def _turn_frame(frame: FloatArray, axis: FloatArray, angle: float) -> None:
 
 # The inverse of six-axis arms that no closed form covers: damped least squares [Nakamura1986] from many starts.
 #
-# Such an arm has up to sixteen solutions for a pose, and nothing orders them by itself. They are told apart here by
+# Such an arm has up to sixteen solutions for a pose, and nothing orders them by itself. They are distinguished here by
 # the same three signs as those of arms with a spherical wrist: on which side of axis 1 the wrist is, to which side
 # the elbow bends, and to which side axis 6 is turned from axis 4. For arms whose singularities are just these (a
 # UR5's are) that numbers all of them. For others the name may change while the arm passes no singularity, or two

@@ -147,7 +147,7 @@ def stands_on(obstacle: Obstacle) -> bool:
 # result.
 
 
-# What no check looks at. Of a layer the ones below it are the part; what it has laid itself is not looked at either.
+# What no check looks at. The layers below one are the part; what it has deposited itself is not looked at either.
 DEPOSITED, DEPOSITED_BY_LAYER = "material already laid", "material that this layer itself has already laid"
 NOT_CHECKED = (
     "cables",
@@ -184,7 +184,7 @@ def clearance(
         tool: its solids.
         process: clearance to keep.
         T_base_work: (4, 4) where the part stands [mm].
-        poses: the stream that the path prints; of one that lays nothing the tip margin is infinite.
+        poses: the stream that the path prints; of one that deposits nothing the tip margin is infinite.
         part: the surface that is printed on: of a layer the top of those below with its sides.
         body: what the part lies on, in the same coordinates, or None where that is unknown.
         obstacles: what stands in the cell, in the base frame; the arm stands on boxes that end below its foot.
@@ -380,7 +380,7 @@ def _finding(
 
 
 def _of_a_layer(found: Clearance) -> Clearance:
-    """Say of a check that of what is laid only the layer itself was left out: those below are what it prints on."""
+    """Say of a check that of all deposits only the layer itself was left out: those below are what it prints on."""
     return replace(
         found, not_checked=tuple(DEPOSITED_BY_LAYER if name == DEPOSITED else name for name in found.not_checked)
     )

@@ -64,7 +64,7 @@ class Placements:
     Attributes:
         poses: (k, 4, 4) T_work_tool, or of whatever moves in the frame of what it must not touch [mm].
         runs: (k,) run of the pose stream, -1 on the joint moves from and to home.
-        deposit: (k,) whether material is laid from this placement to the next.
+        deposit: (k,) whether material is deposited from this placement to the next.
         corners: (k, 4, 4) where it is if the controller rounds nothing: the poses themselves away from corners. It may
             be anywhere from there to as far on the other side of the poses.
     """
@@ -86,7 +86,7 @@ class Placements:
 
     @property
     def travels(self) -> BoolArray:
-        """(k - 1,) whether no material is laid in the step from each placement to the next."""
+        """(k - 1,) whether no material is deposited in the step from each placement to the next."""
         return ~self.deposit[:-1]
 
     def rounding(self, solids: tuple[Solid, ...]) -> FloatArray:
@@ -129,7 +129,7 @@ class _Steps:
         starts: (n, 2, 4, 4) pose and corner where each begins [mm].
         ends: (n, 2, 4, 4) likewise where it ends.
         rows: (n,) placement before it.
-        travels: (n,) whether it lays no material.
+        travels: (n,) whether it deposits no material.
         solids: (n, s) which solids are open in it.
     """
 

@@ -127,7 +127,7 @@ def _top_of_plane(corners: Corners, radius: float) -> float:
     return corners[0][2] + slope_x * (x - corners[0][0]) + slope_y * (y - corners[0][1])
 
 
-# The room under the needle's flat end while it lays material.
+# The room under the needle's flat end while it deposits material.
 #
 # The end of the needle is a disc in the tip plane. Where the surface curves upwards or the tool leans, the surface
 # comes nearer to the rim of the disc than the stand-off. The *room* at a placement is the height of the tip plane
@@ -217,7 +217,7 @@ def _fragments_near(triangles: FloatArray, points: FloatArray, *, reach: float) 
     return np.concatenate([np.empty((0, 3, 3)), *fragments])
 
 
-# The rim of the needle along a motion: whether it has room over the surface wherever material is laid.
+# The rim of the needle along a motion: whether it has room over the surface wherever material is deposited.
 
 
 # What a person may do where nothing is known of what helps.

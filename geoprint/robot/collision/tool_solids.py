@@ -348,7 +348,7 @@ def nearest(shape: Revolution, triangles: FloatArray, *, within: float = inf) ->
     Args:
         shape: solid of revolution in the tool frame.
         triangles: (m, 3, 3) corners in the tool frame [mm].
-        within: points farther away than this need not be told apart [mm].
+        within: points farther away than this need not be distinguished [mm].
 
     Returns:
         The distance [mm], right to RESOLUTION and negative inside, infinite where there is no triangle; and (3,) the

@@ -134,7 +134,7 @@ def controller_path(joint_path: JointPath, targets: Targets, arm: Arm, *, step: 
         step: largest movement of the tip between neighbouring rows [mm], positive.
 
     Returns:
-        The rows. The row that passes a target belongs to the move that leaves it; that of the last one lays nothing.
+        The rows. The row that passes a target belongs to the move that leaves it; the last one deposits nothing.
 
     Raises:
         InputError: the step is not positive, or the targets leave out a pose that they must name.
@@ -158,7 +158,7 @@ def controller_path(joint_path: JointPath, targets: Targets, arm: Arm, *, step: 
 
 
 def there_and_back(joints: FloatArray, arm: Arm, *, step: float) -> ControllerPath:
-    """Follow a joint move from home to other joints and back, which lays nothing.
+    """Follow a joint move from home to other joints and back, which deposits nothing.
 
     Args:
         joints: (6,) [rad].

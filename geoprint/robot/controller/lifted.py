@@ -34,7 +34,7 @@ def lifted_path(joint_path: JointPath, targets: Targets, arm: Arm) -> tuple[Join
         arm: with its tool.
 
     Returns:
-        The path, which lays nothing, and targets that name all its poses, with their zones and speeds.
+        The path, which deposits nothing, and targets that name all its poses, with their zones and speeds.
 
     Raises:
         InputError: the tool does not stop where a run begins or ends.

@@ -22,7 +22,7 @@ from geoprint.transforms import same_sign
 def bends_of(
     poses: PoseStream, chosen: IntArray, times: FloatArray, *, places: FloatArray, shortest: float
 ) -> tuple[Bend, ...]:
-    """Return the bends with targets beside the path, and the stretches with moves that lay material in less time.
+    """Return the bends with targets beside the path, and the stretches with moves that deposit material in less time.
 
     Args:
         poses: p poses.
@@ -117,7 +117,7 @@ class Course:
         required: rows that must be targets.
         runs: (k,) run of each.
         rests: (k,) where the tool stops.
-        deposited: (k - 1,) whether material is laid to the next row.
+        deposited: (k - 1,) whether material is deposited to the next row.
         tolerance: of the path [mm].
         turn: tolerance of the attitude [rad].
         periods: least time of a move, and the time that moves should have [s].
@@ -148,7 +148,7 @@ class Course:
         return self.rests[rows] | ends | np.append(borders, np.False_) | np.insert(borders, 0, np.False_)
 
     def soon(self, rows: IntArray) -> IntArray:
-        """Return the moves of a chain that lay material and come too soon."""
+        """Return the moves of a chain that deposit material and come too soon."""
         late = np.diff(self.times[rows]) >= self.periods[1] * (1.0 - TIME_ROUNDING)
         return np.flatnonzero(self.deposited[rows[:-1]] & ~late)
 
@@ -365,7 +365,7 @@ def _leaves(course: Course, parts: tuple[IntArray, IntArray, IntArray], moved: B
 # it moves the flange by 0.2 mm.
 ANGLE_TOLERANCE = float(np.radians(0.1))
 
-# No move that lays material is shorter than this [s] where the path allows it: controllers answer shorter ones with
+# No move that deposits material is shorter than this [s] where the path allows it: controllers answer shorter ones with
 # corner path failures.
 SHORTEST_TIME = 0.012
 

@@ -404,7 +404,7 @@ def _bent(path: JointPath, arm: Arm, rows: IntArray, arcs: FloatArray, *, speed:
 
 
 def _places(poses: PoseStream, run: int) -> tuple[IntArray, FloatArray]:
-    """Return the rows of a run that lay material, each place once, and their arc lengths [mm]."""
+    """Return the rows of a run that deposit material, each place once, and their arc lengths [mm]."""
     rows = np.flatnonzero((poses.runs == run) & poses.deposit)
     if rows.size == 0:
         return rows, np.empty(0)
@@ -560,6 +560,6 @@ def _permitted(path: JointPath, before: JointPath, window: _Window, *, easing: E
 
 
 def _lacking_room(path: JointPath, places: IntArray, *, easing: Easing) -> BoolArray:
-    """Return where the nozzle lacks room, of places that lay material."""
+    """Return where the nozzle lacks room, of places that deposit material."""
     poses = tool_poses(path.poses, T_base_work=path.T_base_work)[places]
     return easing.room.lacking(poses, deposit=np.ones(places.size, dtype=np.bool_))

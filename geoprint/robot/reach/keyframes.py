@@ -30,7 +30,7 @@ class PoseSamples:
         Ts_base_tool: (s, 4, 4) [mm], not turned about the nozzle.
         T_base_work: (4, 4).
         runs: (s,) run.
-        deposit: (s,) whether material is laid on one side of the sample at least.
+        deposit: (s,) whether material is deposited on one side of the sample at least.
         starts: (p,) sample of each pose.
     """
 
@@ -142,7 +142,7 @@ class Keyframes:
 
     Attributes:
         Ts_base_tool: (k, 4, 4) poses of the path [mm].
-        deposit: (k,) whether material is laid at the keyframe.
+        deposit: (k,) whether material is deposited at the keyframe.
         steps: (k - 1,) length of path from each keyframe to the next [mm], turning counted.
         places: (p,) of the poses, from 0 to k - 1.
     """

@@ -71,7 +71,7 @@ class NozzleRoom:
         self._standoff = standoff
 
     def lacking(self, Ts_base_tool: FloatArray, *, deposit: BoolArray) -> BoolArray:
-        """Return (k,) whether the nozzle lacks room at (k, 4, 4) poses [mm], which lay material or not."""
+        """Return (k,) whether the nozzle lacks room at (k, 4, 4) poses [mm], which deposit material or not."""
         if not len(Ts_base_tool):
             return np.zeros(0, dtype=np.bool_)
         poses = self._T_work_base @ Ts_base_tool
@@ -108,7 +108,7 @@ def candidate_leans(max_tilt: float) -> FloatArray:
 
 
 def laying(poses: PoseStream) -> BoolArray:
-    """Return (p,) whether material is laid before or behind a pose."""
+    """Return (p,) whether material is deposited before or behind a pose."""
     return np.append(poses.deposited, False) | np.append(False, poses.deposited)
 
 

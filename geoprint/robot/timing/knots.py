@@ -126,7 +126,7 @@ def path_knots(joint_path: JointPath, *, process: Process) -> Knots:
     """Return the knots of a joint path.
 
     The path parameter is hypot(travel of the tip, turn of the tool * 10 mm per radian), so that a tool that turns on
-    the spot moves along too; on legs that only lay material it is the travel of the tip, unless the tool all but
+    the spot moves along too; on legs that only deposit material it is the travel of the tip, unless the tool all but
     turns on the spot there. The speed on deposit is that of the bead: over a bulge the tip has to be faster.
 
     Args:

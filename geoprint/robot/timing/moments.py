@@ -59,7 +59,7 @@ def tips_at(
 
 
 def largest_jerk(trajectory: Trajectory, arm: Arm, *, T_base_work: FloatArray) -> float:
-    """Return the largest jerk of the tip while it lays material [m/s3]; 0 where it lays none.
+    """Return the largest jerk of the tip while it deposits material [m/s3]; 0 where it deposits none.
 
     The tip is what the bead follows: joints may jerk together without moving it. It is the third difference of its
     places 10 ms apart, of which all four lie on one deposit: the ramps at its ends count.

@@ -11,7 +11,7 @@ from geoprint.model import BoolArray, FloatArray, IntArray, Process, Robot, Slow
 from geoprint.robot.timing.knots import METRES_PER_MILLIMETRE, Knots
 from geoprint.robot.timing.topp import GriddedPath, Motion, end_ramps, strains
 
-# A tip within 1 % of its speed lays an even bead.
+# A tip within 1 % of its speed deposits an even bead.
 EVEN_SHARE = 0.99
 
 # At each stop so many times the length of an ideal ramp to the set speed counts as ramp, whatever speed is held in the

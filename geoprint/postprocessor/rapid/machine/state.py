@@ -110,7 +110,7 @@ class Leg:
 @final
 @dataclass(slots=True)
 class Moving:
-    """Where the arm is, and how it is told to move.
+    """Where the arm is, and how it is commanded to move.
 
     Attributes:
         tip: pose of the tool at the end of the last move, in base coordinates, or None where only the joints are known.
