@@ -62,13 +62,13 @@ class ContourPattern:
 
 def _apart(surface: Surface, drawn: Strokes, contours: Contours) -> Strokes:
     """Return strokes that keep their distance from themselves; what is drawn anew promises the distance there."""
-    found = parted(surface, drawn.curves, spacing=contours.spacing)
-    if found.curves is drawn.curves:
+    curves, origins, anew = parted(surface, drawn.curves, spacing=contours.spacing)
+    if curves is drawn.curves:
         return drawn
-    sizes = np.diff(found.curves.offsets)
-    row = np.repeat(drawn.levels[found.origins], sizes).astype(np.float64)
+    sizes = np.diff(curves.offsets)
+    row = np.repeat(drawn.levels[origins], sizes).astype(np.float64)
     promised = None
     if drawn.promised is not None:
-        away = found.curves.points.values(surface, contours.distance.values)
-        promised = np.where(np.repeat(found.drawn, sizes), away, (row + 0.5) * contours.spacing)
-    return Strokes(found.curves, row, np.full(row.size, contours.spacing), np.ones(row.size), promised=promised)
+        away = curves.points.values(surface, contours.distance.values)
+        promised = np.where(np.repeat(anew, sizes), away, (row + 0.5) * contours.spacing)
+    return Strokes(curves, row, np.full(row.size, contours.spacing), np.ones(row.size), promised=promised)

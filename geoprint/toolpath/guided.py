@@ -395,10 +395,10 @@ class GuidedPattern:
         _check(surface, seed)
         rim = self._rim(surface, backend, spacing=spacing)
         rows = backend.contours(seed, spacing=spacing)
-        walls = None if rim is None else rim.walls
+        walls = rim and rim[2]
         found = [] if walls is None else [(walls.curves, walls.point_levels.astype(np.float64))]
         for piece in pieces(surface):
-            strokes = _strokes(piece, rows, rim)
+            strokes = _strokes(piece, rows, rim and rim[:2])
             if not strokes:
                 raise FieldError(
                     f"no row of {surface.name} is {SHORTEST_ROW * spacing:g} mm long within its rim and "
@@ -409,8 +409,13 @@ class GuidedPattern:
         curves = all_curves([curve for curve, _ in found])
         return Strokes(curves, row, np.full(row.size, rows.spacing), np.ones(row.size))
 
-    def _rim(self, surface: Surface, backend: Backend, *, spacing: float) -> _Rim | None:
-        """Return where rows end: beside the rim, or beside the contours along it; None where there is no rim."""
+    def _rim(
+        self, surface: Surface, backend: Backend, *, spacing: float
+    ) -> tuple[ScalarField, float, Contours | None] | None:
+        """Return at which depth [mm] of the distance from the rim rows end, and the contours outside of that, if any.
+
+        None where there is no rim.
+        """
         if not boundary_loops(surface):
             if self._contours:
                 raise UsageError(
@@ -419,43 +424,35 @@ class GuidedPattern:
             return None
         border, depth = boundary_seed(surface), (self._contours + 0.5) * spacing
         if self._contours == 0:
-            return _Rim(backend.distance(border), depth, None)
+            return backend.distance(border), depth, None
         contours = backend.contours(border, spacing=spacing)
         kept = np.flatnonzero(contours.levels < self._contours)
         walls = Contours(some_curves(contours.curves, kept), contours.levels[kept], spacing, contours.distance)
-        return _Rim(contours.distance, depth, walls)
+        return contours.distance, depth, walls
 
 
-@frozen
-class _Rim:
-    """Where rows end: at a depth [mm] of the distance from the rim; and the contours outside of it, if any."""
-
-    distance: ScalarField
-    depth: float
-    walls: Contours | None
-
-
-def _strokes(piece: Piece, rows: Contours, rim: _Rim | None) -> list[Stroke]:
-    """Return the strokes of rows on a piece."""
+def _strokes(piece: Piece, rows: Contours, rim: tuple[ScalarField, float] | None) -> list[Stroke]:
+    """Return the strokes of rows on a piece, which end at a depth of the distance from its rim."""
     surface, curves, spacing = piece.surface, piece.own(rows.curves), rows.spacing
     levels: list[int] = rows.levels[piece.holds(rows.curves)].tolist()
     places = [curves.xyz(surface, curve) for curve in range(curves.count)]
     if rim is None:
         whole = map(RowPart, places, levels, curves.closed.tolist())
         return joined([row for row in whole if _long(row, spacing)], Lines([], spacing=spacing), spacing=spacing)
-    depth = rim.distance.values[piece.vertices]
+    distance, least = rim
+    depth = distance.values[piece.vertices]
     depths, parts = _at(surface, curves, depth), list[RowPart]()
     for curve, level in enumerate(levels):
         within = parts_within(
             places[curve],
             depths[curve],
             closed=bool(curves.closed[curve]),
-            least=rim.depth,
+            least=least,
             spared=SPARED_SHARE * spacing,
             grazing=GRAZING * spacing,
         )
         parts += [RowPart(part, level, whole) for part, whole in within]
-    line, _ = isolines(surface, ScalarField(depth), levels=np.array([rim.depth]))
+    line, _ = isolines(surface, ScalarField(depth), levels=np.array([least]))
     ends = [line.xyz(surface, curve) for curve in range(line.count)]
     away = _at(surface, line, rows.distance.values[piece.vertices])
     for end, distances in zip(ends, away, strict=True):

@@ -366,20 +366,6 @@ SAME_SIDES = 3.0
 CLEAR, SHORT = 0.5, 1.0
 
 
-class Parted(NamedTuple):
-    """What curves became.
-
-    Attributes:
-        curves: c of them; none comes near to itself.
-        origins: (c,) which curve each was, or was a part of.
-        drawn: (c,) whether it was drawn anew.
-    """
-
-    curves: SurfaceCurves
-    origins: IntArray
-    drawn: BoolArray
-
-
 class _Part(NamedTuple):
     """A curve (n, 3) [mm]; a closed one ends where it starts. A bead between two sides is not cut again."""
 
@@ -430,7 +416,7 @@ class _Sides(NamedTuple):
     last: int
 
 
-def parted(surface: Surface, curves: SurfaceCurves, *, spacing: float) -> Parted:
+def parted(surface: Surface, curves: SurfaceCurves, *, spacing: float) -> tuple[SurfaceCurves, IntArray, BoolArray]:
     """Return curves without fingers and necks that are too narrow for two beads.
 
     A finger is cut off where its sides are 0.6 spacings apart, and a bead is drawn along its middle to its tip; where
@@ -442,6 +428,10 @@ def parted(surface: Surface, curves: SurfaceCurves, *, spacing: float) -> Parted
         surface: what they lie on.
         curves: open and closed ones.
         spacing: distance between neighbouring curves [mm].
+
+    Returns:
+        c curves, none of which comes near to itself; (c,) which curve each was, or was a part of; and (c,) whether it
+        was drawn anew.
     """
     found = [
         _parts(_Part(curves.xyz(surface, curve), bool(curves.closed[curve])), spacing=spacing)
@@ -450,12 +440,12 @@ def parted(surface: Surface, curves: SurfaceCurves, *, spacing: float) -> Parted
     whole = [curve for curve, parts in enumerate(found) if parts is None]
     drawn = [(curve, part) for curve, parts in enumerate(found) for part in parts or ()]
     if not drawn:
-        return Parted(curves, np.arange(curves.count), np.zeros(curves.count, dtype=np.bool_))
+        return curves, np.arange(curves.count), np.zeros(curves.count, dtype=np.bool_)
     lines = landed(surface, [part.line for _, part in drawn])
     every = all_curves([some_curves(curves, np.array(whole, dtype=np.int64)), lines])
     origins = np.array([*whole, *(curve for curve, _ in drawn)], dtype=np.int64)
     order = np.argsort(origins, kind="stable")
-    return Parted(some_curves(every, order), origins[order], order >= len(whole))
+    return some_curves(every, order), origins[order], order >= len(whole)
 
 
 def _parts(curve: _Part, *, spacing: float) -> list[_Part] | None:

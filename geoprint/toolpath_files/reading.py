@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Protocol, final
@@ -217,27 +217,14 @@ class PathReader(Protocol):
         ...
 
 
-@final
-@dataclass(frozen=True, slots=True)
-class Format:
-    """A format of toolpaths.
-
-    Attributes:
-        tells: whether the beginning of a text is of it.
-        read: its reader.
-    """
-
-    tells: Callable[[str], bool]
-    read: PathReader
-
-
-# In the order in which they are asked; a module of RAPID may hold in a comment what looks like another.
-FORMATS: Mapping[str, Format] = MappingProxyType(
+# Of each format whether the beginning of a text is of it, and its reader, in the order that they are asked in; a module
+# of RAPID may hold in a comment what looks like another.
+FORMATS: Mapping[str, tuple[Callable[[str], bool], PathReader]] = MappingProxyType(
     {
-        rapid.TITLE: Format(rapid.is_rapid, rapid.read_rapid),
-        TABLE_TITLE: Format(is_table, read_table),
-        apt.TITLE: Format(apt.is_apt, apt.read_apt),
-        gcode.TITLE: Format(gcode.is_gcode, gcode.read_gcode),
+        rapid.TITLE: (rapid.is_rapid, rapid.read_rapid),
+        TABLE_TITLE: (is_table, read_table),
+        apt.TITLE: (apt.is_apt, apt.read_apt),
+        gcode.TITLE: (gcode.is_gcode, gcode.read_gcode),
     }
 )
 
@@ -273,11 +260,11 @@ def read_paths(path: Path | str, *, deposit: str | None = None, dialect: str | N
     except OSError as error:
         raise InputError(f"`{path}` cannot be read ({error.strerror}); give a file of toolpaths.") from error
     head = data.decode(encoding_of(data), errors="replace")
-    for known in FORMATS.values():
-        if known.tells(head):
-            if known.read is gcode.read_gcode:
+    for is_such, read in FORMATS.values():
+        if is_such(head):
+            if read is gcode.read_gcode:
                 return gcode.read_gcode(path, deposit=deposit, dialect=dialect)
-            return known.read(path, deposit=deposit)
+            return read(path, deposit=deposit)
     raise InputError(
         f"{path.name}, line 1: this is no known format of toolpaths; known are tables whose first row names x, y "
         "and z, G-code, APT or CLS (GOTO/), RAPID modules and bundles of geoprint."

@@ -58,25 +58,7 @@ from geoprint.results import Patch
 # A closed curve drawn on a body: points joined by the shortest lines over the triangles, and what it encloses.
 
 
-@final
-@frozen
-class Enclosed:
-    """What a closed curve encloses.
-
-    Attributes:
-        surface: with the curve along edges.
-        inside: (m,) which faces of it lie on the chosen side of the curve.
-        length: of the curve [mm].
-        share: of the surface's area that is inside.
-    """
-
-    surface: Surface
-    inside: BoolArray
-    length: float
-    share: float
-
-
-def enclosed(surface: Surface, points: FloatArray, *, at: FloatArray | None) -> Enclosed:
+def enclosed(surface: Surface, points: FloatArray, *, at: FloatArray | None) -> tuple[Surface, BoolArray, float, float]:
     """Draw a closed curve into the triangles of a surface and choose one of its sides.
 
     Args:
@@ -84,6 +66,10 @@ def enclosed(surface: Surface, points: FloatArray, *, at: FloatArray | None) -> 
         points: (k, 3) on the surface [mm], in order round the curve; one that repeats its predecessor is left out, and
             so is the last where it repeats the first.
         at: (3,) on the side that is meant [mm]; None for the one with the smaller area.
+
+    Returns:
+        The surface with the curve along edges; (m,) which faces of it lie on the chosen side; the length of the curve
+        [mm]; and which share of the area is inside.
 
     Raises:
         InputError: fewer than three different points, the curve meets itself, or it does not divide the surface.
@@ -109,7 +95,7 @@ def enclosed(surface: Surface, points: FloatArray, *, at: FloatArray | None) -> 
         inside = left if areas[left].sum() <= areas[right].sum() else right
     else:
         inside = left if left[closest(surface, at[None, :])[0].faces[0]] else right
-    return Enclosed(surface, inside, length, float(areas[inside].sum() / areas.sum()))
+    return surface, inside, length, float(areas[inside].sum() / areas.sum())
 
 
 def _drawn(surface: Surface, corners: list[int]) -> tuple[Surface, IntArray, float]:
@@ -243,8 +229,8 @@ def cut_patch(body: Surface, choice: PatchChoice, *, longest_hole: float | None 
         part = refine(part, edge_length=choice.radius / EDGES_PER_RADIUS)
     kept, inside = np.ones(len(part.faces), dtype=np.bool_), None
     if curve is not None:
-        drawn = enclosed(part, curve, at=centre)
-        part, kept, inside = drawn.surface, drawn.inside, _inside(drawn, points=len(curve), at=centre)
+        part, kept, length, share = enclosed(part, curve, at=centre)
+        inside = _inside(length, share, points=len(curve), at=centre)
     if region is not None:
         kept = _within_region(part, kept, region, tolerance=joined.tolerance)
     bounds = _bounds(part, choice, centre=centre)
@@ -335,11 +321,11 @@ def _surroundings(
     return piece_at(body, centre)
 
 
-def _inside(drawn: Enclosed, *, points: int, at: FloatArray | None) -> str:
-    curve = f"a curve of {points} points, {drawn.length:.4g} mm long"
+def _inside(length: float, share: float, *, points: int, at: FloatArray | None) -> str:
+    curve = f"a curve of {points} points, {length:.4g} mm long"
     if at is not None:
-        return f"{curve}; the side of the point, {drawn.share:.0%} of the area"
-    return f"{curve}; the smaller side, {drawn.share:.0%} of the area: `--at X Y Z` chooses the other"
+        return f"{curve}; the side of the point, {share:.0%} of the area"
+    return f"{curve}; the smaller side, {share:.0%} of the area: `--at X Y Z` chooses the other"
 
 
 def _bounds(part: Surface, choice: PatchChoice, *, centre: FloatArray | None) -> FloatArray:

@@ -12,7 +12,7 @@ from geoprint.distance import BACKENDS
 from geoprint.geometry import arc_lengths, boundary_seed, closest, positions
 from geoprint.model import FloatArray, Surface, SurfaceCurves
 from geoprint.toolpath import PATTERNS, arrange
-from geoprint.toolpath.medial_axis_fitting import Parted, parted
+from geoprint.toolpath.medial_axis_fitting import parted
 from tests.meshes import annulus, plate
 
 SHEET = plate((40.0, 20.0), (20, 10))
@@ -34,15 +34,16 @@ def arc(centre: tuple[float, float], radius: float, start: float, end: float) ->
     return np.array(centre) + radius * np.column_stack([np.cos(angles), np.sin(angles)])
 
 
-def cut(line: FloatArray, *, spacing: float = 1.0) -> tuple[SurfaceCurves, Parted]:
+def cut(line: FloatArray, *, spacing: float = 1.0) -> tuple[SurfaceCurves, SurfaceCurves, list[bool]]:
     points, _ = closest(SHEET, np.column_stack([line, np.zeros(len(line))]))
     closed = bool(np.array_equal(line[0], line[-1]))
     curves = SurfaceCurves(points, np.array([0, len(line)]), np.array([closed]))
-    return curves, parted(SHEET, curves, spacing=spacing)
+    found, _, anew = parted(SHEET, curves, spacing=spacing)
+    return curves, found, anew.tolist()
 
 
-def lines(found: Parted) -> list[FloatArray]:
-    return [found.curves.xyz(SHEET, curve)[:, :2] for curve in range(found.curves.count)]
+def lines(found: SurfaceCurves) -> list[FloatArray]:
+    return [found.xyz(SHEET, curve)[:, :2] for curve in range(found.count)]
 
 
 def nearness(line: FloatArray, *, closed: bool) -> float:
@@ -59,10 +60,10 @@ def nearness(line: FloatArray, *, closed: bool) -> float:
 @pytest.mark.parametrize("length", [1.5, 20.0])
 def test_a_ring_that_is_narrow_everywhere_becomes_one_bead_along_its_middle(length: float) -> None:
     ends = (5.0, 5.0 + length)
-    _, found = cut(corners((ends[0], 9.8), (ends[1], 9.8), (ends[1], 10.2), (ends[0], 10.2), (ends[0], 9.8)))
+    _, found, anew = cut(corners((ends[0], 9.8), (ends[1], 9.8), (ends[1], 10.2), (ends[0], 10.2), (ends[0], 9.8)))
     (bead,) = lines(found)
-    assert found.drawn.tolist() == [True]
-    assert not found.curves.closed[0]
+    assert anew == [True]
+    assert not found.closed[0]
     np.testing.assert_allclose(bead[:, 1], 10.0, atol=0.05)
     assert sorted([bead[0, 0], bead[-1, 0]]) == pytest.approx(ends, abs=0.06)
 
@@ -82,9 +83,9 @@ def test_a_ring_that_is_narrow_everywhere_becomes_one_bead_along_its_middle(leng
 )
 def test_what_is_wide_enough_stays_as_it_is(line: FloatArray) -> None:
     line[-1] = line[0] if np.allclose(line[-1], line[0]) else line[-1]
-    curves, found = cut(line)
-    assert found.curves is curves
-    assert not found.drawn.any()
+    curves, found, anew = cut(line)
+    assert found is curves
+    assert not any(anew)
 
 
 def ring_with_a_finger(tip: float) -> FloatArray:
@@ -96,8 +97,8 @@ def ring_with_a_finger(tip: float) -> FloatArray:
 
 
 def test_a_finger_is_cut_off_and_its_middle_is_one_bead_to_its_tip() -> None:
-    _, found = cut(ring_with_a_finger(20.0))
-    assert sorted(found.curves.closed.tolist()) == [False, True]
+    _, found, _ = cut(ring_with_a_finger(20.0))
+    assert sorted(found.closed.tolist()) == [False, True]
     bead, ring = sorted(lines(found), key=len)
     # The round part is left, with a chord where the finger was; the bead keeps half a spacing from that.
     assert ring[:, 0].max() == pytest.approx(15.0, abs=0.15)
@@ -108,9 +109,9 @@ def test_a_finger_is_cut_off_and_its_middle_is_one_bead_to_its_tip() -> None:
 
 
 def test_a_ring_with_a_short_finger_starts_at_its_tip_and_goes_round_once() -> None:
-    _, found = cut(ring_with_a_finger(16.4))
+    _, found, _ = cut(ring_with_a_finger(16.4))
     (line,) = lines(found)
-    assert not found.curves.closed[0]
+    assert not found.closed[0]
     line = line if line[0, 0] > line[-1, 0] else line[::-1]
     assert line[0] == pytest.approx((16.4, 10.0), abs=0.06)
     # Along the middle of the finger, 1.4 long, and round the ring but for what keeps its end off the foot.
@@ -125,17 +126,17 @@ def test_a_ring_with_a_neck_becomes_two_with_a_bead_along_the_neck() -> None:
     left = arc((8.0, 10.0), 4.0, half, 2.0 * np.pi - half)
     right = arc((24.0, 10.0), 4.0, np.pi + half, 3.0 * np.pi - half)
     neck = corners(tuple(left[-1]), tuple(right[0])), corners(tuple(right[-1]), tuple(left[0]))
-    _, found = cut(np.vstack([left, neck[0], right, neck[1]]))
-    assert sorted(found.curves.closed.tolist()) == [False, True, True]
-    (bead,) = (line for line, closed in zip(lines(found), found.curves.closed, strict=True) if not closed)
+    _, found, _ = cut(np.vstack([left, neck[0], right, neck[1]]))
+    assert sorted(found.closed.tolist()) == [False, True, True]
+    (bead,) = (line for line, closed in zip(lines(found), found.closed, strict=True) if not closed)
     # The neck is 8 long; the chords lie a little inside of the rings, and the bead half a spacing from either.
     assert arc_lengths(bead)[-1] == pytest.approx(8.0 - 1.0, abs=0.3)
-    for line, closed in zip(lines(found), found.curves.closed, strict=True):
+    for line, closed in zip(lines(found), found.closed, strict=True):
         assert nearness(line, closed=bool(closed)) >= 0.59
 
 
 def test_an_open_curve_whose_end_comes_back_to_its_side_ends_before_it() -> None:
-    _, found = cut(corners((2.0, 10.0), (20.0, 10.0), (20.0, 15.0), (12.0, 15.0), (12.0, 10.2), (8.0, 10.3)))
+    _, found, _ = cut(corners((2.0, 10.0), (20.0, 10.0), (20.0, 15.0), (12.0, 15.0), (12.0, 10.2), (8.0, 10.3)))
     (line,) = lines(found)
     assert nearness(line, closed=False) >= 0.58
     np.testing.assert_allclose(line[0], (2.0, 10.0), atol=1e-9)
@@ -143,7 +144,7 @@ def test_an_open_curve_whose_end_comes_back_to_its_side_ends_before_it() -> None
 
 
 def test_a_hairpin_of_a_short_open_line_becomes_one_bead() -> None:
-    _, found = cut(corners((5.0, 10.0), (6.5, 10.0), (6.5, 10.02), (5.0, 10.02)))
+    _, found, _ = cut(corners((5.0, 10.0), (6.5, 10.0), (6.5, 10.02), (5.0, 10.02)))
     (bead,) = lines(found)
     assert arc_lengths(bead)[-1] == pytest.approx(1.5, abs=0.1)
     assert nearness(bead, closed=False) == np.inf
@@ -186,6 +187,6 @@ def test_a_part_moved_by_a_billionth_of_a_millimetre_has_the_same_runs(part: Sur
 
 
 def test_lines_are_none_of_the_curves_own_points_twice() -> None:
-    _, found = cut(corners((5.0, 9.8), (25.0, 9.8), (25.0, 10.2), (5.0, 10.2), (5.0, 9.8)))
+    _, found, _ = cut(corners((5.0, 9.8), (25.0, 9.8), (25.0, 10.2), (5.0, 10.2), (5.0, 9.8)))
     (bead,) = lines(found)
     assert KDTree(bead).query_pairs(1e-6) == set()

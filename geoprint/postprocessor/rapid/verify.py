@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
@@ -293,26 +292,16 @@ def _verify_list(texts: dict[str, str], *, loading: bool) -> None:
         refuse(Place(f"GeoPath{missing[0]}.mod", 1), "this module is missing")
 
 
-@dataclass(frozen=True, slots=True)
-class _Finding:
-    """(t,) where something differs, and the words for it, filled with what was found and what was planned."""
-
-    wrong: BoolArray
-    words: str
-    found: FloatArray
-    planned: FloatArray
-
-
 def _verify_targets(made: Made, dry: Made, orders: Orders) -> None:
     """Compare target by target, and report the first that differs."""
     count = min(made.count, dry.count, orders.count)
     findings = _findings(made, dry, orders, count=count)
-    firsts = [int(np.argmax(finding.wrong)) if finding.wrong.any() else count for finding in findings]
+    firsts = [int(np.argmax(wrong)) if wrong.any() else count for wrong, *_ in findings]
     first = min(firsts)
     if first < count:
-        finding = findings[firsts.index(first)]
-        found, planned = finding.found[first].round(6).tolist(), finding.planned[first].round(6).tolist()
-        refuse(made.place(first), f"target {first + 1}: {finding.words} {found}, the plan has {planned}")
+        _, words, found, planned = findings[firsts.index(first)]
+        there, wanted = (each[first].round(6).tolist() for each in (found, planned))
+        refuse(made.place(first), f"target {first + 1}: {words} {there}, the plan has {wanted}")
     _refuse_other_verbs(made)
     _refuse_standing(made)
     for driven, when in ((made.count, ""), (dry.count, " in the dry run")):
@@ -339,7 +328,10 @@ def _refuse_standing(made: Made) -> None:
         refuse(made.place(row), f"target {row + 1}: the move goes nowhere, the target before is the same")
 
 
-def _findings(made: Made, dry: Made, orders: Orders, *, count: int) -> tuple[_Finding, ...]:
+def _findings(
+    made: Made, dry: Made, orders: Orders, *, count: int
+) -> tuple[tuple[BoolArray, str, FloatArray, FloatArray], ...]:
+    """Return (t,) where something differs, the words for it, and (t, ...) what was found and what was planned."""
     rows, moves = made.rows[:count], made.execution.moves
     places, turns, found = made.places[:count], made.turns[:count], made.configurations[:count]
     lifted, configuration = dry.configurations[:count], orders.configuration[:count].astype(np.float64)
@@ -352,15 +344,13 @@ def _findings(made: Made, dry: Made, orders: Orders, *, count: int) -> tuple[_Fi
     speed_kept = (speeds <= planned_speeds + _NO_EXCESS) & (speeds >= planned_speeds * _SMALLEST_SPEED_SHARE)
     tips, quaternions = orders.tips[:count], orders.quaternions[:count]
     return (
-        _Finding(_any(np.abs(places - tips) > _POSITION_TOLERANCE), "the position is", places, tips),
-        _Finding(_turned(turns, quaternions), "the quaternion is", turns, quaternions),
-        _Finding(_any(found != configuration), "the configuration is", found, configuration),
-        _Finding(
-            _any(lifted != lifted_configuration), "the configuration of the dry run is", lifted, lifted_configuration
-        ),
-        _Finding((stops & (zones != 0.0)) | ~(stops | zone_kept), "the zone [mm] is", zones, planned_zones),
-        _Finding(~speed_kept, "the speed [mm/s] is", speeds, planned_speeds),
-        _Finding(runs != planned_runs, "the run is", runs, planned_runs),
+        (_any(np.abs(places - tips) > _POSITION_TOLERANCE), "the position is", places, tips),
+        (_turned(turns, quaternions), "the quaternion is", turns, quaternions),
+        (_any(found != configuration), "the configuration is", found, configuration),
+        (_any(lifted != lifted_configuration), "the configuration of the dry run is", lifted, lifted_configuration),
+        ((stops & (zones != 0.0)) | ~(stops | zone_kept), "the zone [mm] is", zones, planned_zones),
+        (~speed_kept, "the speed [mm/s] is", speeds, planned_speeds),
+        (runs != planned_runs, "the run is", runs, planned_runs),
     )
 
 
