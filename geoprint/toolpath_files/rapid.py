@@ -11,7 +11,6 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
-from time import process_time
 from typing import TypeAlias, cast, final
 
 import numpy as np
@@ -31,10 +30,9 @@ from geoprint.toolpath_files.path_file import PathFile, Point, Recorder, lines_o
 TITLE = "RAPID"
 # Characters of all modules; they are parsed as a whole.
 MOST_TEXT = 50_000_000
-# Steps of a program that comes to an end, and processor time in which it must do so [s]: so much, and for a million
-# letters so much more, from which goes off what it takes to parse and compile them.
-MOST_STEPS = 20_000_000
-MOST_SECONDS, MOST_SECONDS_A_MILLION = 1.5, 5.0
+# Steps in which a program must come to its end, about a microsecond each: so many, and each that it is written with so
+# often. Seconds would refuse on one machine what another one reads.
+MOST_STEPS, MOST_TIMES = 2_000_000, 10
 # Names of files that hold modules end so.
 SUFFIXES = frozenset({".mod", ".modx", ".sys", ".sysx", ".prg"})
 # What the machine, which is made for programs of geoprint, raises of a program that no controller would run either.
@@ -91,22 +89,17 @@ def read_rapid(path: Path, *, deposit: str | None) -> PathFile:
 
 def _ran(name: str, texts: Mapping[str, str]) -> tuple[Execution, Notes]:
     """Parse the modules of a program, execute it, and return what happened and what was done to it before."""
-    began = process_time()
     modules = [parse_module(file, text) for file, text in texts.items()]
     # What the controller brings by itself.
     modules = [module for module in modules if module.name.upper() != "BASE" or len(modules) == 1]
     modules, signals, notes = translated(modules)
     # What the machine executes must fit: every name means something, and arguments are of their kind.
     resolve(modules, signals=signals)
-    until = began + MOST_SECONDS_A_MILLION * sum(map(len, texts.values())) / 1e6
-    return _executed(modules, signals, entry=_entry(name, modules), until=until), notes
+    return _executed(modules, signals, entry=_entry(name, modules)), notes
 
 
-def _executed(modules: Sequence[Module], signals: Mapping[str, str], *, entry: str, until: float) -> Execution:
-    """Execute a program on the arm that comes with geoprint; where that stands does not count in the work object.
-
-    It may take what is left until a moment of the processor's time, and MOST_SECONDS more.
-    """
+def _executed(modules: Sequence[Module], signals: Mapping[str, str], *, entry: str) -> Execution:
+    """Execute a program on the arm that comes with geoprint; where that stands does not count in the work object."""
     cell = load_cell(None)
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     task = compile_task(modules, at_once=[module.file for module in modules], signals=signals, arm=arm)
@@ -116,8 +109,7 @@ def _executed(modules: Sequence[Module], signals: Mapping[str, str], *, entry: s
         signals={name: 1.0 for name, kind in signals.items() if kind == "signaldi"},
         entry=entry,
         watched=frozenset({THROUGH}),
-        most_steps=MOST_STEPS,
-        most_seconds=MOST_SECONDS + max(until - process_time(), 0.0),
+        most_steps=MOST_STEPS + MOST_TIMES * sum(sum(each.weights) for each in task.routines),
     )
     # Numbers that are too large become infinite, which is refused where they are used.
     with np.errstate(all="ignore"):

@@ -31,6 +31,8 @@ from geoprint.postprocessor.rapid.machine.values import Fault, Orient, Pos, Pose
 # Numbers of a robtarget.
 _TARGET = 17
 _UNIT_TOLERANCE = 1e-3
+# For how many steps one go counts, besides its moves.
+_WEIGHT = 100
 Look = Callable[[State], Value]
 # What a move pulls, and steps before it that define triggers.
 _Switch = tuple[range, tuple[Look, ...]]
@@ -180,7 +182,8 @@ class Batches:
         log = state.log
         log.seen[frame.routine.number][pc:last] = b"\x01" * (last - pc)
         frame.pc = last
-        state.steps += last - pc - 1
+        # Moves that were computed and not made count too.
+        state.steps += sum(frame.routine.weights[pc + 1 : last]) + rows.stop - first - count + _WEIGHT
         if failed:
             raise failed
 

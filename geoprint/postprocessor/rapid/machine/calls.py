@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, cast
 from geoprint.errors import VerificationError
 from geoprint.postprocessor.rapid.language.kinds import LARGEST_NUM
 from geoprint.postprocessor.rapid.language.syntax import Argument, Call, Expression, Literal, Parameter, Value
-from geoprint.postprocessor.rapid.machine.state import MISSING, Reference, Slot, State
+from geoprint.postprocessor.rapid.machine.state import MISSING, Reference, Slot, State, kept
 from geoprint.postprocessor.rapid.machine.stepping import enter
-from geoprint.postprocessor.rapid.machine.values import fault, single, stored, unknown
+from geoprint.postprocessor.rapid.machine.values import fault, single, unknown
 
 if TYPE_CHECKING:
     from geoprint.postprocessor.rapid.machine.stepping import RoutineCode, Scope
@@ -50,7 +50,7 @@ def binder(
 
 def late_call(call: Call, run: Callable[[State], Value], scope: Scope) -> Callable[[State], None]:
     """Return the step that calls the procedure whose name a text gives."""
-    binders: dict[str, Callable[[State], list[Slot]]] = {}
+    binders: dict[str, tuple[Callable[[State], list[Slot]], int]] = {}
 
     def step(state: State) -> None:
         name = cast("str", run(state)).rpartition(":")[2].lower()
@@ -61,11 +61,13 @@ def late_call(call: Call, run: Callable[[State], Value], scope: Scope) -> Callab
             fault("ERR_CALLPROC", f"{name} is no procedure")
         if name not in binders:
             try:
-                binders[name] = binder(routine, call.arguments, scope, line=call.line)
+                binders[name] = binder(routine, call.arguments, scope, line=call.line), scope.weigh()
             except VerificationError as error:
                 # Only as it is called it is known whose arguments they must be.
                 fault("ERR_CALLPROC", f"{name} is called by its name: {error.details.get('reason', error)}")
-        enter(state, routine, binders[name](state))
+        bind, weight = binders[name]
+        state.steps += weight
+        enter(state, routine, bind(state))
 
     return step
 
@@ -98,7 +100,7 @@ def _computing(parameter: Parameter, argument: Argument, scope: Scope) -> Callab
     if parameter.kind.lower().startswith("signal"):
         return compiled(argument.value, scope).run
     run = operand(argument.value, scope).run
-    return lambda state: stored(run(state))
+    return lambda state: kept(state, run(state))
 
 
 def _forwarded(parameter: Parameter, argument: Argument, scope: Scope) -> Callable[[State], Slot]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple, TypeAlias, final
@@ -45,8 +44,7 @@ class Scenario:
         ties: routines that the configuration ties to system events, in order.
         watched: routines whose calls are noted with their arguments.
         entry: where it begins.
-        most_steps: after which it is taken to run for ever.
-        most_seconds: of processor time after which it is taken to run for ever [s].
+        most_steps: after which it is taken to run for ever; what takes longer than a plain step counts for more.
     """
 
     data: Mapping[str, Value] = field(default_factory=dict[str, Value])
@@ -61,7 +59,6 @@ class Scenario:
     watched: frozenset[str] = frozenset()
     entry: str = "main"
     most_steps: int = MOST_STEPS
-    most_seconds: float = math.inf
 
 
 # What instructions set for every motion behind them: the modal state of a program.

@@ -22,10 +22,13 @@ from geoprint.postprocessor.rapid.language.syntax import (
 )
 from geoprint.postprocessor.rapid.machine.calls import binder, options_of, positional
 from geoprint.postprocessor.rapid.machine.functions import FUNCTION_OPTIONS, FUNCTIONS
-from geoprint.postprocessor.rapid.machine.state import MISSING, Missing, Reference, State
-from geoprint.postprocessor.rapid.machine.stepping import Code, Evaluate, Local, Scope, evaluate_routine
+from geoprint.postprocessor.rapid.machine.state import ELEMENTS, MISSING, Missing, Reference, State, elements
+from geoprint.postprocessor.rapid.machine.stepping import NODES, Code, Evaluate, Local, Scope, evaluate_routine
 from geoprint.postprocessor.rapid.machine.values import ARITHMETIC, PREDEFINED, fault, times, unknown
 
+# Functions that compute where the arm is, and for how much one counts.
+_OF_ARM = frozenset({"cjointt", "crobt", "cpos"})
+_WEIGHT_OF_ARM = 80 * NODES
 _COMPARISONS: dict[str, Callable[[Any, Any], Any]] = {
     "=": operator.eq, "<>": operator.ne, "<": operator.lt, ">": operator.gt, "<=": operator.le, ">=": operator.ge,
 }  # fmt: skip
@@ -37,6 +40,7 @@ def compiled(expression: Expression, scope: Scope) -> Code:
     Raises:
         VerificationError: it names or does what this machine does not know.
     """
+    scope.nodes += 1
     return _MAKERS[type(expression)](expression, scope)
 
 
@@ -206,6 +210,7 @@ def _function(expression: FunctionCall, scope: Scope) -> Code:
         unknown(scope.file, expression.line, f"{expression.name} is no function that this machine knows")
     kind, function = FUNCTIONS[name]
     values = [operand(each, scope).run for each in positional(expression.arguments)]
+    scope.nodes += _WEIGHT_OF_ARM if name in _OF_ARM else NODES
     if name in {"doutput", "aoutput", "testdi"}:
         values = [compiled(each, scope).run for each in positional(expression.arguments)]
     options = options_of(expression.arguments, scope, FUNCTION_OPTIONS.get(name, frozenset()))
@@ -264,7 +269,14 @@ def _binary(expression: Binary, scope: Scope) -> Code:
     if word == "XOR":
         return Code("bool", lambda state: one(state) != other(state))
     compare = _COMPARISONS[word]
-    return Code("bool", lambda state: compare(one(state), other(state)))
+
+    def compared(state: State) -> Value:
+        value = one(state)
+        if type(value) is tuple:
+            state.steps += elements(value) // ELEMENTS
+        return compare(value, other(state))
+
+    return Code("bool", compared)
 
 
 def _arithmetic(expression: Binary, scope: Scope) -> Code:

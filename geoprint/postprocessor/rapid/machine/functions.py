@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import TypeAlias, cast
 
 from geoprint.postprocessor.rapid.language.syntax import Value
-from geoprint.postprocessor.rapid.machine.state import State, joints_now, tip_now
+from geoprint.postprocessor.rapid.machine.state import State, elements, joints_now, tip_now
 from geoprint.postprocessor.rapid.machine.values import (
     Orient,
     Pos,
@@ -144,7 +144,8 @@ def text_of(value: Value) -> str:
     return value if isinstance(value, str) else f"{value:.6G}"
 
 
-def _value_text(_: State, values: list[Value], __: Options) -> Value:
+def _value_text(state: State, values: list[Value], _: Options) -> Value:
+    state.steps += elements(values[0])
     return text_of(values[0])
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
@@ -25,7 +26,7 @@ from geoprint.postprocessor.rapid.machine.expressions import compiled, operand, 
 from geoprint.postprocessor.rapid.machine.instructions import INSTRUCTIONS
 from geoprint.postprocessor.rapid.machine.moves import Order, run_joints, run_line
 from geoprint.postprocessor.rapid.machine.state import Slot, State
-from geoprint.postprocessor.rapid.machine.stepping import Evaluate, RoutineCode, Scope, Step
+from geoprint.postprocessor.rapid.machine.stepping import NODES, Evaluate, RoutineCode, Scope, Step
 from geoprint.postprocessor.rapid.machine.values import PREDEFINED, stored, unknown
 
 if TYPE_CHECKING:
@@ -54,6 +55,7 @@ def compile_instruction(call: Call, scope: Scope) -> Step:
         for place, argument in enumerate(arguments)
     ]
     options, run = options_of(call.arguments, scope, instruction.options), instruction.run
+    scope.nodes += NODES
     return lambda state: run(state, [make(state) for make in makers], options(state))
 
 
@@ -74,6 +76,9 @@ _OPTIONS = frozenset({"wobj", "t", "v"})
 _LOOKED = ("speed", "zone", "tool", "wobj")
 # A robtarget: place, attitude, configuration, other axes.
 _TARGET_SHAPE = [3, 4, 4, 6]
+_SINGLES = struct.Struct("<17f")
+# For how many steps a move counts that has a step of its own: of the tip, and of the joints.
+_TIP, _ALL_JOINTS = 10, 400
 Emit = Callable[[Step, int], None]
 
 
@@ -108,10 +113,11 @@ def compile_move(call: Call, scope: Scope, *, code: RoutineCode, task: MachineTa
     )  # fmt: skip
     run = {part: _evaluated(expression, scope) for part, expression in parts.items()}
     if isinstance(parts["target"], FunctionCall | Aggregate | Binary):
-        run["target"] = _rounded(run["target"])
+        run["target"] = _kept(run["target"]) if name == "moveabsj" else _rounded(run["target"])
     options = options_of(
         tuple(each for each in call.arguments if each.name.lower() in {"t", "v"}), scope, frozenset({"t", "v"})
     )
+    scope.nodes += NODES * (_ALL_JOINTS if name == "moveabsj" else _TIP)
     if name == "moveabsj":
         emit(_joints_step(order, run, options), call.line)
         return
@@ -181,6 +187,7 @@ def _definition(call: Call, scope: Scope) -> Step:
 
 def _slots(value: Expression | None, numbers: list[Slot], scope: Scope) -> object:
     """Return the form of a value that is computed of data of modules and numbers alone, and gather these; else None."""
+    scope.nodes += 1
     if isinstance(value, Name):
         return None if value.name.lower() in scope.locals else value.name.lower()
     if isinstance(value, Binary):
@@ -261,9 +268,24 @@ def _evaluated(expression: Expression, scope: Scope) -> Evaluate:
     return compiled(expression, scope).run
 
 
-def _rounded(run: Evaluate) -> Evaluate:
+def _kept(run: Evaluate) -> Evaluate:
     """Return what rounds a value that no datum holds."""
     return lambda state: stored(run(state))
+
+
+def _rounded(run: Evaluate) -> Evaluate:
+    """Return what rounds a robtarget that no datum holds, at once."""
+
+    def rounded(state: State) -> Value:
+        place, turn, configuration, axes = target = cast("tuple[tuple[float, ...], ...]", run(state))
+        try:
+            numbers = _SINGLES.unpack(_SINGLES.pack(*place, *turn, *configuration, *axes))
+        except OverflowError:
+            # Its part says which.
+            return stored(target)
+        return numbers[:3], numbers[3:7], numbers[7:11], numbers[11:]
+
+    return rounded
 
 
 def _word(expression: Expression | None) -> str:
@@ -280,7 +302,7 @@ def _line_step(
         run_line(
             state, order, target(state), speed=speed(state), zone=zone(state), tool=tool(state),
             work=work(state), options=options(state), through=None if through is None else through(state),
-            triggers=tuple([cast("Any", trigger(state)) for trigger in triggers]),
+            triggers=tuple([cast("Any", trigger(state)) for trigger in triggers]) if triggers else (),
         )  # fmt: skip
 
     return step

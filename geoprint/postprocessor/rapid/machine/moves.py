@@ -20,7 +20,7 @@ import numpy as np
 from geoprint.model import FloatArray
 from geoprint.postprocessor.rapid.language.syntax import Value
 from geoprint.postprocessor.rapid.machine.execution import Switching
-from geoprint.postprocessor.rapid.machine.state import Leg, Moving, State, joints_of, tip_of
+from geoprint.postprocessor.rapid.machine.state import PACKED_ROW, Leg, Moving, State, joints_of, tip_of
 from geoprint.postprocessor.rapid.machine.values import (
     Orient,
     Pos,
@@ -152,7 +152,10 @@ def tool_frame(state: State, tool: Value) -> Pose:
 
 def mode_number(state: State) -> int:
     """Return the number of the present modal state in the log."""
-    return state.log.modes.setdefault(state.motion.modes, len(state.log.modes))
+    known, modes = state.mode, state.motion.modes
+    if known is None or known[0] is not modes:
+        known = state.mode = modes, state.log.modes.setdefault(modes, len(state.log.modes))
+    return known[1]
 
 
 def scale(state: State) -> float:
@@ -179,11 +182,12 @@ def run_line(
     if through is not None:
         middle = compose(frame, (cast("tuple[Pos, Value]", through)[0], turn))
         length, _ = circle(start[0], middle[0], end[0])
-    duration = _duration(state, length, angle(start[1], end[1]), speed=speed, options=options)
+    speeds = _speeds(speed, options)
+    duration = _duration(state, length, angle(start[1], end[1]), speeds, options)
     check_axes(motion, axes)
     # Where joints were known they stay the nearest ones that are known.
     motion.near = motion.joints if motion.joints is not None else motion.near
-    row = (*place, *written, *configuration, *axes, _speeds(speed, options)[0])
+    row = (*place, *written, *configuration, *axes, speeds[0])
     _book(state, order, row, zone, number, length=length, duration=duration, triggers=triggers, tips=(start, end))
     motion.tip, motion.joints, motion.tool = end, None, held
 
@@ -197,7 +201,8 @@ def run_joints(
     start, end = joints_of(motion, state), tuple(math.radians(each) for each in angles)
     held = tool_frame(state, tool)
     length, turn = _swept(state, start, end, held)
-    duration = _duration(state, length, turn, speed=speed, options=options)
+    speeds = _speeds(speed, options)
+    duration = _duration(state, length, turn, speeds, options)
     if "t" not in options:
         limits = state.arm.robot.speeds.tolist()
         slowest = max(abs(b - a) / limit for a, b, limit in zip(start, end, limits, strict=True))
@@ -205,7 +210,7 @@ def run_joints(
     if (min(axes) < NO_AXIS) != bool(motion.unit):
         _refuse_axes(motion)
     motion.axes = axes
-    row = (*end, 0.0, 0.0, 0.0, 0.0, 0.0, *axes, _speeds(speed, options)[0])
+    row = (*end, 0.0, 0.0, 0.0, 0.0, 0.0, *axes, speeds[0])
     _book(state, order, row, zone, 0, length=length, duration=duration, triggers=(), joints=(start, end))
     motion.tip, motion.joints, motion.near, motion.tool = None, end, end, held
 
@@ -250,12 +255,14 @@ def _speeds(speed: Value, options: Mapping[str, Value]) -> tuple[float, float]:
     return float(cast("float", options.get("v", v_tip))), v_turn
 
 
-def _duration(state: State, length: float, turn: float, *, speed: Value, options: Mapping[str, Value]) -> float:
+def _duration(
+    state: State, length: float, turn: float, speeds: tuple[float, float], options: Mapping[str, Value]
+) -> float:
     share = scale(state)
     timed = options.get("t")
     if timed is not None:
         return cast("float", timed) / share
-    v_tip, v_turn = _speeds(speed, options)
+    v_tip, v_turn = speeds
     if v_tip <= 0.0 or v_turn <= 0.0:
         fault("ERR_SPEED_REFRESH_LIM", "the speed of a move is 0, so that the arm would never arrive")
     fastest = min(v_tip * share, state.motion.modes.fastest)
@@ -274,10 +281,10 @@ def _book(
     stop, size, *_ = cast("tuple[bool, float]", zone)
     size = 0.0 if stop else size
     rounded = min(size, length / 2.0) / length * duration if length > ON_THE_SPOT else 0.0
-    log.open.extend((
-        float(order.file), float(order.line), float(order.verb), *row, size, float(order.tool_name),
-        float(order.work_name), float(frame), begin, end, length, float(mode_number(state)),
-    ))  # fmt: skip
+    log.open += PACKED_ROW.pack(
+        order.file, order.line, order.verb, *row, size, order.tool_name, order.work_name, frame, begin, end, length,
+        mode_number(state),
+    )  # fmt: skip
     for trigger in triggers:
         pull(state, trigger, move=log.count, begin=begin, end=end, length=length)
     log.count += 1

@@ -137,7 +137,7 @@ class Controller:
         log = Log()
         log.seen = [bytearray(len(each)) for each in self.state.log.seen]
         self.state.log = log
-        self.state.frame = None
+        self.state.frame = self.state.mode = None
 
     def execution(self) -> Execution:
         """Return what happened so far."""

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import heapq
 import math
-from array import array
+import struct
 from dataclasses import dataclass
-from time import process_time
-from typing import TYPE_CHECKING, TypeAlias, cast, final
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias, cast, final
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from geoprint import transforms
 from geoprint.model import FloatArray
 from geoprint.postprocessor.rapid.language.syntax import Value
 from geoprint.postprocessor.rapid.machine.execution import START, Called, Ending, Modes, Scenario, Switching
-from geoprint.postprocessor.rapid.machine.values import IDENTITY, Fault, Pose, between, compose, fault, inverted
+from geoprint.postprocessor.rapid.machine.values import IDENTITY, Fault, Pose, between, compose, fault, inverted, stored
 from geoprint.robot.arm import Arm
 
 if TYPE_CHECKING:
@@ -27,6 +26,7 @@ if TYPE_CHECKING:
 
 # Numbers that are kept of a move; `moves` fills them and `log` takes them apart.
 ROW = 29
+PACKED_ROW = struct.Struct(f"{ROW}d")
 
 
 @final
@@ -69,7 +69,29 @@ class Reference:
     def put(self, state: State, value: Slot) -> None:
         """Give it a value."""
         place = state.data if self.frame < 0 else state.frames[self.frame].data
+        if self.path:
+            state.steps += elements(place[self.slot]) // ELEMENTS
         place[self.slot] = replaced(place[self.slot], self.path, value) if self.path else value
+
+
+# Elements of a value that are copied, rounded or compared in about the time of a step, or less.
+ELEMENTS = 4
+
+
+def elements(value: Slot) -> int:
+    """Return how many elements an array has, each of which may have more than one number; of a record about as many."""
+    count = 1
+    while isinstance(value, tuple) and value:
+        count *= len(value)
+        value = value[0]
+    return count
+
+
+def kept(state: State, value: Value) -> Value:
+    """Return a value as a controller holds it (`stored`), and count the steps that this takes of an array."""
+    if type(value) is tuple:
+        state.steps += elements(value) // ELEMENTS
+    return stored(value)
 
 
 def replaced(whole: Slot, path: tuple[int, ...], part: Slot) -> Slot:
@@ -97,8 +119,7 @@ class Frame:
 
 
 @final
-@dataclass(frozen=True, slots=True)
-class Leg:
+class Leg(NamedTuple):
     """One of the last moves: when, and between which tips in base coordinates, or which joints [rad]."""
 
     begin: float
@@ -156,7 +177,7 @@ class Log:
 
     def __init__(self) -> None:
         self.closed: list[FloatArray] = []
-        self.open = array("d")
+        self.open = bytearray()
         self.count = 0
         self.frames: dict[Pose, int] = {}
         self.modes: dict[Modes, int] = {}
@@ -182,8 +203,8 @@ class Log:
     def close(self) -> None:
         """Close the open block."""
         if self.open:
-            self.closed.append(np.array(self.open, dtype=np.float64).reshape(-1, ROW))
-            self.open = array("d")
+            self.closed.append(np.frombuffer(self.open).reshape(-1, ROW))
+            self.open = bytearray()
 
     def rows(self) -> FloatArray:
         """Return the rows of all moves, which nothing changes any more."""
@@ -200,9 +221,9 @@ class State:
     """Everything that a continuation depends on."""
 
     __slots__ = (
-        "answered", "arm", "base", "clock", "data", "deadline", "ended", "error", "file", "frame", "frames", "line",
+        "answered", "arm", "base", "clock", "data", "ended", "error", "file", "frame", "frames", "line",
         "loaded",
-        "loading", "local", "log", "motion", "order", "pending", "reason",
+        "loading", "local", "log", "mode", "motion", "order", "pending", "reason",
         "routines", "scenario", "signals", "steps", "task", "tool",
         "until", "watched",
     )  # fmt: skip
@@ -226,6 +247,8 @@ class State:
         self.frame: tuple[object, Pose, Pose, int] | None = None
         # The tool that was used last, and its frame.
         self.tool: tuple[object, Pose] | None = None
+        # The modal state that was asked for last, and its number in the log.
+        self.mode: tuple[Modes, int] | None = None
         self.motion = Moving(None, scenario.joints, scenario.joints)
         self.log = Log()
         self.loaded: frozenset[str] = frozenset()
@@ -237,8 +260,6 @@ class State:
         # The error that is being handled, or was last.
         self.error: Fault | None = None
         self.steps = 0
-        # Of the process's time [s].
-        self.deadline = process_time() + scenario.most_seconds
         self.ended: Ending = "runs"
         self.reason = ""
         self.file, self.line = "", 0

@@ -35,9 +35,9 @@ from geoprint.postprocessor.rapid.machine.move_calls import (
     compile_series,
     compile_trigger,
 )
-from geoprint.postprocessor.rapid.machine.state import State
-from geoprint.postprocessor.rapid.machine.stepping import RoutineCode, Scope, Step, enter, leave, raise_on
-from geoprint.postprocessor.rapid.machine.values import array_of, fault, initial, stored, unknown
+from geoprint.postprocessor.rapid.machine.state import ELEMENTS, State, elements, kept
+from geoprint.postprocessor.rapid.machine.stepping import NODES, RoutineCode, Scope, Step, enter, leave, raise_on
+from geoprint.postprocessor.rapid.machine.values import array_of, fault, initial, unknown
 
 if TYPE_CHECKING:
     from geoprint.postprocessor.rapid.machine.task import MachineTask
@@ -70,27 +70,30 @@ def compile_routine(routine: Routine, code: RoutineCode, task: MachineTask) -> N
     for datum in routine.data:
         sizes = tuple(int(cast("float", compiled(size, scope).run(task.blank))) for size in datum.sizes)
         first = cast("Value", array_of(initial(scope.kind(datum.kind), task.declared.records), sizes))
-        run = _constant(first) if datum.value is None else _stored(compiled(datum.value, scope).run)
+        run = _constant(first) if datum.value is None else _kept(compiled(datum.value, scope).run)
         code.setup.append((scope.add(datum.name, datum.kind), run))
     if routine.undo or routine.backward:
         unknown(code.file, routine.line, f"{routine.name} has an UNDO or BACKWARD clause, which is not executed here")
+    code.weight = scope.weigh()
     compiler.body(routine.body)
     compiler.emit(lambda state: leave(state, None), -routine.last_line)
     for handler in routine.handlers:
         errors = tuple(compiled(error, scope).run for error in handler.errors)
+        code.weight += 1 + scope.weigh()
         code.handlers.append((errors, len(code.steps)))
         compiler.body(handler.body)
         compiler.emit(lambda state: leave(state, None), -routine.last_line)
     compiler.finish()
     code.size = scope.size
+    code.weight += scope.size // NODES
 
 
 def _constant(value: Value) -> Callable[[State], Value]:
     return lambda _: value
 
 
-def _stored(run: Callable[[State], Value]) -> Callable[[State], Value]:
-    return lambda state: stored(run(state))
+def _kept(run: Callable[[State], Value]) -> Callable[[State], Value]:
+    return lambda state: kept(state, run(state))
 
 
 @final
@@ -111,6 +114,7 @@ class _Compiler:
         """Append a step; a negative line is that of a step that belongs to no statement of its own."""
         self._code.steps.append(step)
         self._code.lines.append(line)
+        self._code.weights.append(1 + self._scope.weigh())
         self._code.after.append(-1)
 
     def finish(self) -> None:
@@ -177,9 +181,12 @@ class _Compiler:
     def _test(self, statement: Test) -> None:
         subject, slot = operand(statement.subject, self._scope).run, self._scope.add("", "")
         end = _Place()
+        compared = sum(len(values) for values, _ in statement.cases)
 
         def keep(state: State) -> None:
-            state.local[slot] = subject(state)
+            state.local[slot] = value = subject(state)
+            if type(value) is tuple:
+                state.steps += elements(value) * compared // ELEMENTS
 
         self.emit(keep, statement.line)
         for values, inner in statement.cases:
@@ -246,7 +253,7 @@ class _Compiler:
         code = self._code
 
         def back(state: State) -> None:
-            leave(state, None if value is None else stored(value(state)))
+            leave(state, None if value is None else kept(state, value(state)))
 
         def end(state: State) -> None:
             state.end("exit", "EXIT")
@@ -278,7 +285,7 @@ class _Compiler:
         slot = local.slot
 
         def assign(state: State) -> None:
-            state.local[slot] = stored(run(state))
+            state.local[slot] = kept(state, run(state))
 
         self.emit(assign, statement.line)
 
@@ -296,7 +303,7 @@ class _Compiler:
         name = whole.name.lower()
 
         def assign(state: State) -> None:
-            value = stored(run(state))
+            value = kept(state, run(state))
             if own or name not in state.scenario.held:
                 find(state).put(state, value)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from array import array
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from time import process_time
 from typing import TYPE_CHECKING, TypeAlias, final
 
 import numpy as np
@@ -13,7 +12,7 @@ import numpy as np
 from geoprint.postprocessor.rapid.language.syntax import Parameter, Value
 from geoprint.postprocessor.rapid.machine.execution import Called
 from geoprint.postprocessor.rapid.machine.state import Frame, Missing, Reference, Slot, State
-from geoprint.postprocessor.rapid.machine.values import Components, Fault, fault, unknown
+from geoprint.postprocessor.rapid.machine.values import Components, Fault, fault
 
 if TYPE_CHECKING:
     from geoprint.postprocessor.rapid.machine.batches import Batches
@@ -22,6 +21,8 @@ if TYPE_CHECKING:
 # What routines become: flat lists of steps with jumps; and the names that can be seen where one is compiled.
 
 
+# Names, numbers and operators that are computed in about the time of a step.
+NODES = 8
 Step: TypeAlias = Callable[[State], None]
 Evaluate: TypeAlias = Callable[[State], Value]
 
@@ -76,16 +77,19 @@ class RoutineCode:
         local: whether only its module sees it.
         steps: what is done, in order.
         lines: of each step; negative for one that belongs to no statement of its own.
+        weights: how many steps each counts for: what it computes besides counts too.
         after: for each step the one behind its statement.
         handlers: error numbers that a handler takes, and its first step.
         setup: gives its own data their first values.
         size: slots of its frame.
+        weight: how many steps it counts for to enter it, or to look for the handler of an error.
         batches: its moves to constant targets.
+        word: its name in lower case.
     """
 
     __slots__ = (
         "after", "batches", "file", "handlers", "kind", "lines", "local", "name", "number", "parameters", "returns",
-        "setup", "size", "steps",
+        "setup", "size", "steps", "weight", "weights", "word",
     )  # fmt: skip
 
     def __init__(
@@ -94,13 +98,13 @@ class RoutineCode:
     ) -> None:  # fmt: skip
         self.number = number
         self.name, self.file, self.kind, self.returns = name, file, kind, returns.lower()
-        self.parameters, self.local = parameters, local
+        self.parameters, self.local, self.word = parameters, local, name.lower()
         self.steps: list[Step] = []
-        self.lines = array("i")
+        self.lines, self.weights = array("i"), array("i")
         self.after = array("i")
         self.handlers: list[tuple[tuple[Evaluate, ...], int]] = []
         self.setup: list[tuple[int, Evaluate]] = []
-        self.size = 0
+        self.size = self.weight = 0
         self.batches: Batches | None = None
 
     def line_of(self, step: int) -> int:
@@ -137,9 +141,9 @@ class Declared:
 
 @final
 class Scope:
-    """The names that can be seen where an expression stands."""
+    """The names that can be seen where an expression stands, and how much was compiled since a step was emitted."""
 
-    __slots__ = ("declared", "file", "folder", "locals", "named", "size")
+    __slots__ = ("declared", "file", "folder", "locals", "named", "nodes", "size")
 
     def __init__(self, declared: Declared, file: str) -> None:
         self.declared = declared
@@ -148,7 +152,12 @@ class Scope:
         self.locals: dict[str, Local] = {}
         # What was compiled of names that no routine declares.
         self.named: dict[str, Code] = {}
-        self.size = 0
+        self.size = self.nodes = 0
+
+    def weigh(self) -> int:
+        """Return how many steps what was compiled since this was asked last counts for, besides its own."""
+        nodes, self.nodes = self.nodes, 0
+        return nodes // NODES
 
     def add(self, name: str, kind: str, *, by_reference: bool = False) -> int:
         """Declare a datum of the routine, or a hidden one under an empty name, and return its slot."""
@@ -178,8 +187,6 @@ class Scope:
 # Executes steps: the loop, errors and their handlers, and routines called from within an expression.
 
 
-# Steps between looks at the clock.
-_LOOK = 64
 # Routines that call one another deeper than this call themselves.
 _DEEPEST = 200
 
@@ -188,25 +195,19 @@ def advance(state: State, until: float) -> None:
     """Execute until the program waits beyond a moment, or ends; outputs switch up to that moment."""
     state.until = until
     frames, pending, seen = state.frames, state.pending, state.log.seen
-    most, deadline = state.scenario.most_steps, state.deadline
+    most = state.scenario.most_steps
     while state.clock <= until and state.ended == "runs" and len(frames) > state.base:
         if pending:
             state.fire(state.clock)
         frame = frames[-1]
         pc = frame.pc
         routine = frame.routine
-        if pc == len(routine.steps):
-            leave(state, None)
-            continue
         frame.pc = pc + 1
         seen[routine.number][pc] = 1
-        state.steps += 1
+        state.steps += routine.weights[pc]
         if state.steps > most:
             state.end("error", f"the program has made {most} steps and does not end")
             return
-        if state.steps % _LOOK == 0 and process_time() > deadline:
-            seconds = state.scenario.most_seconds
-            unknown(routine.file, routine.line_of(pc), f"the program does not run to its end in {seconds:.2g} s")
         try:
             routine.steps[pc](state)
         except Fault as error:
@@ -218,8 +219,9 @@ def enter(state: State, routine: RoutineCode, arguments: list[Slot]) -> None:
     if len(state.frames) >= _DEEPEST:
         state.end("error", f"calls nest deeper than {_DEEPEST}")
         return
-    if state.watched and routine.name.lower() in state.watched:
+    if routine.word in state.watched:
         _note(state, routine, arguments)
+    state.steps += routine.weight
     data = arguments + [None] * (routine.size - len(arguments))
     state.frames.append(Frame(routine, data))
     state.local = data
@@ -289,6 +291,7 @@ def _handle(state: State, error: Fault) -> None:
 
 def _handler(state: State, frame: Frame, number: float) -> int:
     """Return the first step of the handler that takes an error, or -1."""
+    state.steps += frame.routine.weight
     for errors, start in frame.routine.handlers:
         if not errors or any(each(state) == number for each in errors):
             return start
@@ -324,4 +327,4 @@ def _note(state: State, routine: RoutineCode, arguments: list[Slot]) -> None:
         None if isinstance(each, Missing) else each.get(state) if isinstance(each, Reference) else each
         for each in arguments
     )
-    state.log.calls.append(Called(routine.name.lower(), values, state.clock, state.log.count, file, line))
+    state.log.calls.append(Called(routine.word, values, state.clock, state.log.count, file, line))

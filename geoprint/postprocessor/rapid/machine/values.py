@@ -265,6 +265,8 @@ def distance(a: Pos, b: Pos) -> float:
 
 def angle(p: Orient, q: Orient) -> float:
     """Return by how much two unit quaternions differ [rad]; q and -q are the same."""
+    if p == q:
+        return 0.0
     w, x, y, z = times((p[0], -p[1], -p[2], -p[3]), q)
     return 2.0 * math.atan2(math.sqrt(x * x + y * y + z * z), abs(w))
 

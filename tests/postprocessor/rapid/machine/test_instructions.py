@@ -211,11 +211,27 @@ def test_calls_nest_two_hundred_deep_and_no_deeper() -> None:
     assert (deeper.ended, deeper.reason) == ("error", "calls nest deeper than 200")
 
 
-def test_a_program_may_make_as_many_steps_as_the_scenario_allows() -> None:
-    body = "Incr n; Incr n; Incr n;"
-    assert ran(body, Scenario(joints=HOME, most_steps=4), declared="VAR num n;").ended == "end"
-    ended = ran(body, Scenario(joints=HOME, most_steps=3), declared="VAR num n;")
-    assert (ended.ended, ended.reason) == ("error", "the program has made 3 steps and does not end")
+WEIGHTS = {
+    "n:=1;": 1,
+    "n:=1+1+1+1+1+1+1+1;": 2,
+    "Incr n;": 2,
+    "n:=Sin(n);": 2,
+    "many{1}:=1;": 101,
+    "many:=others;": 101,
+    "b:=many=others;": 101,
+    "MoveJ Offs(p,1,0,0),v100,fine,tool0;": 13,
+}
+
+
+@pytest.mark.parametrize("statement", [*WEIGHTS])
+def test_a_program_may_make_as_many_steps_as_the_scenario_allows_and_long_ones_count_for_more(statement: str) -> None:
+    p = "VAR robtarget p:=[[300,0,300],[0,0,1,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];"
+    declared = f"VAR num n; VAR bool b; VAR num many{{400}}; VAR num others{{400}};{p}"
+    # Leaving main is one more.
+    steps = WEIGHTS[statement] + 1
+    assert ran(statement, Scenario(joints=HOME, most_steps=steps), declared=declared).ended == "end"
+    ended = ran(f"{statement} n:=1;", Scenario(joints=HOME, most_steps=steps), declared=declared)
+    assert (ended.ended, ended.reason) == ("error", f"the program has made {steps} steps and does not end")
 
 
 FUNCTIONS = """
