@@ -14,7 +14,7 @@ from typing import NamedTuple, final
 import numpy as np
 
 from geoprint.errors import FieldError, InputError
-from geoprint.geometry import closest, refine
+from geoprint.geometry import closest, face_areas, refine
 from geoprint.metrics.coverage import coverage
 from geoprint.metrics.deposited import at_poses, deposited_path, deposited_rows, joined, sampled
 from geoprint.metrics.levels import LevelSpacings, level_spacings, levelled
@@ -55,19 +55,20 @@ PIECE_SHARE = 0.5
 CLOSED_SHARE = 0.05
 # Points of a run nearer together than this share of the spacing are one.
 SAME_SHARE = 1e-6
-# More points take more memory than a usual machine has.
+# More points take more memory than a usual machine has; each is compared with paths around it, as many as lie there.
 MOST_POINTS = 20_000_000
 
 
-def finely(curves: Polylines, *, spacing: float) -> Polylines:
+def finely(curves: Polylines, *, spacing: float, area: float) -> Polylines:
     """Return the same polylines with points between those that are far apart, and without repeated points.
 
     Args:
         curves: r runs.
         spacing: wanted [mm].
+        area: of the part that they cover [mm2].
 
     Raises:
-        FieldError: there would be too many points.
+        FieldError: there would be too many points, or too many for how often they cover the part.
     """
     sides = np.linalg.norm(np.diff(curves.points, axis=0), axis=1)
     inner = curves.runs[1:] == curves.runs[:-1]
@@ -75,10 +76,13 @@ def finely(curves: Polylines, *, spacing: float) -> Polylines:
     # Where neighbouring points are one, the first of them stands for both.
     parts[inner & (sides <= SAME_SHARE * spacing)] = 0.0
     total = parts.sum() + curves.count
-    if total > MOST_POINTS:
+    length = float(sides[inner].sum())
+    times = max(length * spacing / area, 1.0)
+    if total * times > MOST_POINTS:
         raise FieldError(
-            f"the paths are {sides[inner].sum():.3g} mm long, {total:.3g} points at a spacing of {spacing:.3g} mm, "
-            f"at most {MOST_POINTS} are measured; give a larger spacing or fewer paths.",
+            f"the paths are {length:.3g} mm long, {total:.3g} points at a spacing of {spacing:.3g} mm, which cover the "
+            f"part {times:.2g} times: at most {MOST_POINTS / times:.3g} are measured; give the spacing that they were "
+            "meant to have, or fewer paths.",
             points=int(total),
         )
     parts = np.append(parts, 1.0).astype(np.int64)
@@ -325,7 +329,7 @@ def _of_poses(poses: PoseStream, surface: Surface, *, spacing: float) -> _Paths:
 def _of_curves(surface: Surface, curves: Polylines, *, spacing: float, offset_up_to: float | None) -> _Paths:
     _check_spacing(spacing)
     mesh = flat_mesh(fine := refine(surface, edge_length=LARGEST_TRIANGLE * spacing))
-    cut = finely(curves, spacing=spacing)
+    cut = finely(curves, spacing=spacing, area=float(face_areas(surface).sum()))
     places, off = closest(fine, cut.points)
     allowed = OFF_SURFACE_SHARE * spacing if offset_up_to is None else offset_up_to
     path = laid_path(mesh, places, cut, off, spacing=spacing, allowed=allowed)

@@ -13,7 +13,7 @@ import pytest
 
 from benchmarks.parts.surfaces import make
 from geoprint.errors import FieldError
-from geoprint.metrics import LevelSpacings, Uniformity, uniformity
+from geoprint.metrics import LevelSpacings, Uniformity, measure_paths, uniformity
 from geoprint.model import FloatArray, PoseStream, Surface
 from geoprint.postprocessor import poses_table
 from tests.meshes import cylinder_patch, disc, plate, spherical_cap
@@ -222,6 +222,13 @@ def test_one_level_has_no_spacing_to_measure() -> None:
 def test_a_path_beside_the_surface_is_refused() -> None:
     with pytest.raises(FieldError, match="away from plate in run 2"):
         uniformity(rows([1.0, 33.0]), fine_plate(), spacing=2.0)
+
+
+def test_paths_that_cover_the_part_too_often_for_their_length_are_refused() -> None:
+    # 8000 rows of 40 mm at a spacing of 5 mm: 320 m cover 1200 mm2 more than 1300 times.
+    row = np.array([[0.0, 15.0, 0.0], [40.0, 15.0, 0.0]])
+    with pytest.raises(FieldError, match=r"cover the part 1\.3e\+03 times: at most 1\.5e\+04 are measured"):
+        measure_paths(fine_plate(), [row] * 8000, spacing=5.0)
 
 
 def test_the_check_from_outside_agrees(tmp_path: Path) -> None:
