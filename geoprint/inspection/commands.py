@@ -139,8 +139,6 @@ def appraise(
     """Appraise prints by photographs or a scan of them: what came out, beside the plan; or a part before its print."""
     from geoprint.inspection.appraise_photographs import PlanAsked
     from geoprint.postprocessor import check_writable
-    from geoprint.reporting.prints import next_print
-    from geoprint.reporting.records.inspection import LyingRecord
 
     seen = {"--fiducials": fiducials, "--lens": lens, "--corners": corners, "--reach": reach}
     pictured = {**seen, "--width": width, "--threshold": contrast}
@@ -162,20 +160,22 @@ def appraise(
             record, text = _of_print(files[0], plan, how, out=out, overwrite=overwrite)
         else:
             record, text = _of_part(files[0], (part, unit, most), how, out=out, overwrite=overwrite)
-    _tell(record, text, out=out, as_json=as_json)
     # Of several photographs no one is the print.
-    if plan is not None and len(files) == 1 and not isinstance(record, LyingRecord):
-        say(next_print(record, plan=str(plan), folder=None if out is None else str(out)))
+    _tell(record, text, plan=plan if len(files) == 1 else None, out=out, as_json=as_json)
 
 
-def _tell(record: Record, text: str, *, out: Path | None, as_json: bool) -> None:
+def _tell(record: Record, text: str, *, plan: Path | None = None, out: Path | None, as_json: bool) -> None:
     from geoprint.reporting import as_json as json_of
+    from geoprint.reporting.prints import next_print
+    from geoprint.reporting.records.inspection import AppraisalRecord, ScanAppraisalRecord
 
     if as_json:
         print_json(json_of(record))
     say(text)
     if out is not None:
         say(f"written and verified: {out}")
+    if plan is not None and isinstance(record, AppraisalRecord | ScanAppraisalRecord):
+        say(next_print(record, plan=str(plan), folder=None if out is None else str(out)))
 
 
 def _kind(files: list[Path], *, before: bool) -> Literal["photographs", "print", "part"]:
