@@ -35,10 +35,8 @@ FAILED = 1e7
 StepBack: TypeAlias = NDArray[np.int16]
 
 
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class Rungs:
-    """Keyframes and the candidates at each: k rungs, n candidates altogether.
+class Rungs(NamedTuple):
+    """Keyframes and the candidates at each, as the kernels take them: k rungs, n candidates altogether.
 
     Attributes:
         Ts_base_tool: (k, 4, 4) poses, neither turned nor leaned [mm].
@@ -107,35 +105,17 @@ def climb(rungs: Rungs, terms: Terms, *, branches: BoolArray) -> Climbed:
     back = np.zeros((len(rungs.candidates), BRANCHES), dtype=np.int16)
     costs = np.full(BRANCHES, np.inf)
     choices = np.zeros((BRANCHES, len(rungs.deposit)), dtype=np.int64)
-    ladder = _Ladder(
-        terms.T_foot_base @ rungs.Ts_base_tool,
-        rungs.deposit,
-        rungs.steps,
-        rungs.lengths,
-        rungs.candidates,
-        rungs.offsets,
-        rungs.extra,
-    )
-    widest = int(np.diff(rungs.offsets).max())
-    _sweep(ladder, terms, branches, np.empty((2, widest, BRANCHES, JOINTS + 1)), back, costs, choices)
+    Ts_foot_tool = terms.T_foot_base @ rungs.Ts_base_tool
+    states = np.empty((2, int(np.diff(rungs.offsets).max()), BRANCHES, JOINTS + 1))
+    _sweep(rungs, Ts_foot_tool, rungs.lengths, terms, branches, states, back, costs, choices)
     return Climbed(costs, choices)
-
-
-class _Ladder(NamedTuple):
-    """`Rungs` as the kernels take them."""
-
-    Ts_foot_tool: FloatArray
-    deposit: BoolArray
-    steps: FloatArray
-    lengths: FloatArray
-    candidates: FloatArray
-    offsets: IntArray
-    extra: FloatArray
 
 
 @njit
 def _sweep(
-    ladder: _Ladder,
+    rungs: Rungs,
+    Ts_foot_tool: FloatArray,
+    lengths: FloatArray,
     terms: Terms,
     branches: BoolArray,
     states: FloatArray,
@@ -144,35 +124,35 @@ def _sweep(
     choices: IntArray,
 ) -> None:
     """Fill back (n, 8), costs (8,) and choices (8, k); states (2, c, 8, 7) hold joints and costs of two rungs."""
-    count = ladder.deposit.size
+    count = rungs.deposit.size
     T = np.empty((4, 4))
     for rung in range(count):
-        first, end = ladder.offsets[rung], ladder.offsets[rung + 1]
+        first, end = rungs.offsets[rung], rungs.offsets[rung + 1]
         here, before = states[rung % 2], states[(rung + 1) % 2]
         for candidate in range(first, end):
             state = here[candidate - first]
             state[:, 6] = np.inf
-            if ladder.extra[candidate] == np.inf:
+            if rungs.extra[candidate] == np.inf:
                 continue
-            _end_pose(ladder.Ts_foot_tool[rung], ladder.candidates[candidate], terms.T_tool_end, T)
+            _end_pose(Ts_foot_tool[rung], rungs.candidates[candidate], terms.T_tool_end, T)
             solve_pose(T, terms.lengths, state)
             for branch in range(BRANCHES):
                 if not branches[branch]:
                     continue
-                place = ladder.extra[candidate] + place_cost(state[branch], ladder.deposit[rung], terms)
+                place = rungs.extra[candidate] + place_cost(state[branch], rungs.deposit[rung], terms)
                 if rung == 0:
-                    state[branch, 6] = place * ladder.lengths[0]
+                    state[branch, 6] = place * lengths[0]
                     continue
-                start = ladder.offsets[rung - 1]
-                least = _best_step(ladder, terms, start, candidate, rung, branch, before, state, back)
-                state[branch, 6] = least + place * ladder.lengths[rung]
+                start = rungs.offsets[rung - 1]
+                least = _best_step(rungs, terms, start, candidate, rung, branch, before, state, back)
+                state[branch, 6] = least + place * lengths[rung]
     for branch in range(BRANCHES):
-        _retrace(ladder.offsets, states[(count - 1) % 2], branch, back, costs, choices)
+        _retrace(rungs.offsets, states[(count - 1) % 2], branch, back, costs, choices)
 
 
 @inner
 def _best_step(
-    ladder: _Ladder,
+    rungs: Rungs,
     terms: Terms,
     start: int,
     candidate: int,
@@ -187,13 +167,13 @@ def _best_step(
     The one that is numbered alike comes first: it mostly turns least, and what turns far is too dear then at a glance.
     """
     least = np.inf
-    attitude, length = ladder.candidates[candidate], ladder.steps[rung - 1]
-    count = ladder.offsets[rung] - start
-    alike = min(candidate - ladder.offsets[rung], count - 1)
+    attitude, length = rungs.candidates[candidate], rungs.steps[rung - 1]
+    count = rungs.offsets[rung] - start
+    alike = min(candidate - rungs.offsets[rung], count - 1)
     for index in range(count):
         other = (alike + index) % count
         cost = before[other, branch, 6]
-        cost += terms.turning * _squared_turn(attitude, ladder.candidates[start + other]) / length
+        cost += terms.turning * _squared_turn(attitude, rungs.candidates[start + other]) / length
         if cost >= least:
             continue
         cost += step_cost(before[other, branch], state[branch], length, terms)
