@@ -120,8 +120,7 @@ def appraise_photographs(
     if against is None or held is None:
         return appraisal
     observe("program")
-    printed = _printed(against.bundle, held.plan, found)
-    plan = held.plan
+    plan, printed = held.plan, _printed(against.bundle, held.plan, found)
     return replace(appraisal, plan=plan.name, printed_with=plan.printed_with, part=plan.part, printed=printed)
 
 

@@ -13,7 +13,7 @@ from hypothesis import given, settings, strategies as st
 from geoprint.errors import UsageError, VerificationError
 from geoprint.model import Cell, FloatArray, Hexapod, PoseStream, Purge, Signals, TiltTurn
 from geoprint.postprocessor import Event, Orders, Setup, TipsAt
-from geoprint.postprocessor.rapid import Made, Timeline, check_timeline, rapid_program, read_back, timeline
+from geoprint.postprocessor.rapid import Made, Timeline, check_timeline, proven_program, read_back, timeline
 from geoprint.postprocessor.rapid.guard import resident_module
 from geoprint.postprocessor.rapid.language.parsing import parse_module
 from geoprint.postprocessor.rapid.made import dry, make, printing, task_of
@@ -37,7 +37,7 @@ def signals(**lags: float) -> Signals:
 def simulated(lags: Signals, *, real: Signals | None = None, plan: Orders = ORDERS, tips: TipsAt = TIPS) -> Timeline:
     """Write a program for the lags, read it back, and simulate it with these or other lags."""
     cell = replace(CELL, signals=lags)
-    program = rapid_program(
+    program, _ = proven_program(
         plan, cell=cell, placement=PLACEMENT, surface_within=None, tips_at=tips, part_name="x", spacing=1.0
     )
     made = read_back(program.modules, cell=cell, placement=PLACEMENT)
@@ -99,7 +99,7 @@ LIFTED = stream(runs=3, points=30, lifts=2)
 def written(lags: Signals, poses: PoseStream) -> tuple[Made, Timeline, str]:
     """Write a program for the lags, execute it, and return what it made, its outputs in time, and its text."""
     cell, plan, tips = replace(CELL, signals=lags), orders(poses), tips_of(poses)
-    program = rapid_program(
+    program, _ = proven_program(
         plan, cell=cell, placement=PLACEMENT, surface_within=None, tips_at=tips, part_name="x", spacing=1.0
     )
     made = read_back(program.modules, cell=cell, placement=PLACEMENT)
@@ -154,7 +154,7 @@ def test_nobody_waits_in_a_dry_run_or_without_a_reason() -> None:
     assert rests(made).max() < 1e-9
     assert "WaitTime\\InPos" not in text
     cell = replace(CELL, signals=signals(uv_tail=30.0, settle=0.5))
-    program = rapid_program(
+    program, _ = proven_program(
         orders(LIFTED), cell=cell, placement=PLACEMENT, surface_within=None, tips_at=tips_of(LIFTED), part_name="x",
         spacing=1.0,
     )  # fmt: skip
@@ -184,7 +184,7 @@ def test_every_run_switches_its_own_lamp_on_so_that_printing_can_begin_there(lea
         event for event in switching_events(slow, signals=lags, tips_at=tips, speed=SPEED) if event.output == "uv_lamp"
     ]
     assert [slow.runs[event.target] for event in lamps if event.on] == [0, 1, 2]
-    program = rapid_program(
+    program, _ = proven_program(
         slow, cell=replace(CELL, signals=lags), placement=PLACEMENT, surface_within=None, tips_at=tips, part_name="x",
         spacing=1.0,
     )  # fmt: skip
@@ -297,7 +297,7 @@ def test_a_vacuum_draws_from_each_closing_to_the_next_opening_and_to_the_end_of_
 
 def test_a_vacuum_that_draws_while_the_valve_is_open_is_seen() -> None:
     cell = replace(CELL, signals=replace(CELL.signals, vacuum="doVacuum"))
-    program = rapid_program(
+    program, _ = proven_program(
         ORDERS, cell=cell, placement=PLACEMENT, tips_at=TIPS, part_name="x", spacing=1.0, surface_within=None
     )
     swapped = tuple(
@@ -344,7 +344,7 @@ def test_lags_longer_than_the_motion_that_is_there_for_them_are_refused(lags: di
 
 
 def test_an_output_that_is_switched_on_twice_or_never_off_is_no_timeline() -> None:
-    program = rapid_program(
+    program, _ = proven_program(
         ORDERS, cell=CELL, placement=PLACEMENT, surface_within=None, tips_at=TIPS, part_name="x", spacing=1.0
     )
     made = read_back(program.modules, cell=CELL, placement=PLACEMENT)

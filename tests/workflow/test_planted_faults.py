@@ -64,7 +64,7 @@ FAULTS: dict[str, tuple[Fault, ...]] = {
         ("postprocessor.switching", "_placed", "min(distance, length)", "max(distance - 0.3, 0.0)"),
         ("rapid.writing", "triggers_of", '"geoOn" if event.on', '"1" if event.on'),
         # The path.
-        ("rapid.program", "proven_program", "orders.runs[-1]) + 1", "orders.runs[-1])"),
+        ("rapid.program", "_written", "orders.runs[-1]) + 1", "orders.runs[-1])"),
         ("rapid.program", "_name_shared_data", "(orders.speeds,", "(1.02 * orders.speeds,"),
         ("rapid.program", "_plain", "decimals=5", "decimals=1"),
         ("rapid.program", "_moves", "orders.tips, writing.POSITION_DECIMALS", "orders.tips, 1"),

@@ -28,7 +28,7 @@ import numpy as np
 
 from geoprint.errors import UsageError
 from geoprint.model import Cell, FloatArray, Placement, Program
-from geoprint.postprocessor.orders import Orders, TipsAt
+from geoprint.postprocessor.orders import Event, Orders, TipsAt
 from geoprint.postprocessor.rapid import writing
 from geoprint.postprocessor.rapid.cell_module import (
     cell_module,
@@ -62,7 +62,7 @@ _ZONE_TURN_DEG_PER_MM = 10.0
 _ON_ERROR = ("  ERROR", "    GeoSafe;", "    RAISE;", "  ENDPROC")
 
 
-def rapid_program(
+def proven_program(
     orders: Orders,
     *,
     cell: Cell,
@@ -73,7 +73,7 @@ def rapid_program(
     spacing: float,
     checked: Sequence[str] = (),
     not_checked: Sequence[str] = (),
-) -> Program:
+) -> tuple[Program, Proof]:
     """Write the modules that drive the tool through the targets, and verify them by reading them back.
 
     The program asks its questions, goes home and to the first target in the planned times (MoveAbsJ), along the
@@ -92,66 +92,43 @@ def rapid_program(
         not_checked: sentences about what was not.
 
     Returns:
-        The modules, and `GeoPrint.pgf` which lists those that are loaded at once.
+        The modules, and `GeoPrint.pgf` which lists those that are loaded at once; and what they did when they were
+        executed.
 
     Raises:
         UsageError: the cell has what RAPID cannot take, a lag is longer than its motion, or a run than a module.
         VerificationError: the text that was written does not read back as the plan, or does something else.
     """
-    return proven_program(
-        orders, cell=cell, placement=placement, surface_within=surface_within, tips_at=tips_at, part_name=part_name,
-        spacing=spacing, checked=checked, not_checked=not_checked,
-    )[0]  # fmt: skip
-
-
-def proven_program(
-    orders: Orders,
-    *,
-    cell: Cell,
-    placement: Placement,
-    surface_within: float | None,
-    tips_at: TipsAt,
-    part_name: str,
-    spacing: float,
-    checked: Sequence[str] = (),
-    not_checked: Sequence[str] = (),
-) -> tuple[Program, Proof]:
-    """Write the modules as `rapid_program` does, and return with them what they did when they were executed."""
-    speeds, zones, declarations = _name_shared_data(orders)
-    events = switching_events(orders, signals=cell.signals, tips_at=tips_at, speed=cell.process.speed)
-    triggered, definitions, pulled = triggers_of(orders, events, signals=cell.signals, names=output_names(cell.signals))
-    moves = _moves(orders, speeds=speeds, zones=zones, pulled=pulled, axes=external_axes(cell, placement))
-    runs = _procedures(orders, moves, definitions=definitions, waiting=waits(orders, cell.signals))
     header = header_lines(
         cell=cell, placement=placement, surface_within=surface_within, part_name=part_name, spacing=spacing,
-        runs=len(runs), targets=orders.count, checked=checked, not_checked=not_checked,
+        runs=int(np.count_nonzero(np.diff(orders.runs))) + 1, targets=orders.count, checked=checked,
+        not_checked=not_checked,
     )  # fmt: skip
-    declared = [*declarations, *triggered]
-    cell_text = cell_module(cell, orders, placement=placement, declarations=declared, header=header)
-    printing = _print_modules(runs, header=header, last_run=int(orders.runs[-1]) + 1)
-    # Lines are large, and the modules say the same.
-    del runs, moves
-    program = _program(cell_text, printing, cell=cell, placement=placement, targets=orders.count)
+    events = switching_events(orders, signals=cell.signals, tips_at=tips_at, speed=cell.process.speed)
+    program = _written(orders, events, header, cell=cell, placement=placement)
     proof = verify_program(
-        program,
-        orders,
-        cell=cell,
-        placement=placement,
-        surface_within=surface_within,
+        program, orders, cell=cell, placement=placement, surface_within=surface_within,
         events=expected_events(orders, signals=cell.signals, tips_at=tips_at, speed=cell.process.speed),
-    )
+    )  # fmt: skip
     return program, proof
 
 
-def _program(
-    cell_text: str, printing: list[tuple[str, str]], *, cell: Cell, placement: Placement, targets: int
+def _written(
+    orders: Orders, events: tuple[Event, ...], header: list[str], *, cell: Cell, placement: Placement
 ) -> Program:
     """Return the cell's module, the guard, the modules that print, and the list of those that are loaded at once."""
+    speeds, zones, declarations = _name_shared_data(orders)
+    triggered, definitions, pulled = triggers_of(orders, events, signals=cell.signals, names=output_names(cell.signals))
+    moves = _moves(orders, speeds=speeds, zones=zones, pulled=pulled, axes=external_axes(cell, placement))
+    runs = _procedures(orders, moves, definitions=definitions, waiting=waits(orders, cell.signals))
+    declared = [*declarations, *triggered]
+    cell_text = cell_module(cell, orders, placement=placement, declarations=declared, header=header)
+    printing = _print_modules(runs, header=header, last_run=int(orders.runs[-1]) + 1)
     guard = guard_module(cell, placement=placement, loading=len(printing) > 1)
     modules = [("GeoCell.mod", cell_text), ("GeoGuard.mod", guard), *printing]
     at_once = [name for name, _ in modules if not name.startswith("GeoPath")]
     modules.append(("GeoPrint.pgf", program_file(at_once)))
-    return Program(tuple(modules), targets=targets, dry_run=bool(placement.missing))
+    return Program(tuple(modules), targets=orders.count, dry_run=bool(placement.missing))
 
 
 def _name_shared_data(orders: Orders) -> tuple[list[str], list[str], list[str]]:

@@ -21,7 +21,7 @@ from geoprint.postprocessor.rapid.language.parsing import parse_module
 from geoprint.postprocessor.rapid.language.syntax import Value
 from geoprint.postprocessor.rapid.machine import Controller, Event, Execution, MachineTask, Scenario, execute
 from geoprint.postprocessor.rapid.made import TIES, task_of
-from geoprint.postprocessor.rapid.program import rapid_program
+from geoprint.postprocessor.rapid.program import proven_program
 from geoprint.robot.arm import Arm
 from tests.postprocessor.export_cases import CELL, DEMONSTRATION, PLACEMENT, orders, stream, tips_of
 
@@ -51,7 +51,7 @@ def placed(name: str) -> Placement:
 def texts(name: str) -> tuple[tuple[str, str], ...]:
     cell: Cell = CELLS[name]
     placement = placed(name)
-    program = rapid_program(
+    program, _ = proven_program(
         orders(placement=placement), cell=cell, placement=placement, tips_at=tips_of(stream()), part_name="rings",
         surface_within=0.2 if placement.calibrated else None, spacing=2.0,
     )  # fmt: skip

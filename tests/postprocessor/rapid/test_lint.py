@@ -14,7 +14,7 @@ import pytest
 from geoprint.config import job_of, packaged_cell_text
 from geoprint.model import Cell, Flood, Placement, PoseStream, Program, Purge, Signals
 from geoprint.postprocessor.rapid import program as rapid
-from geoprint.postprocessor.rapid.program import rapid_program
+from geoprint.postprocessor.rapid.program import proven_program
 from geoprint.workflow import plan
 from tests.postprocessor.export_cases import CELL, DEMONSTRATION, PLACEMENT, orders, stream, tips_of
 from tests.postprocessor.rapid.language.test_names import OLD_GUARD
@@ -57,10 +57,10 @@ def errors(program: Program, folder: Path) -> list[dict[str, object]]:
 def written(cell: Cell, placement: Placement, poses: PoseStream | None = None) -> Program:
     poses = stream() if poses is None else poses
     within = 0.2 if placement.calibrated else None
-    return rapid_program(
+    return proven_program(
         orders(poses, placement), cell=cell, placement=placement, surface_within=within, tips_at=tips_of(poses),
         part_name="rings", spacing=2.0,
-    )  # fmt: skip
+    )[0]  # fmt: skip
 
 
 @pytest.mark.parametrize("placement", [PLACEMENT, DEMONSTRATION], ids=["calibrated", "demo"])

@@ -7,7 +7,7 @@ from functools import cache
 
 import pytest
 
-from geoprint.postprocessor.rapid.program import rapid_program
+from geoprint.postprocessor.rapid.program import proven_program
 from geoprint.postprocessor.rapid.verify import judge_program
 from tests.postprocessor.export_cases import CELL, PLACEMENT, events, orders, stream, tips_of
 
@@ -45,7 +45,7 @@ MORE = (
 
 @cache
 def written() -> dict[str, str]:
-    program = rapid_program(
+    program, _ = proven_program(
         orders(), cell=CELL, placement=PLACEMENT, surface_within=None, tips_at=tips_of(stream()), part_name="rings",
         spacing=2.0,
     )  # fmt: skip

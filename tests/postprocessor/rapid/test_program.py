@@ -23,7 +23,7 @@ from geoprint.postprocessor.ordering import orders_of
 from geoprint.postprocessor.rapid import program as rapid
 from geoprint.postprocessor.rapid.cell_module import cell_module, guard_module, header_lines
 from geoprint.postprocessor.rapid.language.symbols import read_task
-from geoprint.postprocessor.rapid.program import rapid_program
+from geoprint.postprocessor.rapid.program import proven_program
 from geoprint.postprocessor.rapid.reader import check_form
 from geoprint.postprocessor.rapid.verify import verify_program
 from tests.postprocessor.export_cases import (
@@ -58,11 +58,11 @@ def write(
     part_name: str = "two rings",
 ) -> Program:
     poses = stream() if poses is None else poses
-    return rapid_program(
+    return proven_program(
         orders(poses, placement, chosen=chosen), cell=cell, placement=placement,
         surface_within=0.214 if placement.calibrated else None, tips_at=tips_of(poses), part_name=part_name,
         spacing=2.0, checked=("clearance of the nozzle",), not_checked=("the operator",),
-    )  # fmt: skip
+    )[0]  # fmt: skip
 
 
 def text_of(program: Program, module: str) -> str:

@@ -13,7 +13,7 @@ from hypothesis import assume, given, settings, strategies as st
 from geoprint.errors import VerificationError
 from geoprint.model import Placement, Program
 from geoprint.postprocessor.rapid.language.parsing import parse_module
-from geoprint.postprocessor.rapid.program import rapid_program
+from geoprint.postprocessor.rapid.program import proven_program
 from geoprint.postprocessor.rapid.verify import verify_program
 from tests.postprocessor.export_cases import CELL, DEMONSTRATION, PLACEMENT, events, orders, stream, tips_of
 
@@ -31,10 +31,10 @@ def within(placement: Placement) -> float | None:
 
 
 def written(placement: Placement = PLACEMENT) -> Program:
-    return rapid_program(
+    return proven_program(
         orders(placement=placement), cell=CELL, placement=placement, surface_within=within(placement),
         tips_at=tips_of(stream()), part_name="rings", spacing=2.0,
-    )  # fmt: skip
+    )[0]  # fmt: skip
 
 
 PROGRAM = written()
@@ -276,7 +276,7 @@ def test_the_frame_may_lie_off_by_no_more_than_takes_an_axis_to_a_border(
     frame: float, shift: str, looser: str, tighter: str
 ) -> None:
     near = replace(orders(), frame=frame)
-    program = rapid_program(
+    program, _ = proven_program(
         near, cell=CELL, placement=PLACEMENT, surface_within=0.21, tips_at=tips_of(stream()), part_name="rings",
         spacing=2.0,
     )  # fmt: skip

@@ -19,7 +19,7 @@ from geoprint.postprocessor.rapid.guard import resident_module
 from geoprint.postprocessor.rapid.language.parsing import parse_module
 from geoprint.postprocessor.rapid.machine import Controller, Execution, Scenario, compile_task, execute
 from geoprint.postprocessor.rapid.made import printing, signals_of, task_of
-from geoprint.postprocessor.rapid.program import rapid_program
+from geoprint.postprocessor.rapid.program import proven_program
 from geoprint.postprocessor.rapid.stack_running import StackRun, compare_part, parts_of
 from geoprint.postprocessor.rapid.stack_verifying import OwnProgram, judge_stack, verify_stack
 from geoprint.postprocessor.rapid.stack_writing import stack_files, stacked_layer
@@ -45,7 +45,7 @@ def own_program(number: int, *, cell: Cell = CELL, placement: Placement = PLACEM
     """The program of a layer by itself: the same rings, half a millimetre higher from layer to layer."""
     higher, tips = np.array([0.0, 0.0, 0.5 * number]), tips_of(stream())
     planned = orders(placement=placement)
-    program = rapid_program(
+    program, _ = proven_program(
         replace(planned, tips=planned.tips + higher), cell=cell, placement=placement, part_name="rings",
         surface_within=0.2 if placement.calibrated else None, tips_at=lambda times: tips(times) + higher, spacing=2.0,
     )  # fmt: skip

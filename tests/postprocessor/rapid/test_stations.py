@@ -14,7 +14,7 @@ import pytest
 from geoprint.model import Flood, Purge, Signals
 from geoprint.postprocessor.rapid.executed import Proof
 from geoprint.postprocessor.rapid.made import Made
-from geoprint.postprocessor.rapid.program import rapid_program
+from geoprint.postprocessor.rapid.program import proven_program
 from geoprint.postprocessor.rapid.verify import verify_program
 from tests.postprocessor.export_cases import CELL, PLACEMENT, events, orders, stream, tips_of
 
@@ -32,7 +32,7 @@ CELLS = {
 @pytest.fixture(scope="module", params=CELLS)
 def proof(request: pytest.FixtureRequest) -> Proof:
     cell = CELLS[request.param]
-    program = rapid_program(
+    program, _ = proven_program(
         orders(), cell=cell, placement=PLACEMENT, surface_within=0.21, tips_at=tips_of(stream()), part_name="rings",
         spacing=2.0,
     )  # fmt: skip
@@ -103,7 +103,7 @@ def test_a_joint_move_that_takes_no_time_is_given_a_tenth_of_a_second(seconds: f
         duration=usual.duration - usual.there - usual.back + 2 * seconds,
     )
     tips = tips_of(stream())
-    program = rapid_program(
+    program, _ = proven_program(
         wanted, cell=CELL, placement=PLACEMENT, surface_within=0.21,
         tips_at=lambda moments: tips(moments + usual.there - seconds), part_name="rings", spacing=2.0,
     )  # fmt: skip
@@ -112,7 +112,7 @@ def test_a_joint_move_that_takes_no_time_is_given_a_tenth_of_a_second(seconds: f
 
 
 def test_configurations_are_followed_and_the_tip_stays_below_250_mm_s_before_anything_moves() -> None:
-    program = rapid_program(
+    program, _ = proven_program(
         orders(), cell=CELL, placement=PLACEMENT, surface_within=0.21, tips_at=tips_of(stream()), part_name="rings",
         spacing=2.0,
     )  # fmt: skip

@@ -17,7 +17,7 @@ from geoprint.model import Cell, FloatArray, Signals
 from geoprint.postprocessor.orders import Orders
 from geoprint.postprocessor.rapid.executed import Proof, verify_dry, verify_flow, verify_switching
 from geoprint.postprocessor.rapid.made import Made
-from geoprint.postprocessor.rapid.program import rapid_program
+from geoprint.postprocessor.rapid.program import proven_program
 from geoprint.postprocessor.rapid.verify import (
     _verify_going_on,  # pyright: ignore[reportPrivateUsage]
     _verify_list,  # pyright: ignore[reportPrivateUsage]
@@ -40,7 +40,7 @@ Change: TypeAlias = Callable[[FloatArray], FloatArray]
 def proof_of(cell: Cell) -> tuple[Proof, Orders]:
     """Return what the small program did when it was executed."""
     wanted = orders()
-    program = rapid_program(
+    program, _ = proven_program(
         wanted, cell=cell, placement=PLACEMENT, surface_within=0.21, tips_at=tips_of(stream()), part_name="rings",
         spacing=2.0,
     )  # fmt: skip
@@ -357,7 +357,7 @@ def test_the_list_names_what_is_loaded_together_and_paths_count_from_one(
 
 def test_what_is_found_comes_in_order_and_what_cannot_be_read_is_not_run(switched: tuple[Proof, Orders]) -> None:
     wanted = switched[1]
-    program = rapid_program(
+    program, _ = proven_program(
         wanted, cell=CELL, placement=PLACEMENT, surface_within=0.21, tips_at=tips_of(stream()), part_name="rings",
         spacing=2.0,
     )  # fmt: skip

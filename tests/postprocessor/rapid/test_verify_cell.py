@@ -12,7 +12,7 @@ import pytest
 
 from geoprint.errors import VerificationError
 from geoprint.model import Cell, Flood, Placement, Purge, Signals
-from geoprint.postprocessor.rapid.program import rapid_program
+from geoprint.postprocessor.rapid.program import proven_program
 from geoprint.postprocessor.rapid.reader import Listed, RapidText, read_modules
 from geoprint.postprocessor.rapid.verify_cell import verify_data, verify_header
 from tests.postprocessor.export_cases import CELL, DEMONSTRATION, PLACEMENT, orders, stream, tips_of
@@ -29,7 +29,7 @@ ORDERS = orders()
 
 
 def texts(cell: Cell, placement: Placement = PLACEMENT) -> list[tuple[str, str]]:
-    program = rapid_program(
+    program, _ = proven_program(
         orders(placement=placement), cell=cell, placement=placement, tips_at=tips_of(stream()), part_name="rings",
         surface_within=0.21 if placement.calibrated else None, spacing=2.0,
     )  # fmt: skip

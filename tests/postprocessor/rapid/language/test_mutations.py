@@ -20,7 +20,7 @@ from geoprint.model import Signals
 from geoprint.postprocessor.rapid import program as rapid
 from geoprint.postprocessor.rapid.language.parsing import parse_module
 from geoprint.postprocessor.rapid.language.symbols import read_task, resolve
-from geoprint.postprocessor.rapid.program import rapid_program
+from geoprint.postprocessor.rapid.program import proven_program
 from tests.postprocessor.export_cases import CELL, PLACEMENT, orders, stream, tips_of
 
 Modules: TypeAlias = dict[str, str]
@@ -41,7 +41,7 @@ def program() -> Modules:
     poses = stream(runs=4, points=6)
     patch = pytest.MonkeyPatch()
     patch.setattr(rapid, "MODULE_LINES", 55)
-    written = rapid_program(
+    written, _ = proven_program(
         orders(poses), cell=cell, placement=PLACEMENT, surface_within=0.2, tips_at=tips_of(poses), part_name="rings",
         spacing=2.0,
     )  # fmt: skip

@@ -10,7 +10,7 @@ from geoprint.postprocessor.rapid import program as rapid
 from geoprint.postprocessor.rapid.language.names import Symbol, declared, declared_in, names_of
 from geoprint.postprocessor.rapid.language.parsing import parse_module
 from geoprint.postprocessor.rapid.language.symbols import read_task
-from geoprint.postprocessor.rapid.program import rapid_program
+from geoprint.postprocessor.rapid.program import proven_program
 from geoprint.postprocessor.rapid.verify import judge_program
 from tests.postprocessor.export_cases import CELL, PLACEMENT, events, orders, stream, tips_of
 
@@ -30,10 +30,10 @@ ENDMODULE
 
 def written(poses: PoseStream | None = None) -> Program:
     poses = stream() if poses is None else poses
-    return rapid_program(
+    return proven_program(
         orders(poses), cell=CELL, placement=PLACEMENT, surface_within=0.2, tips_at=tips_of(poses), part_name="rings",
         spacing=2.0,
-    )  # fmt: skip
+    )[0]  # fmt: skip
 
 
 def test_the_guard_that_declared_a_variable_and_a_routine_of_one_name_is_refused() -> None:
