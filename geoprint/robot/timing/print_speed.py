@@ -38,14 +38,9 @@ BESIDE = 0.5
 SLOWEST_SHARE = 0.25
 
 
-class TimedTargets(NamedTuple):
-    """A trajectory, and the targets that are written of it."""
-
-    trajectory: Trajectory
-    targets: Targets
-
-
-def timed_targets(joint_path: JointPath, robot: Robot, *, process: Process, known: Known | None = None) -> TimedTargets:
+def timed_targets(
+    joint_path: JointPath, robot: Robot, *, process: Process, known: Known | None = None
+) -> tuple[Trajectory, Targets]:
     """Run through a joint path in the shortest time in which its targets come no sooner than a controller takes.
 
     Where targets that deposit follow each other in less than 12 ms, the place is slower by what is missing, and timed
@@ -64,28 +59,26 @@ def timed_targets(joint_path: JointPath, robot: Robot, *, process: Process, know
     """
     known = {} if known is None else known
 
-    def timed(slower: tuple[Slowdown, ...]) -> TimedTargets:
+    def timed(slower: tuple[Slowdown, ...]) -> tuple[Trajectory, Targets]:
         trajectory = retime(joint_path, robot, process=process, slower=slower, known=known)
-        return TimedTargets(
-            trajectory, written_targets(joint_path, trajectory, process=process, period=robot.target_period)
-        )
+        return trajectory, written_targets(joint_path, trajectory, process=process, period=robot.target_period)
 
     slower: tuple[Slowdown, ...] = ()
     found = best = timed(slower)
     for _ in range(MOST_LOWERINGS):
-        close = [bend for bend in found.targets.bends if bend.kind == "close"]
+        close = [bend for bend in found[1].bends if bend.kind == "close"]
         again = [place for bend in close if (place := _lowered(bend, slower, process)) is not None]
         if not again:
             break
         slower = (*slower, *again)
         found = timed(slower)
-        best = min(best, found, key=_close)
+        best = min(best, found, key=lambda one: _close(one[1]))
     return best
 
 
-def _close(found: TimedTargets) -> int:
+def _close(targets: Targets) -> int:
     """Return how many moves are too short."""
-    return sum(bend.targets for bend in found.targets.bends if bend.kind == "close")
+    return sum(bend.targets for bend in targets.bends if bend.kind == "close")
 
 
 def _lowered(bend: Bend, before: tuple[Slowdown, ...], process: Process) -> Slowdown | None:

@@ -308,7 +308,7 @@ def test_a_place_that_is_slower_for_its_targets_counts(angle: float) -> None:
     assert speed * time / float(path.poses.arcs[-1]) < 1.02
     # A twentieth less is enough: the slower print has other targets.
     assert 19.0 <= speed <= 20.0
-    at_ceiling = timed_targets(path, ROBOT, process=PROCESS).trajectory.slowdowns
+    at_ceiling = timed_targets(path, ROBOT, process=PROCESS)[0].slowdowns
     assert (speed < 20.0) == (angle > 2.0) == any(slow.limit == "targets" for slow in at_ceiling)
 
 

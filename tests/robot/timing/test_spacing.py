@@ -7,10 +7,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from geoprint.model import Bend, FloatArray, JointPath, Slowdown, Trajectory
+from geoprint.model import Bend, FloatArray, JointPath, Slowdown, Targets, Trajectory
 from geoprint.robot.controller import written_targets
 from geoprint.robot.timing import joints_at, largest_jerk, retime, timed_targets
-from geoprint.robot.timing.print_speed import TimedTargets, _lowered  # pyright: ignore[reportPrivateUsage]
+from geoprint.robot.timing.print_speed import _lowered  # pyright: ignore[reportPrivateUsage]
 from tests.robot.cells import bent_cell
 from tests.robot.joint_paths import arc, arm_of, line, solved, stream
 
@@ -37,7 +37,7 @@ def hairpin(angle: float) -> JointPath:
 
 
 @cache
-def timed_hairpin(angle: float) -> TimedTargets:
+def timed_hairpin(angle: float) -> tuple[Trajectory, Targets]:
     return timed_targets(hairpin(angle), ROBOT, process=PROCESS)
 
 
