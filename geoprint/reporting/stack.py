@@ -93,13 +93,8 @@ def layer_record(
         not_printable: why the robot cannot print it, or None.
     """
     even, robots, deposited = record.uniformity, record.robot, record.deposition
-    layer = (
-        None
-        if even is None or deposited is None
-        else even.thickness
-        if deposited.flow == "constant"
-        else even.following
-    )
+    followed = deposited is not None and deposited.flow != "constant"
+    layer = None if even is None or deposited is None else even.following if followed else even.thickness
     return StackedLayerRecord(
         folder=folder,
         bottom_mm=kept.bottom,
