@@ -48,6 +48,8 @@ PRINTS = 2000
 BATCH = 250
 # Samples beyond these tell no more of errors that are slower than the distance between them.
 MOST_SAMPLES = 2000
+# Errors of which all are drawn; of more only those that some sample has, as thousands of short runs have too many.
+MOST_DRAWN = 20_000
 # Percentiles between which 95 of 100 prints lie.
 PERCENTILES = (2.5, 97.5)
 # Share of the variance of the flow from run to run that the spread leaves.
@@ -141,8 +143,8 @@ def printed(
     sides = measured.sides
     strips, rims, of_strips, of_rims = _strays(measured, errors, poses=poses, wanted=wanted)
     some = _some(len(along))
-    flow = errors.run_flow * _flow_of_neighbours(sides, some)
-    widened, nearer = together(of_strips), together(of_rims)
+    (flow,) = _drawn(errors.run_flow * _flow_of_neighbours(sides, some))
+    widened, nearer = _drawn(together(of_strips), together(of_rims))
     # Spacings of rim to a spacing of path.
     rim = sides.rims[1].count / len(along)
     added: list[FloatArray] = []
@@ -169,6 +171,16 @@ def printed(
             ),
         ),
     )
+
+
+def _drawn(*maps: Sparse) -> tuple[Sparse, ...]:
+    """Return maps of the same errors, of very many without those that no sample has; the cell's, the last, stay."""
+    count = maps[0].shape[1]
+    if count <= MOST_DRAWN:
+        return maps
+    of_cell = np.arange(count - OF_CELL, count)
+    had = np.unique(np.concatenate([of_cell, *(each.indices for each in maps)]))
+    return tuple(csr_array(each[:, had]) for each in maps)
 
 
 def _varied(along: FloatArray, changes: FloatArray) -> FloatArray:

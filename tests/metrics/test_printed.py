@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -250,3 +251,24 @@ def test_of_many_samples_some_tell_what_errors_do(
     some = in_print(rows[1], PrintErrors())
     assert some.planned == all_of_them.planned
     assert some.cv == pytest.approx(all_of_them.cv, rel=0.06)
+
+
+def test_errors_that_no_sample_has_are_not_drawn_where_there_are_very_many(
+    rows: tuple[PoseStream, Uniformity], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module = sys.modules["geoprint.metrics.printed"]
+    monkeypatch.setattr(module, "MOST_SAMPLES", 5)
+    counts: list[int] = []
+    normal: Callable[[int, int], FloatArray] = module._normal
+
+    def counted(batch: int, count: int) -> FloatArray:
+        counts.append(count)
+        return normal(batch, count)
+
+    monkeypatch.setattr(module, "_normal", counted)
+    of_all = in_print(rows[1], PrintErrors())
+    monkeypatch.setattr(module, "MOST_DRAWN", 0)
+    of_some = in_print(rows[1], PrintErrors())
+    assert counts[-1] < 0.8 * counts[0]
+    assert of_some.variances == of_all.variances
+    assert of_some.cv == pytest.approx(of_all.cv, rel=0.06)

@@ -102,7 +102,7 @@ def _by_line(
     known: dict[str, _Meaning] = {}
     for number, line in enumerate(lines, start=1):
         begins = whole_calls and last == ";"
-        if begins and series.takes(line, number):
+        if not line or (begins and series.takes(line, number)):
             continue
         yield series.taken()
         if begins and (call := _whole_call(line, number)) is not None:
