@@ -15,15 +15,7 @@ import pytest
 
 from tests.geometry.files.lasting_worker import LastingWorker, lasting_worker
 from tests.precompile import is_compiled, precompile
-from tests.processor_times import (
-    SLOW,
-    Clock,
-    Recording,
-    dearest_first,
-    files_by_cost,
-    recorded_times,
-    shard_of,
-)
+from tests.processor_times import SLOW, Clock, Recording, dearest_first, files_by_cost, recorded_times, shard_of
 from tests.shared_plans import SharedPlans, run_folder
 
 if TYPE_CHECKING:

@@ -70,11 +70,7 @@ def spherical_cap(
 
 
 def annulus(
-    *,
-    inner: float = 8.0,
-    outer: float = 20.0,
-    divisions: tuple[int, int] = (48, 8),
-    jitter_seed: int | None = None,
+    *, inner: float = 8.0, outer: float = 20.0, divisions: tuple[int, int] = (48, 8), jitter_seed: int | None = None
 ) -> Surface:
     """Return the flat ring about the origin at z = 0, with divisions around and across."""
     around, across = divisions

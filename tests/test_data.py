@@ -39,10 +39,7 @@ TOPOLOGY = {
     "plate.ply": "disc",
 }
 # Middle and geodesic radius of each patch [mm].
-PATCHES = {
-    "heart_apex_patch.ply": ((8.0, 0.0, -60.0), 20.0),
-    "heart_flat_patch.ply": ((41.705, 4.011, -5.982), 25.0),
-}
+PATCHES = {"heart_apex_patch.ply": ((8.0, 0.0, -60.0), 20.0), "heart_flat_patch.ply": ((41.705, 4.011, -5.982), 25.0)}
 
 
 @cache

@@ -65,9 +65,7 @@ def record(planned: Plan, tmp_path_factory: pytest.TempPathFactory) -> tuple[Pla
     return geoprint.workflow.save_plan(planned, folder), folder
 
 
-def test_importing_brings_nothing_along(
-    newcomer: tuple[Mapping[str, Any], str],
-) -> None:
+def test_importing_brings_nothing_along(newcomer: tuple[Mapping[str, Any], str]) -> None:
     found, _ = newcomer
     assert found["brought"] == []
 

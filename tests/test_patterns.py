@@ -158,11 +158,7 @@ def test_a_pattern_takes_linear_time(where: str, pattern: str, flags: int, metho
 
 @pytest.mark.parametrize(
     ("pattern", "method"),
-    [
-        (r"(a+)+b", "match"),
-        (r"((?:\s*\\\w+(?::=[^,;]*)?\s*,?)*)\s*(\w+)\s*[,;]", "match"),
-        (r"^\s*x", "search"),
-    ],
+    [(r"(a+)+b", "match"), (r"((?:\s*\\\w+(?::=[^,;]*)?\s*,?)*)\s*(\w+)\s*[,;]", "match"), (r"^\s*x", "search")],
     ids=["exponential", "of old", "quadratic"],
 )
 def test_what_is_slow_is_found(pattern: str, method: str) -> None:

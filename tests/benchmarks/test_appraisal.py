@@ -17,9 +17,7 @@ def test_the_first_known_answer_comes_back_within_a_tenth_of_a_millimetre() -> N
 
 
 @pytest.mark.needs("open3d")
-def test_the_first_scan_is_registered_and_measured_as_well_as_promised(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_the_first_scan_is_registered_and_measured_as_well_as_promised(monkeypatch: pytest.MonkeyPatch) -> None:
     # Half as many points, and a fifth of the places by which the truth is found.
     for name, value in (("RAYS", 184), ("FOCAL", 850.0), ("SIDE", 5)):
         monkeypatch.setattr(print_scans, name, value)

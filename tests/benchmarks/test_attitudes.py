@@ -7,15 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.motion.attitudes import (
-    VESSEL_RADIUS,
-    WRAP_DEG,
-    WRAP_LENGTH,
-    cell_with,
-    printed_row,
-    vessel,
-    wrapped,
-)
+from benchmarks.motion.attitudes import VESSEL_RADIUS, WRAP_DEG, WRAP_LENGTH, cell_with, printed_row, vessel, wrapped
 from benchmarks.parts.surfaces import triangulated, wrap
 from geoprint.config import load_cell
 from geoprint.errors import PlanError
@@ -55,7 +47,7 @@ def test_the_wrap_prints_over_the_packaged_table_and_a_refusal_is_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("benchmarks.motion.attitudes.WRAP_FACES", 300)
-    monkeypatch.setattr("benchmarks.motion.attitudes.WRAP_LENGTH", 8.0)
+    monkeypatch.setattr("benchmarks.motion.attitudes.WRAP_LENGTH", 6.0)
     monkeypatch.setattr("benchmarks.motion.attitudes.VESSEL_SIDES", 32)
     part, body = wrapped(tmp_path)
     cell = cell_with("tilt-turn", tmp_path)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from benchmarks.field.figures import KEPT, Figures, field_picture, line, loaded, save
-from benchmarks.field.planners import PLANNERS, concentric_infill, joined, missing_libraries, present_planners
+from benchmarks.field.planners import PLANNERS, concentric_infill, missing_libraries, present_planners
 from benchmarks.parts.stamps import stamp, stamp_of
 from geoprint.errors import InputError
 from geoprint.guide import picture_bytes
@@ -67,10 +67,3 @@ def test_the_kept_table_has_every_planner_on_every_part_and_draws_the_same_pictu
 def test_the_guides_picture_shows_the_kept_figures() -> None:
     drawn = stamp_of(picture_bytes("yardstick.png"))
     assert drawn == stamp(KEPT.read_text(encoding="utf-8")), "draw it: python -m benchmarks.guide --draw yardstick.png"
-
-
-def test_lines_are_joined_in_their_order() -> None:
-    lines = [np.zeros((2, 3)), np.ones((3, 3))]
-    both = joined(lines)
-    assert both.offsets.tolist() == [0, 2, 5]
-    np.testing.assert_array_equal(both.points[2:], 1.0)

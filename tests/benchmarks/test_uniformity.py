@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from io import BytesIO
-from pathlib import Path
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -31,10 +30,7 @@ from benchmarks.paths.uniformity import (
     table,
     with_rows,
 )
-from geoprint import compare, job_of
 from geoprint.geometry import face_areas
-from geoprint.geometry.files import save_ply
-from tests.meshes import spherical_cap
 
 KEYS = [metric.key for metric in COLUMNS]
 EVEN = dict(zip(KEYS, (0.002, 0.003, 1.0, 0.0, 0.0, 0.001, 0.01, 0.001, 0.004), strict=True))
@@ -121,22 +117,3 @@ def test_a_stamp_reads_back_and_leaves_the_picture_as_it_is() -> None:
     assert stamp_of(marked) == "figures 12ab"
     pixels = [plt.imread(BytesIO(each)) for each in (png, marked)]
     assert (pixels[0] == pixels[1]).all()
-
-
-def test_the_picture_repeats_and_changes_with_a_figure() -> None:
-    assert picture([FLAT, CURVED, REFUSED]) == picture([REFUSED, FLAT, CURVED])
-    assert picture([FLAT, CURVED]) != picture([FLAT, Row("curved", (0.6, 1.3), ALL_EVEN, {})])
-
-
-def test_flow_that_follows_evens_out_a_flattened_cap_and_levels_tell_the_distances_apart(tmp_path: Path) -> None:
-    part = tmp_path / "cap.ply"
-    save_ply(spherical_cap(radius=14.0, angle=1.0, rings=6, jitter_seed=1), part)
-    compared = compare(job_of(surface=part, unit="mm", spacing=2.5, robot=False, middle="plain"), backends=BACKENDS)
-    found = row_of("cap", compared).backends
-    assert list(found) == list(BACKENDS)
-    flattened, marched = found["lscm"], found["fast-marching"]
-    assert flattened["thickness.cv"] > 4.0 * flattened["following.cv"]
-    assert flattened["levels.spacing.cv"] > 10.0 * marched["levels.spacing.cv"]
-    assert flattened["distance.deviation"] > 10.0 * marched["distance.deviation"]
-    for each in found.values():
-        assert each["covered_once"] == pytest.approx(1.0 - each["gap"] - each["overlap"])

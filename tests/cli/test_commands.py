@@ -51,7 +51,7 @@ def part(tmp_path: Path) -> Path:
 def small(tmp_path: Path) -> Path:
     """Return a part that is planned in a second."""
     path = tmp_path / "plate.ply"
-    save_ply(plate((16.0, 12.0), (8, 6), jitter_seed=1), path)
+    save_ply(plate((10.0, 8.0), (5, 4), jitter_seed=1), path)
     return path
 
 

@@ -5,13 +5,17 @@ from __future__ import annotations
 import copy
 import tomllib
 from collections.abc import Mapping
+from pathlib import Path
 
+import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from geoprint.config import packaged_cell_text
-from geoprint.config.cell_file import CellFile
-from geoprint.model import LoadLimits
+from geoprint.config import Source, cell_of, job_of, packaged_cell_text, source_named
+from geoprint.config.cell_file import CellFile, HexapodTable, TiltTurnTable
+from geoprint.errors import UsageError
+from geoprint.model import Hexapod, LoadLimits, TiltTurn
+from geoprint.workflow.calibrating import edited
 
 Tables = dict[str, dict[str, object]]
 
@@ -232,3 +236,196 @@ def test_what_is_left_out_is_nothing_or_what_the_packaged_cell_says() -> None:
 def test_what_the_flange_carries_is_what_the_file_says_or_left_to_the_maker() -> None:
     assert cell({}).robot.load == LoadLimits(mass_kg=3.0, axis_5_kg_m2=0.175, axis_6_kg_m2=0.085)
     assert cell({"robot.payload_kg": None, "robot.wrist_inertia_kg_m2": None}).robot.load is None
+
+
+# `[table]` of a cell: what is read, what counts where a key is left out, and what is refused with its name.
+
+
+TEXT = packaged_cell_text("irb120-bent45")
+HEXAPOD = f'{TEXT}\n[table]\nkind = "hexapod"\nposition_mm = [350, 0, 0]\n'
+TILT_TURN = f'{TEXT}\n[table]\nkind = "tilt-turn"\nposition_mm = [350, 0, 0]\n'
+
+
+def test_a_cell_without_the_table_has_none() -> None:
+    assert cell_of(TEXT, name="cell.toml").table is None
+
+
+@pytest.mark.parametrize(("kind", "table"), [("hexapod", HexapodTable), ("tilt-turn", TiltTurnTable)])
+def test_the_examples_in_the_packaged_cells_show_what_counts_where_a_key_is_left_out(
+    kind: str, table: type[HexapodTable | TiltTurnTable]
+) -> None:
+    _, _, shown = TEXT.partition(f'# [table]\n# kind = "{kind}"\n')
+    keys = [line.removeprefix("# ") for line in shown.splitlines()]
+    stated = "\n".join(keys[: next(at for at, line in enumerate(keys) if " = " not in line)])
+    found = table.model_validate(tomllib.loads(f'kind = "{kind}"\n{stated}'))
+    # Nobody's unit counts where none is named.
+    assert set(tomllib.loads(stated)) == set(table.model_fields) - {"kind", "mechanical_unit"}
+    assert found.model_dump() == table.model_validate({"kind": kind, "position_mm": [350.0, 0.0, 0.0]}).model_dump()
+
+
+def test_the_table_stands_where_it_is_written_and_turned_as_other_frames_are() -> None:
+    table = cell_of(f"{HEXAPOD}rpy_deg = [0, 0, 90]\n", name="cell.toml").table
+    assert isinstance(table, Hexapod)
+    wanted = np.array([[0.0, -1.0, 0.0, 350.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+    np.testing.assert_allclose(table.T_base_table, wanted, atol=1e-12)
+
+
+def test_the_joints_of_a_hexapod_stand_in_pairs_and_those_of_a_leg_nearest_to_each_other() -> None:
+    table = cell_of(f"{HEXAPOD}base_joint_spread_deg = 20\nplate_joint_spread_deg = 30\n", name="cell.toml").table
+    assert isinstance(table, Hexapod)
+    base, plate = (np.degrees(np.arctan2(at[:, 1], at[:, 0])) % 360.0 for at in (table.base_joints, table.plate_joints))
+    np.testing.assert_allclose(base, [280.0, 20.0, 40.0, 140.0, 160.0, 260.0])
+    np.testing.assert_allclose(plate, [315.0, 345.0, 75.0, 105.0, 195.0, 225.0])
+    np.testing.assert_allclose(np.hypot(*table.base_joints[:, :2].T), 110.0)
+    np.testing.assert_allclose(table.plate_joints[:, 2] - table.base_joints[:, 2], 188.9)
+
+
+def test_angles_and_speeds_of_a_tilt_turn_table_are_read_in_degrees() -> None:
+    table = cell_of(f"{TILT_TURN}tilt_deg = [-30, 120]\nturn_speed_deg_s = 180\n", name="cell.toml").table
+    assert isinstance(table, TiltTurn)
+    np.testing.assert_allclose(table.ranges, np.radians([[-30.0, 120.0], [-180.0, 180.0]]))
+    np.testing.assert_allclose(table.speeds, np.radians([90.0, 180.0]))
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        (HEXAPOD.replace('hexapod"\nposition', 'octopod"\nposition'), "line .*table.*'hexapod', 'tilt-turn'"),
+        (HEXAPOD.replace('kind = "hexapod"\nposition', "position"), r"line .*table.*'kind'"),
+        (HEXAPOD.replace("position_mm = [350, 0, 0]\n", ""), r"position_mm: field required"),
+        (f"{HEXAPOD}tilt_deg = [-90, 90]\n", r"tilt_deg: extra inputs are not permitted"),
+        (f"{HEXAPOD}leg_mm = [175.2]\n", r"leg_mm: list should have at least 2 items"),
+        (f"{HEXAPOD}leg_mm = [220, 180]\n", "give the shortest, then the longest"),
+        (f"{HEXAPOD}leg_diameter_mm = 41\n", "40.7 mm apart from axis to axis, but 41 mm thick"),
+        (f"{TILT_TURN}tilt_deg = [0, 90]\n", r"tilt_deg is \[0, 90\]: it must begin below 0"),
+        (f"{TILT_TURN}turn_deg = [-90, 0]\n", r"turn_deg is \[-90, 0\]"),
+        (f"{TILT_TURN}turn_deg = [-361, 90]\n", "greater than or equal to -360"),
+        (
+            f"{TILT_TURN}stand_distance_mm = 140\n",
+            "stand_distance_mm is 140, so that the turning plate of 200 mm meets",
+        ),
+        (f"{TILT_TURN}pivot_mm = 3\n", r"pivot_mm: extra inputs are not permitted"),
+    ],
+)
+def test_what_is_wrong_in_the_table_is_named(text: str, complaint: str) -> None:
+    with pytest.raises(UsageError, match=complaint):
+        cell_of(text, name="cell.toml")
+
+
+@pytest.mark.parametrize(
+    ("key", "inside", "outside"),
+    [
+        ("base_joint_spread_deg", 59.0, 60.0),
+        ("plate_joint_spread_deg", 59.0, 60.0),
+        ("base_cone_deg", 89.9, 90.0),
+        ("base_cone_deg", 0.1, 0.0),
+        ("plate_cone_deg", 89.9, 90.0),
+        ("leg_speed_mm_s", 0.1, 0.0),
+        ("leg_diameter_mm", 0.1, 0.0),
+        ("plate_diameter_mm", 0.1, 0.0),
+    ],
+)
+def test_a_number_is_taken_just_inside_its_bound_and_refused_just_outside_with_its_line(
+    key: str, inside: float, outside: float
+) -> None:
+    wide = f"{HEXAPOD}leg_mm = [100, 400]\n" if "spread" in key else HEXAPOD
+    assert isinstance(cell_of(f"{wide}{key} = {inside}\n", name="cell.toml").table, Hexapod)
+    text = f"{wide}{key} = {outside}\n"
+    with pytest.raises(UsageError, match=rf"cell\.toml, line {len(text.splitlines())}: table\.{key}: input should be"):
+        cell_of(text, name="cell.toml")
+
+
+def test_a_table_that_is_edited_in_the_file_reads_back() -> None:
+    values = {"position_mm": [301.25, -4.5, 12.0], "rpy_deg": [0.0, 0.0, 1.5], "pivot_mm": 25.0}
+    text = edited(HEXAPOD, table="table", values=values, name="cell.toml")
+    table = cell_of(text, name="cell.toml").table
+    assert isinstance(table, Hexapod)
+    np.testing.assert_allclose(table.T_base_table[:3, 3], values["position_mm"])
+    assert table.pivot == 25.0
+    assert text.startswith(TEXT)
+
+
+def test_what_drives_a_tilt_turn_table_is_named_where_the_controller_does_and_only_there() -> None:
+    start = f'{TEXT}\n[table]\nkind = "tilt-turn"\nposition_mm = [350, 0, 0]\n'
+    driven = cell_of(f'{start}control = "external axes"\nmechanical_unit = "STN1"\n', name="cell.toml").table
+    asked = cell_of(start, name="cell.toml").table
+    assert isinstance(driven, TiltTurn)
+    assert isinstance(asked, TiltTurn)
+    assert (driven.unit, asked.unit) == ("STN1", None)
+    with pytest.raises(UsageError, match="name the mechanical_unit"):
+        cell_of(f'{start}control = "external axes"\n', name="cell.toml")
+    with pytest.raises(UsageError, match="mechanical_unit is named"):
+        cell_of(f'{start}mechanical_unit = "STN1"\n', name="cell.toml")
+
+
+# What a source is: one of its kinds, from a text, a table or the file of a drawn curve.
+
+
+@pytest.mark.parametrize(
+    ("text", "keys", "said"),
+    [
+        ("border", {"border": True}, "border"),
+        (" best ", {"best": True}, "best"),
+        ("loop:2", {"loops": [2]}, "loops:2"),
+        ("loops:1,3", {"loops": [1, 3]}, "loops:1,3"),
+        ("near:1,-2,3.5", {"near": [[1.0, -2.0, 3.5]]}, "near:1,-2,3.5"),
+        ("near:1,2,3:4,5,6", {"near": [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]}, "near:1,2,3:4,5,6"),
+        ("between:0,0,0:1,0,0", {"between": [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]}, "between:0,0,0:1,0,0"),
+        ("point:1e1,2,3", {"point": [10.0, 2.0, 3.0]}, "point:10,2,3"),
+        ("angle:-45", {"angle": -45.0}, "angle:-45"),
+        ("angle:0", {"angle": 0.0}, "angle:0"),
+    ],
+)
+def test_a_text_is_a_source_and_told_as_it_is_typed(text: str, keys: dict[str, object], said: str) -> None:
+    assert source_named(text) == keys
+    source = Source.model_validate(keys)
+    assert str(source) == said
+    assert job_of(surface="part.ply", source=text).source == job_of(surface="part.ply", source=keys).source == source
+
+
+def test_the_file_of_a_curve_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "drawn.csv"
+    path.write_text("x,y,z\n1,2,3\n4,5,6\n")
+    assert source_named(str(path)) == {"curve": [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]}
+    assert str(Source(curve=[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])) == "a curve of 2 points"
+
+
+@pytest.mark.parametrize("text", ["rim", "loops:", "loops:one", "point:1;2;3", "best:1", "nowhere.csv", ""])
+def test_a_text_that_means_nothing_is_refused_with_what_would(text: str) -> None:
+    with pytest.raises(
+        UsageError, match=r"`--from`: .* is no source, and no file: give one of border, best, loops:1,3"
+    ):
+        source_named(text)
+    with pytest.raises(UsageError, match="is no source"):
+        job_of(surface="part.ply", source=text)
+
+
+@pytest.mark.parametrize(
+    ("keys", "why"),
+    [
+        ({}, "a source is one of border, best, loops, near, between, curve, point, angle, found none"),
+        ({"best": True, "loops": [1]}, "found best and loops"),
+        ({"loops": []}, "at least 1 item"),
+        ({"loops": [0]}, "greater than 0"),
+        ({"near": [[1.0, 2.0]]}, "at least 3 items"),
+        ({"between": [[0.0, 0.0, 0.0]]}, "at least 2 items"),
+        ({"between": 4 * [[0.0, 0.0, 0.0]]}, "at most 3 items"),
+        ({"curve": [[0.0, 0.0, 0.0]]}, "at least 2 items"),
+        ({"curve": 501 * [[0.0, 0.0, 0.0]]}, "at most 500 items"),
+        ({"point": [0.0, 0.0, float("nan")]}, "finite"),
+        ({"border": True, "seed": [0, 0, 0]}, "seed"),
+    ],
+)
+def test_a_table_that_is_no_source_is_refused(keys: dict[str, object], why: str) -> None:
+    with pytest.raises(UsageError, match=why):
+        job_of(surface="part.ply", source=keys)
+
+
+def test_several_patches_take_the_border_the_best_or_each_its_own() -> None:
+    box = {"box": [0, 0, 0, 1, 1, 1]}
+    for source in ("border", "best"):
+        assert job_of(surface="part.ply", patches=[box, box], source=source).source is not None
+    with pytest.raises(UsageError, match="the source loops:1 lies on one patch, but there are 2: give each its own"):
+        job_of(surface="part.ply", patches=[box, box], source="loops:1")
+    job = job_of(surface="part.ply", patches=[box, {**box, "source": "loops:2"}])
+    assert [str(patch.source) for patch in job.patches] == ["None", "loops:2"]

@@ -69,7 +69,4 @@ def triangulated(*loops: FloatArray, width: float, seed: int = 0) -> Surface:
 
 
 LETTER = np.array([[0.0, 0], [30, 0], [30, 12], [13, 14], [12, 31], [0, 28]])
-LETTER_HOLES = (
-    np.array([[4.0, 4], [4, 8], [8, 9], [9, 4]]),
-    np.array([[3.5, 18], [6, 23], [8.5, 18]]),
-)
+LETTER_HOLES = (np.array([[4.0, 4], [4, 8], [8, 9], [9, 4]]), np.array([[3.5, 18], [6, 23], [8.5, 18]]))

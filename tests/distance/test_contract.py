@@ -2,17 +2,30 @@
 
 from __future__ import annotations
 
+import ast
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
-from geoprint.distance import BACKENDS
+import geoprint
+from geoprint.distance import (
+    BACKENDS,
+    accuracy,
+    backend,
+    backend_names,
+    compared_backends,
+    most_accurate_backend,
+    register,
+    with_option,
+)
+from geoprint.distance.interface import diagnostics
 from geoprint.errors import FieldError, UsageError
 from geoprint.geometry import PolylineDistance, boundary_seed, even_points, positions, refine
-from geoprint.model import Contours, FloatArray, Surface
+from geoprint.model import Contours, FloatArray, ScalarField, Surface
 from tests.distance.bands import band
 from tests.meshes import cylinder_patch, plate, spherical_cap
 
@@ -171,3 +184,72 @@ def test_a_spacing_larger_than_the_part_names_one_that_fits(name: str) -> None:
     surface = plate()
     with pytest.raises(FieldError, match="choose a spacing below"):
         BACKENDS[name](surface).contours(boundary_seed(surface), spacing=100.0)
+
+
+# The slope of a field: known on a plate, broken on its diagonals, and reported by area.
+
+
+def test_a_plane_of_slope_one_has_no_error_and_no_cut_locus() -> None:
+    surface = plate((40.0, 30.0), (20, 15), jitter_seed=1)
+    found = diagnostics(surface, ScalarField(surface.vertices[:, 0].copy()))
+    assert found.mean_slope_error == pytest.approx(0.0, abs=1e-12)
+    assert found.p95_slope_error == pytest.approx(0.0, abs=1e-12)
+    assert found.cut_locus_share == 0.0
+
+
+def test_a_slope_off_by_a_twentieth_is_reported_as_such() -> None:
+    surface = plate((40.0, 30.0), (20, 15), jitter_seed=1)
+    found = diagnostics(surface, ScalarField(1.05 * surface.vertices[:, 0]))
+    assert found.mean_slope_error == pytest.approx(0.05)
+    assert found.p95_slope_error == pytest.approx(0.05)
+
+
+def test_triangles_over_the_ridge_between_two_edges_are_the_cut_locus() -> None:
+    surface = plate((40.0, 30.0), (21, 15))
+    x = surface.vertices[:, 0]
+    found = diagnostics(surface, ScalarField(np.minimum(x, 40.0 - x)))
+    assert found.cut_locus_share == pytest.approx(1 / 21, rel=1e-6)
+    assert found.mean_slope_error == pytest.approx(0.0, abs=1e-12)
+    flat = diagnostics(surface, ScalarField(np.ones(x.size)))
+    assert flat.cut_locus_share == 1.0
+    assert flat.mean_slope_error == pytest.approx(1.0)
+
+
+# What the backends say of themselves, and who is chosen by it.
+
+
+def test_every_backend_says_what_it_is_in_words_of_its_own() -> None:
+    assert backend_names()[: len(BACKENDS)] == tuple(BACKENDS)
+    found = [backend(name) for name in BACKENDS]
+    assert len({entry.factory.title for entry in found}) == len(BACKENDS)
+    for entry in found:
+        assert entry.summary.endswith(".")
+        assert entry.summary != entry.factory.title
+
+
+def test_a_chart_and_a_mesh_are_compared_and_the_most_accurate_is_advised() -> None:
+    assert compared_backends() == ("lscm", "heat")
+    assert most_accurate_backend().name == "fast-marching"
+    ranks = [accuracy(backend(name)) for name in ("lscm", "heat", "fast-marching")]
+    assert ranks == sorted(set(ranks))
+    assert with_option("resolution") == ("lscm",)
+
+
+def test_a_name_that_is_built_in_cannot_be_registered_again() -> None:
+    with pytest.raises(UsageError, match="a backend named 'heat' already"):
+        register("heat", BACKENDS["lscm"])
+
+
+def test_no_room_but_their_own_knows_the_name_of_a_backend() -> None:
+    package = Path(geoprint.__file__).parent
+    texts = {path.relative_to(package): path.read_text(encoding="utf-8") for path in package.rglob("*.py")}
+    found = {
+        (path.as_posix(), node.value)
+        for path, text in texts.items()
+        # Most files hold none of the names, and need not be parsed for it.
+        if path.parts[0] != "distance" and any(name in text for name in BACKENDS)
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.Constant) and node.value in BACKENDS
+    }
+    # The one that plans where nobody chooses.
+    assert found <= {("config/job.py", "heat"), ("cli/options.py", "heat")}

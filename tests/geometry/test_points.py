@@ -7,9 +7,11 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from geoprint.errors import InputError, MeshError
+from geoprint.geometry import PolylineDistance, direction_across, turned_over
 from geoprint.geometry.points import closest, closest_in_triangles, normals, positions, vertex_points
 from geoprint.model import FloatArray, Surface, SurfacePoints
 from tests import meshes
+from tests.meshes import plate, spherical_cap
 
 
 def random_points(surface: Surface, *, count: int, seed: int) -> SurfacePoints:
@@ -171,3 +173,54 @@ def test_corner_normals_that_cancel_out_are_refused() -> None:
         normals(folded, between)
     on_floor = SurfacePoints(faces=np.array([0]), weights=np.array([[1.0, 0.0, 0.0]]))
     np.testing.assert_allclose(normals(folded, on_floor), [[0, 0, 1]], atol=1e-6)
+
+
+# Directions across a mean normal: where they are counted from, and which way.
+
+
+def test_angles_count_counter_clockwise_seen_from_outside_from_x() -> None:
+    level = plate((4.0, 3.0))
+    np.testing.assert_allclose(direction_across(level, angle=0.0), [1.0, 0.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(direction_across(level, angle=np.pi / 2.0), [0.0, 1.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(direction_across(turned_over(level), angle=np.pi / 2.0), [0.0, -1.0, 0.0], atol=1e-12)
+
+
+def test_where_the_mean_normal_is_nearly_x_the_y_axis_stands_in_for_it() -> None:
+    level = plate((4.0, 3.0))
+    upright = Surface(level.vertices[:, [2, 0, 1]], level.faces)
+    np.testing.assert_allclose(direction_across(upright, angle=0.0), [0.0, 1.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(direction_across(upright, angle=np.pi / 2.0), [0.0, 0.0, 1.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1.0, -2.0])
+def test_a_direction_is_of_unit_length_and_square_to_the_mean_normal(angle: float) -> None:
+    cap = spherical_cap(radius=10.0, angle=0.9, rings=8)
+    tilt = np.array([[0.8, 0.0, 0.6], [0.0, 1.0, 0.0], [-0.6, 0.0, 0.8]])
+    found = direction_across(Surface(cap.vertices @ tilt.T, cap.faces), angle=angle)
+    assert np.linalg.norm(found) == pytest.approx(1.0)
+    assert found @ tilt @ [0.0, 0.0, 1.0] == pytest.approx(0.0, abs=1e-9)
+
+
+# Distances to polylines, corners included.
+
+
+def brute_force(points: FloatArray, line: FloatArray) -> FloatArray:
+    start, along = line[:-1], np.diff(line, axis=0)
+    share = np.einsum("kij,ij->ki", points[:, None] - start, along) / np.einsum("ij,ij->i", along, along)
+    nearest = start + np.clip(share, 0, 1)[..., None] * along
+    return np.linalg.norm(points[:, None] - nearest, axis=2).min(axis=1)
+
+
+@pytest.mark.parametrize("step", [0.3, 0.7, 5.0])
+def test_the_distance_to_a_corner_is_not_that_to_a_cut_corner(step: float) -> None:
+    line = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]])
+    assert PolylineDistance([line], step=step)(np.array([[2.0, -1.0, 0.0]])) == pytest.approx(np.sqrt(2.0), abs=1e-12)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), step=st.floats(0.02, 0.2))
+def test_distances_to_random_walks_are_exact(seed: int, step: float) -> None:
+    rng = np.random.default_rng(seed)
+    line = np.cumsum(rng.normal(size=(12, 3)), axis=0)
+    points = rng.uniform(-5.0, 5.0, size=(40, 3))
+    np.testing.assert_allclose(PolylineDistance([line], step=step)(points), brute_force(points, line), atol=1e-12)

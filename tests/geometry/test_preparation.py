@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from contextlib import suppress
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +12,27 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from geoprint.errors import InputError, MeshError
-from geoprint.geometry import Repairs, face_areas, mean_normal, prepare
+from geoprint.geometry import (
+    Repairs,
+    all_curves,
+    boundary_seed,
+    described,
+    face_areas,
+    mean_normal,
+    middle_of,
+    pieces,
+    positions,
+    prepare,
+    some_curves,
+    united,
+)
 from geoprint.geometry.files import load
 from geoprint.geometry.operators import signed_volume
 from geoprint.geometry.repair import WELD_SHARE, first_equal
 from geoprint.geometry.topology import boundary_loops, describe, edges
-from geoprint.model import Surface
+from geoprint.model import Surface, SurfaceCurves
 from tests import meshes
+from tests.meshes import annulus, disc, plate
 from tests.shared_data import SHARED_DATA, shared
 
 PATCHES = sorted(path.stem for path in (SHARED_DATA / "patches").glob("*.ply"))
@@ -406,3 +421,104 @@ def test_of_equal_points_the_first_stands_for_all(seed: int, count: int, values:
     points = np.random.default_rng(seed).choice(choices, (count, 3))
     wanted = [next(i for i, other in enumerate(points) if (other == point).all()) for point in points]
     assert first_equal(points).tolist() == wanted
+
+
+# Repairs are counted in one value: those of several steps add up, and every kind is said and described.
+
+
+FIRST = Repairs(1, 2, 3, 4, 5, ((1.0, 2.0, 3.0),), 6, 7, 8, ((0.0, 0.5, 0.25),))
+LATER = Repairs(welded_vertices=10, debris_places=((4.0, 5.0, 6.0),))
+
+
+def test_repairs_of_several_steps_add_up() -> None:
+    both = FIRST + LATER
+    assert both == Repairs(11, 2, 3, 4, 5, ((1.0, 2.0, 3.0), (4.0, 5.0, 6.0)), 6, 7, 8, ((0.0, 0.5, 0.25),))
+    assert FIRST + Repairs() == Repairs() + FIRST == FIRST
+
+
+def test_every_kind_of_repair_is_said_with_its_number_and_where_it_matters_its_place() -> None:
+    assert FIRST.changes() == (
+        "1 vertices joined to others that coincide",
+        "2 faces without area dropped",
+        "3 duplicate faces dropped",
+        "4 vertices that no face uses dropped",
+        "5 faces of specks dropped, at (1.00, 2.00, 3.00) mm",
+        "6 faces added where vertices lie on edges (T-junctions)",
+        "7 faces turned for one winding",
+        "8 vertices split where fans of faces touch",
+        "1 holes closed, at (0.00, 0.50, 0.25) mm",
+    )
+    assert Repairs().changes() == ()
+
+
+def test_the_first_places_are_said_and_how_many_more_there_are() -> None:
+    (said,) = Repairs(filled_holes=((0.0, 0.0, 0.0),) * 5).changes()
+    assert said == "5 holes closed, at " + ", ".join(["(0.00, 0.00, 0.00) mm"] * 3) + " and 2 more"
+
+
+def test_every_field_is_described() -> None:
+    assert [name for name, _, _ in described(Repairs)] == [field.name for field in fields(Repairs)]
+
+
+# Surfaces in several pieces: what is put together comes apart again, and curves keep their places.
+
+
+def moved(surface: Surface, along: float) -> Surface:
+    return Surface(surface.vertices + np.array([along, 0.0, 0.0]), surface.faces, name=surface.name)
+
+
+PARTS = (plate(), moved(annulus(), 100.0), moved(disc(), 200.0))
+
+
+def test_what_is_put_together_comes_apart_in_the_same_order() -> None:
+    whole = united(PARTS)
+    for part, piece in zip(PARTS, pieces(whole), strict=True):
+        assert np.array_equal(piece.surface.faces, part.faces)
+        assert np.array_equal(piece.surface.vertices, part.vertices)
+        assert np.array_equal(whole.vertices[piece.vertices], part.vertices)
+    assert whole.name == "plate"
+
+
+def test_one_piece_is_the_surface_itself() -> None:
+    surface = plate()
+    assert united([surface]) is surface
+    assert pieces(surface)[0].surface is surface
+
+
+def test_pieces_whose_faces_are_mixed_come_apart_too() -> None:
+    whole = united(PARTS)
+    mixed = Surface(whole.vertices, whole.faces[np.random.default_rng(1).permutation(len(whole.faces))])
+    for piece in pieces(mixed):
+        assert np.array_equal(mixed.vertices[mixed.faces[piece.faces]], piece.surface.vertices[piece.surface.faces])
+
+
+def places(surface: Surface, curves: SurfaceCurves) -> list[list[list[float]]]:
+    at = positions(surface, curves.points)
+    return [at[a:b].tolist() for a, b in zip(curves.offsets[:-1], curves.offsets[1:], strict=True)]
+
+
+def test_curves_keep_their_places_on_a_piece_and_back_on_the_whole() -> None:
+    whole = united(PARTS)
+    curves = boundary_seed(whole).curves
+    found = pieces(whole)
+    assert [int(piece.holds(curves).sum()) for piece in found] == [1, 2, 1]
+    for piece in found:
+        own = piece.own(curves)
+        assert places(piece.surface, own) == places(whole, piece.on_whole(own))
+    back = all_curves([piece.on_whole(piece.own(curves)) for piece in found])
+    assert sorted(places(whole, back)) == sorted(places(whole, curves))
+    assert back.closed.all()
+
+
+def test_curves_are_taken_in_the_order_asked_for() -> None:
+    whole = united(PARTS)
+    curves = boundary_seed(whole).curves
+    taken = some_curves(curves, np.array([2, 0]))
+    assert places(whole, taken) == [places(whole, curves)[2], places(whole, curves)[0]]
+    assert some_curves(curves, np.array([], dtype=np.int64)).count == 0
+
+
+def test_the_middle_of_a_surface_lies_on_it() -> None:
+    ring = annulus()
+    assert (ring.vertices == middle_of(ring)).all(axis=1).any()
+    assert np.allclose(middle_of(disc()), 0.0)

@@ -44,9 +44,7 @@ def test_a_point_off_the_surface_is_refused_with_its_distance() -> None:
 
 
 @pytest.mark.parametrize("xyz", [np.zeros(2), np.array([0.0, np.nan, 0.0]), np.zeros((1, 3))])
-def test_a_point_without_three_finite_coordinates_is_refused(
-    xyz: FloatArray,
-) -> None:
+def test_a_point_without_three_finite_coordinates_is_refused(xyz: FloatArray) -> None:
     with pytest.raises(InputError, match="three finite coordinates"):
         point_seed(meshes.plate(), xyz, tolerance=1.0)
 

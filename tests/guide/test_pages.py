@@ -56,6 +56,9 @@ def test_its_blocks_run_in_order_and_so_do_those_of_pages_that_go_on_with_it(
     page: Page, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(folder)
+    # Of the poses of a camera that are tried fewer are enough here.
+    monkeypatch.setattr("geoprint.inspection.outline_pose.COARSE", 40)
+    monkeypatch.setattr("geoprint.inspection.outline_pose.FINE", 6)
     with working_here():
         for each in (page, *map(page_named, GO_ON.get(page.name, ()))):
             run_blocks(each, folder, monkeypatch, capsys)

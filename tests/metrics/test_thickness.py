@@ -13,6 +13,13 @@ from geoprint.config import load_cell
 from geoprint.errors import InputError
 from geoprint.geometry import closest, cotangent_laplacian, diagonal_matrix, lumped_mass
 from geoprint.metrics import LevelledLayer, Thickness, stretches_of_poses, uniformity
+from geoprint.metrics.coverage import (
+    _share,  # pyright: ignore[reportPrivateUsage]
+    strip_widths,
+)
+from geoprint.metrics.deposited import Samples
+from geoprint.metrics.oracle import Places
+from geoprint.metrics.stack_thickness import deposited_volume, flow_by_length, flow_by_time, flow_of_all
 from geoprint.model import FloatArray, PoseStream, Process, Surface
 from geoprint.process import following_flow
 from tests.meshes import cylinder_patch, disc, plate, spherical_cap
@@ -213,3 +220,226 @@ def test_flow_is_width_times_spacing_times_layer_height_within_its_bounds() -> N
     np.testing.assert_allclose(found, [1.0, 1.1, 0.9, 1.1, 0.0])
     with pytest.raises(InputError, match="positive spacing and layer height"):
         following_flow(widths, deposit=deposit, spacing=0.0, process=process(0.5))
+
+
+# Widths of strips and shares of small triangles, by hand: areas laid at known places along runs of few samples.
+
+
+def samples(*lengths: tuple[float, int]) -> Samples:
+    """Runs of these lengths, each cut into so many gaps."""
+    runs = np.concatenate([np.full(gaps + 1, run) for run, (_, gaps) in enumerate(lengths)])
+    arcs = np.concatenate([np.linspace(0.0, length, gaps + 1) for length, gaps in lengths])
+    places = Places(np.zeros(len(runs), dtype=np.int64), np.zeros(len(runs), dtype=np.complex128))
+    return Samples(places, runs, arcs)
+
+
+def widths(
+    along: Samples,
+    pieces: list[tuple[int, float, float]],
+    *,
+    closed: tuple[bool, ...],
+    spacing: float,
+    points: FloatArray | None = None,
+) -> tuple[FloatArray, FloatArray]:
+    """Of pieces of surface, each with its run, its place along it and its area; runs lie apart but where told."""
+    runs, arcs, areas = (np.array(column) for column in zip(*pieces, strict=True))
+    apart = np.stack([along.arcs, 10.0 * along.runs, np.zeros(along.runs.size)], axis=1, dtype=np.float64)
+    where = apart if points is None else points
+    return strip_widths(along, runs, arcs, areas, points=where, closed=np.array(closed), spacing=spacing)
+
+
+FIVE = [(0, float(k), float(2**k)) for k in range(5)]
+
+
+@pytest.mark.parametrize(
+    ("gaps", "spacing", "wanted"),
+    [
+        # One sample to either side.
+        (4, 1.0, [3 / 1.5, 7 / 2.5, 14 / 3, 28 / 2.5, 24 / 1.5]),
+        (4, 2.0, [3 / 1.5, 7 / 2.5, 14 / 3, 28 / 2.5, 24 / 1.5]),
+        # Two.
+        (6, 4.0, [7 / 2.5, 15 / 3.5, 31 / 4.5, 62 / 5, 124 / 4.5, 120 / 3.5, 112 / 2.5]),
+        # No farther than to less than half of a short run.
+        (4, 20.0, [3 / 1.5, 7 / 2.5, 14 / 3, 28 / 2.5, 24 / 1.5]),
+        (5, 20.0, [7 / 2.5, 15 / 3.5, 31 / 4.5, 62 / 4.5, 60 / 3.5, 56 / 2.5]),
+        (1, 20.0, [3 / 1, 3 / 1]),
+    ],
+)
+def test_a_width_is_the_area_within_half_a_spacing_over_its_length(
+    gaps: int, spacing: float, wanted: list[float]
+) -> None:
+    pieces = [(0, float(k), float(2**k)) for k in range(gaps + 1)]
+    found, lengths = widths(samples((float(gaps), gaps)), pieces, closed=(False,), spacing=spacing)
+    assert found * spacing == pytest.approx(wanted)
+    assert lengths == pytest.approx([0.5, *[1.0] * (gaps - 1), 0.5])
+
+
+@pytest.mark.parametrize(
+    ("gaps", "spacing", "wanted"),
+    [
+        (4, 2.0, [11 / 3, 7 / 3, 14 / 3, 13 / 3, 11 / 3]),
+        # No farther than once around.
+        (4, 100.0, [11 / 3, 7 / 3, 14 / 3, 13 / 3, 11 / 3]),
+        (5, 2.0, [19 / 3, 7 / 3, 14 / 3, 28 / 3, 25 / 3, 19 / 3]),
+        (5, 4.0, [31 / 5] * 6),
+        (3, 4.0, [7 / 3] * 4),
+    ],
+)
+def test_a_closed_run_goes_on_behind_its_end(gaps: int, spacing: float, wanted: list[float]) -> None:
+    pieces = [(0, float(k), float(2**k)) for k in range(gaps)]
+    found, lengths = widths(samples((float(gaps), gaps)), pieces, closed=(True,), spacing=spacing)
+    assert found * spacing == pytest.approx(wanted)
+    assert lengths == pytest.approx([0.5, *[1.0] * (gaps - 1), 0.5])
+    # Whether a piece is taken for the start or for the end.
+    other = [*pieces[1:], (0, float(gaps), 1.0)]
+    assert widths(samples((float(gaps), gaps)), other, closed=(True,), spacing=spacing)[0] == pytest.approx(found)
+
+
+def test_a_piece_between_two_samples_is_shared_by_its_place_and_one_beyond_the_end_belongs_to_it() -> None:
+    along = samples((30.0, 3))
+    found, lengths = widths(along, [(0, 12.5, 4.0), (0, 40.0, 8.0), (0, -3.0, 16.0)], closed=(False,), spacing=1.0)
+    # Areas of 16, 3, 1, 8, and one sample to either side.
+    assert found == pytest.approx([19 / 15, 20 / 25, 12 / 25, 9 / 15])
+    assert lengths == pytest.approx([5.0, 10.0, 10.0, 5.0])
+
+
+def test_runs_keep_to_themselves_and_each_has_its_own_reach() -> None:
+    along = samples((4.0, 4), (2.5, 5), (4.0, 4))
+    pieces = [*FIVE, (2, 1.0, 6.0), *((1, 0.5 * k, float(2**k)) for k in range(6))]
+    found, lengths = widths(along, pieces, closed=(False, False, True), spacing=2.0)
+    assert found[:5] * 2.0 == pytest.approx([3 / 1.5, 7 / 2.5, 14 / 3, 28 / 2.5, 24 / 1.5])
+    # Two samples of half a millimetre to either side.
+    assert found[5:11] * 2.0 == pytest.approx([7 / 1.25, 15 / 1.75, 31 / 2.25, 62 / 2.25, 60 / 1.75, 56 / 1.25])
+    assert found[11:] * 2.0 == pytest.approx([2.0, 2.0, 2.0, 0.0, 2.0])
+    assert lengths[5:11] == pytest.approx([0.25, 0.5, 0.5, 0.5, 0.5, 0.25])
+
+
+@pytest.mark.parametrize("end", [(0, 4.0), (1, 0.0)])
+def test_runs_that_meet_end_to_end_share_what_lies_beyond_the_corner_whoever_is_nearer(end: tuple[int, float]) -> None:
+    """A run along x is split where it turns to go along y; rounding says whose the corner's surface is."""
+    along = samples((4.0, 4), (4.0, 4))
+    first = along.runs == 0
+    points = np.column_stack([np.where(first, along.arcs, 4.0), np.where(first, 0.0, along.arcs), 0.0 * along.arcs])
+    points[~first] += 1e-6
+    found, _ = widths(
+        along, [(0, 2.0, 1.0), (1, 2.0, 1.0), (*end, 6.0)], closed=(False, False), spacing=1.0, points=points
+    )
+    # Three square millimetres for each of the ends, and one sample to either side.
+    half = [0.0, 1 / 2.5, 1 / 3, 4 / 2.5, 3 / 1.5]
+    assert found == pytest.approx([*half, *half[::-1]])
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "share"),
+    [
+        (-9.0, 9.0, 1.0), (-1.0, 1.0, 1.0), (0.0, 9.0, 0.5), (-9.0, 0.0, 0.5), (-0.5, 0.25, 0.375), (0.25, 0.75, 0.25),
+        (-0.75, -0.25, 0.25), (1.5, 9.0, 0.0), (-9.0, -1.5, 0.0), (0.5, -0.5, 0.0), (0.9, 9.0, 0.05),
+    ],
+)  # fmt: skip
+def test_a_triangle_holds_the_part_of_its_extent_that_lies_between_two_bounds(
+    low: float, high: float, share: float
+) -> None:
+    """Two millimetres across, one to either side of its middle."""
+    assert _share(np.array([2.0]), np.array([low]), np.array([high])).tolist() == pytest.approx([share])
+
+
+# What a program lays: by time through a valve, by length where the flow follows the speed.
+
+
+# Two lines of 40 mm at 10 mm/s, and 2 s of travel between them.
+SPEED, BETWEEN = 10.0, 2.0
+
+
+def lines() -> PoseStream:
+    made = deposited([straight_line((0.0, y), (40.0, y)) for y in (0.0, 1.0)], (0, 1))
+    return replace(made, flow=np.full(made.count, 0.4))
+
+
+def times(stream: PoseStream) -> FloatArray:
+    along = stream.surface_points[:, 0] / SPEED
+    return along + stream.runs * (4.0 + BETWEEN)
+
+
+MATERIAL = np.array([[0.0, 4.0], [6.0, 10.0]])
+
+
+def test_at_the_set_speed_both_lay_what_was_planned() -> None:
+    stream = lines()
+    for found in (
+        flow_by_time(stream, times(stream), MATERIAL, rate=0.4 * SPEED),
+        flow_by_length(stream, times(stream), MATERIAL),
+    ):
+        np.testing.assert_allclose(found, 0.4)
+        assert deposited_volume(stream, found) == pytest.approx(0.4 * 80.0)
+
+
+def test_a_valve_lays_more_where_the_tip_is_slower_and_a_flow_that_follows_does_not() -> None:
+    stream = lines()
+    slow = np.where(stream.runs == 0, times(stream), 6.0 + 2.0 * (times(stream) - 6.0))
+    material = np.array([[0.0, 4.0], [6.0, 14.0]])
+    valve = flow_by_time(stream, slow, material, rate=0.4 * SPEED)
+    np.testing.assert_allclose(valve, np.where(stream.runs == 0, 0.4, 0.8))
+    assert deposited_volume(stream, valve) == pytest.approx(0.4 * SPEED * 12.0)
+    np.testing.assert_allclose(flow_by_length(stream, slow, material), 0.4)
+
+
+def test_what_opens_late_and_shuts_early_is_missing_at_the_ends() -> None:
+    stream = lines()
+    material = MATERIAL + np.array([[0.5, 0.0], [0.0, -1.0]])
+    for found in (
+        flow_by_time(stream, times(stream), material, rate=0.4 * SPEED),
+        flow_by_length(stream, times(stream), material),
+    ):
+        x, second = stream.surface_points[:, 0], stream.runs == 1
+        np.testing.assert_allclose(found[(~second & (x < 4.7)) | (second & (x > 30.3))], 0.0, atol=1e-12)
+        np.testing.assert_allclose(found[(~second & (x > 5.6)) | (second & (x < 29.4))], 0.4)
+        assert deposited_volume(stream, found) == pytest.approx(0.4 * 65.0)
+
+
+def test_half_of_what_flows_while_a_flow_settles_lies_at_the_start_of_each_deposit() -> None:
+    stream = lines()
+    at_once, settled = (
+        flow_by_time(stream, times(stream), MATERIAL, rate=0.4 * SPEED, settle=settle) for settle in (0.0, 0.5)
+    )
+    # Two lines get 0.25 s of the flow more each, in their first step.
+    assert deposited_volume(stream, settled) - deposited_volume(stream, at_once) == pytest.approx(
+        2.0 * 0.25 * 0.4 * SPEED
+    )
+    starts = np.flatnonzero(np.diff(stream.deposited.astype(int), prepend=0) == 1)
+    np.testing.assert_array_equal(np.flatnonzero(settled != at_once), sorted([*starts, *(starts + 1)]))
+
+
+def test_what_flows_while_the_tip_stands_comes_to_its_neighbours() -> None:
+    stream = lines()
+    points = stream.tips.copy()
+    points[51] = points[50]
+    waiting = times(stream) + np.where((np.arange(stream.count) > 50), 3.0, 0.0)
+    found = flow_by_time(replace(stream, tips=points), waiting, np.array([[0.0, 7.0], [9.0, 13.0]]), rate=4.0)
+    assert deposited_volume(replace(stream, tips=points), found) == pytest.approx(4.0 * 11.0)
+    assert found.argmax() in (50, 51)
+
+
+def test_parts_that_share_the_lines_lay_together_what_each_lays_of_them_wherever_they_end() -> None:
+    stream = lines()
+    count = stream.count
+    middle = count // 4
+    # One part lays the start of the first line, at twice its flow, the other the rest; both have the pose between them.
+    first, second = stream.taken(np.arange(middle + 1)), stream.taken(np.arange(middle, count))
+    found = flow_of_all(stream, [(second, second.flow), (first, 2.0 * first.flow)])
+    assert deposited_volume(stream, found) == pytest.approx(
+        deposited_volume(second, second.flow) + 2.0 * deposited_volume(first, first.flow)
+    )
+    np.testing.assert_allclose(found[:middle], 0.8)
+    np.testing.assert_allclose(found[middle + 1 :], 0.4)
+    assert 0.4 < found[middle] < 0.8
+
+
+def test_beads_that_fade_over_one_another_add_to_one() -> None:
+    stream = lines()
+    half = stream.count // 2
+    first, second = stream.taken(np.arange(half)), stream.taken(np.arange(half, stream.count))
+    fading = np.linspace(1.0, 0.0, half)
+    found = flow_of_all(
+        stream, [(first, fading * first.flow), (first, (1.0 - fading) * first.flow), (second, second.flow)]
+    )
+    np.testing.assert_allclose(found, 0.4, atol=1e-9)

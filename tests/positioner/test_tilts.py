@@ -9,11 +9,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
+from geoprint import job_of, plan
 from geoprint.errors import InputError, LimitError
+from geoprint.metrics import overhang
 from geoprint.model import FloatArray, IntArray
 from geoprint.positioner import Tilts, UpRange, tilted
 from geoprint.transforms import angles_between
 from tests.positioner.cones import CRITICAL, Z, cone, directions, meridian
+from tests.shared_data import shared
 
 # Nearer to the edge than this [rad], caps may meet or miss: neither answer is wrong.
 UNDECIDED = 1e-6
@@ -63,11 +66,7 @@ def fewest(normals: FloatArray, runs: IntArray, *, range_deg: float) -> int:
 def tilts(normals: FloatArray, *, range_deg: float, runs: IntArray | None = None, least: float = 0.0) -> Tilts:
     within = UpRange(cone(range_deg), rest=Z, critical=CRITICAL, least=least)
     count = len(normals)
-    return tilted(
-        normals,
-        runs=np.zeros(count, dtype=np.int64) if runs is None else runs,
-        within=within,
-    )
+    return tilted(normals, runs=np.zeros(count, dtype=np.int64) if runs is None else runs, within=within)
 
 
 def holds(found: Tilts, normals: FloatArray, runs: IntArray, *, range_deg: float) -> None:
@@ -237,3 +236,73 @@ def test_poses_without_normals_or_runs_are_refused() -> None:
         tilted(np.array([Z, Z]), runs=np.zeros(1, np.int64), within=within)
     with pytest.raises(InputError, match="found 0 and 0"):
         tilted(np.empty((0, 3)), runs=np.empty(0, np.int64), within=within)
+
+
+# Other directions that the beads of an attitude admit, and what is left at one.
+
+
+def reachable(half_angle_deg: float) -> UpRange:
+    return UpRange(cone(half_angle_deg), rest=Z, critical=CRITICAL)
+
+
+def test_directions_that_admit_all_normals_are_those_in_all_of_their_caps() -> None:
+    within, normals = reachable(60.0), meridian(0.0, 40.0, 500)
+    found = within.admitting(normals)
+    every = within.directions
+    angles = np.stack([angles_between(every, one) for one in normals])
+    wanted = every[(angles <= CRITICAL + 1e-9).all(axis=0)]
+    np.testing.assert_array_equal(found, wanted)
+    assert len(found) > 100
+    assert not len(within.admitting(meridian(0.0, 61.0, 50)))
+
+
+def test_what_is_left_is_the_smaller_share_of_angle_and_of_the_table() -> None:
+    within = reachable(40.0)
+    normals = meridian(0.0, 20.0, 3)
+    assert within.slack(directions(np.array([10.0]), np.zeros(1))[0], normals) == pytest.approx(1.0 - 10.0 / 30.0)
+    assert within.slack(directions(np.array([30.0]), np.zeros(1))[0], normals[1:]) == pytest.approx(1.0 - 30.0 / 40.0)
+    assert within.slack(directions(np.array([50.0]), np.zeros(1))[0], normals) < 0.0
+    np.testing.assert_array_equal(within.rest, Z)
+
+
+# What overhangs without a table and with one: 0 where its range allows, and elsewhere what it lacks.
+
+
+@pytest.mark.parametrize(("range_deg", "left"), [(30.0, [75.0, 85.0]), (90.0, [])])
+def test_rows_of_a_cap_of_85_degrees_overhang_where_the_range_ends(range_deg: float, left: list[float]) -> None:
+    polars = np.arange(5.0, 86.0, 10.0)
+    azimuths = np.linspace(0.0, 360.0, 361)
+    normals = np.concatenate([directions(np.full(361, polar), azimuths) for polar in polars])
+    runs = np.repeat(np.arange(polars.size), 361)
+    within = UpRange(cone(range_deg), rest=Z, critical=CRITICAL)
+    found = tilted(normals, runs=runs, within=within)
+    beyond = found.angles > CRITICAL + 1e-8
+    assert np.unique(runs[beyond]).tolist() == [polars.tolist().index(polar) for polar in [65.0, *left] if left]
+    assert (found.missing[beyond] > 0.0).all()
+    expected = [max(polar - range_deg - 30.0, 0.0) for polar in polars]
+    assert np.degrees(found.missing) == pytest.approx(np.repeat(expected, 361), abs=1e-4)
+
+
+@pytest.mark.parametrize("name", ["lv_apex_disc_r20", "mitral_annulus_band_8mm"])
+def test_a_real_part_overhangs_no_more_where_the_table_can_prevent_it(name: str) -> None:
+    file = shared(f"patches/{name}.ply")
+    planned = plan(job_of(surface=file, unit="mm", spacing=4.0, robot=False))
+    poses, rest = planned.poses, planned.workpiece.upright[2]
+    critical = planned.workpiece.cell.critical_overhang
+    before = overhang(poses, up=rest, critical=critical)
+    assert before.share > 0.5
+    deposited = np.flatnonzero(poses.deposit)
+    for range_deg in (30.0, 90.0):
+        within = UpRange(cone(range_deg, rest=rest), rest=rest, critical=critical)
+        found = tilted(poses.normals[deposited], runs=poses.runs[deposited], within=within)
+        ups = np.tile(rest, (poses.count, 1))
+        ups[deposited] = found.pose_ups
+        after = overhang(poses, up=ups, critical=critical + 1e-8)
+        lacking = np.zeros(poses.count, dtype=np.bool_)
+        lacking[deposited] = found.missing > 0.0
+        beside = poses.deposited & (lacking[1:] | lacking[:-1])
+        most = float(np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)[beside].sum())
+        assert after.length <= most + 1e-9
+        assert after.length < before.length
+        assert np.degrees(after.largest - critical) <= np.degrees(found.missing.max()) + 1.001
+    assert after.length == 0.0

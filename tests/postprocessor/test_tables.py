@@ -21,7 +21,7 @@ from geoprint.postprocessor.tables import (
     verify_poses_table,
     verify_trajectory_table,
 )
-from tests.postprocessor.export_cases import stream
+from tests.postprocessor.export_cases import orders, stream
 
 
 def trajectory(rows: int = 50) -> Trajectory:
@@ -183,3 +183,25 @@ def test_a_trajectory_that_lost_a_row_is_refused(tmp_path: Path) -> None:
 def test_a_missing_table_is_named(tmp_path: Path) -> None:
     with pytest.raises(VerificationError, match="cannot be read"):
         read_poses_table(tmp_path / "poses.csv")
+
+
+# What a path orders of the arm and the dispenser, target by target.
+
+
+RADIUS = 20.0
+
+
+@pytest.mark.parametrize("bulging", [True, False])
+def test_a_flow_is_by_the_length_that_the_tip_moves_and_lays_what_is_planned_by_that_of_the_surface(
+    *, bulging: bool
+) -> None:
+    poses = stream(points=40)
+    angles = np.linspace(0.0, 1.5, poses.count)
+    normals = np.column_stack([np.sin(angles), np.zeros_like(angles), np.cos(angles)])
+    away = RADIUS + poses.standoff if bulging else RADIUS - poses.standoff
+    outward = normals if bulging else -normals
+    round_a_cylinder = replace(poses, tips=away * normals, normals=outward)
+    found = orders(round_a_cylinder)
+    assert found.deposited.any()
+    np.testing.assert_allclose(found.flow[found.deposited], 0.5 * RADIUS / away, rtol=1e-9)
+    assert not found.flow[~found.deposited].any()

@@ -163,11 +163,7 @@ def part(
     shown = surface or dome()
     views = tuple(
         backend(
-            each,
-            surface=shown,
-            error=0.3 / 4**place,
-            moving=place < len(names) - 1 or len(names) == 1,
-            seconds=seconds,
+            each, surface=shown, error=0.3 / 4**place, moving=place < len(names) - 1 or len(names) == 1, seconds=seconds
         )
         for place, each in enumerate(names)
     )

@@ -53,8 +53,7 @@ def planned(shared_plans: SharedPlans) -> Plan:
 
 
 @pytest.mark.parametrize(
-    ("within", "detailed", "warned"),
-    [(None, 0, 0), (0.149, 0, 0), (0.151, 1, 0), (0.299, 1, 0), (0.301, 0, 1)],
+    ("within", "detailed", "warned"), [(None, 0, 0), (0.149, 0, 0), (0.151, 1, 0), (0.299, 1, 0), (0.301, 0, 1)]
 )
 def test_an_arm_that_hardly_keeps_the_standoff_is_a_detail_and_one_that_may_scratch_is_warned_of(
     planned: Plan, within: float | None, detailed: int, warned: int
@@ -177,8 +176,7 @@ def test_what_is_told_of_each_attitude_says_of_which(planned: Plan) -> None:
 
 
 @pytest.mark.parametrize(
-    ("pressure", "speed", "ceiling", "warned"),
-    [(None, 15.0, 20.0, 0), (120.0, 20.0, 20.0, 0), (120.0, 15.0, 20.0, 1)],
+    ("pressure", "speed", "ceiling", "warned"), [(None, 15.0, 20.0, 0), (120.0, 20.0, 20.0, 0), (120.0, 15.0, 20.0, 1)]
 )
 def test_a_pressure_that_the_cell_names_is_warned_of_where_the_print_is_slower_than_the_ceiling(
     planned: Plan, pressure: float | None, speed: float, ceiling: float, warned: int

@@ -16,10 +16,12 @@ from PIL import Image
 
 from geoprint.model import FloatArray
 from geoprint.reporting import Picture, html_report
+from geoprint.reporting.cautions import said_once
 from geoprint.reporting.figures import colour_range
 from geoprint.reporting.histogram import BINS, histograms, ratio_axis, spacing_shares
 from geoprint.reporting.html import Markup, element, joined, script_data
 from geoprint.reporting.scene import MOST_SAMPLES, NOT_A_NUMBER, scene_data
+from geoprint.reporting.tables import marked_lines
 from tests.reporting.report_cases import backend, circles, dome, part, replay
 
 HOSTILE = "</script><script>window.hacked=1</script><img src=x onerror='window.hacked=2'>\"&%{x}<b>"
@@ -243,3 +245,25 @@ def test_scales_cover_what_is_there_and_even_paths_keep_the_narrow_ones() -> Non
     # A scale of ratios ends at 0.
     assert colour_range([np.array([9.0, 1.0])]) == (0.0, 2.0)
     assert "all between 1.000 and 1.830" in histograms([("a", wide)], of="path", axis="x")
+
+
+# What a person should mind stands in the order of its weight, each thing once and marked by a word.
+
+
+def test_warnings_come_before_notes_and_what_was_not_checked_is_counted_until_asked_for() -> None:
+    def said(*, verbose: bool) -> list[str]:
+        return marked_lines(
+            warnings=["act", "act", "soon"], notes=["know"], not_checked=["lamp", "cables", "lamp"], verbose=verbose
+        )
+
+    first = ["warning: act", "warning: soon", "note: know"]
+    assert said(verbose=False) == [*first, "not checked: 2 things; `--verbose` lists them"]
+    assert said(verbose=True) == [*first, "not checked: lamp", "not checked: cables"]
+    assert marked_lines(not_checked=["lamp"]) == ["not checked: 1 thing; `--verbose` lists them"]
+    assert marked_lines() == []
+
+
+def test_what_holds_for_every_backend_is_said_once_and_the_rest_names_whose_it_is() -> None:
+    said = {"heat": ["dry only", "slow"], "lscm": ["dry only"], "other": ["dry only", "slow"]}
+    assert said_once(said) == ["dry only", "heat, other: slow"]
+    assert said_once({"heat": ["slow"]}) == ["slow"]

@@ -11,10 +11,11 @@ from scipy.spatial import KDTree
 
 from geoprint.distance.heat import Heat
 from geoprint.distance.isolines import isolines
-from geoprint.errors import FieldError
+from geoprint.errors import FieldError, VerificationError
 from geoprint.geometry import boundary_seed, closest, positions
 from geoprint.model import FloatArray, IntArray, PoseStream, ScalarField, Strokes, Surface, SurfaceCurves, Toolpath
-from geoprint.toolpath import PATTERNS, arrange, largest_lean, mean_lean, poses, seams_of
+from geoprint.toolpath import PATTERNS, arrange, check_sum, largest_lean, mean_lean, poses, seams_of
+from geoprint.toolpath.medial_axis import bead_counts
 from geoprint.toolpath.poses import smoothed_axes, tool_quaternions
 from geoprint.transforms import rotation_of
 from tests.meshes import annulus, cylinder_patch, plate, spherical_cap
@@ -286,3 +287,100 @@ def test_the_mean_lean_is_that_over_the_length_and_the_largest_that_of_any_pose(
     surface = spherical_cap(radius=30.0, angle=0.8, rings=30, jitter_seed=2)
     _, stream = planned(surface, spacing=2.0)
     assert 0.0 < mean_lean(stream) < largest_lean(stream)
+
+
+# All parts of a program together lay what one deposit asks for, or it is said where not.
+
+
+def deposit(count: int = 11, *, start: int = 0) -> PoseStream:
+    """A straight bead, a pose a millimetre."""
+    places = np.column_stack([np.arange(start, start + count, dtype=np.float64), np.zeros(count), np.ones(count)])
+    return PoseStream(
+        tips=places,
+        quaternions=np.tile([0.0, 1.0, 0.0, 0.0], (count, 1)),
+        normals=np.tile([0.0, 0.0, 1.0], (count, 1)),
+        runs=np.zeros(count, dtype=np.int64),
+        levels=np.zeros(count, dtype=np.int64),
+        layers=np.zeros(count, dtype=np.int64),
+        deposit=np.ones(count, dtype=np.bool_),
+        stops=np.isin(np.arange(count), [0, count - 1]),
+        arcs=np.arange(count, dtype=np.float64),
+        flow=np.full(count, 0.5),
+        standoff=1.0,
+    )
+
+
+def faded(stream: PoseStream, rows: slice, shares: list[float]) -> PoseStream:
+    flow = stream.flow.copy()
+    flow[rows] *= shares
+    return replace(stream, flow=flow)
+
+
+def test_beads_that_meet_or_fade_into_each_other_are_one() -> None:
+    whole = deposit()
+    check_sum(whole, [whole.between(0, 6), whole.between(5, 11)])
+    fading, growing = [1.0, 2 / 3, 1 / 3, 0.0], [0.0, 1 / 3, 2 / 3, 1.0]
+    check_sum(
+        whole, [faded(whole.between(0, 6), slice(2, 6), fading), faded(whole.between(2, 11), slice(0, 4), growing)]
+    )
+
+
+def test_what_is_missing_or_laid_twice_or_elsewhere_is_told_with_its_place() -> None:
+    whole = deposit()
+    with pytest.raises(
+        VerificationError, match=r"lay 0 mm3 in run 1 at \(5.50, 0.00, 0.00\) mm, the paths ask for 0.5"
+    ):
+        check_sum(whole, [whole.between(0, 6), whole.between(6, 11)])
+    with pytest.raises(VerificationError, match="lay 1 mm3 in run 1"):
+        check_sum(whole, [whole.between(0, 7), whole.between(5, 11)])
+    with pytest.raises(VerificationError, match="part 2 lays material in its run 1"):
+        check_sum(whole, [whole, deposit(3, start=20)])
+
+
+def test_a_line_that_is_passed_twice_asks_for_both() -> None:
+    once = deposit()
+    twice = replace(
+        once,
+        **{
+            name: np.concatenate([getattr(once, name)] * 2)
+            for name in ("tips", "quaternions", "normals", "levels", "layers", "deposit", "stops", "arcs", "flow")
+        },
+        runs=np.repeat([0, 1], once.count),
+    )
+    check_sum(twice, [once, once])
+    with pytest.raises(VerificationError, match="the paths ask for 1"):
+        check_sum(twice, [once])
+
+
+# How many beads lie across a ridge: the nearest whole number, and no change of it for a short stretch.
+
+
+@pytest.mark.parametrize(
+    ("width", "fewest", "beads"),
+    # Level curves that cross are one more than the fewest. Of 3.5 spacings three beads would miss 0.2, four lay 0.075
+    # twice.
+    [(6.8, 5, 7), (7.4, 7, 7), (7.6, 7, 8), (8.0, 7, 8), (3.5, 3, 4), (1.2, 1, 1)],
+)
+def test_as_many_beads_as_fit(width: float, fewest: int, beads: int) -> None:
+    places = np.ones(5)
+    counts = bead_counts(width * places, np.full(5, fewest), places)
+    np.testing.assert_array_equal(counts, beads)
+
+
+@pytest.mark.parametrize(("bump", "beads"), [(0.5, 20), (4.0, 21)])
+def test_a_short_stretch_is_not_worth_a_change(bump: float, beads: int) -> None:
+    # Of 20.2 spacings 20 beads fit, of 20.8 there fit 21: (0.8^2 - 0.2^2) a spacing are saved, two changes cost one.
+    widths = np.concatenate([np.full(20, 20.2), np.full(10, 20.8), np.full(20, 20.2)])
+    lengths = np.concatenate([np.ones(20), np.full(10, bump / 10), np.ones(20)])
+    counts = bead_counts(widths, np.full(50, 19), lengths)
+    assert set(counts[20:30].tolist()) == {beads}
+    assert set(counts[:20].tolist()) == {20}
+
+
+def test_the_number_follows_level_curves_through_a_tip() -> None:
+    # A wedge: where the width reaches 8 spacings two more level curves cross, and a bead on the ridge goes on as one.
+    widths = np.linspace(6.6, 9.4, 40)
+    fewest = np.where(widths < 8.0, 5, 7)
+    counts = bead_counts(widths, fewest, np.full(40, 0.5))
+    assert (np.diff(counts) >= 0).all()
+    assert np.abs(counts - widths).max() < 1.0

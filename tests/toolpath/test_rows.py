@@ -10,6 +10,8 @@ from geoprint.errors import FieldError, UsageError
 from geoprint.geometry import PolylineDistance, boundary_seed, part_seed, point_seed, united
 from geoprint.model import FloatArray, ScalarField, Strokes, Surface
 from geoprint.toolpath import PATTERNS
+from geoprint.toolpath.guided import parts_within
+from geoprint.toolpath.medial_axis import InnerNeighbours, Strands, middles, neighbours, ridges, strands_of, stretches
 from geoprint.workflow.sources import curve_seed
 from tests.meshes import annulus, plate, sphere
 
@@ -204,3 +206,102 @@ def test_what_has_no_room_or_no_rim_is_refused() -> None:
     spacing = ScalarField(np.ones(len(surface.vertices)))
     with pytest.raises(UsageError, match="a spacing at each vertex is given"):
         PATTERNS["guided"]().strokes(surface, seed, backend=BACKENDS["heat"](surface), spacing=spacing)
+
+
+# Ridges: strands that face each other are found on both sides, and a ridge goes on beyond the tip of a level.
+
+
+def found_on(surface: Surface, *, spacing: float) -> tuple[Strands, InnerNeighbours]:
+    contours = BACKENDS["fast-marching"](surface).contours(boundary_seed(surface), spacing=spacing)
+    strands = strands_of(surface, contours)
+    return strands, neighbours(strands)
+
+
+def test_the_ridge_of_a_ring_is_one_circle_seen_from_one_side() -> None:
+    ring = annulus(inner=10.0, outer=16.8, divisions=(180, 28))
+    strands, beside = found_on(ring, spacing=1.0)
+    innermost = strands.levels == 2
+    assert beside.on_ridge[innermost].mean() > 0.99
+    assert not beside.on_ridge[~innermost].any()
+    np.testing.assert_allclose(beside.half[innermost & beside.on_ridge], 0.9, atol=0.02)
+    # Inside of every other sample lies the next level.
+    assert (strands.levels[beside.inside[strands.levels < 2]] == strands.levels[strands.levels < 2] + 1).all()
+    (ridge,) = ridges(strands, beside)
+    line = middles(ridge, strands.places, beside)
+    np.testing.assert_allclose(np.linalg.norm(line, axis=1), 13.4, atol=0.02)
+    assert np.unique(strands.strand[ridge]).size == 1
+
+
+def test_inwards_is_towards_larger_distance_on_either_rim() -> None:
+    ring = annulus(inner=10.0, outer=16.8, divisions=(180, 28))
+    strands, _ = found_on(ring, spacing=1.0)
+    radii = np.linalg.norm(strands.places, axis=1)
+    outwards = np.einsum("kx,kx->k", strands.inward, strands.places) / radii
+    np.testing.assert_allclose(outwards, np.where(radii < 13.4, 1.0, -1.0), atol=1e-3)
+
+
+def test_a_ridge_of_a_rectangle_runs_between_its_ends_and_not_into_its_corners() -> None:
+    table = plate((30.0, 7.4), (90, 22))
+    strands, beside = found_on(table, spacing=1.0)
+    lines = [middles(ridge, strands.places, beside) for ridge in ridges(strands, beside)]
+    longest = max(lines, key=len)
+    # On the middle line, between the ends of the roof 3.7 mm from either side.
+    np.testing.assert_allclose(longest[:, 1], 3.7, atol=0.05)
+    assert longest[:, 0].min() == pytest.approx(3.7, abs=0.8)
+    assert longest[:, 0].max() == pytest.approx(26.3, abs=0.8)
+
+
+@pytest.mark.parametrize(
+    ("chosen", "ends", "expected"),
+    [
+        ("0110", "open", [[1, 2]]),
+        ("1011", "open", [[0], [2, 3]]),
+        ("1011", "closed", [[2, 3, 0]]),
+        ("1111", "closed", [[0, 1, 2, 3]]),
+        ("0000", "closed", []),
+        ("", "open", []),
+    ],
+)
+def test_stretches_are_unbroken_rows(chosen: str, ends: str, expected: list[list[int]]) -> None:
+    found = stretches(np.array([each == "1" for each in chosen], dtype=bool), closed=ends == "closed")
+    assert [each.tolist() for each in found] == expected
+
+
+# Curves cut to where a field is large enough: crossings, seams of closed ones, and what is spared.
+
+
+def _parts(values: list[float], *, closed: bool = False, spared: float = 0.0) -> list[tuple[list[float], bool]]:
+    """Return the parts above 1 of a curve whose places count along x."""
+    places = np.column_stack([np.arange(float(len(values))), np.zeros((len(values), 2))])
+    if closed:
+        places[-1] = places[0]
+    found = parts_within(places, np.array(values), closed=closed, least=1.0, spared=spared, grazing=0.9)
+    return [(part[:, 0].tolist(), whole) for part, whole in found]
+
+
+def test_a_curve_ends_where_the_field_crosses() -> None:
+    assert _parts([0.0, 2.0, 2.0, 0.0, 0.5, 1.5]) == [([0.5, 1.0, 2.0, 2.5], False), ([4.5, 5.0], False)]
+
+
+@pytest.mark.parametrize("closed", [True, False])
+def test_all_of_it_or_none(*, closed: bool) -> None:
+    assert _parts([2.0, 2.0, 3.0, 2.0], closed=closed) == [([0.0, 1.0, 2.0, 0.0 if closed else 3.0], closed)]
+    assert _parts([0.0, 0.5, 0.9, 0.0], closed=closed) == []
+
+
+def test_a_closed_curve_is_no_longer_one_and_goes_on_over_its_seam() -> None:
+    assert _parts([2.0, 2.0, 0.0, 2.0, 2.0], closed=True) == [([2.5, 3.0, 0.0, 1.0, 1.5], False)]
+
+
+def test_a_little_below_is_spared() -> None:
+    assert _parts([0.95, 2.0, 0.95, 2.0, 0.0], spared=0.1) == [([0.0, 1.0, 2.0, 3.0, 3.5], False)]
+    assert _parts([0.95, 0.95], spared=0.1) == [([0.0, 1.0], False)]
+    assert _parts([0.95, 2.0, 0.0, 2.0, 0.95], closed=True, spared=0.1) == [([2.5, 3.0, 0.0, 1.0, 1.5], False)]
+
+
+def test_a_curve_that_grazes_ends_where_it_leaves() -> None:
+    ((line, _),) = _parts([0.0, 0.95, 0.95, 2.0, 0.95, 0.95, 0.0], spared=0.1)
+    assert line == pytest.approx([0.9 / 0.95, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0 - 0.9 / 0.95])
+    ((line, _),) = _parts([0.0, 0.95, 0.95, 0.95, 0.0], spared=0.1)
+    assert line[0] == pytest.approx(0.9 / 0.95)
+    assert line[-1] == pytest.approx(4.0 - 0.9 / 0.95)

@@ -191,14 +191,7 @@ def test_the_tip_found_from_joint_angles_is_written_to_the_cell(tmp_path: Path) 
 
 
 @pytest.mark.parametrize(
-    "given",
-    [
-        {},
-        {"touched": True},
-        {"model": True},
-        {"tcp": True, "touched": True},
-        {"tcp": True, "part": True},
-    ],
+    "given", [{}, {"touched": True}, {"model": True}, {"tcp": True, "touched": True}, {"tcp": True, "part": True}]
 )
 def test_tables_of_neither_or_both_are_refused(tables: tuple[Path, Path], given: dict[str, bool]) -> None:
     def path(name: str) -> Path | None:

@@ -20,6 +20,7 @@ from geoprint.reporting import Checked, Finding, check_summary, run_sheet
 from geoprint.workflow import check_bundle, plan, save_plan
 from tests.commands import called
 from tests.meshes import plate
+from tests.shared_plans import SharedPlans
 
 CALIBRATED = """source = "calibrated"
 model_mm = [[-50, 50, 0], [50, 50, 0], [50, -50, 0], [-50, -50, 0]]
@@ -49,9 +50,19 @@ def write(folder: Path, *, cell: str, **asked: object) -> Path:
     return folder / "out"
 
 
+def shared_bundle(shared_plans: SharedPlans) -> Path:
+    """Return the bundle of a small plate, of which a copy is taken before it is changed."""
+
+    def made(folder: Path) -> None:
+        folder.mkdir()
+        write(folder, cell=cell_text())
+
+    return shared_plans.folder("bundle of a small plate", made) / "out"
+
+
 @pytest.fixture(scope="module")
-def bundle(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write(tmp_path_factory.mktemp("bundle"), cell=cell_text())
+def bundle(shared_plans: SharedPlans) -> Path:
+    return shared_bundle(shared_plans)
 
 
 @pytest.fixture

@@ -46,7 +46,7 @@ from geoprint.workflow.checking_motion import (
     check_poses,
 )
 from tests.shared_plans import SharedPlans
-from tests.workflow.test_checking import cell_text, write
+from tests.workflow.test_checking import cell_text, shared_bundle, write
 
 Edit: TypeAlias = Callable[[str], str]
 ROUNDED = writing.rounded_down
@@ -54,11 +54,8 @@ PATH, CELL = "GeoPrint.mod", "GeoCell.mod"
 
 
 @pytest.fixture(scope="module")
-def bundle(shared_plans: SharedPlans, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    def made(folder: Path) -> None:
-        shutil.copytree(write(tmp_path_factory.mktemp("plate"), cell=cell_text()), folder)
-
-    return shared_plans.folder("bundle of a small plate", made)
+def bundle(shared_plans: SharedPlans) -> Path:
+    return shared_bundle(shared_plans)
 
 
 def findings(bundle: Path, folder: Path, file: str, edit: Edit) -> list[str]:

@@ -19,18 +19,13 @@ from tests.meshes import plate
 from tests.shared_plans import SharedPlans
 from tests.workflow.edits import FULL, STACK, TABLE, VALVE, Edit, key, rehashed
 from tests.workflow.layers_here import planning_here
-from tests.workflow.test_checking import cell_text, write
+from tests.workflow.test_checking import cell_text, shared_bundle
 from tests.workflow.test_printing import plan_of_the_arch
-
-
-def written(folder: Path, **asked: object) -> Path:
-    folder.mkdir()
-    return write(folder, cell=cell_text(), **asked)
 
 
 @pytest.fixture(scope="module")
 def valve(shared_plans: SharedPlans) -> Path:
-    return shared_plans.folder("a plate for a valve", written) / "out"
+    return shared_bundle(shared_plans)
 
 
 @pytest.fixture(scope="module")

@@ -154,9 +154,7 @@ def test_what_was_changed_in_the_program_of_all_layers_or_is_told_wrong_of_it_is
     assert float(again) == pytest.approx(kept, abs=1e-9)
 
 
-def test_a_table_that_comes_near_the_arm_between_two_layers_is_refused(
-    device: tuple[Path, StackRecord],
-) -> None:
+def test_a_table_that_comes_near_the_arm_between_two_layers_is_refused(device: tuple[Path, StackRecord]) -> None:
     folder, record = device
     jobs, own = [job_from(folder / layer.folder) for layer in record.layers], own_programs(folder, record.layers)
     (move,) = layer_moves(jobs, own)

@@ -53,9 +53,7 @@ def test_the_lines_put_into_the_cell_file_give_the_plan_that_was_verified(propos
     assert proposal.better
     position, turn = proposal_lines(proposal.pose)
     place, rpy = table_lines(proposal.table)
-    planned = plan(
-        job(tmp_path, (PART_LINE, position), (TURN_LINE, turn), (TABLE_LINE, f"\n{place}\n{rpy}\n")),
-    )
+    planned = plan(job(tmp_path, (PART_LINE, position), (TURN_LINE, turn), (TABLE_LINE, f"\n{place}\n{rpy}\n")))
     assert len(planned.robot) == len(proposal.plan.robot) > 1
     for one, other in zip(planned.robot, proposal.plan.robot, strict=True):
         np.testing.assert_allclose(one.placement.T_base_work, other.placement.T_base_work, atol=1e-9)

@@ -168,11 +168,7 @@ def test_a_small_file_is_inside_out_only_where_its_volume_is_negative() -> None:
     ("name", "alone", "on_the_body"),
     [
         ("x_mirrored.ply", "which is hollow: is the file mirrored", "Mirrored in x it lies on it"),
-        (
-            "x_all_flipped.ply",
-            "which is hollow: is the file mirrored",
-            "turned: as the file is wound, 100% of it",
-        ),
+        ("x_all_flipped.ply", "which is hollow: is the file mirrored", "turned: as the file is wound, 100% of it"),
     ],
 )
 def test_a_mirrored_and_a_flipped_file_are_told_apart_by_their_body(name: str, alone: str, on_the_body: str) -> None:

@@ -73,7 +73,7 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> 
 def test_a_nasty_file_name_is_harmless_in_every_file_that_is_written(
     run: Callable[..., tuple[int, str]], tmp_path: Path
 ) -> None:
-    save_ply(meshes.plate((16.0, 12.0), (8, 6), jitter_seed=1), tmp_path / NASTY)
+    save_ply(meshes.plate((8.0, 6.0), (4, 3), jitter_seed=1), tmp_path / NASTY)
     out = tmp_path / "out"
     arguments = ("--unit", "mm", "--rounds", "2", "--place", "demo", "--backends", "heat", "--out", out)
     status, record = run("compare", tmp_path / NASTY, *arguments)

@@ -20,7 +20,7 @@ from geoprint.robot.collision.surroundings import mesh_target
 from geoprint.robot.collision.tool_solids import link_solids, tool_solids
 from tests.meshes import plate, sphere
 from tests.robot.cells import straight_cell
-from tests.robot.collision.test_clearance_path import T_BASE_WORK, printed_line
+from tests.robot.collision.test_clearance import T_BASE_WORK, printed_line
 from tests.robot.joint_paths import arm_of
 from tests.robot.placements import block, line, pointing_down, run_of
 

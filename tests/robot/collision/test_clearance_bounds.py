@@ -109,15 +109,6 @@ def test_a_rim_without_room_is_refused_at_its_place() -> None:
     assert (details["against"], details["run"], details["solid"]) == ("body ridge", 0, "needle's tip")
 
 
-@pytest.mark.parametrize("kept", [-0.01, np.inf, np.nan])
-def test_a_distance_that_nothing_can_keep_is_refused(kept: float) -> None:
-    with pytest.raises(ValueError, match=r"correct it to zero or more"):
-        check_placements(
-            run_of(pointing_down(LINE)), tool=CELL.tool, process=replace(CELL.process, clearance=kept), standoff=0.3,
-            part=plate(), body=None, obstacles=(), T_work_base=np.eye(4),
-        )  # fmt: skip
-
-
 def test_nothing_is_inside_of_what_is_open() -> None:
     hall = block((-900.0, -900.0, -900.0), (900.0, 900.0, 900.0), name="hall")
     with pytest.raises(ClearanceError, match="is inside the closed body hall"):

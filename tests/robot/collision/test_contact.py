@@ -15,7 +15,7 @@ from geoprint.geometry.files import load
 from geoprint.model import Box, FloatArray, Surface
 from geoprint.robot.collision import contact as collision
 from geoprint.robot.collision.closest import shapes_of
-from geoprint.robot.collision.contact import NOT_TESTED, REACHES, CollisionWorld, InflatedSolids
+from geoprint.robot.collision.contact import NOT_TESTED, CollisionWorld, InflatedSolids
 from geoprint.robot.collision.surroundings import Target, box_target, mesh_target, winding_numbers
 from geoprint.robot.collision.tool_solids import EXCESS, RESOLUTION, nearest, revolution, tool_solids
 from geoprint.threads import both
@@ -114,14 +114,6 @@ def test_pose_that_is_not_rigid_is_refused(poses: FloatArray):
 
     with pytest.raises(InputError):
         world.touches(poses, reaches=np.zeros((len(poses), len(SOLIDS))))
-
-
-@pytest.mark.parametrize("reach", [REACHES[-1] + 0.1, np.nan])
-def test_reach_beyond_the_largest_is_refused(reach: float):
-    world = world_of(mesh_target(plate(), role="part"))
-
-    with pytest.raises(InputError, match="sample the path more finely"):
-        world.touches(standing((0.0, 0.0, 50.0)), reaches=np.full((1, len(SOLIDS)), reach))
 
 
 @pytest.mark.parametrize(("gap", "hit"), [(0.40, True), (0.49, True), (0.57, False), (0.60, False)])

@@ -101,9 +101,10 @@ def test_a_reach_beyond_12_mm_is_refused_wherever_it_stands(row: int) -> None:
     poses = pointing_down(np.array([[0.0, 0.0, 90.0], [1.0, 0.0, 90.0]]))
     reaches = np.full((2, 1), 12.0)
     assert not world.touches(poses, reaches=reaches).any()
-    reaches[row] = 12.001
-    with pytest.raises(InputError, match=r"inflated by 12\.0 mm"):
-        world.touches(poses, reaches=reaches)
+    for reach in (12.001, np.nan):
+        reaches[row] = reach
+        with pytest.raises(InputError, match=r"inflated by (12\.0|nan) mm"):
+            world.touches(poses, reaches=reaches)
 
 
 def test_cone_and_barrel_are_one_shape_and_the_others_stay_alone() -> None:

@@ -1,27 +1,36 @@
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
+import pinocchio
 import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.errors import InputError
-from geoprint.model import FloatArray
+from geoprint.errors import InputError, UsageError
+from geoprint.model import FloatArray, Surface
+from geoprint.robot.arm import MILLIMETRES_PER_METRE
+from geoprint.robot.arm.urdf import read_urdf
+from geoprint.robot.collision.tip_zone import TipZone
 from geoprint.robot.collision.tool_solids import (
     ARC_ALLOWANCE,
     EXCESS,
     TIP_ZONE,
     Solid,
+    link_solids,
     movements,
     polytope,
+    quarter,
     revolution,
     signed_distances,
     tool_solids,
 )
+from tests.meshes import plate, spherical_cap
 from tests.robot.cells import bent_cell, straight_cell
+from tests.robot.placements import pointing_down
 
 SOLIDS = tool_solids(straight_cell().tool)
 SEEDS = st.integers(0, 2**32 - 1)
@@ -156,3 +165,187 @@ def test_no_point_leaves_a_solid_by_more_than_its_movement(seed: int, angle: flo
 def test_impossible_tool_is_refused(change: dict[str, float], message: str):
     with pytest.raises(InputError, match=message):
         tool_solids(replace(straight_cell().tool, **change))
+
+
+def test_links_are_the_cylinders_that_pinocchio_reads():
+    text = read_urdf("irb120")
+    model = pinocchio.buildModelFromXML(text)
+    shapes = pinocchio.buildGeomFromUrdfString(model, text, pinocchio.GeometryType.COLLISION).geometryObjects
+
+    found = [(link.joint, solid.centre, solid.axis) for link in link_solids("irb120") for solid in link.solids]
+
+    assert len(found) == len(shapes)
+    known = [(shape.parentJoint, shape.placement.homogeneous) for shape in shapes]
+    for (joint, centre, axis), (parent, pose) in zip(found, known, strict=True):
+        assert joint == parent
+        np.testing.assert_allclose(centre, pose[:3, 3] * MILLIMETRES_PER_METRE, atol=1e-9)
+        np.testing.assert_allclose(axis, pose[:3, 2], atol=1e-9)
+
+
+def holds(joint: int, point: tuple[float, float, float]) -> bool:
+    solids = link_solids("irb120")[joint].solids
+    offsets = [(np.array(point) - solid.start, solid) for solid in solids]
+    return any(
+        0.0 <= offset @ solid.axis <= solid.length
+        and np.linalg.norm(offset - (offset @ solid.axis) * solid.axis) <= solid.start_radius
+        for offset, solid in offsets
+    )
+
+
+@pytest.mark.parametrize(
+    ("joint", "point"),
+    [
+        (0, (90.0, 90.0, 1.0)),  # corner of the foot of 180 x 180 mm
+        (1, (0.0, 0.0, 290.0)),  # crossing of axes 1 and 2
+        (2, (0.0, 0.0, 270.0)),  # axis 3
+        (3, (0.0, 0.0, 140.0)),  # the arm's height of 700 mm
+        (4, (302.0, 0.0, 0.0)),  # wrist centre
+        (4, (250.0, 70.0, 0.0)),  # turning radius of axis 4
+        (5, (58.0, 0.0, 0.0)),  # where the flange begins
+        (6, (0.0, 20.0, 0.0)),  # rim of the flange
+    ],
+)
+def test_links_hold_what_is_published(joint: int, point: tuple[float, float, float]):
+    assert holds(joint, point)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('<cylinder radius="0.025" length="0.016"/>', '<sphere radius="0.025"/>', "link_6 has a collision shape"),
+        ('radius="0.025"', 'radius="-0.025"', "link_6 has a cylinder of radius -25.0 mm"),
+        ("collision>", "visual>", "base_link has no collision shape"),
+    ],
+)
+def test_shape_that_is_no_cylinder_is_refused(old: str, new: str, message: str):
+    with pytest.raises(UsageError, match=message):
+        link_solids("irb120", urdf=read_urdf("irb120").replace(old, new))
+
+
+def test_a_shape_without_an_origin_is_in_the_middle_and_one_without_an_attitude_stands_upright():
+    text = read_urdf("irb120")
+    place = re.compile(r'(<collision>\s*)<origin [^>]*/>(\s*<geometry>\s*<cylinder radius="0.025" length="0.016"/>)')
+    assert len(place.findall(text)) == 1
+    (middle,) = link_solids("irb120", urdf=place.sub(r"\1\2", text))[6].solids
+    np.testing.assert_allclose([middle.start, middle.end], [[0.0, 0.0, -8.0], [0.0, 0.0, 8.0]])
+    with pytest.raises(UsageError, match=r"link link_6 has xyz '1 2', which is not three finite numbers"):
+        link_solids("irb120", urdf=place.sub(r'\1<origin xyz="1 2"/>\2', text))
+    (upright,) = link_solids("irb120", urdf=place.sub(r'\1<origin xyz="0.001 0.002 0.003"/>\2', text))[6].solids
+    np.testing.assert_allclose(upright.start, [1.0, 2.0, -5.0])
+    np.testing.assert_allclose(upright.end, [1.0, 2.0, 11.0])
+    (turned,) = link_solids("irb120", urdf=place.sub(r'\1<origin rpy="0 1.5707963267948966 0"/>\2', text))[6].solids
+    np.testing.assert_allclose(turned.start, [-8.0, 0.0, 0.0], atol=1e-9)
+
+
+RADIUS = 0.65
+STANDOFF = 0.3
+MIDDLE = np.array([[20.3, 15.1, STANDOFF]])
+
+
+def rooms(poses: FloatArray, surface: Surface, *, radius: float = RADIUS) -> FloatArray:
+    return TipZone(surface.vertices[surface.faces]).rooms(poses, radius=radius, standoff=STANDOFF)
+
+
+@pytest.mark.parametrize("divisions", [(1, 1), (8, 6), (120, 90)])
+def test_room_over_a_plate_is_the_standoff(divisions: tuple[int, int]):
+    found = rooms(pointing_down(MIDDLE), plate(divisions=divisions))
+
+    np.testing.assert_allclose(found, STANDOFF, atol=1e-12)
+
+
+@pytest.mark.parametrize("lean_deg", [-25.0, 5.0, 15.0, 40.0])
+@pytest.mark.parametrize("divisions", [(1, 1), (80, 60)])
+def test_lean_takes_the_known_room(lean_deg: float, divisions: tuple[int, int]):
+    lean = np.radians(lean_deg)
+
+    found = rooms(pointing_down(MIDDLE, lean=lean), plate(divisions=divisions))
+
+    np.testing.assert_allclose(found, (STANDOFF - RADIUS * abs(np.sin(lean))) / np.cos(lean), atol=1e-12)
+
+
+@pytest.mark.parametrize("bowl_radius", [3.0, 10.0])
+def test_bowl_takes_the_height_of_its_wall_at_the_rim(bowl_radius: float):
+    bowl = spherical_cap(radius=bowl_radius, angle=0.5, rings=60)
+    bottom = transforms.rigid(np.eye(3), np.array([[0.0, 0.0, bowl_radius - STANDOFF]]))
+
+    found = rooms(bottom, bowl)
+
+    known = STANDOFF - (bowl_radius - np.sqrt(bowl_radius**2 - RADIUS**2))
+    np.testing.assert_allclose(found, known, atol=1e-3)
+
+
+def test_dome_leaves_the_whole_standoff():
+    found = rooms(pointing_down(np.array([[0.0, 0.0, 30.0 + STANDOFF]])), spherical_cap(radius=30.0))
+
+    np.testing.assert_allclose(found, STANDOFF, atol=1e-12)
+
+
+@pytest.mark.parametrize(("aside", "room"), [(0.6, -0.2), (0.649, -0.2), (0.7, STANDOFF)])
+def test_spike_counts_only_within_the_circle(aside: float, room: float):
+    ground = plate()
+    x, y, _ = MIDDLE[0]
+    spike = np.array([[x + aside, y, STANDOFF + 0.2], [x + aside, y, -3.0], [x + aside, y + 1e-3, -3.0]])
+    surface = Surface(
+        vertices=np.concatenate([ground.vertices, spike]),
+        faces=np.concatenate([ground.faces, len(ground.vertices) + np.array([[0, 1, 2]])]),
+    )
+
+    np.testing.assert_allclose(rooms(pointing_down(MIDDLE), surface), room, atol=1e-9)
+
+
+def test_surface_far_below_or_above_is_not_seen():
+    poses = pointing_down(np.array([[20.0, 15.0, 3.0], [20.0, 15.0, -2.0], [100.0, 15.0, STANDOFF]]))
+
+    assert (rooms(poses, plate()) == np.inf).all()
+
+
+def test_far_surface_is_infinite_everywhere():
+    assert (rooms(pointing_down(np.array([[0.0, 0.0, 500.0]])), plate()) == np.inf).all()
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_room_is_that_of_the_highest_sample(seed: int):
+    generator = np.random.default_rng(seed)
+    triangles = generator.uniform([-1.2, -1.2, -0.4], [1.2, 1.2, 0.6], (3, 3, 3))
+    samples = triangles
+    for _ in range(6):
+        samples = quarter(samples)
+    points = samples.reshape(-1, 3)
+    # The highest point lies in a sample triangle, one of whose corners is at least as high and at most a side away.
+    side = np.linalg.norm(samples - np.roll(samples, 1, axis=1), axis=2).max()
+    out = np.hypot(points[:, 0], points[:, 1])
+
+    found = TipZone(triangles).rooms(pointing_down(np.zeros((1, 3))), radius=RADIUS, standoff=STANDOFF)[0]
+
+    highest, highest_nearby = (points[out <= reach, 2].max(initial=-np.inf) for reach in (RADIUS, RADIUS + side))
+    assert highest - 1e-9 <= -found <= highest_nearby + 1e-9
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_rigid_motion_and_finer_triangles_do_not_change_the_room(seed: int):
+    generator = np.random.default_rng(seed)
+    cap = spherical_cap(radius=8.0, angle=0.6, rings=5, jitter_seed=3)
+    tips = np.array([0.0, 0.0, 8.0 + STANDOFF]) + 0.2 * generator.normal(size=(4, 3))
+    poses = pointing_down(tips, lean=0.1)
+    motion = transforms.rigid(Rotation.random(random_state=generator).as_matrix(), 100 * generator.normal(size=3))
+    triangles = cap.vertices[cap.faces]
+
+    known = TipZone(triangles).rooms(poses, radius=RADIUS, standoff=STANDOFF)
+    moved = transforms.apply(motion, quarter(triangles).reshape(-1, 3)).reshape(-1, 3, 3)
+    found = TipZone(moved).rooms(motion @ poses, radius=RADIUS, standoff=STANDOFF)
+
+    np.testing.assert_allclose(found, known, atol=1e-9)
+
+
+def test_each_placement_has_a_circle_of_its_own() -> None:
+    """Two placements beside a step of 0.2 mm, each 1 mm away from it: only the wide circle reaches it."""
+    step = plate((40.0, 30.0), (1, 1))
+    raised = step.vertices + np.array([21.3, 0.0, 0.2])
+    triangles = np.concatenate([step.vertices[step.faces], raised[step.faces]])
+    poses = pointing_down(np.repeat(MIDDLE, 2, axis=0))
+
+    found = TipZone(triangles).rooms(poses, radius=np.array([0.9, 1.1]), standoff=STANDOFF)
+
+    np.testing.assert_allclose(found, [STANDOFF, STANDOFF - 0.2], atol=1e-12)

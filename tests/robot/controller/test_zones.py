@@ -10,16 +10,27 @@ from hypothesis import example, given, settings, strategies as st
 
 from geoprint import transforms
 from geoprint.errors import ClearanceError
-from geoprint.model import BoolArray, Clearance, ControllerPath, FloatArray, JointPath, Surface, Targets
+from geoprint.model import (
+    Bend,
+    BoolArray,
+    Clearance,
+    ControllerPath,
+    FloatArray,
+    JointPath,
+    PoseStream,
+    Surface,
+    Targets,
+)
 from geoprint.robot.arm.kinematics import Arm
 from geoprint.robot.collision.clearance import check_placements
 from geoprint.robot.collision.sweep import Placements, refined
 from geoprint.robot.collision.tool_solids import ARC_ALLOWANCE
 from geoprint.robot.controller.fitting import _distance  # pyright: ignore[reportPrivateUsage]
 from geoprint.robot.controller.interpolation import controller_path, triangle_middles
+from geoprint.robot.controller.targets import bends_of
 from tests.meshes import plate
 from tests.robot.cells import straight_cell
-from tests.robot.joint_paths import arm_of, solved, stream, tilted
+from tests.robot.joint_paths import arc, arm_of, solved, stream, tilted
 from tests.robot.placements import block, line, pointing_down, run_of
 
 CELL = straight_cell()
@@ -93,12 +104,7 @@ def test_zone_larger_than_half_the_distance_is_taken_as_half_of_it():
 
 @settings(max_examples=25, deadline=None)
 @example(turn=0.0, lean=0.0322, zone=0.25, height=124.0)
-@given(
-    turn=st.floats(-2.6, 2.6),
-    lean=st.floats(-0.2, 0.2),
-    zone=st.floats(0.01, ZONE),
-    height=st.floats(0.0, 150.0),
-)
+@given(turn=st.floats(-2.6, 2.6), lean=st.floats(-0.2, 0.2), zone=st.floats(0.01, ZONE), height=st.floats(0.0, 150.0))
 def test_every_parabola_stays_within_the_rounding_of_the_rows(turn: float, lean: float, zone: float, height: float):
     path, targets = corner(turn, lean=lean)
     coarse = controller_path(path, targets, ARM)
@@ -185,3 +191,84 @@ def test_a_place_beyond_the_end_of_a_line_is_as_far_from_it_as_from_that_end(
     # From (0, 0, 0) to (10, 0, 0), where it stands for a moment, and on to (10, 10, 0).
     line = np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [10.0, 0.0, 0.0], [10.0, 10.0, 0.0]])
     assert _distance(np.array(place), line) == pytest.approx(distance)
+
+
+# What is listed of bends: known answers of hand-made targets, one by one.
+
+
+TIMES = np.array([0.0, 1.0, 1.9, 3.1, 4.0, 5.2])
+
+
+def listed(
+    poses: PoseStream, *, times: FloatArray = TIMES, offsets: tuple[float, ...] = (0.0,) * 6, shortest: float = 0.1
+) -> tuple[Bend, ...]:
+    """Return the bends where all poses are targets that stand so far above the path [mm]."""
+    places = poses.tips + np.array(offsets)[:, None] * [0.0, 0.0, 1.0]
+    return bends_of(poses, np.arange(poses.count), times, places=places, shortest=shortest)
+
+
+def circle() -> PoseStream:
+    return stream(arc(radius=7.0, step=0.7, angle=0.5))
+
+
+def test_a_bend_stands_at_its_largest_offset_with_the_moves_to_either_side() -> None:
+    poses = circle()
+    (bend,) = listed(poses, offsets=(0.0, 0.1, 0.2, 0.5, 0.0, 0.0))
+    assert (bend.kind, bend.run, bend.targets) == ("rounded", 0, 3)
+    assert bend.offset == pytest.approx(0.5)
+    assert bend.place == pytest.approx(tuple(poses.tips[3]))
+    assert bend.arc == pytest.approx(poses.arcs[3])
+    assert bend.radius == pytest.approx(7.0)
+    # Moves from target 0 to 4: of 1.0, 0.9, 1.2 and 0.9 s.
+    assert bend.shortest == pytest.approx(0.9)
+
+
+@pytest.mark.parametrize(("times", "shortest"), [
+    ((0.0, 0.3, 1.0, 2.0, 3.0, 4.0), 0.7), ((0.0, 1.0, 1.2, 2.2, 3.2, 4.2), 0.2),
+    ((0.0, 1.0, 2.0, 2.3, 3.3, 4.3), 0.3), ((0.0, 1.0, 2.0, 3.0, 3.4, 4.4), 1.0),
+])  # fmt: skip
+def test_the_shortest_move_of_a_bend_is_one_that_ends_or_begins_in_it(
+    times: tuple[float, ...], shortest: float
+) -> None:
+    (bend,) = listed(circle(), times=np.array(times), offsets=(0.0, 0.0, 0.1, 0.0, 0.0, 0.0))
+    assert bend.shortest == pytest.approx(shortest)
+
+
+def test_bends_at_both_ends_have_the_moves_that_are_there() -> None:
+    first, last = listed(circle(), offsets=(0.1, 0.0, 0.0, 0.0, 0.0, 0.3))
+    assert (first.shortest, last.shortest) == (pytest.approx(1.0), pytest.approx(1.2))
+    assert (first.offset, last.offset) == (pytest.approx(0.1), pytest.approx(0.3))
+    # At an end there are no three places for a circle.
+    assert (first.radius, last.radius) == (np.inf, np.inf)
+
+
+def test_a_stretch_of_close_targets_is_told_at_its_middle() -> None:
+    poses = circle()
+    (bend,) = listed(poses, times=np.array([0.0, 0.2, 0.28, 0.36, 0.43, 0.7]))
+    assert (bend.kind, bend.targets, bend.offset) == ("close", 3, 0.0)
+    assert bend.place == pytest.approx(tuple(poses.tips[2]))
+    assert bend.shortest == pytest.approx(0.07)
+
+
+@pytest.mark.parametrize(("duration", "count"), [(0.0999, 1), (0.1, 0), (0.1 * (1.0 - 1e-11), 0), (0.1001, 0)])
+def test_a_move_of_just_the_time_it_needs_is_not_close(duration: float, count: int) -> None:
+    assert len(listed(circle(), times=np.array([0.0, 1.0, 1.0 + duration, 2.2, 3.2, 4.2]))) == count
+
+
+def test_moves_that_lay_nothing_are_not_close() -> None:
+    poses = stream(arc(radius=7.0, step=0.7, angle=0.5), deposit=np.zeros(6, dtype=np.bool_))
+    assert listed(poses, times=0.01 * np.arange(6.0)) == ()
+
+
+def test_bends_of_two_runs_are_two_and_stand_in_the_order_of_the_path() -> None:
+    poses = stream(arc(radius=7.0, step=0.7, angle=0.5), runs=np.array([0, 0, 0, 1, 1, 1]))
+    bends = listed(poses, offsets=(0.0, 0.1, 0.1, 0.2, 0.2, 0.0), times=np.array([0.0, 0.05, 1.0, 2.0, 3.0, 3.05]))
+    assert [(bend.run, bend.kind, bend.targets) for bend in bends] == [
+        (0, "close", 1), (0, "rounded", 2), (1, "rounded", 2), (1, "close", 1),
+    ]  # fmt: skip
+
+
+def test_a_straight_line_has_no_radius() -> None:
+    poses = stream(np.linspace([0.0, 0.0, 0.0], [5.0, 0.0, 0.0], 6))
+    (bend,) = listed(poses, offsets=(0.0, 0.0, 0.1, 0.0, 0.0, 0.0))
+    assert bend.radius == np.inf

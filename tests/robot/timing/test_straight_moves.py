@@ -13,8 +13,9 @@ from geoprint.errors import LimitError
 from geoprint.model import FloatArray, JointPath, Targets, Trajectory
 from geoprint.robot.controller import written_targets
 from geoprint.robot.timing import held_straight, off_moves, retime
+from geoprint.robot.timing.knots import MOST_ROUNDED, Knots, path_knots
 from tests.robot.cells import bent_cell
-from tests.robot.joint_paths import arm_of, line, solved, stream, tilted
+from tests.robot.joint_paths import arc, arm_of, line, solved, stream, tilted
 
 CELL = bent_cell()
 ARM = arm_of(CELL)
@@ -106,3 +107,124 @@ def test_a_motion_is_off_by_as_much_as_its_targets_are_moved() -> None:
     aside = replace(path, poses=replace(path.poses, tips=moved))
     assert off_moves(trajectory, path, targets, ARM).distance < 0.001
     assert off_moves(trajectory, aside, targets, ARM).distance == pytest.approx(0.015, abs=0.001)
+
+
+# The length of a path that is timed: what is one place, how turns count, and where the tip alone is the length.
+
+
+PROCESS = replace(bent_cell().process, speed=20.0, travel_speed=60.0)
+
+
+def path_of(tips: FloatArray, angles: FloatArray, *, deposited: bool, joints: FloatArray | None = None) -> JointPath:
+    """Return the path of a tool that leans by angles [rad] along a flat surface."""
+    count = len(tips)
+    poses = stream(tips, quaternions=tilted(angles), deposit=np.full(count, deposited))
+    return JointPath(
+        poses=replace(poses, normals=np.tile([0.0, 0.0, 1.0], (count, 1))),
+        joints=np.zeros((count, 6)) if joints is None else joints, configuration=np.zeros((count, 4), dtype=np.int64),
+        branch=0, rotations=np.zeros(count), leans=np.zeros((count, 2)), T_base_work=np.eye(4),
+    )  # fmt: skip
+
+
+def knots_of(step: float, turn: float, *, deposited: bool) -> Knots:
+    """Return the knots of three poses a step [mm] and a turn [rad] apart."""
+    tips = line((0.0, 0.0, 0.0), (2.0 * step, 0.0, 0.0), count=3)
+    return path_knots(path_of(tips, turn * np.arange(3.0), deposited=deposited), process=PROCESS)
+
+
+def test_on_travel_a_radian_counts_as_10_mm_beside_the_way_of_the_tip() -> None:
+    found = knots_of(4.0, 0.3, deposited=False)
+    np.testing.assert_allclose(found.lengths, [0.0, 0.005, 0.010])
+    np.testing.assert_allclose(found.bead_shares, 0.8)
+    np.testing.assert_allclose(found.ceilings, 0.06 / 0.8)
+
+
+def test_a_tool_that_turns_on_the_spot_moves_on_and_its_tip_sets_no_ceiling() -> None:
+    found = knots_of(0.0, 0.3, deposited=False)
+    np.testing.assert_allclose(found.lengths, [0.0, 0.003, 0.006])
+    assert np.isinf(found.ceilings).all()
+
+
+@pytest.mark.parametrize(("step", "alone"), [(0.0303, True), (0.0297, False)])
+def test_where_material_is_laid_the_tip_alone_is_the_length_down_to_a_hundredth(step: float, *, alone: bool) -> None:
+    """A turn of 0.3 rad is as long as 3 mm, a hundredth of which is 0.03 mm."""
+    found = knots_of(step, 0.3, deposited=True)
+    np.testing.assert_allclose(np.diff(found.lengths), 1e-3 * (step if alone else np.hypot(step, 3.0)))
+    assert np.isclose(found.bead_shares, 1.0, rtol=1e-12).all() == alone
+
+
+def test_one_step_that_all_but_turns_on_the_spot_takes_its_whole_leg_with_it() -> None:
+    tips = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.001, 0.0, 0.0]])
+    found = path_knots(path_of(tips, np.array([0.0, 0.3, 0.6]), deposited=True), process=PROCESS)
+    np.testing.assert_allclose(np.diff(found.lengths), [0.005, 0.003], rtol=1e-6)
+
+
+@pytest.mark.parametrize(("jump", "refused"), [(0.9e-8, False), (1.1e-8, True)])
+def test_joints_may_differ_by_a_hundred_millionth_of_a_radian_at_one_place(jump: float, *, refused: bool) -> None:
+    joints = np.zeros((3, 6))
+    joints[1:, 3] = jump
+    path = path_of(
+        np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]), np.zeros(3), deposited=True, joints=joints
+    )
+    if refused:
+        with pytest.raises(LimitError, match=r"run 1, pose 1: joint 4 jumps by 1\.1e-08 rad"):
+            path_knots(path, process=PROCESS)
+    else:
+        assert path_knots(path, process=PROCESS).places.tolist() == [0, 0, 1]
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_bead_keeps_the_speed_so_that_the_tip_is_faster_over_a_bulge_and_slower_in_a_hollow(side: float) -> None:
+    """A circle of 5 mm on the surface is one of 5.3 mm for the tip outside of it, of 4.7 mm inside."""
+    outward = side * arc(radius=1.0, step=0.02)
+    tips = 5.0 * side * outward + 0.3 * outward
+    path = path_of(tips, np.zeros(len(tips)), deposited=True)
+    found = path_knots(replace(path, poses=replace(path.poses, normals=outward)), process=PROCESS)
+    share = 5.0 / (5.0 + 0.3 * side)
+    np.testing.assert_allclose(found.lengths, 1e-3 * path.poses.arcs, rtol=1e-12)
+    np.testing.assert_allclose(found.bead_shares, share, rtol=1e-9)
+    np.testing.assert_allclose(found.ceilings, 0.02 / share, rtol=1e-9)
+
+
+def test_on_travel_the_speed_is_that_of_the_tip() -> None:
+    outward = arc(radius=1.0, step=0.02)
+    path = path_of(5.3 * outward, np.zeros(len(outward)), deposited=False)
+    found = path_knots(replace(path, poses=replace(path.poses, normals=outward)), process=PROCESS)
+    np.testing.assert_allclose(found.bead_shares, 1.0, rtol=1e-12)
+    np.testing.assert_allclose(found.ceilings, 0.06, rtol=1e-12)
+
+
+def driven(tips: FloatArray, joints: FloatArray, *, response: float, deposited: bool = True) -> FloatArray:
+    """Return the joints of a path with level tool as the arm drives them."""
+    knots = path_knots(path_of(tips, np.zeros(len(tips)), deposited=deposited, joints=joints), process=PROCESS)
+    return knots.driven_joints(0, len(tips) - 1, response=response)
+
+
+def test_a_wave_of_joints_is_driven_as_its_mean_over_the_response() -> None:
+    """The mean of a sine of wave number k over a length w is the sine times sin(k w / 2) / (k w / 2)."""
+    x, k = np.linspace(0.0, 6.0, 601), 2.0 * np.pi
+    joints = 1e-4 * np.sin(k * x)[:, None] * np.arange(1.0, 7.0)
+    found = driven(np.column_stack([x, 0.0 * x, 0.0 * x]), joints, response=0.01)
+    inner = slice(20, -20)
+    # 10 ms at 20 mm/s are 0.2 mm.
+    np.testing.assert_allclose(found[inner], joints[inner] * np.sinc(0.2), rtol=1e-4, atol=1e-10)
+    np.testing.assert_array_equal(found[[0, -1]], joints[[0, -1]])
+
+
+def test_without_a_response_on_travel_and_along_straight_lines_joints_stay() -> None:
+    x = np.linspace(0.0, 6.0, 601)
+    tips, wave = np.column_stack([x, 0.0 * x, 0.0 * x]), np.tile(1e-3 * np.sin(9.0 * x)[:, None], 6)
+    np.testing.assert_array_equal(driven(tips, wave, response=0.0), wave)
+    np.testing.assert_array_equal(driven(tips, wave, response=0.01, deposited=False), wave)
+    straight = np.tile(0.1 * x[:, None], 6)
+    np.testing.assert_allclose(driven(tips, straight, response=0.01), straight, atol=1e-12)
+
+
+def test_a_corner_is_rounded_by_less_than_it_may_be_however_long_the_arm_takes() -> None:
+    x = np.linspace(-3.0, 3.0, 601)
+    tips = np.column_stack([x, np.abs(x), 0.0 * x])
+    # The joints follow the tip: what they turn less is what the tip is moved.
+    joints = np.column_stack([np.abs(x) * 1e-3] + [0.0 * x] * 5)
+    for response in (0.002, 0.05):
+        moved = 1e3 * np.abs(driven(tips, joints, response=response) - joints).max()
+        assert 0.5 * MOST_ROUNDED < moved <= MOST_ROUNDED
