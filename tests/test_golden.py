@@ -16,6 +16,7 @@ import pytest
 
 from benchmarks.golden import CASES, HASHES, ROOT, STABLE, planned, stable
 from geoprint.cli.application import run
+from tests.guide.here import working_here
 from tests.shared_plans import SharedPlans
 
 RECORDED: dict[str, dict[str, Any]] = json.loads(STABLE.read_text(encoding="utf-8"))
@@ -53,7 +54,8 @@ def test_a_result_is_what_it_was_when_it_was_recorded(
 ) -> None:
     # Cases name files from where geoprint is.
     monkeypatch.chdir(ROOT)
-    folder = shared_plans.folder(f"golden {name}", lambda target: planned(name, target, run=run))
+    with working_here():
+        folder = shared_plans.folder(f"golden {name}", lambda target: planned(name, target, run=run))
     assert differences(stable(folder), RECORDED[name]) == []
 
 
@@ -87,9 +89,6 @@ def test_a_result_says_more_than_names(tmp_path: Path) -> None:
             "declared": ["MODULE GeoPrint", "PROC main"],
             "instructions": ["ENDMODULE", "ENDPROC", "MODULE", "MoveL", "PROC"],
         },
-        "plan.json": {
-            "keys": ["a.cv", "robot[#].runs"],
-            "figures": {"a.cv": 0.1, "robot[0].runs": 2},
-        },
+        "plan.json": {"keys": ["a.cv", "robot[#].runs"], "figures": {"a.cv": 0.1, "robot[0].runs": 2}},
         "poses.csv": {"columns": "x,y"},
     }

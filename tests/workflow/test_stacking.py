@@ -42,13 +42,13 @@ def _saved(folder: Path, surface: Surface) -> Path:
     return path
 
 
-def _cap(folder: Path) -> Path:
-    return _saved(folder, spherical_cap(radius=RADIUS, angle=0.5, rings=16))
+def _cap(folder: Path, *, angle: float = 0.35) -> Path:
+    return _saved(folder, spherical_cap(radius=RADIUS, angle=angle, rings=round(angle * 32.0)))
 
 
 @pytest.fixture(scope="module")
 def third(tmp_path_factory: pytest.TempPathFactory) -> Plan:
-    path = _cap(tmp_path_factory.mktemp("cap"))
+    path = _cap(tmp_path_factory.mktemp("cap"), angle=0.5)
     return plan(job_of(surface=path, unit="mm", spacing=2.0, thickness=2.0, layer=3, place="demo"))
 
 
