@@ -109,7 +109,7 @@ def _executed(modules: Sequence[Module], signals: Mapping[str, str], *, entry: s
         signals={name: 1.0 for name, kind in signals.items() if kind == "signaldi"},
         entry=entry,
         watched=frozenset({THROUGH}),
-        most_steps=MOST_STEPS + MOST_TIMES * sum(sum(each.weights) for each in task.routines),
+        most_steps=MOST_STEPS + MOST_TIMES * sum(len(each.steps) for each in task.routines),
     )
     # Numbers that are too large become infinite, which is refused where they are used.
     with np.errstate(all="ignore"):
