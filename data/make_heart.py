@@ -8,7 +8,7 @@ in medical images: x to the heart's own left, y to the back, z up from the apex 
 axis towards the apex; the origin is about the middle; mm.
 
 The rims of the patches are edges of the heart, so that the patches are some of its very triangles. Everything is
-computed in a fixed order, random numbers (only the plate's) come from a fixed seed, and coordinates are rounded to
+computed in a fixed order, random numbers (only the plate's) come from a fixed source, and coordinates are rounded to
 DECIMALS, which hides the rounding errors of different machines: the files come out the same to the byte.
 """
 
@@ -25,7 +25,7 @@ import numpy as np
 from skimage.measure import marching_cubes
 
 from geoprint.distance.heat import Heat
-from geoprint.geometry import edge_faces, edges, half_edges, point_seed, refine, vertex_normals
+from geoprint.geometry import edge_faces, edges, half_edges, point_source, refine, vertex_normals
 from geoprint.geometry.files import save_ply
 from geoprint.model import FloatArray, IntArray, Surface
 
@@ -60,7 +60,7 @@ APEX = (8.0, 0.0, -60.0)
 # Patches: name, about the middle, geodesic radius [mm]. One strongly curved, one nearly developable on the free wall of
 # the left ventricle.
 PATCHES = (("heart_apex_patch", APEX, 20.0), ("heart_flat_patch", (42.0, 4.0, -6.0), 25.0))
-# Size of the plate and width of its cells [mm], share of a cell by which its inner vertices are moved, random seed.
+# Size of the plate and width of its cells [mm], share of a cell by which its inner vertices are moved, random source.
 PLATE_SIZE, PLATE_CELL, PLATE_JITTER, PLATE_SEED = (40.0, 30.0), 1.5, 0.28, 2024
 
 
@@ -93,8 +93,8 @@ def main() -> None:
     out: Path = parser.parse_args().out
     mesh = polygonise(heart)
     for region, (_, middle, radius) in enumerate(PATCHES, start=1):
-        seed = projected(np.array([middle]), heart, steps=NEWTON_STEPS)[0]
-        mesh = cut(mesh, distance_from(mesh.surface(), seed), level=radius, region=region)
+        source = projected(np.array([middle]), heart, steps=NEWTON_STEPS)[0]
+        mesh = cut(mesh, distance_from(mesh.surface(), source), level=radius, region=region)
     mesh = rounded(evened(mesh, heart, rounds=ROUNDS[1]))
     save_ply(mesh.surface(), out / "heart.ply")
     for region, (name, _, _) in enumerate(PATCHES, start=1):
@@ -265,7 +265,7 @@ def angles(vertices: FloatArray, corner: IntArray, pairs: IntArray) -> FloatArra
 def distance_from(surface: Surface, place: FloatArray) -> FloatArray:
     """Return the (n,) geodesic distance [mm] of the vertices from the point of the surface closest to a place."""
     fine = refine(surface, edge_length=DISTANCE_EDGE)  # its first vertices are those of the surface
-    return Heat(fine).distance(point_seed(fine, place, tolerance=VOXEL)).values[: len(surface.vertices)]
+    return Heat(fine).distance(point_source(fine, place, tolerance=VOXEL)).values[: len(surface.vertices)]
 
 
 def cut(mesh: Mesh, distance: FloatArray, *, level: float, region: int) -> Mesh:

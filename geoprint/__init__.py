@@ -29,7 +29,7 @@ Examples:
 
 Data flows in one direction, through frozen values (`geoprint.model`) that print what they hold in a few lines:
 
-    file -> Surface -> [backend] -> [pattern] -> Strokes -> Toolpath -> PoseStream -> JointPath -> Trajectory
+    file -> Surface -> [backend] -> [pattern] -> Paths -> Toolpath -> PoseStream -> JointPath -> Trajectory
          -> Targets -> ControllerPath -> Clearance -> Orders -> Program -> report
 
 and imports run to the right alone (braces: mutually independent; `lint-imports` checks it):

@@ -22,7 +22,7 @@ from geoprint.geometry import (
     face_areas,
     face_normals,
     mean_normal,
-    point_seed,
+    point_source,
     prepare,
     refine,
 )
@@ -144,7 +144,7 @@ def test_the_rim_of_a_patch_is_smooth_and_everywhere_as_far_from_its_middle(
     turns = np.arctan2(np.linalg.norm(np.cross(before, side), axis=1), (before * side).sum(axis=1))
     assert np.degrees(turns.max()) < 10.0
     fine = refine(patch, edge_length=0.4)
-    distance = Heat(fine).distance(point_seed(fine, np.array(middle), tolerance=0.1)).values[rim]
+    distance = Heat(fine).distance(point_source(fine, np.array(middle), tolerance=0.1)).values[rim]
     assert distance == pytest.approx(np.full(rim.size, radius), abs=0.4)
 
 

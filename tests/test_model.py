@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from geoprint.errors import GeoprintError, InputError, LimitError, PlanError, UsageError
-from geoprint.model import Box, Contours, PoseStream, ScalarField, Seed, Strokes, Surface, SurfaceCurves, SurfacePoints
+from geoprint.model import Box, Contours, Paths, PoseStream, ScalarField, Source, Surface, SurfaceCurves, SurfacePoints
 from geoprint.model.values import WIDTH
 from tests.robot.cells import bent_cell
 
@@ -65,9 +65,9 @@ def test_curves_refuse_offsets_that_do_not_cut_the_points(offsets: list[int]) ->
         SurfaceCurves(points(3), np.array(offsets), np.array([False, False]))
 
 
-def test_an_empty_seed_is_refused() -> None:
-    with pytest.raises(InputError, match="seed"):
-        Seed(SurfaceCurves(points(0), np.array([0]), np.zeros(0, dtype=np.bool_)))
+def test_an_empty_source_is_refused() -> None:
+    with pytest.raises(InputError, match="source"):
+        Source(SurfaceCurves(points(0), np.array([0]), np.zeros(0, dtype=np.bool_)))
 
 
 def test_contours_need_a_level_a_curve() -> None:
@@ -79,12 +79,12 @@ def test_contours_need_a_level_a_curve() -> None:
 def test_strokes_need_a_row_a_point_and_a_spacing_and_a_width_above_nothing() -> None:
     curves = SurfaceCurves(points(5), np.array([0, 2, 5]), np.array([False, False]))
     row, ones = np.array([0.0, 0.0, 1.9, 2.0, 3.1]), np.ones(5)
-    assert Strokes(curves, row, ones, ones).levels.tolist() == [0, 1]
+    assert Paths(curves, row, ones, ones).levels.tolist() == [0, 1]
     with pytest.raises(InputError, match="one row a point: 4 rows, 5 points"):
-        Strokes(curves, row[:4], ones[:4], ones[:4])
+        Paths(curves, row[:4], ones[:4], ones[:4])
     for spacing, width in ((0.0 * ones, ones), (ones, -ones)):
         with pytest.raises(InputError, match="must be positive"):
-            Strokes(curves, row, spacing, width)
+            Paths(curves, row, spacing, width)
 
 
 def test_a_robot_refuses_a_home_outside_its_limits() -> None:

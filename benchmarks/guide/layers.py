@@ -134,8 +134,8 @@ class Ventricle(NamedTuple):
     endocardial: float = 60.0
 
 
-class Strokes(NamedTuple):
-    """The strokes of a layer, piece by piece, against the rule.
+class Paths(NamedTuple):
+    """The paths of a layer, piece by piece, against the rule.
 
     Attributes:
         paths: the plan of the layer.
@@ -156,19 +156,19 @@ class Strokes(NamedTuple):
     up: FloatArray
 
     def mean(self, values: FloatArray) -> float:
-        """Return the mean of (k,) values over the length of all strokes."""
+        """Return the mean of (k,) values over the length of all paths."""
         return float(np.average(values, weights=self.lengths))
 
 
-def layers_through(one: Ventricle, own: Solved, folder: Path, *, height: float, spacing: float) -> Iterator[Strokes]:
-    """Plan the layers from the cavity to the outside of a wall, without a robot, and yield their strokes.
+def layers_through(one: Ventricle, own: Solved, folder: Path, *, height: float, spacing: float) -> Iterator[Paths]:
+    """Plan the layers from the cavity to the outside of a wall, without a robot, and yield their paths.
 
     Args:
         one: the wall and the patch.
         own: the rule, solved by itself.
         folder: that files are written into.
         height: of a layer [mm].
-        spacing: between strokes [mm].
+        spacing: between paths [mm].
     """
     for name, label in (("cavity", one.cavity), ("wall", one.wall[0])):
         save_ply(
@@ -192,8 +192,8 @@ def layers_through(one: Ventricle, own: Solved, folder: Path, *, height: float, 
         yield _strokes(plan(job.model_copy(update={"layer": number})), one, own)
 
 
-def _strokes(paths: Plan, one: Ventricle, own: Solved) -> Strokes:
-    """Return the strokes of a layer against the rule."""
+def _strokes(paths: Plan, one: Ventricle, own: Solved) -> Paths:
+    """Return the paths of a layer against the rule."""
     surface, curves = paths.workpiece.surface, paths.toolpath.curves
     places = curves.points.xyz(surface)
     starts = np.setdiff1d(np.arange(len(places)), curves.offsets[1:] - 1)
@@ -213,7 +213,7 @@ def _strokes(paths: Plan, one: Ventricle, own: Solved) -> Strokes:
         np.degrees(np.arccos(np.clip(np.abs(np.einsum("kx,kx->k", steps, each)), 0.0, 1.0))) for each in (line, within)
     )
     found = np.degrees(np.arctan(high / np.where(right == 0.0, np.finfo(np.float64).tiny, right)))
-    return Strokes(paths, lengths, np.degrees(wanted), found, off, inside, up.mean(axis=0))
+    return Paths(paths, lengths, np.degrees(wanted), found, off, inside, up.mean(axis=0))
 
 
 # A human heart [Rodero2021, no. 01], and a place on the free wall of its left ventricle where that is 10 mm thick.
@@ -238,8 +238,8 @@ def through(_data: Path) -> bytes:
     return through_picture(layers)
 
 
-def through_picture(layers: Sequence[Strokes]) -> bytes:
-    """Draw the strokes of the first, the middle and the last whole layer, and the helix angles of all."""
+def through_picture(layers: Sequence[Paths]) -> bytes:
+    """Draw the paths of the first, the middle and the last whole layer, and the helix angles of all."""
     figure, axes = panels(4, width=10.0, height=3.0)
     last = len(layers) - 2 if len(layers) > 2 else len(layers) - 1
     for axis, number, colour in zip(axes, (0, last // 2, last), (ORANGE, GREEN, BLUE), strict=False):
@@ -253,7 +253,7 @@ def through_picture(layers: Sequence[Strokes]) -> bytes:
     heights = [each.paths.workpiece.place.middle for each in layers if each.paths.workpiece.place is not None]
     found = np.array([each.mean(each.found) for each in layers])
     spread = [np.sqrt(each.mean((each.found - mean) ** 2)) for each, mean in zip(layers, found, strict=True)]
-    axes[3].errorbar(heights, found, yerr=spread, fmt="o", color=BLUE, markersize=4, capsize=2, label="strokes")
+    axes[3].errorbar(heights, found, yerr=spread, fmt="o", color=BLUE, markersize=4, capsize=2, label="paths")
     axes[3].plot(heights, [each.mean(each.wanted) for each in layers], color=ORANGE, label="rule")
     axes[3].set_xlabel("from the cavity [mm]", fontsize=9)
     axes[3].set_ylabel("helix angle [degrees]", fontsize=9)

@@ -4,17 +4,17 @@
 
 Every part is cut as finely as heat wants it, and gets three fields of lines: the smoothest along its rim (none where it
 is closed), the smoothest along its longest axis, and the smoothest along the smallest principal curvature. A row for
-each and each laying: starts, and closed strokes among them; how many were too short to be laid; their mean length; the
+each and each laying: starts, and closed paths among them; how many were too short to be laid; their mean length; the
 variation of the thickness with a constant flow; the share of the area that is covered once, missed and covered twice;
 the variation of the spacing to the left and to the right over all, and farther than two spacings from ends within the
 part, which is the place of branch points too, with the share of the length that is then left out; the mean angle to the
 field, and what 99 of 100 mm have at most; crossings; how many ends rows exactly one spacing apart and along the field
-would have, as the divergence of its lines says; and the processor time of field and strokes.
+would have, as the divergence of its lines says; and the processor time of field and paths.
 
 The second table is of the same parts with a width that rises along their longest axis, by 0.75 to 1.35 spacings, with
-strokes along that axis and across it: everything is over the width that is wanted at each place then.
+paths along that axis and across it: everything is over the width that is wanted at each place then.
 
-The third table is of processor time on bumpy sheets with strokes 1 mm apart along their rim, and the exponent of the
+The third table is of processor time on bumpy sheets with paths 1 mm apart along their rim, and the exponent of the
 number of faces, fitted to all but the smallest.
 """
 
@@ -36,10 +36,18 @@ from geoprint.fibers import AlongCurvature, AlongDirection, AlongRim, DirectionF
 from geoprint.fibers.net import net_of, senses_of
 from geoprint.fibers.pattern import LAYINGS, FibrePattern
 from geoprint.fibers.stripes import slopes_of
-from geoprint.geometry import PolylineDistance, arc_lengths, boundary_loops, boundary_seed, point_seed, prepare, refine
+from geoprint.geometry import (
+    PolylineDistance,
+    arc_lengths,
+    boundary_loops,
+    boundary_source,
+    point_source,
+    prepare,
+    refine,
+)
 from geoprint.geometry.files import load
 from geoprint.metrics import measure_paths
-from geoprint.model import BoolArray, FloatArray, Polylines, ScalarField, Strokes, Surface
+from geoprint.model import BoolArray, FloatArray, Paths, Polylines, ScalarField, Surface
 from geoprint.process import WidthsAlong
 from geoprint.reporting.metrics import COVERED_ONCE, GAP, OVERLAP, SPACING, THICKNESS
 from tests.fibers.fibres_measures import crossings, lines, off_field
@@ -48,7 +56,7 @@ OWN = ("plate.ply", "heart_flat_patch.ply", "heart_apex_patch.ply")
 HEADINGS = (
     "part", "field", "laying", "starts", "closed", "dropped", "mean length", THICKNESS.column, COVERED_ONCE.column,
     GAP.column, OVERLAP.column, SPACING.column, "away from ends", "left out", "off the field", "99 of 100", "crossings",
-    "ends demanded", "field", "strokes",
+    "ends demanded", "field", "paths",
 )  # fmt: skip
 # Ends within the part: farther than so many spacings from its rim; what is nearer than so many to one is left out.
 WITHIN, AWAY = 0.5, 2.0
@@ -108,18 +116,20 @@ def _times(sizes: Sequence[int]) -> Iterator[str]:
         yield row(laying, *(f"{each:.2f} s" for each in seconds), exponent)
 
 
-def _strokes(field: DirectionField, *, laying: str, spacing: float, widths: WidthsAlong | None = None) -> Strokes:
+def _strokes(field: DirectionField, *, laying: str, spacing: float, widths: WidthsAlong | None = None) -> Paths:
     surface = field.surface
-    seed = (
-        boundary_seed(surface) if boundary_loops(surface) else point_seed(surface, surface.vertices[0], tolerance=1.0)
+    source = (
+        boundary_source(surface)
+        if boundary_loops(surface)
+        else point_source(surface, surface.vertices[0], tolerance=1.0)
     )
     pattern = FibrePattern(field=lambda _: field, laying=laying)
     wanted = spacing if widths is None else ScalarField(widths(surface.vertices))
-    return pattern.strokes(surface, seed, backend=BACKENDS["heat"](surface), spacing=wanted)
+    return pattern.paths(surface, source, backend=BACKENDS["heat"](surface), spacing=wanted)
 
 
 def _widening(part: Surface, *, spacing: float) -> Iterator[str]:
-    """Yield rows for strokes along and across the direction in which they grow wider."""
+    """Yield rows for paths along and across the direction in which they grow wider."""
     _, _, axes = np.linalg.svd(part.vertices - part.vertices.mean(axis=0), full_matrices=False)
     heights = part.vertices @ axes[0]
     ends = part.vertices[[heights.argmin(), heights.argmax()]]
@@ -158,12 +168,12 @@ def _rows(
     for laying in LAYINGS:
         begun = time.process_time()
         try:
-            strokes = _strokes(field, laying=laying, spacing=spacing, widths=widths)
+            paths = _strokes(field, laying=laying, spacing=spacing, widths=widths)
         except GeoprintError as error:
             yield _refused(fine, name, laying, error)
             continue
         deposited = time.process_time() - begun
-        figures = _figures(part, field, strokes, spacing=spacing, widths=widths)
+        figures = _figures(part, field, paths, spacing=spacing, widths=widths)
         yield row(fine.name, name, laying, *figures, f"{made:.2f} s", f"{deposited:.2f} s")
 
 
@@ -172,22 +182,20 @@ def _refused(fine: Surface, name: str, laying: str, error: GeoprintError) -> str
 
 
 def _figures(
-    part: Surface, field: DirectionField, strokes: Strokes, *, spacing: float, widths: WidthsAlong | None
+    part: Surface, field: DirectionField, paths: Paths, *, spacing: float, widths: WidthsAlong | None
 ) -> list[str]:
     fine = field.surface
-    drawn = lines(fine, strokes)
-    found = measure_paths(
-        part, Polylines(np.concatenate(drawn), strokes.curves.offsets), spacing=spacing, wanted=widths
-    )
+    drawn = lines(fine, paths)
+    found = measure_paths(part, Polylines(np.concatenate(drawn), paths.curves.offsets), spacing=spacing, wanted=widths)
     sides = found.sides.sides()
-    away = _away(fine, strokes, found.sides.places, spacing=spacing)
-    off, lengths = off_field(field, strokes.curves)
+    away = _away(fine, paths, found.sides.places, spacing=spacing)
+    off, lengths = off_field(field, paths.curves)
     order = np.argsort(off)
     most = off[order][np.searchsorted(np.cumsum(lengths[order]), 0.99 * lengths.sum())]
     return [
-        str(strokes.curves.count),
-        str(int(strokes.curves.closed.sum())),
-        str(len(strokes.dropped)),
+        str(paths.curves.count),
+        str(int(paths.curves.closed.sum())),
+        str(len(paths.dropped)),
         f"{np.mean([arc_lengths(line)[-1] for line in drawn]):.1f} mm",
         f"{found.thickness.cv:.1%}",
         f"{found.covered_once:.1%}",
@@ -198,7 +206,7 @@ def _figures(
         f"{1.0 - away.mean():.0%}",
         f"{np.degrees(np.average(off, weights=lengths)):.2f} deg",
         f"{np.degrees(most):.2f} deg",
-        str(crossings(fine, strokes.curves)),
+        str(crossings(fine, paths.curves)),
         f"{_ends_demanded(field, spacing=spacing):.0f}",
     ]
 
@@ -219,9 +227,9 @@ def _cv(sides: FloatArray) -> str:
     return f"{ratios.std() / ratios.mean():.1%}" if ratios.size else ""
 
 
-def _away(surface: Surface, strokes: Strokes, places: FloatArray, *, spacing: float) -> BoolArray:
-    """Return which of (k, 3) places are farther than two spacings from the ends of strokes within a part."""
-    curves, xyz = strokes.curves, strokes.curves.points.xyz(surface)
+def _away(surface: Surface, paths: Paths, places: FloatArray, *, spacing: float) -> BoolArray:
+    """Return which of (k, 3) places are farther than two spacings from the ends of paths within a part."""
+    curves, xyz = paths.curves, paths.curves.points.xyz(surface)
     ends = xyz[np.concatenate([curves.offsets[:-1], curves.offsets[1:] - 1])[np.tile(~curves.closed, 2)]]
     rims = [surface.vertices[np.append(loop, loop[0])] for loop in boundary_loops(surface)]
     if rims and len(ends):

@@ -28,13 +28,13 @@ from benchmarks.parts.tables import row, rule, script_parser
 from geoprint.distance import BACKENDS
 from geoprint.distance.interface import level_distances
 from geoprint.distance.isolines import isolines
-from geoprint.geometry import boundary_loops, boundary_seed, edge_lengths, positions
+from geoprint.geometry import boundary_loops, boundary_source, edge_lengths, positions
 from geoprint.metrics.deposited import sampled
 from geoprint.metrics.oracle.geodesic import GeodesicDistance
 from geoprint.metrics.oracle.tracing import trace
 from geoprint.metrics.oracle.unfolding import flat_mesh, flat_places
 from geoprint.metrics.spacing import outer_distance
-from geoprint.model import FloatArray, ScalarField, Seed, Surface, SurfaceCurves, SurfacePoints
+from geoprint.model import FloatArray, ScalarField, Source, Surface, SurfaceCurves, SurfacePoints
 
 # Level curves between the border and the farthest point.
 LEVELS = 20
@@ -49,7 +49,7 @@ Field = Callable[[Surface], FloatArray]
 
 
 def _own(name: str) -> Field:
-    return lambda surface: BACKENDS[name](surface).distance(boundary_seed(surface)).values
+    return lambda surface: BACKENDS[name](surface).distance(boundary_source(surface)).values
 
 
 def _peer(*, robust: bool) -> Field:
@@ -187,36 +187,36 @@ def timing(sizes: Sizes) -> Iterator[str]:
             yield row(f"{len(surface.faces)}", name, f"{field:.3f}", f"{traced:.3f}", beside)
 
 
-def seeds(sizes: Sizes) -> Iterator[str]:
-    """Seconds for the first seed with all that is made once, for other values on it, and for another seed.
+def sources(sizes: Sizes) -> Iterator[str]:
+    """Seconds for the first source with all that is made once, for other values on it, and for another source.
 
-    The first two seeds are points in one triangle, so that they hold the same vertices at other distances.
+    The first two sources are points in one triangle, so that they hold the same vertices at other distances.
     """
-    yield row("faces", "first", "same vertices, other values", "another seed", "ratios")
+    yield row("faces", "first", "same vertices, other values", "another source", "ratios")
     yield rule(5)
     FIELDS["heat"](make("cap", faces=500))  # Compiles.
     for faces in sizes.timed[:2]:
         surface = make("cap", faces=faces)
-        asked = [_point(0.4), _point(0.3), boundary_seed(surface)]
+        asked = [_point(0.4), _point(0.3), boundary_source(surface)]
         start = time.perf_counter()
         solver = BACKENDS["heat"](surface)
         stops = [start]
-        for seed in asked:
-            solver.distance(seed)
+        for source in asked:
+            solver.distance(source)
             stops.append(time.perf_counter())
         first, second, third = np.diff(stops).tolist()
         shown = (f"{seconds:.3f} s" for seconds in (first, second, third))
         yield row(f"{len(surface.faces)}", *shown, f"{second / first:.2f}, {third / first:.2f}")
 
 
-def _point(weight: float) -> Seed:
+def _point(weight: float) -> Source:
     """Return a point in the first triangle."""
     place = SurfacePoints(np.array([0]), np.array([[weight, 0.5 - weight / 2, 0.5 - weight / 2]]))
-    return Seed(SurfaceCurves(place, np.array([0, 1]), np.array([False])))
+    return Source(SurfaceCurves(place, np.array([0, 1]), np.array([False])))
 
 
 TABLES: Mapping[str, Callable[[Sizes], Iterator[str]]] = MappingProxyType(
-    {"accuracy": accuracy, "spacing": spacing, "order": order, "time": timing, "seeds": seeds}
+    {"accuracy": accuracy, "spacing": spacing, "order": order, "time": timing, "sources": sources}
 )
 
 

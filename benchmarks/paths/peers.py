@@ -18,7 +18,7 @@ missing are left out, and named.
   its distance, traced by libigl. (Its own heat method diffuses in 250 steps, each a new sparse solve.)
 
 Times are the least of several runs, for the distance with all that it needs, and with the isolines. They are of one
-seed: who asks again pays less, with every method.
+source: who asks again pays less, with every method.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from benchmarks.parts.tables import least_seconds, script_parser
 from geoprint.distance import BACKENDS
 from geoprint.distance.heat import Heat
 from geoprint.errors import GeoprintError
-from geoprint.geometry import boundary_loops, boundary_seed, positions, prepare, refine
+from geoprint.geometry import boundary_loops, boundary_source, positions, prepare, refine
 from geoprint.geometry.files import load
 from geoprint.metrics import uniformity
 from geoprint.model import FloatArray, IntArray, PoseStream, Surface
@@ -121,10 +121,10 @@ def table(surfaces: list[Surface], *, spacing: float) -> Iterator[str]:
 
 def _own(name: str) -> Method:
     def distance(surface: Surface) -> FloatArray:
-        return BACKENDS[name](surface).distance(boundary_seed(surface)).values
+        return BACKENDS[name](surface).distance(boundary_source(surface)).values
 
     def isolines(surface: Surface, spacing: float) -> Isolines:
-        contours = BACKENDS[name](surface).contours(boundary_seed(surface), spacing=spacing)
+        contours = BACKENDS[name](surface).contours(boundary_source(surface), spacing=spacing)
         places = positions(surface, contours.curves.points)
         return np.split(places, contours.curves.offsets[1:-1]), contours.levels.tolist()
 

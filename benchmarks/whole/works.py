@@ -52,12 +52,12 @@ def work(count):
 _CAP = """
 import numpy as np
 from benchmarks.whole.costs import cap_of
-from geoprint.geometry import boundary_loops, boundary_seed
+from geoprint.geometry import boundary_loops, boundary_source
 least = 1_000
 cap_of(size), cap_of(least)
 """
 _DISTANCE = "from geoprint.distance import BACKENDS\ndef work(faces):\n    surface = cap_of(faces)\n"
-_OWN_DISTANCE = f"{_CAP}{_DISTANCE}    BACKENDS[backend](surface).distance(boundary_seed(surface))\n"
+_OWN_DISTANCE = f"{_CAP}{_DISTANCE}    BACKENDS[backend](surface).distance(boundary_source(surface))\n"
 _POTPOURRI = f"""{_CAP}
 import potpourri3d
 def work(faces):

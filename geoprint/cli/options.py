@@ -13,7 +13,7 @@ import typer
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from geoprint.config.job import SHAPES, Job, Source, source_named
+from geoprint.config.job import SHAPES, Job, SourceTable, source_named
 from geoprint.config.job_file import job_named
 from geoprint.config.strict import Key, Place, key_at, keys_of, option_type, table_of
 from geoprint.errors import UsageError
@@ -193,7 +193,7 @@ def _option(name: str, key: Key, field: FieldInfo) -> _Option:
         read, shape = list[float], " ".join(["X", "Y", "Z"] * (len(get_args(kind)) // 3))
     elif get_origin(kind) is dict:
         kind, read, default, shape = list[str], _options_by_owner, "", "NAME[.KEY=VALUE]"
-    elif kind is Source:
+    elif kind is SourceTable:
         kind, read, shape, default = str, _source, "SOURCE", "border"
     elif kind == list[str]:
         kind, read, shape = str, _parted, f"{name.upper()[:-1]},..."

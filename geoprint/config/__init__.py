@@ -36,7 +36,7 @@ from geoprint.config.job import (
     Job as Job,
     LayerPattern as LayerPattern,
     PatchRegion as PatchRegion,
-    Source as Source,
+    SourceTable as SourceTable,
     source_named as source_named,
 )
 from geoprint.config.job_file import (

@@ -82,7 +82,7 @@ SHAPES = (
 Angle = Annotated[float, Field(ge=-180.0, le=180.0)]
 
 
-class Source(Table):
+class SourceTable(Table):
     """Where distance is zero; one of these is given. Places [mm] are on or near the surface."""
 
     border: Annotated[bool, Key("", "true # the whole border")] = False
@@ -241,7 +241,7 @@ class PatchRegion(Table):
         ),
     ] = None
     source: Annotated[
-        Source | None, Key("", "{ best = true } # what its distance is measured from, as in [source]", option="")
+        SourceTable | None, Key("", "{ best = true } # what its distance is measured from, as in [source]", option="")
     ] = None
 
     @model_validator(mode="after")
@@ -285,7 +285,7 @@ class Job(Table):
     """What to plan, as the command line or a program asks for it.
 
     The order of the fields is that of the settings in plan.json. Spacing [mm] and rounds, the number of levels between
-    the seed and the farthest point, exclude each other; lengths are mm, angles degrees.
+    the source and the farthest point, exclude each other; lengths are mm, angles degrees.
     """
 
     surface: Annotated[Path, Key("", '"heart.ply"', group="part", option="", record="", shown=True)]
@@ -371,13 +371,13 @@ class Job(Table):
     rounds: Annotated[
         Rounds | None,
         Key(
-            "Number of rounds (contour-parallel passes) from the seed inwards.",
+            "Number of rounds (contour-parallel passes) from the source inwards.",
             "20 # from the border to the farthest point; of several patches, to that of the deepest",
             group="spacing",
         ),
     ] = None
     source: Annotated[
-        Source | None,
+        SourceTable | None,
         Key(
             f"What distance is measured from (source): {SHAPES}; by default the border. `geoprint plan --from BUNDLE` "
             "without a part plans a bundle again.",
@@ -630,10 +630,10 @@ class Job(Table):
         return self.drawings[((self.layer or 1) - 1) % len(self.drawings)]
 
     @property
-    def counted_from(self) -> Source | None:
+    def counted_from(self) -> SourceTable | None:
         """What distance is measured from on its layer: the angle of its pattern, else its source."""
         angle = self.drawing.angle_deg
-        return self.source if angle is None else Source(angle=angle)
+        return self.source if angle is None else SourceTable(angle=angle)
 
     def settings(self) -> dict[str, object]:
         """Return what plan.json tells of the job, by the names there; pattern and source are those of its layer."""

@@ -1,6 +1,6 @@
 """Geodesic distance by a front that carries its direction, marched over an intrinsic triangulation.
 
-Fast marching [Kimmel1998] sweeps a surface from the seed outwards, each vertex once, and finds its distance through
+Fast marching [Kimmel1998] sweeps a surface from the source outwards, each vertex once, and finds its distance through
 the triangles around it. Here every vertex also knows where its shortest line comes from, which is the gradient of the
 distance: along an edge the distance is then a cubic instead of a straight line, and curved fronts keep their shape. On
 triangles whose worst edges are flipped first the result lies within a few thousandths of an edge length of the exact
@@ -39,7 +39,7 @@ from geoprint.model import (
     FloatArray,
     IntArray,
     ScalarField,
-    Seed,
+    Source,
     Surface,
     SurfaceCurves,
     SurfacePoints,
@@ -267,7 +267,7 @@ def _dot(first: FloatArray, second: FloatArray) -> FloatArray:
     return np.einsum("kx,kx->k", first, second)
 
 
-# Where a seed runs: along border edges, through vertices and inside triangles.
+# Where a source runs: along border edges, through vertices and inside triangles.
 
 
 # Barycentric weights below this are rounding: the point lies on the opposite side, or at the corner that is left.
@@ -279,12 +279,12 @@ HALVINGS = 14
 
 @final
 @frozen
-class SeedPieces:
-    """A seed cut into what one vertex, one border edge or one triangle holds.
+class SourcePieces:
+    """A source cut into what one vertex, one border edge or one triangle holds.
 
     Attributes:
-        vertices: (v,) vertices that the seed goes through, ascending; the ends of border edges are among them.
-        border: (b,) start vertices of the border half-edges that the seed follows, ascending.
+        vertices: (v,) vertices that the source goes through, ascending; the ends of border edges are among them.
+        border: (b,) start vertices of the border half-edges that the source follows, ascending.
         faces: (k,) triangle of each straight piece inside a triangle or along a side that is not border.
         starts: (k, 3) barycentric weights of the piece's start.
         ends: (k, 3) of its end; the same as its start for a point.
@@ -297,22 +297,22 @@ class SeedPieces:
     ends: FloatArray
 
 
-def seed_pieces(surface: Surface, seed: Seed, *, rim: IntArray) -> SeedPieces:
-    """Cut a seed into pieces.
+def source_pieces(surface: Surface, source: Source, *, rim: IntArray) -> SourcePieces:
+    """Cut a source into pieces.
 
     Two neighbouring points of a curve with no triangle in common are joined along the surface below their chord.
 
     Args:
         surface: m faces.
-        seed: curves and points on it.
+        source: curves and points on it.
         rim: (b, 2) start and end vertex of the border half-edges.
 
     Raises:
         InputError: a point names a face that the surface does not have.
     """
-    points = _rounded(surface, seed.curves.points)
+    points = _rounded(surface, source.curves.points)
     is_end = np.zeros(points.faces.size, dtype=np.bool_)
-    is_end[seed.curves.offsets[1:] - 1] = True
+    is_end[source.curves.offsets[1:] - 1] = True
     first = np.flatnonzero(~is_end)
     at_vertex, vertex = _at_vertices(surface, points)
     border = _border_edges(rim, vertex[first], vertex[first + 1])
@@ -322,7 +322,7 @@ def seed_pieces(surface: Surface, seed: Seed, *, rim: IntArray) -> SeedPieces:
     alone = ~at_vertex
     faces = np.concatenate([faces, points.faces[alone]])
     starts, ends = np.concatenate([starts, points.weights[alone]]), np.concatenate([ends, points.weights[alone]])
-    return SeedPieces(np.unique(vertex[at_vertex]), np.unique(border[border >= 0]), faces, starts, ends)
+    return SourcePieces(np.unique(vertex[at_vertex]), np.unique(border[border >= 0]), faces, starts, ends)
 
 
 def _rounded(surface: Surface, points: SurfacePoints) -> SurfacePoints:
@@ -480,7 +480,7 @@ SETTLING_PASSES = 2
 
 @final
 class FastMarching:
-    """The `fast-marching` backend: any topology, any seed, any triangles.
+    """The `fast-marching` backend: any topology, any source, any triangles.
 
     Args:
         surface: manifold and consistently wound, its triangles a few times smaller than the wanted spacing.
@@ -509,24 +509,24 @@ class FastMarching:
         longest = min(LONGEST_SHARE * spacing, LONGEST_PART_SHARE * float(edge_lengths(part).mean()))
         return max(linear_edge_length(spacing=spacing), longest)
 
-    def distance(self, seed: Seed) -> ScalarField:
-        """Return the geodesic distance from the seed at the vertices of the surface [mm].
+    def distance(self, source: Source) -> ScalarField:
+        """Return the geodesic distance from the source at the vertices of the surface [mm].
 
         Raises:
-            FieldError: the seed touches every vertex, or does not reach a part of the surface.
-            InputError: the seed does not lie on this surface.
+            FieldError: the source touches every vertex, or does not reach a part of the surface.
+            InputError: the source does not lie on this surface.
         """
-        front = self._march(seed)[1]
+        front = self._march(source)[1]
         return ScalarField(front.distances)
 
-    def contours(self, seed: Seed, *, spacing: float) -> Contours:
-        """Return the level curves at (k + 1/2) * spacing from the seed [mm].
+    def contours(self, source: Source, *, spacing: float) -> Contours:
+        """Return the level curves at (k + 1/2) * spacing from the source [mm].
 
         Raises:
             FieldError: as `distance`, or the surface is so small that not even the first level lies on it.
             UsageError: the spacing is not positive.
         """
-        mesh, front = self._march(seed)
+        mesh, front = self._march(source)
         field = ScalarField(front.distances)
         levels = level_distances(field, spacing=spacing)
 
@@ -544,13 +544,13 @@ class FastMarching:
         ends = self._surface.vertices[edges]
         return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
 
-    def _march(self, seed: Seed) -> tuple[MarchingMesh, Front]:
-        pieces = seed_pieces(self._surface, seed, rim=self._rim)
+    def _march(self, source: Source) -> tuple[MarchingMesh, Front]:
+        pieces = source_pieces(self._surface, source, rim=self._rim)
         mesh = self._mesh
         if pieces.faces.size:
             whole = intrinsic_triangulation(self._surface)
             mesh = half_edge_mesh(flipped_apart_from(whole, np.unique(pieces.faces), margin=FLIP_MARGIN))
-        front = seeded_front(mesh, pieces)
+        front = source_front(mesh, pieces)
         march(mesh, front, SMALLEST_IMPROVEMENT * float(mesh.lengths.mean()), MEETING_SLOPES)
         for _ in range(SETTLING_PASSES):
             settle(mesh, front, np.argsort(front.distances), MEETING_SLOPES)
@@ -560,15 +560,15 @@ class FastMarching:
     def _require_reached(self, front: Front) -> None:
         if not front.distances.max() > 0.0:
             raise FieldError(
-                "every vertex of the surface belongs to the seed, so there is no distance to compute: refine the mesh "
-                "or choose a smaller spacing."
+                "every vertex of the surface belongs to the source, so there is no distance to compute: refine the "
+                "mesh or choose a smaller spacing."
             )
         missed = np.flatnonzero(np.isinf(front.distances))
         if missed.size:
             place = in_words(self._surface.vertices[missed[0]])
             raise FieldError(
                 f"{missed.size} of {front.distances.size} vertices of {self._surface.name} have no connection to the "
-                f"seed, the first at {place}: give a seed on every part "
+                f"source, the first at {place}: give a source on every part "
                 "of the surface, or remove what is not wanted.",
                 vertex=int(missed[0]),
             )
@@ -612,8 +612,8 @@ def flipped_apart_from(
     return IntrinsicTriangulation(flipped.corners, flipped.lengths, sewn, triangulation.vertex_count)
 
 
-def seeded_front(mesh: MarchingMesh, pieces: SeedPieces) -> Front:
-    """Return the front as it leaves the seed: what is seen from it directly is settled."""
+def source_front(mesh: MarchingMesh, pieces: SourcePieces) -> Front:
+    """Return the front as it leaves the source: what is seen from it directly is settled."""
     count = mesh.first.size
     front = Front(
         distances=np.full(count, np.inf),

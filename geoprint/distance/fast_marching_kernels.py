@@ -21,14 +21,14 @@ from geoprint.model import FloatArray, IntArray
 # Small kernels are inlined into the loops that call them, and those loops count no references (`uncounted`).
 
 
-# Marks of a vertex, added up. A seed vertex has distance 0; along border edges of the seed the front starts parallel.
+# Marks of a vertex, added up. A source vertex has distance 0; along its border edges the front starts parallel.
 SEED_VERTEX = 1
 SEED_FIRST_EDGE = 2
 SEED_LAST_EDGE = 4
-# A corner of a triangle that holds a piece of the seed inside: between it and the next corner the distance has a
+# A corner of a triangle that holds a piece of the source inside: between it and the next corner the distance has a
 # valley, through which nothing is marched.
 BESIDE_SEED = 8
-# The arrival was computed along a straight line from the seed.
+# The arrival was computed along a straight line from the source.
 SEEN_FROM_SEED = 16
 
 
@@ -206,7 +206,7 @@ def march(mesh: MarchingMesh, front: Front, tolerance: float, meeting: float) ->
 
     Args:
         mesh: m triangles.
-        front: changed in place; the waiting vertices are the seed.
+        front: changed in place; the waiting vertices are the source.
         tolerance: smaller improvements are not made [mm].
         meeting: where the slopes at both ends of an edge rise towards each other by more than this, two fronts meet
             on it.
@@ -403,7 +403,7 @@ def cubic_share(
 def slope(mesh: MarchingMesh, front: Front, vertex: int, bearing: float) -> float:
     """Return the derivative of the distance at a vertex in a direction, per mm.
 
-    On the seed it is 1, but less than a quarter turn from a seeded border edge the sine of the angle to that edge.
+    On the source it is 1, but less than a quarter turn from a seeded border edge the sine of the angle to that edge.
     """
     marks = front.marks[vertex]
     if not marks & SEED_VERTEX:
@@ -549,7 +549,7 @@ def slopes_along(mesh: MarchingMesh, front: Front, half: int) -> tuple[float, fl
 
 @inner
 def sides_along(mesh: MarchingMesh, front: Front, half: int) -> tuple[float, float]:
-    """Return the derivatives of the distance to the left of a half-edge at its start and its end; 0 on the seed."""
+    """Return the derivatives of the distance to the left of a half-edge at its start and its end; 0 on the source."""
     start, following = mesh.corners[half], next_half(half)
     end = mesh.corners[following]
     back = mesh.bearings[following] + mesh.angles[following] * mesh.stretch[end]

@@ -1,6 +1,6 @@
-"""Straight lines from a seed inside triangles: numba kernels that follow them through a few rings of triangles.
+"""Straight lines from a source inside triangles: numba kernels that follow them through a few rings of triangles.
 
-A front that leaves a point is too strongly curved for marching. So the first rings around every piece of a seed get
+A front that leaves a point is too strongly curved for marching. So the first rings around every piece of a source get
 their exact distances: the triangles around the piece are unfolded into its plane one by one, and a window, the wedge
 or strip of straight lines that pass through an edge, is cut at every corner it meets [Mitchell1987]. A corner within
 its window is seen from the piece; where lines would have to bend around a vertex, marching takes over.
@@ -80,7 +80,7 @@ class Window(NamedTuple):
 
 @njit
 def see_from_vertices(mesh: MarchingMesh, front: Front, vertices: IntArray) -> None:
-    """Set the distances of what is seen from seed vertices through the triangles around them."""
+    """Set the distances of what is seen from source vertices through the triangles around them."""
     for vertex in vertices:
         half = int(mesh.first[vertex])
         while True:
@@ -115,7 +115,7 @@ def see_from_border(mesh: MarchingMesh, front: Front, border: IntArray) -> None:
 
 @inner
 def see_along(mesh: MarchingMesh, front: Front, corner: int, distance: float, bearing: float, angle: float) -> None:
-    """Offer a corner the straight line from the seed, `angle` counter-clockwise from its half-edge."""
+    """Offer a corner the straight line from the source, `angle` counter-clockwise from its half-edge."""
     vertex = int(mesh.corners[corner])
     if distance < front.distances[vertex]:
         front.marks[vertex] |= SEEN_FROM_SEED
@@ -227,7 +227,7 @@ def leave_segment(
 def follow(mesh: MarchingMesh, front: Front, source: Origin, window: Window, reach: float) -> None:
     """Follow a window from triangle to triangle, as far as `reach` [mm], and set the corners that it sees.
 
-    It ends where all corners of a triangle are nearer to other pieces of the seed.
+    It ends where all corners of a triangle are nearer to other pieces of the source.
     """
     windows = [window]
     tie = TIE * reach
@@ -261,7 +261,7 @@ def follow(mesh: MarchingMesh, front: Front, source: Origin, window: Window, rea
 
 @inner
 def is_nearer(front: Front, vertex: int, source: Origin, place: Point, tie: float) -> bool:
-    """Tell whether a vertex, unfolded to a place, is nearer to another piece of the seed."""
+    """Tell whether a vertex, unfolded to a place, is nearer to another piece of the source."""
     back = travelled(source, place)
     return front.distances[vertex] < sqrt(back.x * back.x + back.y * back.y) - tie
 

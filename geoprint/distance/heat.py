@@ -15,7 +15,7 @@ from geoprint.distance.sparse_solver import SymmetricSolver, nested_dissection, 
 from geoprint.errors import FieldError, MeshError, UsageError
 from geoprint.geometry import diagonal_matrix, positions
 from geoprint.kernels import njit
-from geoprint.model import BoolArray, Contours, FloatArray, IntArray, ScalarField, Seed, Surface
+from geoprint.model import BoolArray, Contours, FloatArray, IntArray, ScalarField, Source, Surface
 from geoprint.threads import both, single_threaded_blas
 
 # Linear finite elements on an intrinsic triangulation: stiffness, mass, and gradients made unit length.
@@ -151,10 +151,10 @@ def _unit_flow(
 
 # Geodesic distance by the heat method [Crane2013] on the intrinsic Delaunay triangulation.
 #
-# Heat that flows from the seed for a short time t falls off so fast that -sqrt(t) log u approaches the distance
+# Heat that flows from the source for a short time t falls off so fast that -sqrt(t) log u approaches the distance
 # (Varadhan's formula) and its gradient points along geodesics; the distance is the function whose gradient fits the
 # directions best. That fit is then repeated with its own directions, which takes it towards the least of the
-# integral of (|grad d| - 1)^2. The seed is a curve held at its distance, not a sum of point sources, so that the
+# integral of (|grad d| - 1)^2. The source is a curve held at its distance, not a sum of point sources, so that the
 # front starts parallel to it.
 
 
@@ -176,10 +176,10 @@ RIDGE = (0.85, 1.0)
 
 @final
 class Heat:
-    """The `heat` backend: any topology, any seed.
+    """The `heat` backend: any topology, any source.
 
-    What does not depend on the seed (triangulation, matrices, elimination order) is made here. The distance is made
-    when a seed is first asked for, and kept until another one is; the factors of the two linear systems, which take
+    What does not depend on the source (triangulation, matrices, elimination order) is made here. The distance is made
+    when a source is first asked for, and kept until another one is; the factors of the two linear systems, which take
     more memory than all else, are let go as soon as they have served.
 
     Args:
@@ -218,29 +218,29 @@ class Heat:
         """Return how long edges may be for even contours at a spacing [mm]."""
         return linear_edge_length(spacing=spacing)
 
-    def distance(self, seed: Seed) -> ScalarField:
-        """Return the geodesic distance from the seed at the vertices [mm].
+    def distance(self, source: Source) -> ScalarField:
+        """Return the geodesic distance from the source at the vertices [mm].
 
-        Vertices of the seed are held at zero; where the seed runs inside a triangle, the corners of that triangle are
+        Vertices of the source are held at zero; where it runs inside a triangle, the corners of that triangle are
         held at their straight distance from it.
 
         Raises:
-            FieldError: the seed touches every vertex, or heat does not reach a part of the surface.
+            FieldError: the source touches every vertex, or heat does not reach a part of the surface.
         """
-        held, held_distances = held_vertices(self._surface, seed)
+        held, held_distances = held_vertices(self._surface, source)
         key = held.tobytes() + held_distances.tobytes()
         if key not in self._fields:
             self._fields.clear()
             self._fields[key] = self._fitted(held, held_distances)
         return self._fields[key]
 
-    def contours(self, seed: Seed, *, spacing: float) -> Contours:
-        """Return the level curves at (k + 1/2) * spacing from the seed [mm].
+    def contours(self, source: Source, *, spacing: float) -> Contours:
+        """Return the level curves at (k + 1/2) * spacing from the source [mm].
 
         Raises:
             FieldError: the surface is so small that not even the first level lies on it.
         """
-        field = self.distance(seed)
+        field = self.distance(source)
         levels = level_distances(field, spacing=spacing)
         curves, curve_levels = isolines(self._surface, field, levels=levels)
         return Contours(curves, curve_levels, spacing, field)
@@ -275,8 +275,8 @@ class _Held:
         known[held] = True
         if known.all():
             raise FieldError(
-                "every vertex of the surface belongs to the seed, so there is no distance to compute: refine the mesh "
-                "or choose a smaller spacing."
+                "every vertex of the surface belongs to the source, so there is no distance to compute: refine the "
+                "mesh or choose a smaller spacing."
             )
         free = np.flatnonzero(~known)
         self._free, self._coupling = free, csc_array(elements.stiffness[:, held][free])
@@ -302,11 +302,11 @@ class _Held:
     def _warmed(self, known: BoolArray) -> FloatArray:
         """Return `varadhan`, with these vertices held.
 
-        Heat falls below the smallest number about 500 edge lengths from the seed. The equation is local: where it has
+        Heat falls below the smallest number about 500 edge lengths from the source. The equation is local: where it has
         become cold, the same equation is solved again with the last warm vertices held, all scaled up.
 
         Raises:
-            FieldError: heat does not reach some vertices, because nothing connects them to the seed.
+            FieldError: heat does not reach some vertices, because nothing connects them to the source.
         """
         known, reach = known.copy(), np.zeros(known.size)
         reach[self._held] = self._held_distances
@@ -328,7 +328,7 @@ class _Held:
         if not warm.any():
             raise FieldError(
                 f"heat does not reach {free.size} of {known.size} vertices, because nothing connects them to the "
-                "seed: give a seed on every part of the surface."
+                "source: give a source on every part of the surface."
             )
         reach[free[warm]] = nearest - width * np.log(heat[warm])
         known[free[warm]] = True
@@ -355,38 +355,38 @@ def restricted(order: IntArray, kept: BoolArray) -> IntArray:
     return (np.cumsum(kept) - 1)[order[kept[order]]]
 
 
-def held_vertices(surface: Surface, seed: Seed) -> tuple[IntArray, FloatArray]:
-    """Return the vertices that hold the seed and their straight distance from it.
+def held_vertices(surface: Surface, source: Source) -> tuple[IntArray, FloatArray]:
+    """Return the vertices that hold the source and their straight distance from it.
 
     Args:
         surface: n vertices.
-        seed: curves and points.
+        source: curves and points.
 
     Returns:
-        (h,) vertex indices, ascending, and (h,) distances [mm]: 0 for vertices on the seed; corners of a triangle
-        that the seed crosses or lies in carry the distance to its nearest piece in that triangle. Where the seed
+        (h,) vertex indices, ascending, and (h,) distances [mm]: 0 for vertices on the source; corners of a triangle
+        that the source crosses or lies in carry the distance to its nearest piece in that triangle. Where the source
         consists of vertices only, nothing but these vertices is held.
     """
-    points = seed.curves.points
+    points = source.curves.points
     corners = surface.faces[points.faces]
     at_vertex = points.weights.max(axis=1) > 1.0 - 1e-9
-    on_seed = corners[at_vertex, np.argmax(points.weights[at_vertex], axis=1)]
+    on_source = corners[at_vertex, np.argmax(points.weights[at_vertex], axis=1)]
     inside = ~at_vertex
     distances = np.full(surface.vertices.shape[0], np.inf)
     here = positions(surface, points)
-    first, last = _pieces_within(seed, inside)
+    first, last = _pieces_within(source, inside)
     for corner in range(3):
         vertices = corners[first, corner]
         reach = _distance_to_segments(surface.vertices[vertices], here[first], here[last])
         np.minimum.at(distances, vertices, reach)
-    distances[on_seed] = 0.0
+    distances[on_source] = 0.0
     held = np.flatnonzero(np.isfinite(distances))
     return held, distances[held]
 
 
-def _pieces_within(seed: Seed, inside: BoolArray) -> tuple[IntArray, IntArray]:
-    """Return first and last point of every piece of the seed in a triangle; a point off the vertices is one too."""
-    curves = seed.curves
+def _pieces_within(source: Source, inside: BoolArray) -> tuple[IntArray, IntArray]:
+    """Return first and last point of every piece of the source in a triangle; a point off the vertices is one too."""
+    curves = source.curves
     index = np.arange(inside.size)
     ends = np.zeros(inside.size, dtype=np.bool_)
     ends[curves.offsets[1:] - 1] = True

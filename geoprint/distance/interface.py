@@ -16,7 +16,7 @@ from geoprint.model import (
     FloatArray,
     IntArray,
     ScalarField,
-    Seed,
+    Source,
     Surface,
     comparable,
     freeze_arrays,
@@ -43,7 +43,7 @@ def level_distances(field: ScalarField, *, spacing: float) -> FloatArray:
     if count < 1:
         raise FieldError(
             f"spacing is {spacing:g} mm, but no point of the surface is farther than {field.maximum:.3g} mm from the "
-            f"seed: choose a spacing below {2 * field.maximum:.3g} mm."
+            f"source: choose a spacing below {2 * field.maximum:.3g} mm."
         )
     return (np.arange(count, dtype=np.float64) + 0.5) * spacing
 
@@ -71,12 +71,12 @@ def linear_edge_length(*, spacing: float) -> float:
 class Backend(Protocol):
     """Covers a surface with curves a constant distance apart; built once per surface, asked many times."""
 
-    def distance(self, seed: Seed) -> ScalarField:
-        """Return the distance from the seed at the vertices of the surface [mm], zero at the seed, never negative."""
+    def distance(self, source: Source) -> ScalarField:
+        """Return the distance from the source at the vertices of the surface [mm], zero on it, never negative."""
         ...
 
-    def contours(self, seed: Seed, *, spacing: float) -> Contours:
-        """Return the level curves at (k + 1/2) * spacing from the seed, k = 0, 1, ... [mm]."""
+    def contours(self, source: Source, *, spacing: float) -> Contours:
+        """Return the level curves at (k + 1/2) * spacing from the source, k = 0, 1, ... [mm]."""
         ...
 
 
@@ -116,7 +116,7 @@ class ChartImage:
 
     Attributes:
         inside: (r, c) whether a pixel's centre lies in the chart.
-        distances: (r, c) from the seed at the centres [mm].
+        distances: (r, c) from the source at the centres [mm].
         origin: (2,) centre of the first pixel [mm].
         pixel: side of a pixel [mm].
     """
@@ -141,7 +141,7 @@ class Shown:
         resolution: pixels along the longer side of the chart.
         pixel: side of a pixel in the chart [mm].
         largest_pixel: side of the largest pixel lifted to the surface [mm].
-        image: returns the distance from a seed with so many pixels along the longer side.
+        image: returns the distance from a source with so many pixels along the longer side.
         jumps: returns the indices of (k, 2) places [mm] along a curve at which its image goes on across a cut.
     """
 
@@ -150,7 +150,7 @@ class Shown:
     resolution: int
     pixel: float
     largest_pixel: float
-    image: Callable[[Seed, int], ChartImage]
+    image: Callable[[Source, int], ChartImage]
     jumps: Callable[[FloatArray], IntArray]
 
 

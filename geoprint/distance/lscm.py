@@ -3,11 +3,11 @@
 Its distance is measured in the chart, so it is as even on the surface as the chart is true to length: exact on a
 plane, good on a nearly flat patch, and off by the chart's scale where the surface is doubly bent or forms a cap.
 
-A band, such as a cylinder, is cut and flattened. Distances are then taken to the seed and its images in moved copies of
+A band, such as a cylinder, is cut and flattened. Distances are taken to the source and its images in moved copies of
 the chart, and curves are joined across the cut, so that nothing depends on where it runs.
 
 Straight distance in the chart is shorter than the shortest way where it crosses a hole or a bay of the border. From the
-whole border it never does, since the nearest point of it comes first; from any other seed it may.
+whole border it never does, since the nearest point of it comes first; from any other source it may.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ import numpy as np
 
 from geoprint.distance.distortion import holds, local_scales, locate
 from geoprint.distance.interface import Accuracy, ChartImage, Shown, level_distances, linear_edge_length
-from geoprint.distance.lscm_raster import DistanceImage, clipped, region_image, seed_image
+from geoprint.distance.lscm_raster import DistanceImage, clipped, region_image, source_image
 from geoprint.distance.lscm_seam import Chart, flattened, joined
 from geoprint.errors import FieldError, UsageError
 from geoprint.geometry import boundary_half_edges, half_edges, in_words, positions
-from geoprint.model import Contours, FloatArray, IntArray, ScalarField, Seed, Surface, SurfaceCurves
+from geoprint.model import Contours, FloatArray, IntArray, ScalarField, Source, Surface, SurfaceCurves
 
 # Pixels along the longer side of the chart: fewer show no shape; with more, the curves of one surface would have
 # millions of corners.
@@ -77,14 +77,14 @@ class Lscm:
         """Return how long edges may be for even contours at a spacing [mm]: the chart is linear in each triangle."""
         return linear_edge_length(spacing=spacing)
 
-    def distance(self, seed: Seed) -> ScalarField:
-        """Return the straight distance from the seed in the chart at the vertices [mm], to rounding; no raster enters.
+    def distance(self, source: Source) -> ScalarField:
+        """Return the straight distance from the source in the chart at the vertices [mm], to rounding; no raster.
 
         Raises:
-            InputError: a point of the seed names a face that the surface does not have.
+            InputError: a point of the source names a face that the surface does not have.
         """
         vertices = self._chart.flat.vertices[: len(self._surface.vertices), :2]
-        return ScalarField(self._chart.continuation.distances(seed_segments(self._chart, seed), vertices))
+        return ScalarField(self._chart.continuation.distances(source_segments(self._chart, source), vertices))
 
     def shown(self, *, spacing: float) -> Shown:
         """Return the chart, and the raster that `contours` takes for a positive spacing [mm].
@@ -120,21 +120,21 @@ class Lscm:
             jumps=self._jumps,
         )
 
-    def contours(self, seed: Seed, *, spacing: float) -> Contours:
+    def contours(self, source: Source, *, spacing: float) -> Contours:
         """Return the level curves of the distance image, lifted to the surface [mm].
 
-        They end at the border of the surface where the seed is not the whole border.
+        They end at the border of the surface where the source is not the whole border.
 
         Raises:
-            InputError: a point of the seed names a face that the surface does not have.
+            InputError: a point of the source names a face that the surface does not have.
             UsageError: the spacing is not positive.
             FieldError: not even the first level lies on the surface, the raster is too coarse for the spacing, the one
                 it needs is too large, or a curve is lost at the cut.
         """
-        field = self.distance(seed)
+        field = self.distance(source)
         distances = level_distances(field, spacing=spacing)
         resolution = self.shown(spacing=spacing).resolution
-        region, image = self._images(seed, resolution=resolution)
+        region, image = self._images(source, resolution=resolution)
         found = image.contours(distances)
         if image is not region:
             found = _within(region, found)
@@ -143,26 +143,26 @@ class Lscm:
         lines = [line for level in found for line in level]
         if not lines:
             raise FieldError(
-                f"no level curve of {self._surface.name} at {spacing / 2:g} mm from the seed is longer than a pixel "
+                f"no level curve of {self._surface.name} at {spacing / 2:g} mm from the source is longer than a pixel "
                 f"of {region.pixel:.3g} mm: choose a smaller spacing than {spacing:g} mm."
             )
         levels = np.repeat(np.arange(distances.size), [len(level) for level in found])
         return Contours(self._lifted(lines), levels, spacing, field)
 
-    def _images(self, seed: Seed, *, resolution: int) -> tuple[DistanceImage, DistanceImage]:
-        """Return the distance to the border in the chart, negative outside, and the distance to the image of a seed.
+    def _images(self, source: Source, *, resolution: int) -> tuple[DistanceImage, DistanceImage]:
+        """Return the distance to the border in the chart, negative outside, and the distance to the image of a source.
 
-        Where the seed is the whole border both are one and the same image.
+        Where the source is the whole border both are one and the same image.
         """
         chart = self._chart
         border = border_segments(self._surface, chart)
         region = region_image(border, resolution=resolution, continuation=chart.continuation)
-        if _is_whole_border(self._surface, seed):
+        if _is_whole_border(self._surface, source):
             return region, region
-        return region, seed_image(region, seed_segments(chart, seed), continuation=chart.continuation)
+        return region, source_image(region, source_segments(chart, source), continuation=chart.continuation)
 
-    def _image(self, seed: Seed, resolution: int) -> ChartImage:
-        region, image = self._images(seed, resolution=resolution)
+    def _image(self, source: Source, resolution: int) -> ChartImage:
+        region, image = self._images(source, resolution=resolution)
         return ChartImage(region.values >= 0.0, image.values, region.origin, region.pixel)
 
     def _jumps(self, places: FloatArray) -> IntArray:
@@ -202,13 +202,13 @@ def border_segments(surface: Surface, chart: Chart) -> FloatArray:
     return chart.flat.vertices[ends][:, :, :2]
 
 
-def seed_segments(chart: Chart, seed: Seed) -> FloatArray:
-    """Return the (s, 2, 2) image of a seed in a chart [mm]: pieces of its curves, points as pieces without length.
+def source_segments(chart: Chart, source: Source) -> FloatArray:
+    """Return the (s, 2, 2) image of a source in a chart [mm]: pieces of its curves, points as pieces without length.
 
     A piece across the cut begins in the chart and ends in a copy.
     """
-    places = positions(chart.flat, seed.curves.points)[:, :2]
-    first, last = seed.curves.offsets[:-1], seed.curves.offsets[1:] - 1
+    places = positions(chart.flat, source.curves.points)[:, :2]
+    first, last = source.curves.offsets[:-1], source.curves.offsets[1:] - 1
     starts = np.setdiff1d(np.arange(len(places)), last)
     alone = first[first == last]
     begin, end = places[np.concatenate([starts, alone])], places[np.concatenate([starts + 1, alone])]
@@ -228,15 +228,15 @@ def _within(region: DistanceImage, levels: list[list[FloatArray]]) -> list[list[
     ]
 
 
-def _is_whole_border(surface: Surface, seed: Seed) -> bool:
-    """Tell whether a seed runs along every border edge and nowhere else."""
-    points = seed.curves.points
+def _is_whole_border(surface: Surface, source: Source) -> bool:
+    """Tell whether a source runs along every border edge and nowhere else."""
+    points = source.curves.points
     vertices = surface.faces[points.faces, np.argmax(points.weights, axis=1)]
     edges = half_edges(surface.faces)[boundary_half_edges(surface.faces)]
-    starts = np.setdiff1d(np.arange(vertices.size), seed.curves.offsets[1:] - 1)
+    starts = np.setdiff1d(np.arange(vertices.size), source.curves.offsets[1:] - 1)
     followed, border = (
         np.unique(np.sort(pairs, axis=1), axis=0)
         for pairs in (np.column_stack([vertices[starts], vertices[starts + 1]]), edges)
     )
-    alone = bool((np.diff(seed.curves.offsets) == 1).any())
+    alone = bool((np.diff(source.curves.offsets) == 1).any())
     return not alone and bool((points.weights.max(axis=1) > 1.0 - AT_VERTEX).all()) and np.array_equal(followed, border)

@@ -356,12 +356,12 @@ def region_image(border: FloatArray, *, resolution: int, continuation: Continuat
     return _image(marks, origin, pixel, border, continuation=continuation, outside=-1)
 
 
-def seed_image(region: DistanceImage, seed: FloatArray, *, continuation: Continuation = UNCUT) -> DistanceImage:
+def source_image(region: DistanceImage, source: FloatArray, *, continuation: Continuation = UNCUT) -> DistanceImage:
     """Return the straight distance to (s, 2, 2) segments [mm] on the pixels of a region and its margin.
 
     The straight line may leave the region, through a hole or across a bay of its border.
     """
-    return _image(region.marks, region.origin, region.pixel, seed, continuation=continuation, outside=1)
+    return _image(region.marks, region.origin, region.pixel, source, continuation=continuation, outside=1)
 
 
 def _image(

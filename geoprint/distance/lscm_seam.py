@@ -31,7 +31,7 @@ from geoprint.model import BoolArray, FloatArray, IntArray, Surface, freeze_arra
 
 # How a chart goes on beyond a cut: moved copies of itself, one on each side, and distances that do not see the cut.
 #
-# A point of a band is nearest to the image of a seed that is at most half a round away. So each half of a chart
+# A point of a band is nearest to the image of a source that is at most half a round away. So each half of a chart
 # needs the copy at its own side of the cut alone, and of that copy the half behind the cut. Nothing else is
 # compared: once a chart turns far enough, other parts of its copies lie on top of it without being near it on the
 # surface.

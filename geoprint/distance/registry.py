@@ -15,7 +15,7 @@ from geoprint.distance.interface import Accuracy, Backend, BackendFactory, Showi
 from geoprint.distance.lscm import Lscm
 from geoprint.errors import naming
 from geoprint.geometry import all_curves, in_words, middle_of, pieces, some_curves
-from geoprint.model import Contours, FloatArray, ScalarField, Seed, Surface
+from geoprint.model import Contours, FloatArray, ScalarField, Source, Surface
 from geoprint.registry import Entry, Registry
 
 # Every backend that there is: built in, made known by a script, or from an installed package.
@@ -39,7 +39,7 @@ def register(name: str, factory: BackendFactory) -> None:
 
     Examples:
         >>> class Straight:
-        ...     title = "straight distance to the seed"
+        ...     title = "straight distance to the source"
         ...
         ...     def __init__(self, surface, *, stretch=1.0):
         ...         self.surface, self.stretch = surface, stretch
@@ -117,46 +117,46 @@ class Piecewise:
             with naming(name):
                 found.append(build(piece.surface))
         self._backends = tuple(found)
-        self._latest: tuple[Seed, ScalarField] | None = None
+        self._latest: tuple[Source, ScalarField] | None = None
 
-    def distance(self, seed: Seed) -> ScalarField:
-        """Return the distance from that part of the seed which lies on the same piece, at the vertices [mm].
+    def distance(self, source: Source) -> ScalarField:
+        """Return the distance from that part of the source which lies on the same piece, at the vertices [mm].
 
-        It is kept until something is asked of another seed.
+        It is kept until something is asked of another source.
 
         Raises:
-            InputError: a piece has no part of the seed.
+            InputError: a piece has no part of the source.
         """
-        if self._latest is not None and self._latest[0] is seed:
+        if self._latest is not None and self._latest[0] is source:
             return self._latest[1]
         values = np.zeros(self._vertices)
         for name, piece, backend in zip(self._names, self._pieces, self._backends, strict=True):
             with naming(name):
-                values[piece.vertices] = backend.distance(Seed(piece.own(seed.curves))).values
-        return self._kept(seed, values)
+                values[piece.vertices] = backend.distance(Source(piece.own(source.curves))).values
+        return self._kept(source, values)
 
-    def contours(self, seed: Seed, *, spacing: float) -> Contours:
+    def contours(self, source: Source, *, spacing: float) -> Contours:
         """Return the level curves of all pieces at one spacing [mm]; those of a level in the order of the pieces.
 
         Raises:
-            InputError: a piece has no part of the seed.
+            InputError: a piece has no part of the source.
             FieldError: not even the first level lies on a piece.
         """
         found: list[Contours] = []
         values = np.zeros(self._vertices)
         for name, piece, backend in zip(self._names, self._pieces, self._backends, strict=True):
             with naming(name):
-                found.append(backend.contours(Seed(piece.own(seed.curves)), spacing=spacing))
+                found.append(backend.contours(Source(piece.own(source.curves)), spacing=spacing))
             values[piece.vertices] = found[-1].distance.values
         levels = np.concatenate([contours.levels for contours in found])
         order = np.argsort(levels, kind="stable")
         whole = [piece.on_whole(contours.curves) for piece, contours in zip(self._pieces, found, strict=True)]
-        return Contours(some_curves(all_curves(whole), order), levels[order], spacing, self._kept(seed, values))
+        return Contours(some_curves(all_curves(whole), order), levels[order], spacing, self._kept(source, values))
 
     def shown(self, *, spacing: float) -> tuple[Shown, ...]:
         """Return what the backend can show of itself on each piece for a spacing [mm]; nothing of most."""
         return tuple(one.shown(spacing=spacing) for one in self._backends if isinstance(one, Showing))
 
-    def _kept(self, seed: Seed, values: FloatArray) -> ScalarField:
-        self._latest = (seed, ScalarField(values))
+    def _kept(self, source: Source, values: FloatArray) -> ScalarField:
+        self._latest = (source, ScalarField(values))
         return self._latest[1]

@@ -131,7 +131,7 @@ def _picked(
 def _singular(matrix: csc_array, error: Exception) -> FieldError:
     return FieldError(
         f"the linear system of {matrix.shape[0]} unknowns is singular ({error}); part of the surface has no connection "
-        "to the seed or degenerate triangles: check the mesh, or choose another seed."
+        "to the source or degenerate triangles: check the mesh, or choose another source."
     )
 
 

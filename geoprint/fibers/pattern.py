@@ -1,4 +1,4 @@
-"""The `fibres` pattern: strokes along a designed field of lines, as stripes or as streamlines."""
+"""The `fibres` pattern: paths along a designed field of lines, as stripes or as streamlines."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from geoprint.model import (
     FloatArray,
     FollowedLines,
     IntArray,
+    Paths,
     ScalarField,
-    Seed,
-    Strokes,
+    Source,
     Surface,
     SurfaceCurves,
 )
 
 # Gaps are looked for at places about so many spacings apart.
 SPREAD_SHARE = 0.25
-# How strokes are deposited; the first is what a job has that says nothing.
+# How paths are deposited; the first is what a job has that says nothing.
 STRIPES, STREAMLINES = "stripes", "streamlines"
 LAYINGS = (STRIPES, STREAMLINES)
 
@@ -48,12 +48,12 @@ def lines_along_rim(surface: Surface) -> DirectionField:
 
 @final
 class FibrePattern:
-    """The `fibres` pattern: strokes along the lines of a field, one spacing apart as far as these run side by side.
+    """The `fibres` pattern: paths along the lines of a field, one spacing apart as far as these run side by side.
 
     Stripes are level curves of a phase that rises by one turn a row [Knöppel2015]: their spacing is as even as a small
     lean from the lines allows, and rows end or begin where that no longer does. Streamlines follow the lines exactly:
-    where these converge one ends, where they diverge another begins. No two strokes cross. The spacing may differ from
-    place to place: strokes are as wide as it is where they lie.
+    where these converge one ends, where they diverge another begins. No two paths cross. The spacing may differ from
+    place to place: paths are as wide as it is where they lie.
 
     Rows are counted from half a spacing inside of the rim, where the field follows that best. A source that is one
     point lies on the first streamline, and on a stripe where the field has a sense; on a closed piece the source begins
@@ -68,11 +68,11 @@ class FibrePattern:
 
     Examples:
         >>> FibrePattern.title
-        'strokes along a designed field'
+        'paths along a designed field'
     """
 
-    title: ClassVar[str] = "strokes along a designed field"
-    summary: ClassVar[str] = "Even strokes along a field of lines designed from singularities and preferences."
+    title: ClassVar[str] = "paths along a designed field"
+    summary: ClassVar[str] = "Even paths along a field of lines designed from singularities and preferences."
 
     lines_of = staticmethod(lines_of)
 
@@ -81,15 +81,15 @@ class FibrePattern:
             raise UsageError(f"fibres have no laying '{laying[:40]}'; choose one of: {', '.join(LAYINGS)}.")
         self._field, self._laying = field, laying
 
-    def strokes(
+    def paths(
         self,
         surface: Surface,
-        seed: Seed,
+        source: Source,
         *,
-        backend: Backend,  # noqa: ARG002  (another pattern's strokes are level curves of its distance)
+        backend: Backend,  # noqa: ARG002  (another pattern's paths are level curves of its distance)
         spacing: float | ScalarField,
-    ) -> Strokes:
-        """Return the strokes; the row at which one starts is how many lie side by side from the first to it.
+    ) -> Paths:
+        """Return the paths; the row at which one starts is how many lie side by side from the first to it.
 
         Raises:
             UsageError: the field is of crosses.
@@ -104,23 +104,23 @@ class FibrePattern:
         for piece in pieces(surface):
             spacings = wanted[piece.vertices][piece.surface.faces].mean(axis=1)
             net = net_of(_on_piece(field, piece), spacings=spacings)
-            strokes, too_short = self._deposited(piece.surface, net, piece.own(seed.curves))
-            if not strokes:
+            paths, too_short = self._deposited(piece.surface, net, piece.own(source.curves))
+            if not paths:
                 raise FieldError(
                     f"no stroke along the field on {surface.name} is {SHORTEST:g} spacings of {wanted.min():g} mm "
                     "long: choose a smaller spacing."
                 )
-            curves += [piece.on_whole(_curve(net, stroke)) for stroke in strokes]
-            rows += [_rows(stroke) for stroke in strokes]
+            curves += [piece.on_whole(_curve(net, stroke)) for stroke in paths]
+            rows += [_rows(stroke) for stroke in paths]
             dropped += too_short
         every, row = all_curves(curves), np.concatenate(rows)
         at_points = every.points.values(surface, wanted) if np.ptp(wanted) else np.full(row.size, wanted[0])
-        return Strokes(every, row, at_points, np.ones(row.size), tuple(dropped), _followed(field))
+        return Paths(every, row, at_points, np.ones(row.size), tuple(dropped), _followed(field))
 
     def _deposited(
         self, surface: Surface, net: LineNet, source: SurfaceCurves
     ) -> tuple[list[DepositedStroke], list[float]]:
-        """Return the strokes on a piece, and the lengths of those that are too short [mm]."""
+        """Return the paths on a piece, and the lengths of those that are too short [mm]."""
         point = source.count == 1 and source.points.faces.size == 1
         inside = None if point else first_place(net)
         first = (int(source.points.faces[0]), complex(places_of(net, source.points)[0])) if inside is None else inside
@@ -171,7 +171,7 @@ def _beside_rim(surface: Surface, net: LineNet, faces: IntArray) -> BoolArray:
 def _rows(stroke: DepositedStroke) -> FloatArray:
     """Return the row of each point of a stroke, which rises by one from its start, half behind a whole one, to its end.
 
-    Strokes are no level curves of a distance: whoever measures tells those by a row that stays the same.
+    Paths are no level curves of a distance: whoever measures tells those by a row that stays the same.
     """
     arcs = np.concatenate([[0.0], np.cumsum(np.abs(stroke.ends - stroke.starts))])
     return stroke.row + 0.5 + arcs / arcs[-1]

@@ -1,9 +1,9 @@
 """Strokes deposited one after another along a field, one spacing apart as far as its lines run side by side.
 
 A stroke begins beside one that is there, exactly one spacing away, and runs on until it comes too near to another one
-[Jobard1997]. What lies between strokes that run apart is filled from its widest place, always the widest of all first
+[Jobard1997]. What lies between paths that run apart is filled from its widest place, always the widest of all first
 [Mebarki2005]. The rim counts as a stroke half a spacing outside of it. Where
-the spacing differs from place to place, that between two strokes is the mean of what is wanted where they lie.
+the spacing differs from place to place, that between two paths is the mean of what is wanted where they lie.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ from geoprint.model import BoolArray, IntArray
 APART_SHARE = 0.6
 # ... begins beside one where no other is nearer than this, which is one but for rounding and bends,
 BESIDE_SHARE = 0.98
-# and in a gap where it is farther than this from the strokes on both sides.
+# and in a gap where it is farther than this from the paths on both sides.
 GAP_SHARE = 0.7
 # A stroke does not crowd what is less than so many spacings along it.
 CLEAR = 2.0
-# It looks about each so many spacings; where strokes begin beside it is tried each so many.
+# It looks about each so many spacings; where paths begin beside it is tried each so many.
 STEP_SHARE, TRIED = 0.125, 1.0
 # A shorter stroke than so many spacings is not worth a start.
 SHORTEST = 3.0
@@ -65,7 +65,7 @@ class DepositedStroke(NamedTuple):
         starts: (s,) in the plane of that [mm].
         ends: (s,) [mm].
         closed: whether it ends where it starts.
-        row: how many strokes lie between it and the first one, at most.
+        row: how many paths lie between it and the first one, at most.
         length: [mm].
     """
 
@@ -80,7 +80,7 @@ class DepositedStroke(NamedTuple):
 def deposited_strokes(
     net: LineNet, *, first: tuple[int, complex], spread: IntArray, beside_rim: BoolArray
 ) -> tuple[list[DepositedStroke], list[float]]:
-    """Deposit strokes until there is no gap for another one.
+    """Deposit paths until there is no gap for another one.
 
     Args:
         net: a surface in one piece with a field.
@@ -89,13 +89,13 @@ def deposited_strokes(
         beside_rim: (k,) whether the middle of each may lie nearer to the rim than a spacing.
 
     Returns:
-        The strokes, in the order in which they are deposited, and the lengths of those that are too short to be worth a
+        The paths, in the order in which they are deposited, and the lengths of those that are too short to be worth a
         start [mm].
     """
     laying = _Depositing(net)
     laying.beside(laying.begun(*first, row=0))
     laying.fill(spread, beside_rim)
-    return laying.strokes, laying.dropped
+    return laying.paths, laying.dropped
 
 
 @final
@@ -112,7 +112,7 @@ class _Depositing:
         self._rules = Rules(
             step=STEP_SHARE, apart=APART_SHARE, itself=APART_SHARE, clear=CLEAR, beside=RETURN_SHARE, lean=1 + 0j
         )  # fmt: skip
-        self.strokes: list[DepositedStroke] = []
+        self.paths: list[DepositedStroke] = []
         self.dropped = list[float]()
         # What was dropped: a gap with room for a short stroke is met from many places.
         self._left = no_segments(len(net.corners), room=ROOM)
@@ -135,8 +135,8 @@ class _Depositing:
         if ahead + back < SHORTEST * self._spacings[face]:
             self._drop(count, face, place, length=ahead + back)
             return None
-        self.strokes.append(self._stroke(count, middle, closed=closed, row=row, length=ahead + back))
-        return self.strokes[-1]
+        self.paths.append(self._stroke(count, middle, closed=closed, row=row, length=ahead + back))
+        return self.paths[-1]
 
     def _drop(self, count: int, face: int, place: complex, *, length: float) -> None:
         """Take back a stroke of the segments from a number on; it counts if none was dropped so near before."""
@@ -153,7 +153,7 @@ class _Depositing:
         take_back(self._deposited, count)
 
     def beside(self, stroke: DepositedStroke | None) -> None:
-        """Deposit strokes beside one, beside these and so on, until there is no place left one spacing away."""
+        """Deposit paths beside one, beside these and so on, until there is no place left one spacing away."""
         waiting = [] if stroke is None else [stroke]
         while waiting:
             stroke = waiting.pop(0)
@@ -163,7 +163,7 @@ class _Depositing:
                     waiting += [] if new is None else [new]
 
     def fill(self, faces: IntArray, beside_rim: BoolArray) -> None:
-        """Deposit strokes in gaps about the middles of (k,) faces, the widest first, and others beside them."""
+        """Deposit paths in gaps about the middles of (k,) faces, the widest first, and others beside them."""
         middles, spacings = self._middles[faces], self._spacings[faces]
         found = gaps(self._net, self._deposited, self._room, faces, middles, FAR * spacings) / spacings
         # From most places the rim is farther than is looked, and nothing shortens the look.
@@ -182,7 +182,7 @@ class _Depositing:
             if now < -width:
                 heappush(waiting, (-now, face))
                 continue
-            row = self.strokes[near].row + 1 if near >= 0 else 0
+            row = self.paths[near].row + 1 if near >= 0 else 0
             self.beside(self.begun(face, complex(self._middles[face]), row=row))
 
     def _gap(self, face: int, place: complex, reach: float) -> tuple[float, int]:
@@ -196,13 +196,13 @@ class _Depositing:
         if found < 0:
             return width, -1
         there = float(self._spacings[self._deposited.faces[found]])
-        return min(away / (0.5 * (spacing + there)), width), int(self._deposited.strokes[found])
+        return min(away / (0.5 * (spacing + there)), width), int(self._deposited.paths[found])
 
     def _run(self, rules: Rules, face: int, place: complex, sign: float) -> tuple[int, float, float]:
         """Deposit a streamline; where there is no room for it, with more."""
         while True:
             count = int(self._deposited.filled[0])
-            found = streamline(self._net, self._deposited, self._room, rules, face, place, sign, len(self.strokes))
+            found = streamline(self._net, self._deposited, self._room, rules, face, place, sign, len(self.paths))
             if found[0] != FULL:
                 return found
             take_back(self._deposited, count)
@@ -234,12 +234,12 @@ class _Depositing:
         face, end, arc = int(deposited.faces[last]), complex(deposited.ends[last]), float(deposited.arcs[last + 1])
         take_back(deposited, last + 1)
         _, found, vector = nearest(
-            self._net, deposited, self._room, face, end, 2.0 * reach, len(self.strokes), arc, CLEAR * spacing
+            self._net, deposited, self._room, face, end, 2.0 * reach, len(self.paths), arc, CLEAR * spacing
         )
-        if found < 0 or deposited.strokes[found] != len(self.strokes) or abs(vector) == 0.0:
+        if found < 0 or deposited.paths[found] != len(self.paths) or abs(vector) == 0.0:
             return False
         while not deposit_straight(
-            self._net, self._deposited, face, end, vector / abs(vector), abs(vector), len(self.strokes), arc
+            self._net, self._deposited, face, end, vector / abs(vector), abs(vector), len(self.paths), arc
         ):
             take_back(self._deposited, last + 1)
             self._deposited = with_room(self._deposited, room=self._deposited.before.size)

@@ -33,7 +33,7 @@ class DepositedSegments(NamedTuple):
         faces: (s,) in which each lies.
         starts: (s,) in the plane of that [mm].
         ends: (s,) [mm].
-        strokes: (s,) to which each belongs.
+        paths: (s,) to which each belongs.
         arcs: (s,) arc length of the stroke at its start, counted from where the stroke was begun [mm].
         filled: (1,) how many are.
     """
@@ -43,7 +43,7 @@ class DepositedSegments(NamedTuple):
     faces: IntArray
     starts: ComplexArray
     ends: ComplexArray
-    strokes: IntArray
+    paths: IntArray
     arcs: FloatArray
     filled: IntArray
 
@@ -74,7 +74,7 @@ def no_segments(faces: int, *, room: int) -> DepositedSegments:
         faces=np.full(room, -1),
         starts=np.zeros(room, dtype=np.complex128),
         ends=np.zeros(room, dtype=np.complex128),
-        strokes=np.full(room, -1),
+        paths=np.full(room, -1),
         arcs=np.zeros(room),
         filled=np.zeros(1, dtype=np.int64),
     )
@@ -84,7 +84,7 @@ def rim_segments(net: LineNet) -> DepositedSegments:
     """Return the rim of a surface as segments of one stroke, 0."""
     halves, starts, ends = rim_sides(net)
     rim = no_segments(len(net.corners), room=halves.size)
-    rim.faces[:], rim.starts[:], rim.ends[:], rim.strokes[:] = halves // 3, starts, ends, 0
+    rim.faces[:], rim.starts[:], rim.ends[:], rim.paths[:] = halves // 3, starts, ends, 0
     for row, face in enumerate(rim.faces.tolist()):
         rim.before[row], rim.head[face] = rim.head[face], row
     rim.filled[0] = halves.size
@@ -100,7 +100,7 @@ def with_room(segments: DepositedSegments, *, room: int) -> DepositedSegments:
         faces=np.concatenate([segments.faces, more.faces]),
         starts=np.concatenate([segments.starts, more.starts]),
         ends=np.concatenate([segments.ends, more.ends]),
-        strokes=np.concatenate([segments.strokes, more.strokes]),
+        paths=np.concatenate([segments.paths, more.paths]),
         arcs=np.concatenate([segments.arcs, more.arcs]),
         filled=segments.filled,
     )
@@ -195,7 +195,7 @@ def _in_face(
     """
     segment: int = deposited.head[face]
     while segment >= 0:
-        if deposited.strokes[segment] != own or abs(deposited.arcs[segment] - arc) > clear:
+        if deposited.paths[segment] != own or abs(deposited.arcs[segment] - arc) > clear:
             start: complex = deposited.starts[segment]
             along: complex = deposited.ends[segment] - start
             low, high = 0.0, 1.0
@@ -345,7 +345,7 @@ def lay(deposited: DepositedSegments, face: int, start: complex, end: complex, s
     at = deposited.filled[0]
     deposited.before[at], deposited.head[face] = deposited.head[face], at
     deposited.faces[at], deposited.starts[at], deposited.ends[at] = face, start, end
-    deposited.strokes[at], deposited.arcs[at] = stroke, arc
+    deposited.paths[at], deposited.arcs[at] = stroke, arc
     deposited.filled[0] = at + 1
 
 
@@ -411,7 +411,7 @@ def _seen(
             return CROWDED, False, 0.0
     clear = rules.clear * spacing
     away, found, vector = nearest(net, deposited, room, face, place, rules.itself * spacing, stroke, arc, clear)
-    if found < 0 or deposited.strokes[found] != stroke:
+    if found < 0 or deposited.paths[found] != stroke:
         return -1, False, 0.0
     aside = (vector * ahead.conjugate()).imag
     if arc < 0.0 or deposited.arcs[found] > clear or abs(aside) > rules.beside * spacing:

@@ -57,11 +57,11 @@ from geoprint.geometry.points import (
 )
 from geoprint.geometry.refine import halved as halved, refine as refine
 from geoprint.geometry.source import (
-    boundary_seed as boundary_seed,
-    loop_seed as loop_seed,
+    boundary_source as boundary_source,
+    loop_source as loop_source,
     nearest_loop as nearest_loop,
-    part_seed as part_seed,
-    point_seed as point_seed,
+    part_source as part_source,
+    point_source as point_source,
 )
 from geoprint.geometry.topology import (
     boundary_half_edges as boundary_half_edges,

@@ -10,13 +10,13 @@ from geoprint.errors import FieldError, InputError
 from geoprint.geometry.pieces import arc_lengths
 from geoprint.geometry.points import closest, in_words, positions, vertex_points
 from geoprint.geometry.topology import boundary_loops
-from geoprint.model import FloatArray, IntArray, Seed, Surface, SurfaceCurves
+from geoprint.model import FloatArray, IntArray, Source, Surface, SurfaceCurves
 
 # Loops that a refusal lists.
 MOST_SHOWN = 5
 
 
-def boundary_seed(surface: Surface) -> Seed:
+def boundary_source(surface: Surface) -> Source:
     """Return every boundary loop as a closed curve, the longest first.
 
     Raises:
@@ -26,7 +26,7 @@ def boundary_seed(surface: Surface) -> Seed:
     return _of_vertices(surface, [np.append(loop, loop[0]) for loop in _loops(surface)])
 
 
-def loop_seed(surface: Surface, numbers: Sequence[int]) -> Seed:
+def loop_source(surface: Surface, numbers: Sequence[int]) -> Source:
     """Return some boundary loops as closed curves.
 
     Args:
@@ -63,7 +63,7 @@ def nearest_loop(surface: Surface, xyz: FloatArray) -> int:
     return 1 + int(np.argmin([np.linalg.norm(surface.vertices[loop] - xyz, axis=1).min() for loop in loops]))
 
 
-def part_seed(surface: Surface, first: FloatArray, last: FloatArray, *, through: FloatArray | None = None) -> Seed:
+def part_source(surface: Surface, first: FloatArray, last: FloatArray, *, through: FloatArray | None = None) -> Source:
     """Return the part of a boundary loop between two of its vertices.
 
     Args:
@@ -103,17 +103,17 @@ def _loops(surface: Surface) -> tuple[IntArray, ...]:
     return loops
 
 
-def _of_vertices(surface: Surface, chains: Sequence[IntArray]) -> Seed:
+def _of_vertices(surface: Surface, chains: Sequence[IntArray]) -> Source:
     """Return curves along vertices; one that ends where it begins is closed."""
     curves = SurfaceCurves(
         points=vertex_points(surface, np.concatenate(chains)),
         offsets=np.cumsum([0, *(chain.size for chain in chains)]),
         closed=np.array([chain[0] == chain[-1] for chain in chains]),
     )
-    return Seed(curves=curves)
+    return Source(curves=curves)
 
 
-def point_seed(surface: Surface, xyz: FloatArray, *, tolerance: float) -> Seed:
+def point_source(surface: Surface, xyz: FloatArray, *, tolerance: float) -> Source:
     """Return the point of the surface closest to a position.
 
     Args:
@@ -126,16 +126,16 @@ def point_seed(surface: Surface, xyz: FloatArray, *, tolerance: float) -> Seed:
         InputError: xyz does not have three finite coordinates.
     """
     if xyz.shape != (3,) or not np.isfinite(xyz).all():
-        raise InputError(f"a seed point needs three finite coordinates in mm, found {xyz.tolist()}.")
+        raise InputError(f"a source point needs three finite coordinates in mm, found {xyz.tolist()}.")
     points, distances = closest(surface, xyz[None, :])
     distance = float(distances[0])
     if distance > tolerance:
         place = "({:g}, {:g}, {:g})".format(*xyz)
         raise FieldError(
-            f"the seed point {place} lies {distance:.3g} mm off {surface.name}, at most {tolerance:g} mm is allowed; "
+            f"the source point {place} lies {distance:.3g} mm off {surface.name}, at most {tolerance:g} mm is allowed; "
             f"the nearest point of its surface is {in_words(positions(surface, points)[0])}.",
             distance=distance,
             tolerance=tolerance,
         )
     curves = SurfaceCurves(points=points, offsets=np.array([0, 1]), closed=np.zeros(1, dtype=np.bool_))
-    return Seed(curves=curves)
+    return Source(curves=curves)

@@ -33,7 +33,7 @@ from geoprint.model import (
     FloatArray,
     IntArray,
     PoseStream,
-    Seed,
+    Source,
     Surface,
     SurfaceCurves,
     Table,
@@ -247,7 +247,7 @@ class DistanceErrors:
 
 def distance_errors(
     part: Surface,
-    source: Seed,
+    source: Source,
     curves: SurfaceCurves,
     promised: FloatArray,
     *,
@@ -291,7 +291,7 @@ def distance_errors(
     )
 
 
-def _source_path(mesh: FlatMesh, places: Places, source: Seed) -> SurfacePath:
+def _source_path(mesh: FlatMesh, places: Places, source: Source) -> SurfacePath:
     """Connect the (k,) places of a source over the mesh; a point is a run of its own, of no length."""
     sizes = np.diff(source.curves.offsets)
     lines, runs = np.flatnonzero(sizes > 1), np.repeat(np.arange(sizes.size), sizes)

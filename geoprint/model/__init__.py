@@ -47,11 +47,11 @@ from geoprint.model.process import (
 from geoprint.model.surface import (
     Contours as Contours,
     FollowedLines as FollowedLines,
+    Paths as Paths,
     Polylines as Polylines,
     Reading as Reading,
     ScalarField as ScalarField,
-    Seed as Seed,
-    Strokes as Strokes,
+    Source as Source,
     Surface as Surface,
     SurfaceCurves as SurfaceCurves,
     SurfacePoints as SurfacePoints,

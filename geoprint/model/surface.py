@@ -10,7 +10,7 @@ import numpy as np
 from geoprint.errors import InputError
 from geoprint.model.values import BoolArray, FloatArray, IntArray, comparable, freeze_arrays, frozen
 
-# The surface and what lies on it: points, curves, seeds, distance fields and contours.
+# The surface and what lies on it: points, curves, sources, distance fields and contours.
 
 
 # Barycentric weights may miss the simplex by rounding only.
@@ -98,7 +98,7 @@ class SurfacePoints:
 @final
 @frozen
 class SurfaceCurves:
-    """Polylines on a surface, stored end to end; a point seed is a curve of one point.
+    """Polylines on a surface, stored end to end; a point source is a curve of one point.
 
     Consecutive points of a curve lie in one common triangle or are so close that the chord stands for the surface.
 
@@ -139,7 +139,7 @@ class SurfaceCurves:
 
 @final
 @frozen
-class Seed:
+class Source:
     """Where distance is zero.
 
     Attributes:
@@ -150,7 +150,7 @@ class Seed:
 
     def __post_init__(self) -> None:
         if self.curves.count == 0:
-            raise InputError("a seed needs at least one curve or point on the surface; this one is empty.")
+            raise InputError("a source needs at least one curve or point on the surface; this one is empty.")
 
 
 @final
@@ -159,7 +159,7 @@ class ScalarField:
     """A number at each vertex, linear in each triangle.
 
     Attributes:
-        values: (n,) distances [mm] from the seed, not negative.
+        values: (n,) distances [mm] from the source, not negative.
     """
 
     values: FloatArray
@@ -176,7 +176,7 @@ class ScalarField:
 @final
 @frozen
 class Contours:
-    """Level curves of a distance: level k lies at (k + 1/2) * spacing from the seed.
+    """Level curves of a distance: level k lies at (k + 1/2) * spacing from the source.
 
     Attributes:
         curves: c curves; the region of larger distance is on the left, seen from outside.
@@ -204,7 +204,7 @@ class Contours:
 @final
 @frozen
 class FollowedLines:
-    """Lines on a surface that strokes follow, and where they turn about a place.
+    """Lines on a surface that paths follow, and where they turn about a place.
 
     Attributes:
         directions: (m, 3) unit vector along the line of each face; its opposite says the same.
@@ -226,12 +226,12 @@ class FollowedLines:
 
 @final
 @frozen
-class Strokes:
+class Paths:
     """Curves that cover a surface, before anybody orders them: what a pattern draws and a path is made of.
 
     Attributes:
         curves: c curves with k points in all, each open or closed and on one piece of the surface.
-        row: (k,) row that each point lies on, counted from the seed: k along a contour, rising by one a turn along a
+        row: (k,) row that each point lies on, counted from the source: k along a contour, rising by one a turn along a
             spiral and by one along a fibre, the number of the row for guided ones.
         spacing: (k,) distance wanted at each point to the neighbouring row [mm].
         width: (k,) of the strip of surface that each point is to fill, over the spacing.
@@ -252,9 +252,9 @@ class Strokes:
         promised = {} if self.promised is None else {"promised": "float: k"}
         count = freeze_arrays(self, row="float: k", spacing="float: k", width="float: k", **promised)["k"]
         if count != self.curves.points.faces.size:
-            raise InputError(f"strokes need one row a point: {count} rows, {self.curves.points.faces.size} points.")
+            raise InputError(f"paths need one row a point: {count} rows, {self.curves.points.faces.size} points.")
         if self.spacing.min(initial=1.0) <= 0.0 or self.width.min(initial=1.0) <= 0.0:
-            raise InputError("Strokes.spacing and Strokes.width must be positive.")
+            raise InputError("Strokes.spacing and Paths.width must be positive.")
 
     @property
     def levels(self) -> IntArray:

@@ -51,7 +51,7 @@ class FlattenedPart:
 
     Attributes:
         area_scales: (rows, columns) chart area over surface area, 1 on average; outside the chart anything.
-        distances: (rows, columns) distance from the seed [mm].
+        distances: (rows, columns) distance from the source [mm].
         inside: (rows, columns) 1 in the chart, 0 outside.
         extent: (4,) left, right, bottom and top of the image [mm].
         chart_places: (k, 2) nodes of the curves in the chart, curve after curve [mm].
@@ -153,7 +153,7 @@ def _draw_distances(figure: Figure, axis: Axes, flattened: FlattenedPart, *, spa
     axis.add_collection(LineCollection([lines[i] for i in shown], colors=colours, linewidths=0.7))
     scale = figure.colorbar(drawn, ax=axis, location="bottom", shrink=SCALE_SHRINK, pad=SCALE_PAD)
     which = "every level" if each == 1 else f"one level in {each}"
-    scale.set_label(f"distance from border or seed, mm; {which}, {each * spacing:.3g} mm apart", fontsize=10)
+    scale.set_label(f"distance from border or source, mm; {which}, {each * spacing:.3g} mm apart", fontsize=10)
     _plain(axis)
     add_ruler(axis)
 
@@ -171,7 +171,7 @@ def _draw_curves(figure: Figure, axis: Axes, flattened: FlattenedPart, seen: Flo
     )
     axis.add_collection(lines)
     scale = figure.colorbar(lines, ax=axis, location="bottom", shrink=SCALE_SHRINK, pad=SCALE_PAD)
-    scale.set_label(f"distance from border or seed, mm; every level, {spacing:.3g} mm apart", fontsize=10)
+    scale.set_label(f"distance from border or source, mm; every level, {spacing:.3g} mm apart", fontsize=10)
     add_ruler(axis)
 
 

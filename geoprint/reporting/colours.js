@@ -69,10 +69,10 @@ const COLOURINGS = {
   distance: (part, backend) => ({
     colorscale: evenly(DISTANCE),
     values: () => ({ intensity: backend.distance, intensitymode: "vertex", cmin: 0, cmax: part.farthest }),
-    said: (at) => `${backend.distance[at].toFixed(2)} mm from border or seed`,
-    title: "distance from border or seed [mm]",
+    said: (at) => `${backend.distance[at].toFixed(2)} mm from border or source`,
+    title: "distance from border or source [mm]",
     ticks: [0, 0.5, 1].map((share) => [share, (share * part.farthest).toFixed(1)]),
-    legend: "Light: near the seed, dark: far from it, as this backend measures.",
+    legend: "Light: near the source, dark: far from it, as this backend measures.",
   }),
   spacing: (part, backend) => {
     const [low, high] = part.ratios, half = (end) => [(1 + end) / 2, ((1 + end) / 2).toFixed(1)];

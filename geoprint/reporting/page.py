@@ -45,7 +45,7 @@ from geoprint.reporting.values import BackendView, PartReport, PathDistances, Ro
 COLOURS = (
     ("spacing", "Local spacing"),
     ("coverage", "Gaps and overlaps"),
-    ("distance", "Distance from border or seed"),
+    ("distance", "Distance from border or source"),
 )
 BEADS_COLOUR = ("beads", "Beads as wide as they are")
 OVERHANG_COLOUR = ("overhang", "Overhang")

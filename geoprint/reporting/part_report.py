@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 from scipy.spatial import KDTree
 
-from geoprint.config import Source
+from geoprint.config import SourceTable
 from geoprint.distance import backend, predicted_spacing
 from geoprint.geometry import in_words
 from geoprint.model import IntArray
@@ -341,7 +341,7 @@ def _settings(record: SettingsRecord) -> tuple[tuple[str, str], ...]:
     regions = [region.model_dump(exclude_none=True).items() for region in record.patches]
     return (
         *settings_facts(settings),
-        ("source", "border" if source is None else str(Source.model_validate(source))),
+        ("source", "border" if source is None else str(SourceTable.model_validate(source))),
         *(
             (f"patch {i}", ", ".join(f"{name} {value}" for name, value in each))
             for i, each in enumerate(regions, start=1)

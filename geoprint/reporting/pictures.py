@@ -11,7 +11,7 @@ import numpy as np
 
 from geoprint.distance import distortion, locate
 from geoprint.geometry import pieces, positions
-from geoprint.model import FollowedLines, Seed
+from geoprint.model import FollowedLines, Source
 from geoprint.reporting.chart_figure import FlattenedPart, chart_figure
 from geoprint.reporting.evenness import record_evenness
 from geoprint.reporting.figures import CoveragePanel, coverage_figure, lines_figure, png_bytes, switching_figure
@@ -52,8 +52,8 @@ def _picture(plan: Plan, index: int) -> bytes:
     workpiece, contours, shown = plan.workpiece, plan.contours, plan.flattenings[index]
     piece, part = pieces(workpiece.surface)[index], pieces(workpiece.part)[index].surface
     curves, levels = piece.own(contours.curves), contours.levels[piece.holds(contours.curves)]
-    seed = Seed(piece.own(workpiece.seed.curves))
-    image = shown.image(seed, PICTURE_PIXELS)
+    source = Source(piece.own(workpiece.source.curves))
+    image = shown.image(source, PICTURE_PIXELS)
     places = np.argwhere(image.inside)[:, ::-1] * image.pixel + image.origin
     scales = np.ones(image.inside.shape)
     found = distortion(piece.surface, shown.flat).area_scales

@@ -168,7 +168,7 @@ class BackendView:
     Attributes:
         name: short, as the command line spells it.
         title: what it is, in a few words.
-        distance: (n,) its distance from the seed [mm].
+        distance: (n,) its distance from the source [mm].
         spacing_ratios: (n,) ratio of the nearest sample, on the worse side; NaN for no neighbour.
         coverage: (n,) 0 covered, 1 gap (too far from every path), 2 overlap (near two stretches of path).
         places: (k, 3) samples of the paths, stretch after stretch [mm].

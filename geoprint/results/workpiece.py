@@ -7,7 +7,7 @@ from typing import final
 from geoprint.config import StoredField
 from geoprint.geometry import PreparationReport, upright_of
 from geoprint.geometry.files import MeshFile
-from geoprint.model import Cell, FloatArray, Placement, Seed, Surface, comparable, freeze_arrays, frozen
+from geoprint.model import Cell, FloatArray, Placement, Source, Surface, comparable, freeze_arrays, frozen
 from geoprint.process import WidthsOver
 from geoprint.robot.placing import Uncertainty
 
@@ -175,7 +175,7 @@ class Workpiece:
         preparations: what preparing changed, patch by patch.
         edge_length: that the part was refined to [mm], the shortest of all patches.
         surface: the refined surface to plan on, in as many pieces.
-        seed: where distance is zero.
+        source: where distance is zero.
         placement: where the part stands, or None where the job leaves the robot out.
         uncertainty: of the calibration along the part's normal, where it is largest; None where nobody calibrated or
             stated the part's place on the fixture, or the robot is left out.
@@ -199,7 +199,7 @@ class Workpiece:
     preparations: tuple[PreparationReport, ...]
     edge_length: float
     surface: Surface
-    seed: Seed
+    source: Source
     placement: Placement | None
     uncertainty: Uncertainty | None
     turnable: bool = False

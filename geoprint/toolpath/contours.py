@@ -8,7 +8,7 @@ import numpy as np
 
 from geoprint.distance import Backend
 from geoprint.errors import UsageError
-from geoprint.model import Contours, ScalarField, Seed, Strokes, Surface
+from geoprint.model import Contours, Paths, ScalarField, Source, Surface
 from geoprint.toolpath.medial_axis_fitting import fitted, parted
 
 PLAIN, FITTED = MIDDLES = ("plain", "fitted")
@@ -16,7 +16,7 @@ PLAIN, FITTED = MIDDLES = ("plain", "fitted")
 
 @final
 class ContourPattern:
-    """The `contours` pattern: what the backend traces at (k + 1/2) * spacing from the seed is row k.
+    """The `contours` pattern: what the backend traces at (k + 1/2) * spacing from the source is row k.
 
     Args:
         middle: what becomes of the curves where fronts meet: `plain`, or `fitted` to the width that is there.
@@ -30,14 +30,14 @@ class ContourPattern:
     """
 
     title: ClassVar[str] = "level curves of the distance"
-    summary: ClassVar[str] = "Follows the level curves of the distance from the seed, as the backend traces them."
+    summary: ClassVar[str] = "Follows the level curves of the distance from the source, as the backend traces them."
 
     def __init__(self, *, middle: str = PLAIN) -> None:
         if middle not in MIDDLES:
             raise UsageError(f"contours have no middle '{middle[:40]}'; choose one of: {', '.join(MIDDLES)}.")
         self._middle = middle
 
-    def strokes(self, surface: Surface, seed: Seed, *, backend: Backend, spacing: float | ScalarField) -> Strokes:
+    def paths(self, surface: Surface, source: Source, *, backend: Backend, spacing: float | ScalarField) -> Paths:
         """Return a stroke for each level curve, and where the middle is fitted for each bead along a ridge.
 
         None comes near to itself: where both sides of a finger or a neck are one bead, one bead is drawn.
@@ -51,17 +51,17 @@ class ContourPattern:
                 "contours lie one spacing apart everywhere, as level curves of a distance do, but a spacing at each "
                 "vertex is given: give one number, or choose the pattern fibres."
             )
-        contours = backend.contours(seed, spacing=spacing)
+        contours = backend.contours(source, spacing=spacing)
         if self._middle == FITTED:
             return _apart(surface, fitted(surface, contours), contours)
         row = contours.point_levels.astype(np.float64)
         promised = (row + 0.5) * contours.spacing
-        drawn = Strokes(contours.curves, row, np.full(row.size, contours.spacing), np.ones(row.size), promised=promised)
+        drawn = Paths(contours.curves, row, np.full(row.size, contours.spacing), np.ones(row.size), promised=promised)
         return _apart(surface, drawn, contours)
 
 
-def _apart(surface: Surface, drawn: Strokes, contours: Contours) -> Strokes:
-    """Return strokes that keep their distance from themselves; what is drawn anew promises the distance there."""
+def _apart(surface: Surface, drawn: Paths, contours: Contours) -> Paths:
+    """Return paths that keep their distance from themselves; what is drawn anew promises the distance there."""
     curves, origins, anew = parted(surface, drawn.curves, spacing=contours.spacing)
     if curves is drawn.curves:
         return drawn
@@ -71,4 +71,4 @@ def _apart(surface: Surface, drawn: Strokes, contours: Contours) -> Strokes:
     if drawn.promised is not None:
         away = curves.points.values(surface, contours.distance.values)
         promised = np.where(np.repeat(anew, sizes), away, (row + 0.5) * contours.spacing)
-    return Strokes(curves, row, np.full(row.size, contours.spacing), np.ones(row.size), promised=promised)
+    return Paths(curves, row, np.full(row.size, contours.spacing), np.ones(row.size), promised=promised)

@@ -16,13 +16,13 @@ from geoprint.geometry import (
     all_curves,
     arc_lengths,
     boundary_loops,
-    boundary_seed,
+    boundary_source,
     closest,
     even_points,
     pieces,
     some_curves,
 )
-from geoprint.model import Contours, FloatArray, IntArray, ScalarField, Seed, Strokes, Surface, SurfaceCurves, frozen
+from geoprint.model import Contours, FloatArray, IntArray, Paths, ScalarField, Source, Surface, SurfaceCurves, frozen
 
 # Curves cut to where a field stays above a value: the parts of rows that keep from the rim.
 
@@ -91,7 +91,7 @@ def _ended(places: FloatArray, values: FloatArray, *, at: float) -> tuple[FloatA
     return np.vstack([places[: last + 1], end]), np.append(values[: last + 1], at)
 
 
-# Rows joined to strokes: where a row ends, the stroke turns along the line of ends into the next row.
+# Rows joined to paths: where a row ends, the stroke turns along the line of ends into the next row.
 
 
 # A turn along the line of ends is no longer than this many spacings: beyond, lifting takes less time, and less of the
@@ -194,7 +194,7 @@ class Lines:
 
 
 def joined(rows: Sequence[RowPart], lines: Lines, *, spacing: float) -> list[Stroke]:
-    """Join rows to strokes.
+    """Join rows to paths.
 
     A stroke begins with the row that has the largest number of those left, at the end that is farther from any row next
     to it, and goes on with the row next to it whose end is nearest along the line of ends: numbers differ by one, or
@@ -206,11 +206,11 @@ def joined(rows: Sequence[RowPart], lines: Lines, *, spacing: float) -> list[Str
         spacing: of the rows [mm].
 
     Returns:
-        Strokes; every row is in one.
+        Paths; every row is in one.
     """
     ends = [(NOWHERE, NOWHERE) if row.closed else (lines.end(row.places[0]), lines.end(row.places[-1])) for row in rows]
     waiting = sorted(range(len(rows)), key=lambda index: -rows[index].number)
-    strokes: list[Stroke] = []
+    paths: list[Stroke] = []
 
     def following(row: int, end: int) -> tuple[float, int, int]:
         """Return how far the next row begins, which it is, and at which of its ends."""
@@ -235,8 +235,8 @@ def joined(rows: Sequence[RowPart], lines: Lines, *, spacing: float) -> list[Str
             stroke = _turned(stroke, turn, _along(rows[other], 1 - side), spacing=spacing)
             waiting.remove(other)
             at, out = other, 1 - side
-        strokes.append(stroke)
-    return strokes
+        paths.append(stroke)
+    return paths
 
 
 def _beside(first: RowPart, second: RowPart) -> bool:
@@ -355,7 +355,7 @@ SHORTEST_ROW = 1.0
 class GuidedPattern:
     """The `guided` pattern: rows at (k + 1/2) * spacing from a drawn curve, on both sides of it.
 
-    Rows end half a spacing from the rim, or from the contours around them, and are joined to strokes there by turns of
+    Rows end half a spacing from the rim, or from the contours around them, and are joined to paths there by turns of
     at most four spacings. The curve may be a part of the rim; a row about the end of a curve inside the part goes round
     it.
 
@@ -379,11 +379,11 @@ class GuidedPattern:
             raise UsageError(f"`--contours {contours}` is how many contours go around the rows: 0 or more.")
         self._contours = contours
 
-    def strokes(self, surface: Surface, seed: Seed, *, backend: Backend, spacing: float | ScalarField) -> Strokes:
-        """Return the contours, and strokes of rows; rows are numbered from where the contours end.
+    def paths(self, surface: Surface, source: Source, *, backend: Backend, spacing: float | ScalarField) -> Paths:
+        """Return the contours, and paths of rows; rows are numbered from where the contours end.
 
         Raises:
-            UsageError: the spacing is not the same everywhere, the seed of a piece is no line with two ends, or a
+            UsageError: the spacing is not the same everywhere, the source of a piece is no line with two ends, or a
                 closed part shall have contours.
             FieldError: there is no room for a row within the contours, or on a piece.
         """
@@ -392,22 +392,22 @@ class GuidedPattern:
                 "guided rows lie one spacing apart everywhere, but a spacing at each vertex is given: give one number, "
                 "or choose the pattern fibres."
             )
-        _check(surface, seed)
+        _check(surface, source)
         rim = self._rim(surface, backend, spacing=spacing)
-        rows = backend.contours(seed, spacing=spacing)
+        rows = backend.contours(source, spacing=spacing)
         walls = rim and rim[2]
         found = [] if walls is None else [(walls.curves, walls.point_levels.astype(np.float64))]
         for piece in pieces(surface):
-            strokes = _strokes(piece, rows, rim and rim[:2])
-            if not strokes:
+            paths = _strokes(piece, rows, rim and rim[:2])
+            if not paths:
                 raise FieldError(
                     f"no row of {surface.name} is {SHORTEST_ROW * spacing:g} mm long within its rim and "
                     f"{self._contours} contours: choose fewer contours, or a smaller spacing."
                 )
-            found += [_on_whole(piece, stroke, first=self._contours) for stroke in strokes]
+            found += [_on_whole(piece, stroke, first=self._contours) for stroke in paths]
         row = np.concatenate([numbers for _, numbers in found])
         curves = all_curves([curve for curve, _ in found])
-        return Strokes(curves, row, np.full(row.size, rows.spacing), np.ones(row.size))
+        return Paths(curves, row, np.full(row.size, rows.spacing), np.ones(row.size))
 
     def _rim(
         self, surface: Surface, backend: Backend, *, spacing: float
@@ -422,7 +422,7 @@ class GuidedPattern:
                     f"contours go along a rim, but {surface.name} is closed and has none: leave out `--contours`."
                 )
             return None
-        border, depth = boundary_seed(surface), (self._contours + 0.5) * spacing
+        border, depth = boundary_source(surface), (self._contours + 0.5) * spacing
         if self._contours == 0:
             return backend.distance(border), depth, None
         contours = backend.contours(border, spacing=spacing)
@@ -432,7 +432,7 @@ class GuidedPattern:
 
 
 def _strokes(piece: Piece, rows: Contours, rim: tuple[ScalarField, float] | None) -> list[Stroke]:
-    """Return the strokes of rows on a piece, which end at a depth of the distance from its rim."""
+    """Return the paths of rows on a piece, which end at a depth of the distance from its rim."""
     surface, curves, spacing = piece.surface, piece.own(rows.curves), rows.spacing
     levels: list[int] = rows.levels[piece.holds(rows.curves)].tolist()
     places = [curves.xyz(surface, curve) for curve in range(curves.count)]
@@ -470,14 +470,14 @@ def _at(surface: Surface, curves: SurfaceCurves, values: FloatArray) -> list[Flo
     return [found[begin:end] for begin, end in pairwise(curves.offsets.tolist())]
 
 
-def _check(surface: Surface, seed: Seed) -> None:
+def _check(surface: Surface, source: Source) -> None:
     """Check that there is a line to run beside.
 
     Raises:
         UsageError: a piece has none.
     """
     for piece in pieces(surface):
-        own = piece.own(seed.curves)
+        own = piece.own(source.curves)
         if not (~own.closed & (np.diff(own.offsets) > 1)).any():
             raise UsageError(
                 f"guided rows run beside a line with two ends, but the source on {surface.name} is none: draw one "

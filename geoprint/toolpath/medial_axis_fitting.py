@@ -16,7 +16,7 @@ from geoprint.model import (
     Contours,
     FloatArray,
     IntArray,
-    Strokes,
+    Paths,
     Surface,
     SurfaceCurves,
     freeze_arrays,
@@ -38,7 +38,7 @@ from geoprint.toolpath.medial_axis import (
     stretches,
 )
 
-# The strokes that fitted strands become: curves as they were traced, curves moved or cut, and beads along ridges.
+# The paths that fitted strands become: curves as they were traced, curves moved or cut, and beads along ridges.
 
 
 # Strands that move by less than this stay as they were traced [spacings].
@@ -80,7 +80,7 @@ class DepositedLine(NamedTuple):
     level: int
 
 
-def strokes_of(surface: Surface, contours: Contours, moved: MovedStrands, beads: list[DepositedLine]) -> Strokes:
+def strokes_of(surface: Surface, contours: Contours, moved: MovedStrands, beads: list[DepositedLine]) -> Paths:
     """Return what is left of the strands where they lie now, and the beads along ridges, level by level.
 
     Args:
@@ -111,7 +111,7 @@ def strokes_of(surface: Surface, contours: Contours, moved: MovedStrands, beads:
         curves = all_curves([curves, landed(surface, [bead.line for bead in drawn])])
     order = np.argsort(levels, kind="stable")
     row = np.repeat(levels[order], np.diff(curves.offsets)[order]).astype(np.float64)
-    return Strokes(some_curves(curves, order), row, np.full(row.size, contours.spacing), np.ones(row.size))
+    return Paths(some_curves(curves, order), row, np.full(row.size, contours.spacing), np.ones(row.size))
 
 
 def _staying(moved: MovedStrands) -> BoolArray:
@@ -270,15 +270,15 @@ class _Ridge:
         return found
 
 
-def fitted(surface: Surface, contours: Contours) -> Strokes:
-    """Return strokes made of level curves, fitted to the width across each ridge.
+def fitted(surface: Surface, contours: Contours) -> Paths:
+    """Return paths made of level curves, fitted to the width across each ridge.
 
     Args:
         surface: what they lie on.
         contours: c curves of a distance; larger values on their left, seen from outside.
 
     Returns:
-        The strokes, level by level; beads along a ridge have the level of the strand that would lie there.
+        The paths, level by level; beads along a ridge have the level of the strand that would lie there.
     """
     strands = strands_of(surface, contours)
     beside = neighbours(strands)

@@ -29,8 +29,8 @@ from geoprint.geometry import arc_lengths, component_labels, direction_across, i
 from geoprint.model import (
     FloatArray,
     IntArray,
+    Paths,
     PoseStream,
-    Strokes,
     Surface,
     SurfaceCurves,
     SurfacePoints,
@@ -119,7 +119,7 @@ def starts_apart(places: FloatArray, taken: FloatArray, *, spacing: float) -> In
     return np.flatnonzero(away >= min(APART * spacing, float(away.max())))
 
 
-# Strokes put into printing order and resampled along the arc.
+# Paths put into printing order and resampled along the arc.
 
 
 # Defaults of the sampling as shares of the spacing: errors far below the bead's width, steps that a spline follows.
@@ -163,7 +163,7 @@ class _Joint(NamedTuple):
 
 
 def arrange(
-    strokes: Strokes,
+    paths: Paths,
     surface: Surface,
     *,
     speed: float,
@@ -171,10 +171,10 @@ def arrange(
     shortest: float = 0.0,
     seams: Seams | None = None,
 ) -> Toolpath:
-    """Order, orient and resample strokes.
+    """Order, orient and resample paths.
 
     Args:
-        strokes: c curves.
+        paths: c curves.
         surface: what they were drawn on.
         speed: set speed of the tip [mm/s]; `round_corners` says what depends on it.
         standoff: height of the tip over the surface [mm]: where its line turns sharply there, samples are left out.
@@ -187,10 +187,10 @@ def arrange(
     Raises:
         FieldError: nothing is left to print of a piece, or a run is too hollow for a tip at the stand-off.
     """
-    spacing = float(strokes.spacing.min())
+    spacing = float(paths.spacing.min())
     least = max(spacing, shortest) * (1.0 - ROUNDING)
     long_enough = partial(_long_enough, least=least, shortest=shortest, spacing=spacing)
-    joined = _joined(_runs_of(strokes, surface), least=least, spacing=spacing)
+    joined = _joined(_runs_of(paths, surface), least=least, spacing=spacing)
     which, dropped = long_enough(joined, [run.length for run in joined])
     ordered = _piece_by_piece([joined[number] for number in which], seams=seams, spacing=spacing)
     rounded, runs = _rounded(ordered, surface, spacing=spacing, speed=speed)
@@ -198,7 +198,7 @@ def arrange(
     runs, pieces = [runs[number] for number in which], [rounded.pieces[number] for number in which]
     curves = _curves(surface, pieces, standoff=standoff, error=BACKTRACK_ERROR_SHARE * spacing)
     rows, spacings = _carried(surface, curves, runs)
-    lost = [*dropped, *short, *((length, spacing) for length in strokes.dropped)]
+    lost = [*dropped, *short, *((length, spacing) for length in paths.dropped)]
     return Toolpath(
         curves=curves,
         levels=np.array([run.level for run in runs]),
@@ -214,8 +214,8 @@ def arrange(
     )
 
 
-def _runs_of(strokes: Strokes, surface: Surface) -> list[_Run]:
-    curves = strokes.curves
+def _runs_of(paths: Paths, surface: Surface) -> list[_Run]:
+    curves = paths.curves
     places = positions(surface, curves.points)
     pieces = component_labels(surface)[curves.points.faces[curves.offsets[:-1]]]
     slices = [slice(*curves.offsets[i : i + 2]) for i in range(curves.count)]
@@ -223,13 +223,13 @@ def _runs_of(strokes: Strokes, surface: Surface) -> list[_Run]:
         _Run(
             points=SurfacePoints(curves.points.faces[piece], curves.points.weights[piece]),
             places=places[piece],
-            rows=strokes.row[piece],
-            spacings=strokes.spacing[piece],
+            rows=paths.row[piece],
+            spacings=paths.spacing[piece],
             closed=bool(closed),
             level=int(level),
             piece=int(label),
         )
-        for piece, closed, level, label in zip(slices, curves.closed, strokes.levels, pieces, strict=True)
+        for piece, closed, level, label in zip(slices, curves.closed, paths.levels, pieces, strict=True)
     ]
 
 

@@ -11,18 +11,18 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 from geoprint.distance import Backend
-from geoprint.model import ScalarField, Seed, Strokes, Surface
+from geoprint.model import Paths, ScalarField, Source, Surface
 
 
 class Pattern(Protocol):
-    """Covers a surface with strokes."""
+    """Covers a surface with paths."""
 
-    def strokes(self, surface: Surface, seed: Seed, *, backend: Backend, spacing: float | ScalarField) -> Strokes:
-        """Return the strokes; they know nothing of the order in which they are printed.
+    def paths(self, surface: Surface, source: Source, *, backend: Backend, spacing: float | ScalarField) -> Paths:
+        """Return the paths; they know nothing of the order in which they are printed.
 
         Args:
             surface: to cover, in one piece or several; no stroke lies on two of them.
-            seed: where rows are counted from.
+            source: where rows are counted from.
             backend: measures distances on that surface.
             spacing: wanted distance of neighbouring rows [mm], the same everywhere or one at each vertex.
 

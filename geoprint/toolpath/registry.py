@@ -16,7 +16,7 @@ PATTERNS: Mapping[str, PatternFactory] = MappingProxyType(
     {"contours": ContourPattern, "spiral": SpiralPattern, "guided": GuidedPattern}
 )
 
-_KNOWN = Registry("pattern", group=features.PATTERNS, built_in=PATTERNS, members=("title", "strokes"))
+_KNOWN = Registry("pattern", group=features.PATTERNS, built_in=PATTERNS, members=("title", "paths"))
 
 
 def register(name: str, factory: PatternFactory) -> None:
@@ -30,8 +30,8 @@ def register(name: str, factory: PatternFactory) -> None:
         ...     title = "straight rows"
         >>> register("rows", Rows)
         Traceback (most recent call last):
-        geoprint.errors.UsageError: the pattern 'rows' that was registered cannot be used: its class lacks strokes; a
-        pattern is a class with title, strokes.
+        geoprint.errors.UsageError: the pattern 'rows' that was registered cannot be used: its class lacks paths; a
+        pattern is a class with title, paths.
     """
     _KNOWN.register(name, factory)
 

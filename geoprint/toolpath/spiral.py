@@ -33,9 +33,9 @@ from geoprint.model import (
     BoolArray,
     FloatArray,
     IntArray,
+    Paths,
     ScalarField,
-    Seed,
-    Strokes,
+    Source,
     Surface,
     SurfaceCurves,
     SurfacePoints,
@@ -120,7 +120,7 @@ def turns(
     Args:
         surface: n vertices, before it was slit.
         slit: of it.
-        distance: (n,) from the seed [mm].
+        distance: (n,) from the source [mm].
         held: vertices on the right of the slit, or off it, at which the share is given, and the shares.
         loose: vertices that it turns about: their triangles do not count.
     """
@@ -181,9 +181,9 @@ MOST_BESIDE = 0.02
 class SpiralPattern:
     """The `spiral` pattern: one stroke a piece, from the rim inwards, or outwards from a point on a closed part.
 
-    It serves pieces whose level curves are rings about one middle: discs whose seed is the whole border, and closed
-    pieces whose seed is a point. A piece with a hole, or whose level curves part into two sets of rings, is refused.
-    Rings about a middle of less than a fiftieth of the stroke's length are strokes of their own.
+    It serves pieces whose level curves are rings about one middle: discs whose source is the whole border, and closed
+    pieces whose source is a point. A piece with a hole, or whose level curves part into two sets of rings, is refused.
+    Rings about a middle of less than a fiftieth of the stroke's length are paths of their own.
 
     Args:
         rise: spacings of the rim over which the first turn rises to the next, an eighth of the rim at most; 0 for the
@@ -198,14 +198,14 @@ class SpiralPattern:
     """
 
     title: ClassVar[str] = "one stroke from the rim to the middle"
-    summary: ClassVar[str] = "Winds from the seed inwards in one stroke, one spacing farther with every turn."
+    summary: ClassVar[str] = "Winds from the source inwards in one stroke, one spacing farther with every turn."
 
     def __init__(self, *, rise: float = RISE) -> None:
         if not 0.0 <= rise < np.inf:
             raise UsageError(f"the spiral's rise is {rise:g} spacings; it must be 0 (the whole turn) or more.")
         self._rise = rise
 
-    def strokes(self, surface: Surface, seed: Seed, *, backend: Backend, spacing: float | ScalarField) -> Strokes:
+    def paths(self, surface: Surface, source: Source, *, backend: Backend, spacing: float | ScalarField) -> Paths:
         """Return one stroke a piece; its row rises by one a turn, less where the turn follows the rim.
 
         Raises:
@@ -218,26 +218,26 @@ class SpiralPattern:
                 "turns of a spiral lie one spacing apart everywhere, but a spacing at each vertex is given: give one "
                 "number, or choose the pattern fibres."
             )
-        field = backend.distance(seed)
+        field = backend.distance(source)
         level_distances(field, spacing=spacing)
         found = [
-            piece.on_whole(self._piece(piece, piece.own(seed.curves), field.values[piece.vertices], spacing=spacing))
+            piece.on_whole(self._piece(piece, piece.own(source.curves), field.values[piece.vertices], spacing=spacing))
             for piece in pieces(surface)
         ]
         curves = all_curves(found)
         away = curves.points.values(surface, field.values)
         row: FloatArray = np.maximum(away / spacing - 0.5, 0.0)
-        return Strokes(curves, row, np.full(row.size, float(spacing)), np.ones(row.size), promised=away)
+        return Paths(curves, row, np.full(row.size, float(spacing)), np.ones(row.size), promised=away)
 
-    def _piece(self, piece: Piece, seed: SurfaceCurves, distance: FloatArray, *, spacing: float) -> SurfaceCurves:
+    def _piece(self, piece: Piece, source: SurfaceCurves, distance: FloatArray, *, spacing: float) -> SurfaceCurves:
         """Return the stroke of a piece, and small rings beside it."""
         surface, middle = piece.surface, int(distance.argmax())
         if distance[middle] <= 0.5 * spacing:
             raise FieldError(
                 f"spacing is {spacing:g} mm, but no point of a piece of {surface.name} is farther than "
-                f"{distance[middle]:.3g} mm from the seed: choose a spacing below {2 * distance[middle]:.3g} mm."
+                f"{distance[middle]:.3g} mm from the source: choose a spacing below {2 * distance[middle]:.3g} mm."
             )
-        rim = _rim(surface, seed, distance)
+        rim = _rim(surface, source, distance)
         start = np.array([int(distance.argmin())]) if rim is None else rim
         slit = slit_along(surface, line_between(surface, middle, start)[::-1])
         if rim is None:
@@ -264,20 +264,20 @@ def _pinned(distance: FloatArray, start: IntArray) -> tuple[IntArray, FloatArray
     return np.array([int(np.where(np.arange(distance.size) == start[0], np.inf, distance).argmin())]), np.zeros(1)
 
 
-def _rim(surface: Surface, seed: SurfaceCurves, distance: FloatArray) -> IntArray | None:
+def _rim(surface: Surface, source: SurfaceCurves, distance: FloatArray) -> IntArray | None:
     """Return the rim that distance is measured from, or None where it is a point of a closed piece.
 
     Raises:
-        UsageError: the seed is neither, or the piece has holes.
+        UsageError: the source is neither, or the piece has holes.
     """
     loops = boundary_loops(surface)
-    if not loops and euler_characteristic(surface) == 2 and seed.points.faces.size == seed.count == 1:
+    if not loops and euler_characteristic(surface) == 2 and source.points.faces.size == source.count == 1:
         return None
     if len(loops) == 1 and euler_characteristic(surface) == 1:
         if distance[loops[0]].max() <= 1e-6 * distance.max():
             return loops[0]
         raise UsageError(
-            f"a spiral winds inwards from the whole border, but the seed is only a part of that of {surface.name} or "
+            f"a spiral winds inwards from the whole border, but the source is only a part of that of {surface.name} or "
             "lies elsewhere: leave out `--from`, or use `--pattern contours`."
         )
     raise UsageError(
@@ -296,10 +296,10 @@ def _wound(surface: Surface, slit: Slit, distance: FloatArray, shares: FloatArra
     opened = Surface(surface.vertices[slit.origins], slit.faces, surface.name)
     levels = np.arange(max(int(np.ceil(phase.max() - 0.5)), 1), dtype=np.float64) + 0.5
     curves, _ = isolines(opened, ScalarField(phase), levels=levels)
-    strokes = [_from_rim(line, surface, distance) for line in _joined(opened, curves)]
-    lengths = np.array([arc_lengths(stroke.xyz(surface, 0))[-1] for stroke in strokes])
+    paths = [_from_rim(line, surface, distance) for line in _joined(opened, curves)]
+    lengths = np.array([arc_lengths(stroke.xyz(surface, 0))[-1] for stroke in paths])
     first = int(lengths.argmax())
-    beside = [stroke for stroke, length in zip(strokes, lengths, strict=True) if stroke.closed[0] and length > spacing]
+    beside = [stroke for stroke, length in zip(paths, lengths, strict=True) if stroke.closed[0] and length > spacing]
     rest = float(sum(arc_lengths(ring.xyz(surface, 0))[-1] for ring in beside))
     if rest > MOST_BESIDE * lengths[first]:
         raise UsageError(
@@ -307,7 +307,7 @@ def _wound(surface: Surface, slit: Slit, distance: FloatArray, shares: FloatArra
             f"{rest:.3g} mm in {len(beside)} of them lie beside a spiral of {lengths[first]:.4g} mm; use "
             "`--pattern contours`, or another source (`--from`)."
         )
-    return all_curves([_trimmed(strokes[first], surface, distance, spacing=spacing), *beside])
+    return all_curves([_trimmed(paths[first], surface, distance, spacing=spacing), *beside])
 
 
 def _joined(surface: Surface, curves: SurfaceCurves) -> list[SurfaceCurves]:

@@ -24,7 +24,7 @@ def compare(
 ) -> Comparison:
     """Plan one part with several backends and measure how even each is.
 
-    Like is compared with like: the same seed and spacing, the same surface, refined to what the backend that needs the
+    Like is compared with like: the same source, spacing and surface, refined to what the backend that needs the
     finest one asks for, and where fronts meet the middle that is best for those that have a choice. Evenness counts
     whatever the robot says; what the cell cannot print carries the reason.
 

@@ -17,34 +17,37 @@ from geoprint.workflow.backend_choice import backend_of, pattern_of, seeks_middl
 from geoprint.workflow.placement import pose_stream
 from geoprint.workflow.stages import Stages
 
-# A workpiece covered with strokes, and these turned into poses; the robot does not count yet.
+# A workpiece covered with paths, and these turned into poses; the robot does not count yet.
 
 
 def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
-    """Cover the workpiece with strokes and turn them into poses; evenness and the robot are left out."""
+    """Cover the workpiece with paths and turn them into poses; evenness and the robot are left out."""
     surface = workpiece.surface
     with stage("contours"):
-        backend, seed = Piecewise(surface, backend_of(job)), workpiece.seed
-        spacing = job.spacing or backend.distance(seed).maximum / (job.rounds or 1)
+        backend, source = Piecewise(surface, backend_of(job)), workpiece.source
+        spacing = job.spacing or backend.distance(source).maximum / (job.rounds or 1)
         widths = workpiece.widths
-        strokes = pattern_of(job, workpiece.place).strokes(
-            surface, seed, backend=backend, spacing=spacing if widths is None else ScalarField(widths(surface.vertices))
+        paths = pattern_of(job, workpiece.place).paths(
+            surface,
+            source,
+            backend=backend,
+            spacing=spacing if widths is None else ScalarField(widths(surface.vertices)),
         )
-        contours = Contours(strokes.curves, strokes.levels, spacing, backend.distance(seed))
+        contours = Contours(paths.curves, paths.levels, spacing, backend.distance(source))
         flattenings = backend.shown(spacing=spacing)
     with stage("path"):
         process = workpiece.cell.process
         place = workpiece.place
         seams = None if place is None else seams_of(place.base, layer=place.number - 1)
         toolpath = arrange(
-            strokes, surface, speed=process.speed, standoff=workpiece.standoff, seams=seams,
+            paths, surface, speed=process.speed, standoff=workpiece.standoff, seams=seams,
             shortest=workpiece.cell.shortest_run,
         )  # fmt: skip
         stream = pose_stream(toolpath, workpiece, max_tilt_deg=job.max_tilt)
     layers = (Layer(surface, 0 if place is None else place.number - 1, process.layer_height),)
     return Plan(
         job, workpiece, contours, toolpath, stream, None, layers, (), tuple(stage.timings), flattenings,
-        followed=strokes.followed, promised=strokes.promised,
+        followed=paths.followed, promised=paths.promised,
     )  # fmt: skip
 
 
@@ -67,7 +70,7 @@ def distance_errors_of(paths: Plan) -> DistanceErrors | None:
         return None
     return distance_errors(
         workpiece.part,
-        workpiece.seed,
+        workpiece.source,
         contours.curves,
         paths.promised,
         surface=workpiece.surface,

@@ -11,7 +11,7 @@ import numpy as np
 from geoprint.config import Job
 from geoprint.distance import Piecewise, most_accurate_backend
 from geoprint.errors import FieldError, InputError, UsageError
-from geoprint.geometry import boundary_seed, closest, in_words, prepare, refine
+from geoprint.geometry import boundary_source, closest, in_words, prepare, refine
 from geoprint.geometry.files import load_file, stored_mesh
 from geoprint.layers import (
     Columns,
@@ -116,7 +116,7 @@ def _from_rim(part: Surface) -> FloatArray:
     It is measured by the backend that is nearest to the true one, whichever plans the paths.
     """
     try:
-        rim = boundary_seed(part)
+        rim = boundary_source(part)
     except InputError as error:
         raise UsageError(
             f"{part.name} has no rim that the thickness could rise from: leave `--feather` out."

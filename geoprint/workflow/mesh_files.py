@@ -15,7 +15,7 @@ from geoprint.geometry import (
     Landmark,
     PreparationReport,
     boundary_half_edges,
-    boundary_seed,
+    boundary_source,
     decimate,
     deviation,
     face_areas,
@@ -24,7 +24,7 @@ from geoprint.geometry import (
     inspect,
     landmarks,
     middle_face,
-    point_seed,
+    point_source,
     prepare,
     refine,
     remesh,
@@ -35,7 +35,7 @@ from geoprint.geometry import (
     turned_over,
 )
 from geoprint.geometry.files import MeshFile, labels_of, load_file, load_likely, unit_hint
-from geoprint.model import BoolArray, Reading, Seed, Surface
+from geoprint.model import BoolArray, Reading, Source, Surface
 from geoprint.reporting.html import made_with
 from geoprint.results import FileInspection, Remeshed, VolumeInspection
 from geoprint.robot.arm import Arm
@@ -274,8 +274,8 @@ def _trial(name: str, found: Inspection) -> str:
     diagonal = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
     try:
         surface = refine(surface, edge_length=TRIAL_EDGE * diagonal)
-        backend, seed = find_backend(name).factory(surface), _seed(surface)
-        backend.contours(seed, spacing=backend.distance(seed).maximum / TRIAL_LEVELS)
+        backend, source = find_backend(name).factory(surface), _source(surface)
+        backend.contours(source, spacing=backend.distance(source).maximum / TRIAL_LEVELS)
     except GeoprintError as error:
         return f"no: {error}"
     return (
@@ -283,11 +283,11 @@ def _trial(name: str, found: Inspection) -> str:
     )
 
 
-def _seed(surface: Surface) -> Seed:
+def _source(surface: Surface) -> Source:
     """Return the border, or some point of a closed surface."""
     if boundary_half_edges(surface.faces).size:
-        return boundary_seed(surface)
-    return point_seed(surface, surface.vertices[surface.faces[0, 0]], tolerance=1.0)
+        return boundary_source(surface)
+    return point_source(surface, surface.vertices[surface.faces[0, 0]], tolerance=1.0)
 
 
 def _check_topology(after: Surface, preparation: PreparationReport) -> None:

@@ -37,7 +37,7 @@ from geoprint.geometry import (
     normals,
     part_of,
     piece_at,
-    point_seed,
+    point_source,
     positions,
     prepare,
     refine,
@@ -332,8 +332,8 @@ def _bounds(part: Surface, choice: PatchChoice, *, centre: FloatArray | None) ->
     """Return (n, k) functions that are positive outside the patch."""
     columns: list[FloatArray] = []
     if choice.radius is not None and centre is not None:
-        seed = point_seed(part, centre, tolerance=POINT_TOLERANCE)
-        distances = FastMarching(part).distance(seed)
+        source = point_source(part, centre, tolerance=POINT_TOLERANCE)
+        distances = FastMarching(part).distance(source)
         if distances.maximum <= choice.radius:
             raise FieldError(
                 f"all of {part.name} lies within {choice.radius:g} mm of the point, the farthest place "

@@ -1,6 +1,6 @@
 """The stages in their order: a mesh file in, a frozen plan out that keeps every intermediate value.
 
-    file -> Workpiece -> Strokes -> Toolpath -> PoseStream -> evenness, flow and layer       plan_paths
+    file -> Workpiece -> Paths -> Toolpath -> PoseStream -> evenness, flow and layer       plan_paths
     PoseStream -> JointPath -> Trajectory -> Targets -> ControllerPath -> Clearance -> Orders -> Program -> Timeline
                                                                                              with_robot
 

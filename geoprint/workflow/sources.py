@@ -8,30 +8,30 @@ from itertools import pairwise
 
 import numpy as np
 
-from geoprint.config import Job, Source
+from geoprint.config import Job, SourceTable
 from geoprint.distance import Piecewise, accuracy, backend, isolines
 from geoprint.errors import FieldError, naming
 from geoprint.geometry import (
     all_curves,
     boundary_loops,
-    boundary_seed,
+    boundary_source,
     closest,
     direction_across,
     face_areas,
     in_words,
-    loop_seed,
+    loop_source,
     mean_normal,
     middle_of,
     nearest_loop,
-    part_seed,
+    part_source,
     pieces,
-    point_seed,
+    point_source,
     positions,
     with_vertex,
 )
 from geoprint.metrics import EVEN_ENOUGH, Covering
 from geoprint.metrics.oracle import shortest_way
-from geoprint.model import BoolArray, FloatArray, ScalarField, Seed, Surface, SurfaceCurves, SurfacePoints
+from geoprint.model import BoolArray, FloatArray, ScalarField, Source, Surface, SurfaceCurves, SurfacePoints
 from geoprint.results import TriedSource, Workpiece
 from geoprint.workflow.backend_choice import backend_of, with_backend
 from geoprint.workflow.covering import cover, evenness_of
@@ -45,7 +45,7 @@ from geoprint.workflow.stages import Stages
 IN_PLANE = 1e-9
 
 
-def section_seed(surface: Surface, *, angle_deg: float, base: Surface) -> Seed:
+def section_source(surface: Surface, *, angle_deg: float, base: Surface) -> Source:
     """Return the line over a surface at an angle: straight as it is seen along the mean normal.
 
     It is the section by the plane that holds the mean normal of the base, the direction at the angle across it
@@ -71,7 +71,7 @@ def section_seed(surface: Surface, *, angle_deg: float, base: Surface) -> Seed:
     curves = _section(surface, _area_middle(base), square)
     if curves.count == 0:
         curves = _section(surface, _area_middle(surface), square)
-    return Seed(curves)
+    return Source(curves)
 
 
 def _section(surface: Surface, middle: FloatArray, square: FloatArray) -> SurfaceCurves:
@@ -101,15 +101,15 @@ def _area_middle(surface: Surface) -> FloatArray:
     return areas @ surface.vertices[surface.faces].mean(axis=1) / areas.sum()
 
 
-# From what a job says of its source to a seed on the refined surface, each patch by itself.
+# From what a job says of its source to a source on the refined surface, each patch by itself.
 
 
 # A place may miss the surface by this [mm]: what is read off a screen is rounded.
 SOURCE_TOLERANCE = 1.0
-BORDER = Source(border=True)
+BORDER = SourceTable(border=True)
 
 
-def sources_of(job: Job, surface: Surface) -> tuple[Source, ...]:
+def sources_of(job: Job, surface: Surface) -> tuple[SourceTable, ...]:
     """Return the source of each piece of a surface: what its patch states, else what the job does, else the border.
 
     The angle of a layer's own pattern counts more than either.
@@ -120,7 +120,7 @@ def sources_of(job: Job, surface: Surface) -> tuple[Source, ...]:
     return tuple(each or job.counted_from or BORDER for each in every)
 
 
-def seed_of(job: Job, surface: Surface, *, base: Surface | None = None) -> Seed:
+def source_of(job: Job, surface: Surface, *, base: Surface | None = None) -> Source:
     """Return where distance is zero on a surface; for the best source, which is yet to be found, its border or a point.
 
     Args:
@@ -131,41 +131,41 @@ def seed_of(job: Job, surface: Surface, *, base: Surface | None = None) -> Seed:
     Raises:
         FieldError: the surface has no such source, or a place lies off it; of several patches it says which.
     """
-    return united_seed(surface, sources_of(job, surface), base=base)
+    return united_source(surface, sources_of(job, surface), base=base)
 
 
-def united_seed(surface: Surface, sources: tuple[Source, ...], *, base: Surface | None) -> Seed:
-    """Return the seed of a surface from the source of each of its pieces; the base is as of `seed_of`.
+def united_source(surface: Surface, sources: tuple[SourceTable, ...], *, base: Surface | None) -> Source:
+    """Return the source of a surface from the source of each of its pieces; the base is as of `source_of`.
 
     Raises:
-        FieldError: as `seed_of`.
+        FieldError: as `source_of`.
     """
     found: list[SurfaceCurves] = []
     for number, (piece, source) in enumerate(zip(pieces(surface), sources, strict=True), start=1):
         with naming(f"patch {number}, about {in_words(middle_of(piece.surface))}" if len(sources) > 1 else ""):
-            found.append(piece.on_whole(_seed(source, piece.surface, base=base or piece.surface).curves))
-    return Seed(all_curves(found))
+            found.append(piece.on_whole(_source(source, piece.surface, base=base or piece.surface).curves))
+    return Source(all_curves(found))
 
 
-def _seed(source: Source, surface: Surface, *, base: Surface) -> Seed:
-    """Return the seed of a surface in one piece."""
+def _source(source: SourceTable, surface: Surface, *, base: Surface) -> Source:
+    """Return the source of a surface in one piece."""
     if source.point is not None or (source.best and not boundary_loops(surface)):
         place = surface.vertices[0] if source.point is None else np.array(source.point)
-        return point_seed(surface, place, tolerance=SOURCE_TOLERANCE)
+        return point_source(surface, place, tolerance=SOURCE_TOLERANCE)
     if source.angle is not None:
-        return section_seed(surface, angle_deg=source.angle, base=base)
+        return section_source(surface, angle_deg=source.angle, base=base)
     if source.curve is not None:
-        return curve_seed(surface, np.array(source.curve))
+        return curve_source(surface, np.array(source.curve))
     if source.loops is not None or source.near is not None:
         near = [nearest_loop(surface, np.array(place)) for place in source.near or []]
-        return loop_seed(surface, source.loops or near)
+        return loop_source(surface, source.loops or near)
     if source.between is not None:
         first, *middle, last = np.array(source.between)
-        return part_seed(surface, first, last, through=middle[0] if middle else None)
-    return boundary_seed(surface)
+        return part_source(surface, first, last, through=middle[0] if middle else None)
+    return boundary_source(surface)
 
 
-def curve_seed(surface: Surface, points: FloatArray) -> Seed:
+def curve_source(surface: Surface, points: FloatArray) -> Source:
     """Return a drawn curve: points on a surface, joined by shortest lines over its triangles.
 
     Args:
@@ -196,7 +196,7 @@ def curve_seed(surface: Surface, points: FloatArray) -> Seed:
     places = np.concatenate([lines[0], *(line[1:] for line in lines[1:])])
     landed, _ = closest(surface, places)
     closed = corners[0] == corners[-1]
-    return Seed(SurfaceCurves(landed, np.array([0, len(places)]), np.array([closed])))
+    return Source(SurfaceCurves(landed, np.array([0, len(places)]), np.array([closed])))
 
 
 # The source that covers a part best: each that a patch has is tried through to its evenness, by itself.
@@ -214,7 +214,7 @@ PLACE_DIGITS = 2
 
 
 def with_best_sources(job: Job, workpiece: Workpiece, *, backends: Sequence[str]) -> Workpiece:
-    """Return a workpiece whose seed is the best one, of the sources that its patches have, where that is asked for.
+    """Return a workpiece whose source is the best one, of the sources that its patches have, where that is asked for.
 
     Args:
         job: what to plan.
@@ -236,19 +236,19 @@ def with_best_sources(job: Job, workpiece: Workpiece, *, backends: Sequence[str]
             alone = replace(workpiece, surface=piece.surface, part=parts[number].surface)
             sources[number], found = _best(job, alone, patch=number + 1)
             tried += found
-    return replace(workpiece, seed=united_seed(workpiece.surface, tuple(sources), base=base), tried=tuple(tried))
+    return replace(workpiece, source=united_source(workpiece.surface, tuple(sources), base=base), tried=tuple(tried))
 
 
-def candidates(job: Job, surface: Surface) -> list[Source]:
+def candidates(job: Job, surface: Surface) -> list[SourceTable]:
     """Return the sources that a surface in one piece has: its border, loops of it alone, else a point.
 
     Of a disc the point is the one farthest from its rim, of a closed surface the two ends of its extent.
     """
     loops = len(boundary_loops(surface))
     if loops > 1:
-        return [BORDER, *(Source(loops=[number]) for number in range(1, min(loops, MOST_LOOPS) + 1))]
+        return [BORDER, *(SourceTable(loops=[number]) for number in range(1, min(loops, MOST_LOOPS) + 1))]
     if loops == 1:
-        depth = Piecewise(surface, backend_of(job)).distance(boundary_seed(surface)).values
+        depth = Piecewise(surface, backend_of(job)).distance(boundary_source(surface)).values
         return [BORDER, _point(surface.vertices[int(np.argmax(depth))])]
     along = surface.vertices - middle_of(surface)
     farthest = int(np.argmax(np.linalg.norm(along, axis=1)))
@@ -256,15 +256,15 @@ def candidates(job: Job, surface: Surface) -> list[Source]:
     return [_point(surface.vertices[vertex]) for vertex in (farthest, opposite)]
 
 
-def _point(place: FloatArray) -> Source:
-    return Source(point=[round(value, PLACE_DIGITS) for value in place.tolist()])
+def _point(place: FloatArray) -> SourceTable:
+    return SourceTable(point=[round(value, PLACE_DIGITS) for value in place.tolist()])
 
 
-def _best(job: Job, workpiece: Workpiece, *, patch: int) -> tuple[Source, list[TriedSource]]:
+def _best(job: Job, workpiece: Workpiece, *, patch: int) -> tuple[SourceTable, list[TriedSource]]:
     """Try the sources of a workpiece in one piece; return the best one, and what was found of each."""
-    sources, found, refused = list[Source](), list[TriedSource](), list[FieldError]()
+    sources, found, refused = list[SourceTable](), list[TriedSource](), list[FieldError]()
     for source in candidates(job, workpiece.surface):
-        seeded = replace(workpiece, seed=united_seed(workpiece.surface, (source,), base=None))
+        seeded = replace(workpiece, source=united_source(workpiece.surface, (source,), base=None))
         try:
             paths = cover(job, seeded, Stages(lambda _: None))
             measured = evenness_of(paths)

@@ -55,7 +55,7 @@ from geoprint.workflow.feedback import feedback_text
 from geoprint.workflow.layering import Stack, check_on_part, even_stack, layer_of, read_target, stack_cell, stack_of
 from geoprint.workflow.number_tables import read_widths
 from geoprint.workflow.patches import PreparedPart, prepared_part
-from geoprint.workflow.sources import seed_of, with_best_sources
+from geoprint.workflow.sources import source_of, with_best_sources
 from geoprint.workflow.stages import Stages
 
 # Which side of a part is printed on: as the file winds it, unless the body that the part lies on tells otherwise.
@@ -327,7 +327,7 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
             preparations=sided.prepared.preparations,
             edge_length=edge_length,
             surface=surface,
-            seed=seed_of(job, surface, base=None if sided.place is None else sided.place.base),
+            source=source_of(job, surface, base=None if sided.place is None else sided.place.base),
             placement=placement,
             uncertainty=uncertainty,
             turnable=turnable,
@@ -526,10 +526,10 @@ def _refined(sided: SidedPart, backends: Sequence[str], *, spacing: float) -> tu
 
 
 def largest_distance(job: Job, part: Surface) -> float:
-    """Return an estimate of the largest distance from the seed over the part [mm], before the spacing is known."""
+    """Return an estimate of the largest distance from the source over the part [mm], before the spacing is known."""
     alone = [piece.surface for piece in pieces(part)]
     coarse = united([refine(piece, edge_length=_size(piece) / TRIANGLES_ACROSS) for piece in alone])
-    return Piecewise(coarse, backend_of(job)).distance(seed_of(job, coarse)).maximum
+    return Piecewise(coarse, backend_of(job)).distance(source_of(job, coarse)).maximum
 
 
 def with_rounds(job: Job, cell: Cell) -> Job:

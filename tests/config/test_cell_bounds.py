@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from geoprint.config import Source, cell_of, job_of, packaged_cell_text, source_named
+from geoprint.config import SourceTable, cell_of, job_of, packaged_cell_text, source_named
 from geoprint.config.cell_file import CellFile, HexapodTable, TiltTurnTable
 from geoprint.errors import UsageError
 from geoprint.model import Hexapod, LoadLimits, TiltTurn
@@ -378,7 +378,7 @@ def test_what_drives_a_tilt_turn_table_is_named_where_the_controller_does_and_on
 )
 def test_a_text_is_a_source_and_told_as_it_is_typed(text: str, keys: dict[str, object], said: str) -> None:
     assert source_named(text) == keys
-    source = Source.model_validate(keys)
+    source = SourceTable.model_validate(keys)
     assert str(source) == said
     assert job_of(surface="part.ply", source=text).source == job_of(surface="part.ply", source=keys).source == source
 
@@ -387,7 +387,7 @@ def test_the_file_of_a_curve_is_read(tmp_path: Path) -> None:
     path = tmp_path / "drawn.csv"
     path.write_text("x,y,z\n1,2,3\n4,5,6\n")
     assert source_named(str(path)) == {"curve": [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]}
-    assert str(Source(curve=[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])) == "a curve of 2 points"
+    assert str(SourceTable(curve=[[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])) == "a curve of 2 points"
 
 
 @pytest.mark.parametrize("text", ["rim", "loops:", "loops:one", "point:1;2;3", "best:1", "nowhere.csv", ""])

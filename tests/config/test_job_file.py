@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from geoprint.cli.application import app
-from geoprint.config import Job, PatchRegion, Source, job_file_text, job_of, load_cell
+from geoprint.config import Job, PatchRegion, SourceTable, job_file_text, job_of, load_cell
 from geoprint.errors import UsageError
 from geoprint.geometry.files import save_ply
 from geoprint.workflow.stages import Stages
@@ -127,7 +127,7 @@ def test_the_file_that_geoprint_brings_names_every_key_and_each_of_its_lines_is_
     named = {match[1] for match in re.finditer(r"^(?:# )?(\w+) = ", head, re.MULTILINE)}
     assert named | {"patches", "options", "source"} == set(Job.model_fields)
     lines = re.findall(r"^# (\w+ = .*)$", source, re.MULTILINE)
-    assert {line.split()[0] for line in lines} == set(Source.model_fields)
+    assert {line.split()[0] for line in lines} == set(SourceTable.model_fields)
     for line in lines:
         assert job_of(surface=written(tmp_path, f"{head}[source]\n{line}\n")).source is not None
     region = "[[patches]]" + re.sub(r"^# ", "", patches, flags=re.MULTILINE)

@@ -24,15 +24,15 @@ from geoprint.errors import FieldError
 from geoprint.geometry import (
     PolylineDistance,
     boundary_loops,
-    boundary_seed,
+    boundary_source,
     even_points,
-    point_seed,
+    point_source,
     positions,
     prepare,
     refine,
 )
 from geoprint.geometry.files import load
-from geoprint.model import BoolArray, Contours, FloatArray, Seed, Surface, SurfaceCurves, SurfacePoints
+from geoprint.model import BoolArray, Contours, FloatArray, Source, Surface, SurfaceCurves, SurfacePoints
 from tests.distance.bands import band
 from tests.distance.polygons import segments_of
 from tests.shared_data import shared
@@ -97,7 +97,7 @@ def unrolled(places: FloatArray, centre: FloatArray, shape: Cone) -> FloatArray:
 def test_rings_on_a_developable_band_are_even_and_closed(shape: Cone) -> None:
     surface = shape.surface()
     assert flattened(surface).continuation is not UNCUT
-    contours = Lscm(surface).contours(boundary_seed(surface), spacing=1.0)
+    contours = Lscm(surface).contours(boundary_source(surface), spacing=1.0)
     _, ratios = spacings(surface, contours)
     assert ratios.std() / ratios.mean() < 0.002
     assert ratios.mean() == pytest.approx(1.0, abs=1e-3)
@@ -109,14 +109,14 @@ def test_a_cylinder_band_is_measured_to_its_two_loops_as_a_strip_is_to_its_two_l
     surface = CYLINDER.surface()
     z = surface.vertices[:, 2]
     np.testing.assert_allclose(
-        Lscm(surface).distance(boundary_seed(surface)).values, np.minimum(z, 15.0 - z), atol=2e-3
+        Lscm(surface).distance(boundary_source(surface)).values, np.minimum(z, 15.0 - z), atol=2e-3
     )
 
 
 def test_on_the_tricuspid_leaflets_nothing_is_worse_at_the_cut_than_elsewhere() -> None:
     part, _ = prepare(load(shared("hearts/trivalve11_healthy_leaflets.ply"), unit="mm"))
     surface = refine(part, edge_length=Lscm.edge_length(part, spacing=1.0))
-    contours = Lscm(surface).contours(boundary_seed(surface), spacing=1.0)
+    contours = Lscm(surface).contours(boundary_source(surface), spacing=1.0)
     places, ratios = spacings(surface, contours)
     near = PolylineDistance([cut_places(surface)], step=0.05)(places) < 3.0
     assert near.sum() > 100
@@ -137,7 +137,7 @@ def prism() -> Surface:
 def test_rings_on_a_prism_are_its_sections_wherever_it_is_cut(monkeypatch: pytest.MonkeyPatch, steps: int) -> None:
     surface = prism()
     with_other_cut(monkeypatch, steps)
-    contours = Lscm(surface).contours(boundary_seed(surface), spacing=1.0)
+    contours = Lscm(surface).contours(boundary_source(surface), spacing=1.0)
     heights = positions(surface, contours.curves.points)[:, 2]
     wanted = np.repeat(contours.levels + 0.5, np.diff(contours.curves.offsets))
     np.testing.assert_allclose(np.minimum(heights, 15.0 - heights), wanted, atol=1e-6)
@@ -149,9 +149,9 @@ def test_rings_on_a_prism_are_its_sections_wherever_it_is_cut(monkeypatch: pytes
 def test_another_cut_moves_no_curve_but_corners_by_part_of_a_pixel(monkeypatch: pytest.MonkeyPatch, steps: int) -> None:
     surface = band(low=20.0, high=8.0, height=20.0, bulge=2.0, wave=2.0)
     backend = Lscm(surface)
-    wanted = backend.contours(boundary_seed(surface), spacing=1.0)
+    wanted = backend.contours(boundary_source(surface), spacing=1.0)
     with_other_cut(monkeypatch, steps)
-    found = Lscm(surface).contours(boundary_seed(surface), spacing=1.0)
+    found = Lscm(surface).contours(boundary_source(surface), spacing=1.0)
     first, second = (
         [[line for line, own in zip(lines_of(surface, c), c.levels, strict=True) if own == level] for level in range(6)]
         for c in (wanted, found)
@@ -162,11 +162,13 @@ def test_another_cut_moves_no_curve_but_corners_by_part_of_a_pixel(monkeypatch: 
     assert moved.max() < 0.75 * backend.shown(spacing=1.0).pixel
 
 
-@pytest.mark.parametrize("seed", ["border", "point"])
+@pytest.mark.parametrize("source", ["border", "point"])
 @pytest.mark.parametrize("steps", [1, 20, 36])
-def test_distances_do_not_tell_where_the_cut_runs(monkeypatch: pytest.MonkeyPatch, steps: int, seed: str) -> None:
+def test_distances_do_not_tell_where_the_cut_runs(monkeypatch: pytest.MonkeyPatch, steps: int, source: str) -> None:
     surface = band(low=20.0, high=8.0, height=20.0, bulge=2.0, wave=2.0)
-    start = boundary_seed(surface) if seed == "border" else point_seed(surface, surface.vertices[300], tolerance=0.1)
+    start = (
+        boundary_source(surface) if source == "border" else point_source(surface, surface.vertices[300], tolerance=0.1)
+    )
     wanted = Lscm(surface).distance(start).values
     with_other_cut(monkeypatch, steps)
     np.testing.assert_allclose(Lscm(surface).distance(start).values, wanted, atol=1e-6)
@@ -177,7 +179,7 @@ def test_distances_do_not_tell_where_the_cut_runs(monkeypatch: pytest.MonkeyPatc
 def test_around_a_point_curves_are_circles_that_close_round_the_band(vertex: int, shape: Cone) -> None:
     surface, spacing = shape.surface((180, 40)), 2.0
     backend, centre = Lscm(surface), surface.vertices[vertex]
-    contours = backend.contours(point_seed(surface, centre, tolerance=0.1), spacing=spacing)
+    contours = backend.contours(point_source(surface, centre, tolerance=0.1), spacing=spacing)
     wanted = np.repeat((contours.levels + 0.5) * spacing, np.diff(contours.curves.offsets))
     found = unrolled(positions(surface, contours.curves.points), centre, shape)
     # The mesh is not quite the cone; behind the band curves have corners.
@@ -192,18 +194,18 @@ def test_around_a_point_curves_are_circles_that_close_round_the_band(vertex: int
 def test_every_point_of_the_cut_can_be_the_seed() -> None:
     surface = CYLINDER.surface()
     for corner in cut_places(surface)[1:-1:4]:
-        found = Lscm(surface).distance(point_seed(surface, corner, tolerance=0.1)).values
+        found = Lscm(surface).distance(point_source(surface, corner, tolerance=0.1)).values
         np.testing.assert_allclose(found, unrolled(surface.vertices, corner, CYLINDER), atol=0.02)
 
 
 @pytest.mark.parametrize("loop", [0, 1])
 def test_from_one_loop_levels_are_rings_as_far_from_it(loop: int) -> None:
     surface = CYLINDER.surface()
-    curves = boundary_seed(surface).curves
+    curves = boundary_source(surface).curves
     first, last = curves.offsets[loop : loop + 2]
     points = SurfacePoints(curves.points.faces[first:last], curves.points.weights[first:last])
-    seed = Seed(SurfaceCurves(points, np.array([0, last - first]), np.array([True])))
-    contours = Lscm(surface).contours(seed, spacing=2.0)
+    source = Source(SurfaceCurves(points, np.array([0, last - first]), np.array([True])))
+    contours = Lscm(surface).contours(source, spacing=2.0)
     base = float(positions(surface, points)[0, 2])
     away = np.abs(positions(surface, contours.curves.points)[:, 2] - base)
     wanted = np.repeat((contours.levels + 0.5) * 2.0, np.diff(contours.curves.offsets))
@@ -214,7 +216,7 @@ def test_from_one_loop_levels_are_rings_as_far_from_it(loop: int) -> None:
 
 def test_larger_distances_lie_on_the_left_all_round() -> None:
     surface = band(low=12.0, high=12.0, height=15.0, wave=2.0)
-    contours = Lscm(surface).contours(boundary_seed(surface), spacing=1.5)
+    contours = Lscm(surface).contours(boundary_source(surface), spacing=1.5)
     cut = PolylineDistance([cut_places(surface)], step=0.05)
     crossing = 0
     for line, level in zip(lines_of(surface, contours), contours.levels, strict=True):

@@ -21,7 +21,7 @@ from geoprint.distance.lscm_seam import (
 from geoprint.errors import FieldError, InputError
 from geoprint.geometry import (
     boundary_loops,
-    boundary_seed,
+    boundary_source,
     describe,
     edge_lengths,
     face_areas,
@@ -325,7 +325,7 @@ def test_ring_spacing_on_a_cap_is_the_predicted_one() -> None:
     surface = spherical_cap(radius=radius, angle=angle, rings=60, jitter_seed=1)
     # Areas kept, the chart of the cap is a disc of the radius 2 r sin(angle / 2).
     wanted = 2 * radius * np.sin(angle / 2) / rounds
-    contours = BACKENDS["lscm"](surface).contours(boundary_seed(surface), spacing=wanted)
+    contours = BACKENDS["lscm"](surface).contours(boundary_source(surface), spacing=wanted)
     levels = np.repeat(contours.levels, np.diff(contours.curves.offsets))
     polar = np.arccos(np.clip(positions(surface, contours.curves.points)[:, 2] / radius, -1.0, 1.0))
     predicted = predicted_spacing(surface, conformal_chart(surface), contours.curves.points)

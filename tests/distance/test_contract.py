@@ -24,7 +24,7 @@ from geoprint.distance import (
 )
 from geoprint.distance.interface import diagnostics
 from geoprint.errors import FieldError, UsageError
-from geoprint.geometry import PolylineDistance, boundary_seed, even_points, positions, refine
+from geoprint.geometry import PolylineDistance, boundary_source, even_points, positions, refine
 from geoprint.model import Contours, FloatArray, ScalarField, Surface
 from tests.distance.bands import band
 from tests.meshes import cylinder_patch, plate, spherical_cap
@@ -38,7 +38,7 @@ EXACT = 1e-5
 
 
 def distance(name: str, surface: Surface) -> FloatArray:
-    return BACKENDS[name](surface).distance(boundary_seed(surface)).values
+    return BACKENDS[name](surface).distance(boundary_source(surface)).values
 
 
 def lopsided_cap() -> Surface:
@@ -69,8 +69,8 @@ def plate_distance(surface: Surface, size: tuple[float, float]) -> FloatArray:
 def test_distance_is_zero_at_the_seed_and_nowhere_negative(name: str) -> None:
     surface = spherical_cap(rings=12, jitter_seed=2)
     values = distance(name, surface)
-    seed = boundary_seed(surface)
-    rim = np.unique(surface.faces[seed.curves.points.faces][seed.curves.points.weights > 0.5])
+    source = boundary_source(surface)
+    rim = np.unique(surface.faces[source.curves.points.faces][source.curves.points.weights > 0.5])
     np.testing.assert_allclose(values[rim], 0.0, atol=1e-12)
     assert values.min() >= 0.0
     assert values.max() > 20.0
@@ -139,7 +139,7 @@ def test_renumbering_moves_no_distance_far(name: str) -> None:
 def test_contours_lie_half_a_spacing_and_then_whole_spacings_from_the_seed(name: str) -> None:
     size = (40.0, 30.0)
     surface = plate(size, (80, 60), jitter_seed=5)
-    contours = BACKENDS[name](surface).contours(boundary_seed(surface), spacing=2.0)
+    contours = BACKENDS[name](surface).contours(boundary_source(surface), spacing=2.0)
     places = positions(surface, contours.curves.points)
     wanted = np.repeat((contours.levels + 0.5) * 2.0, np.diff(contours.curves.offsets))
     found = np.minimum(
@@ -165,7 +165,7 @@ def test_a_part_with_the_edges_asked_for_gets_even_contours(name: str) -> None:
     part = cylinder_patch(radius=30.0, angle=1.0, length=24.0, divisions=(6, 5), jitter_seed=3)
     spacing = 1.0
     surface = refine(part, edge_length=BACKENDS[name].edge_length(part, spacing=spacing))
-    contours = BACKENDS[name](surface).contours(boundary_seed(surface), spacing=spacing)
+    contours = BACKENDS[name](surface).contours(boundary_source(surface), spacing=spacing)
     ratios = spacing_ratios(surface, contours)
     assert ratios.mean() == pytest.approx(1.0, abs=0.005)
     assert ratios.std() < 0.01
@@ -176,14 +176,14 @@ def test_a_part_with_the_edges_asked_for_gets_even_contours(name: str) -> None:
 def test_a_meaningless_spacing_is_refused(name: str, spacing: float) -> None:
     surface = plate()
     with pytest.raises(UsageError, match="spacing"):
-        BACKENDS[name](surface).contours(boundary_seed(surface), spacing=spacing)
+        BACKENDS[name](surface).contours(boundary_source(surface), spacing=spacing)
 
 
 @every_backend
 def test_a_spacing_larger_than_the_part_names_one_that_fits(name: str) -> None:
     surface = plate()
     with pytest.raises(FieldError, match="choose a spacing below"):
-        BACKENDS[name](surface).contours(boundary_seed(surface), spacing=100.0)
+        BACKENDS[name](surface).contours(boundary_source(surface), spacing=100.0)
 
 
 # The slope of a field: known on a plate, broken on its diagonals, and reported by area.

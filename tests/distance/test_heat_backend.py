@@ -1,4 +1,4 @@
-"""The heat method: known distances, seeds inside the surface, refusals."""
+"""The heat method: known distances, sources inside the surface, refusals."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from geoprint.distance import heat as backend
 from geoprint.distance.heat import Heat, held_vertices
 from geoprint.distance.sparse_solver import SymmetricSolver, nested_dissection, picked, superlu
 from geoprint.errors import FieldError, UsageError
-from geoprint.geometry import boundary_seed, cotangent_laplacian, point_seed
-from geoprint.model import IntArray, Seed, Surface, SurfaceCurves, SurfacePoints
+from geoprint.geometry import boundary_source, cotangent_laplacian, point_source
+from geoprint.model import IntArray, Source, Surface, SurfaceCurves, SurfacePoints
 from tests.meshes import annulus, disc, plate, sphere, spherical_cap
 
 
 def test_distance_from_the_rim_of_a_cap_is_the_arc() -> None:
     radius, angle = 30.0, 1.0
     surface = spherical_cap(radius=radius, angle=angle, rings=60, jitter_seed=1)
-    found = Heat(surface).distance(boundary_seed(surface)).values
+    found = Heat(surface).distance(boundary_source(surface)).values
     polar = np.arccos(np.clip(surface.vertices[:, 2] / radius, -1, 1))
     np.testing.assert_allclose(found, radius * (angle - polar), atol=0.1)
 
@@ -30,26 +30,26 @@ def test_distance_from_the_rim_of_a_cap_is_the_arc() -> None:
 def test_distance_from_a_point_of_a_sphere_is_the_great_circle() -> None:
     surface = sphere(radius=20.0, subdivisions=5)
     pole = np.array([0.3, 0.2, 20.0])
-    found = Heat(surface).distance(point_seed(surface, pole, tolerance=1.0)).values
+    found = Heat(surface).distance(point_source(surface, pole, tolerance=1.0)).values
     angle = np.arccos(np.clip(surface.vertices @ pole / np.linalg.norm(pole) / 20.0, -1, 1))
     assert np.abs(found - 20.0 * angle).mean() < 0.1
 
 
 def test_vertices_of_the_seed_are_held_at_zero_and_no_other() -> None:
     surface = disc(rings=6)
-    held, distances = held_vertices(surface, boundary_seed(surface))
+    held, distances = held_vertices(surface, boundary_source(surface))
     assert held.size == 36
     np.testing.assert_array_equal(distances, 0.0)
 
 
 def test_a_seed_inside_a_triangle_holds_its_corners_at_their_straight_distance() -> None:
     surface = plate((4.0, 4.0), (2, 2))
-    seed = Seed(
+    source = Source(
         SurfaceCurves(
             SurfacePoints(np.array([0]), np.array([[1 / 3, 1 / 3, 1 / 3]])), np.array([0, 1]), np.array([False])
         )
     )
-    held, distances = held_vertices(surface, seed)
+    held, distances = held_vertices(surface, source)
     corners = surface.vertices[surface.faces[0]]
     assert sorted(held.tolist()) == sorted(surface.faces[0].tolist())
     wanted = np.linalg.norm(surface.vertices[held] - corners.mean(axis=0), axis=1)
@@ -60,7 +60,7 @@ def test_a_seed_curve_across_a_triangle_holds_its_corners_at_their_distance_from
     surface = Surface(np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0], [4, 4, 0]]), np.array([[0, 1, 2], [1, 3, 2]]))
     # From (2, 0) to (0, 2) across the first triangle.
     points = SurfacePoints(np.array([0, 0]), np.array([[0.5, 0.5, 0.0], [0.5, 0.0, 0.5]]))
-    held, distances = held_vertices(surface, Seed(SurfaceCurves(points, np.array([0, 2]), np.array([False]))))
+    held, distances = held_vertices(surface, Source(SurfaceCurves(points, np.array([0, 2]), np.array([False]))))
     assert held.tolist() == [0, 1, 2]
     np.testing.assert_allclose(distances, [np.sqrt(2.0), 2.0, 2.0], atol=1e-12)
 
@@ -69,23 +69,23 @@ def test_a_seed_curve_across_a_triangle_holds_its_corners_at_their_distance_from
 def test_a_point_a_billionth_of_an_edge_off_a_vertex_is_that_vertex(off: float, held: int) -> None:
     surface = Surface(np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0], [4, 4, 0]]), np.array([[0, 1, 2], [1, 3, 2]]))
     point = SurfacePoints(np.array([0]), np.array([[1.0 - off, off, 0.0]]))
-    found, distances = held_vertices(surface, Seed(SurfaceCurves(point, np.array([0, 1]), np.array([False]))))
+    found, distances = held_vertices(surface, Source(SurfaceCurves(point, np.array([0, 1]), np.array([False]))))
     assert found.tolist() == [0, 1, 2][:held]
     np.testing.assert_allclose(distances, [0.0, 4.0, 4.0][:held], atol=1e-6)
 
 
 def test_heat_flows_for_half_a_squared_edge_and_is_fitted_twelve_times_where_nothing_else_is_said() -> None:
     surface = spherical_cap(rings=6, jitter_seed=1)
-    seed = boundary_seed(surface)
-    found = Heat(surface).distance(seed).values
-    said = Heat(surface, time_factor=0.5, renormalisations=12).distance(seed).values
+    source = boundary_source(surface)
+    found = Heat(surface).distance(source).values
+    said = Heat(surface, time_factor=0.5, renormalisations=12).distance(source).values
     np.testing.assert_array_equal(found, said)
 
 
 def test_a_seed_that_holds_every_vertex_is_refused() -> None:
     surface = Surface(np.array([[0.0, 0, 0], [4, 0, 0], [0, 4, 0]]), np.array([[0, 1, 2]]))
     with pytest.raises(FieldError, match="every vertex"):
-        Heat(surface).distance(boundary_seed(surface))
+        Heat(surface).distance(boundary_source(surface))
 
 
 def test_heat_that_does_not_arrive_is_an_error_and_not_a_zero() -> None:
@@ -95,15 +95,15 @@ def test_heat_that_does_not_arrive_is_an_error_and_not_a_zero() -> None:
         np.concatenate([one.faces, one.faces + len(one.vertices)]),
     )
     with pytest.raises(FieldError, match=r"heat does not reach 9 of 18|singular"):
-        Heat(both).distance(point_seed(both, np.array([0.0, 0.0, 0.0]), tolerance=1.0))
+        Heat(both).distance(point_source(both, np.array([0.0, 0.0, 0.0]), tolerance=1.0))
 
 
 def test_distance_is_right_where_heat_is_colder_than_the_smallest_number() -> None:
     length = 3000.0
     surface = plate((length, 2.0), (1500, 1))
     end = SurfacePoints(np.array([0]), np.array([[1.0, 0.0, 0.0]]))
-    seed = Seed(SurfaceCurves(end, np.array([0, 1]), np.array([False])))
-    found = Heat(surface).distance(seed).values
+    source = Source(SurfaceCurves(end, np.array([0, 1]), np.array([False])))
+    found = Heat(surface).distance(source).values
     start = surface.vertices[surface.faces[0, 0]]
     far = surface.vertices[:, 0] > 0.5 * length
     wanted = np.linalg.norm(surface.vertices - start, axis=1)
@@ -115,10 +115,10 @@ def test_a_strip_that_heat_leaves_three_times_has_the_distance_of_a_short_one() 
     surface = plate((2000.0, 3.0), (2000, 3), jitter_seed=4)
     ends = np.flatnonzero(surface.vertices[:, 0] == 0.0)
     faces, corners = np.nonzero(np.isin(surface.faces, ends))
-    seed = Seed(
+    source = Source(
         SurfaceCurves(SurfacePoints(faces, np.eye(3)[corners]), np.arange(faces.size + 1), np.zeros(faces.size, "bool"))
     )
-    found = Heat(surface).distance(seed).values
+    found = Heat(surface).distance(source).values
     np.testing.assert_allclose(found, surface.vertices[:, 0], rtol=5e-4, atol=0.02)
 
 
@@ -128,7 +128,7 @@ def test_each_renormalisation_comes_nearer_to_the_distance() -> None:
     x, y = surface.vertices[:, 0], surface.vertices[:, 1]
     wanted = np.minimum(np.minimum(x, size[0] - x), np.minimum(y, size[1] - y))
     errors = [
-        np.abs(Heat(surface, renormalisations=count).distance(boundary_seed(surface)).values - wanted).mean()
+        np.abs(Heat(surface, renormalisations=count).distance(boundary_source(surface)).values - wanted).mean()
         for count in (0, 3, 12)
     ]
     assert errors[1] < 0.7 * errors[0]
@@ -140,14 +140,14 @@ def test_slivers_do_not_spoil_the_distance_on_a_plane() -> None:
     surface = plate((40.0, 40.0), (8, 160), jitter_seed=3)
     x, y = surface.vertices[:, 0], surface.vertices[:, 1]
     wanted = np.minimum(np.minimum(x, 40.0 - x), np.minimum(y, 40.0 - y))
-    found = Heat(surface).distance(boundary_seed(surface)).values
+    found = Heat(surface).distance(boundary_source(surface)).values
     assert np.abs(found - wanted).mean() < 0.05 * 3.0
 
 
 def test_the_same_seed_is_solved_once_and_another_gives_its_own_distance() -> None:
     surface = spherical_cap(rings=10, jitter_seed=1)
     solver = Heat(surface)
-    rim, pole = boundary_seed(surface), point_seed(surface, np.array([0.0, 0.0, 30.0]), tolerance=1.0)
+    rim, pole = boundary_source(surface), point_source(surface, np.array([0.0, 0.0, 30.0]), tolerance=1.0)
     first = solver.distance(rim)
     assert solver.distance(rim) is first
     assert solver.contours(rim, spacing=3.0).distance is first
@@ -160,7 +160,7 @@ def test_a_hole_is_a_border_that_heat_does_not_cross() -> None:
     # From a point of the outer rim of a ring to the opposite one: around the hole, not across it.
     surface = annulus(inner=8.0, outer=20.0, divisions=(120, 30), jitter_seed=2)
     start = np.array([20.0, 0.0, 0.0])
-    found = Heat(surface).distance(point_seed(surface, start, tolerance=1.0)).values
+    found = Heat(surface).distance(point_source(surface, start, tolerance=1.0)).values
     opposite = int(np.argmin(np.linalg.norm(surface.vertices + start, axis=1)))
     touching = np.arccos(8.0 / 20.0)
     assert found[opposite] == pytest.approx(2 * np.sqrt(20.0**2 - 8.0**2) + 8.0 * (np.pi - 2 * touching), rel=0.01)
@@ -196,7 +196,7 @@ def test_the_solver_solves() -> None:
 def test_factors_are_let_go_once_they_have_served(beside: int, most: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Those of large systems are made one after the other, and what they find is the same."""
     surface = spherical_cap(radius=30.0, angle=1.0, rings=20)
-    wanted = Heat(surface).distance(boundary_seed(surface)).values
+    wanted = Heat(surface).distance(boundary_source(surface)).values
     made: list[weakref.ref[SymmetricSolver]] = []
     alive: list[int] = []
 
@@ -209,14 +209,14 @@ def test_factors_are_let_go_once_they_have_served(beside: int, most: int, monkey
     monkeypatch.setattr(backend, "SymmetricSolver", solver)
     monkeypatch.setattr(backend, "BESIDE", beside)
     heat = Heat(surface)
-    found = heat.distance(boundary_seed(surface)).values
+    found = heat.distance(boundary_source(surface)).values
     gc.collect()
 
     assert found.tobytes() == wanted.tobytes()
     assert len(made) == 2
     assert max(alive) <= most
     assert not any(each() is not None for each in made)
-    assert heat.distance(boundary_seed(surface)).values.tobytes() == wanted.tobytes()
+    assert heat.distance(boundary_source(surface)).values.tobytes() == wanted.tobytes()
     assert len(made) == 2
 
 

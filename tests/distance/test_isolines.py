@@ -8,7 +8,7 @@ from hypothesis import given, settings, strategies as st
 
 from geoprint.distance.fast_marching import FastMarching, tips_beyond
 from geoprint.distance.isolines import isolines
-from geoprint.geometry import boundary_seed, face_normals, gradient, positions
+from geoprint.geometry import boundary_source, face_normals, gradient, positions
 from geoprint.model import FloatArray, IntArray, ScalarField, Surface, SurfaceCurves, SurfacePoints
 from tests.meshes import disc, plate, sphere
 
@@ -150,7 +150,7 @@ def test_nothing_is_led_over_the_border_or_from_a_point_on_the_side_itself() -> 
 @pytest.mark.parametrize("seed", range(3))
 def test_inner_level_curves_of_a_plate_reach_most_corners(seed: int) -> None:
     surface = plate((40.0, 30.0), (40, 30), jitter_seed=seed)
-    contours = FastMarching(surface).contours(boundary_seed(surface), spacing=1.3)
+    contours = FastMarching(surface).contours(boundary_source(surface), spacing=1.3)
     places = positions(surface, contours.curves.points)
     inset = (np.arange(10) + 0.5) * 1.3
     corners = np.array([[x, y, 0.0] for d in inset for x in (d, 40.0 - d) for y in (d, 30.0 - d)])

@@ -1,4 +1,4 @@
-"""The paper's pipeline of chart, raster, lift: exact on the plane from any seed, elsewhere as the scale predicts."""
+"""The paper's pipeline of chart, raster, lift: exact on the plane from any source, elsewhere as the scale predicts."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from geoprint.errors import FieldError, UsageError
 from geoprint.geometry import (
     PolylineDistance,
     boundary_loops,
-    boundary_seed,
+    boundary_source,
     closest,
     edge_lengths,
     even_points,
     face_areas,
-    point_seed,
+    point_source,
     positions,
 )
-from geoprint.model import Contours, FloatArray, Seed, Surface, SurfaceCurves, SurfacePoints
+from geoprint.model import Contours, FloatArray, Source, Surface, SurfaceCurves, SurfacePoints
 from tests.distance.polygons import LETTER, LETTER_HOLES, segments_of, slow_distances, star, triangulated
 from tests.meshes import annulus, cylinder_patch, plate, sphere, spherical_cap
 
@@ -53,17 +53,17 @@ def at_kink(points: FloatArray, segments: FloatArray, *, pixel: float) -> np.nda
     return bent
 
 
-def curve_seed(surface: Surface, xyz: FloatArray) -> Seed:
+def curve_source(surface: Surface, xyz: FloatArray) -> Source:
     points, _ = closest(surface, xyz)
-    return Seed(SurfaceCurves(points, np.array([0, len(xyz)]), np.array([False])))
+    return Source(SurfaceCurves(points, np.array([0, len(xyz)]), np.array([False])))
 
 
-def loop_seed(surface: Surface, loop: int) -> Seed:
-    """Return one boundary loop of several as a seed."""
-    curves = boundary_seed(surface).curves
+def loop_source(surface: Surface, loop: int) -> Source:
+    """Return one boundary loop of several as a source."""
+    curves = boundary_source(surface).curves
     first, last = curves.offsets[loop : loop + 2]
     points = SurfacePoints(curves.points.faces[first:last], curves.points.weights[first:last])
-    return Seed(SurfaceCurves(points, np.array([0, last - first]), np.array([True])))
+    return Source(SurfaceCurves(points, np.array([0, last - first]), np.array([True])))
 
 
 @pytest.mark.parametrize("surface", [plate(jitter_seed=1), cylinder_patch(jitter_seed=2)], ids=["plate", "cylinder"])
@@ -96,7 +96,7 @@ def test_the_chart_of_a_cap_is_the_stereographic_projection() -> None:
 def test_spacing_on_a_cap_varies_as_the_conformal_factor_predicts() -> None:
     radius, angle = 30.0, 1.0
     surface = spherical_cap(radius=radius, angle=angle, rings=60, jitter_seed=1)
-    contours = Lscm(surface).contours(boundary_seed(surface), spacing=0.5)
+    contours = Lscm(surface).contours(boundary_source(surface), spacing=0.5)
     polar = np.arccos(np.clip(positions(surface, contours.curves.points)[:, 2] / radius, -1, 1))
     levels = np.repeat(contours.levels, np.diff(contours.curves.offsets))
     mean_polar = np.array([polar[levels == level].mean() for level in range(int(levels.max()) + 1)])
@@ -125,7 +125,7 @@ def test_on_the_plane_curves_are_as_far_from_the_border_and_from_each_other_as_w
     loops = REGIONS[name]
     surface, border, spacing = triangulated(*loops, width=1.2), segments_of(*loops), 1.0
     backend = Lscm(surface)
-    contours = backend.contours(boundary_seed(surface), spacing=spacing)
+    contours = backend.contours(boundary_source(surface), spacing=spacing)
     lines, pixel = lines_of(surface, contours), backend.shown(spacing=spacing).pixel
     assert contours.curves.closed.all()
     nodes = np.vstack(lines)[:, :2]
@@ -146,10 +146,10 @@ def test_on_the_plane_curves_are_as_far_from_the_border_and_from_each_other_as_w
 
 def test_a_turned_and_enlarged_copy_has_the_same_curves() -> None:
     surface = triangulated(LETTER, *LETTER_HOLES, width=1.5)
-    wanted = Lscm(surface).contours(boundary_seed(surface), spacing=1.1)
+    wanted = Lscm(surface).contours(boundary_source(surface), spacing=1.1)
     turn = Rotation.from_euler("xyz", [20.0, 50.0, 130.0], degrees=True).as_matrix()
     copy = Surface(2.7 * surface.vertices @ turn.T + [7.0, -50.0, 400.0], surface.faces)
-    found = Lscm(copy).contours(boundary_seed(copy), spacing=2.7 * 1.1)
+    found = Lscm(copy).contours(boundary_source(copy), spacing=2.7 * 1.1)
     np.testing.assert_array_equal(found.levels, wanted.levels)
     assert found.curves.points.faces.size == wanted.curves.points.faces.size
     places = 2.7 * positions(surface, wanted.curves.points) @ turn.T + [7.0, -50.0, 400.0]
@@ -158,15 +158,15 @@ def test_a_turned_and_enlarged_copy_has_the_same_curves() -> None:
 
 def test_distance_is_the_exact_one_of_the_chart_whatever_the_raster() -> None:
     surface = triangulated(LETTER, *LETTER_HOLES, width=1.5)
-    seed, border = boundary_seed(surface), segments_of(LETTER, *LETTER_HOLES)
-    values = Lscm(surface).distance(seed).values
+    source, border = boundary_source(surface), segments_of(LETTER, *LETTER_HOLES)
+    values = Lscm(surface).distance(source).values
     np.testing.assert_allclose(values, slow_distances(surface.vertices[:, :2], border), atol=1e-9)
-    np.testing.assert_array_equal(Lscm(surface, resolution=40).distance(seed).values, values)
+    np.testing.assert_array_equal(Lscm(surface, resolution=40).distance(source).values, values)
 
 
 def test_larger_distances_lie_on_the_left_seen_from_outside() -> None:
     surface = triangulated(LETTER, *LETTER_HOLES, width=1.5)
-    contours = Lscm(surface).contours(boundary_seed(surface), spacing=1.5)
+    contours = Lscm(surface).contours(boundary_source(surface), spacing=1.5)
     border, rises = segments_of(LETTER, *LETTER_HOLES), list[FloatArray]()
     for line in lines_of(surface, contours):
         along = np.diff(line[:, :2], axis=0)
@@ -181,7 +181,7 @@ def test_around_a_point_curves_are_circles_that_end_at_the_border() -> None:
     surface = plate((40.0, 30.0), (32, 24), jitter_seed=1)
     centre = np.array([13.3, 12.1, 0.0])
     backend = Lscm(surface)
-    contours = backend.contours(point_seed(surface, centre, tolerance=0.1), spacing=2.0)
+    contours = backend.contours(point_source(surface, centre, tolerance=0.1), spacing=2.0)
     pixel = backend.shown(spacing=2.0).pixel
     lines = lines_of(surface, contours)
     nodes = np.vstack(lines)
@@ -200,12 +200,12 @@ def test_around_a_point_curves_are_circles_that_end_at_the_border() -> None:
 def test_beside_a_curve_through_triangles_levels_are_strips_on_both_sides() -> None:
     surface = plate((40.0, 30.0), (17, 13), jitter_seed=2)
     y = np.linspace(0.0, 30.0, 400)
-    seed = curve_seed(surface, np.column_stack([np.full(400, 17.7), y, np.zeros(400)]))
+    source = curve_source(surface, np.column_stack([np.full(400, 17.7), y, np.zeros(400)]))
     backend = Lscm(surface)
-    np.testing.assert_allclose(backend.distance(seed).values, np.abs(surface.vertices[:, 0] - 17.7), atol=1e-9)
-    contours = backend.contours(seed, spacing=2.0)
+    np.testing.assert_allclose(backend.distance(source).values, np.abs(surface.vertices[:, 0] - 17.7), atol=1e-9)
+    contours = backend.contours(source, spacing=2.0)
     x = positions(surface, contours.curves.points)[:, 0]
-    # Beyond the border, where curves are cut, the seed has ended and its distance bends.
+    # Beyond the border, where curves are cut, the source has ended and its distance bends.
     np.testing.assert_allclose(np.abs(x - 17.7), node_levels(contours), atol=0.0025)
     counts = np.bincount(contours.levels)
     assert counts[:9].tolist() == [2] * 9
@@ -216,7 +216,7 @@ def test_beside_a_curve_through_triangles_levels_are_strips_on_both_sides() -> N
 @pytest.mark.parametrize("loop", [0, 1], ids=["rim", "hole"])
 def test_from_one_of_two_loops_levels_are_rings_about_it(loop: int) -> None:
     surface = annulus(inner=8.0, outer=20.0, divisions=(240, 12))
-    contours = Lscm(surface).contours(loop_seed(surface, loop), spacing=2.0)
+    contours = Lscm(surface).contours(loop_source(surface, loop), spacing=2.0)
     radii = np.linalg.norm(positions(surface, contours.curves.points), axis=1)
     start, inwards = ((20.0, -1.0), (8.0, 1.0))[loop]
     np.testing.assert_allclose(radii, start + inwards * node_levels(contours), atol=0.01)
@@ -226,13 +226,13 @@ def test_from_one_of_two_loops_levels_are_rings_about_it(loop: int) -> None:
 
 def test_a_hole_is_crossed_by_the_straight_distance_of_a_point() -> None:
     surface = annulus(inner=8.0, outer=20.0, divisions=(120, 12))
-    values = Lscm(surface).distance(point_seed(surface, np.array([-14.0, 0.0, 0.0]), tolerance=0.1)).values
+    values = Lscm(surface).distance(point_source(surface, np.array([-14.0, 0.0, 0.0]), tolerance=0.1)).values
     np.testing.assert_allclose(values, np.linalg.norm(surface.vertices - [-14.0, 0, 0], axis=1), atol=0.01)
 
 
 def test_every_loop_of_a_holed_part_bounds_and_seeds_it() -> None:
     surface = annulus(inner=8.0, outer=20.0, divisions=(240, 12))
-    contours = Lscm(surface).contours(boundary_seed(surface), spacing=2.0)
+    contours = Lscm(surface).contours(boundary_source(surface), spacing=2.0)
     radii = [float(np.linalg.norm(line, axis=1).mean()) for line in lines_of(surface, contours)]
     assert sorted(round(radius) for radius in radii) == [9, 11, 13, 15, 17, 19]
     assert np.bincount(contours.levels).tolist() == [2, 2, 2]
@@ -243,7 +243,7 @@ def test_half_the_border_is_a_seed_of_its_own() -> None:
     loop = boundary_loops(surface)[0]
     bottom = loop[surface.vertices[loop, 1] == 0.0]
     xyz = surface.vertices[bottom[np.argsort(surface.vertices[bottom, 0])]]
-    contours = Lscm(surface).contours(curve_seed(surface, xyz), spacing=2.0)
+    contours = Lscm(surface).contours(curve_source(surface, xyz), spacing=2.0)
     places = positions(surface, contours.curves.points)
     np.testing.assert_allclose(places[:, 1], node_levels(contours), atol=0.0025)
     assert contours.levels.max() == 14
@@ -272,10 +272,10 @@ def test_the_raster_of_a_turned_part_is_as_fine_though_its_size_is_rounded() -> 
 
 def test_a_given_resolution_is_taken_and_refused_where_paths_would_run_together() -> None:
     surface = plate(jitter_seed=1)
-    seed = boundary_seed(surface)
+    source = boundary_source(surface)
     assert Lscm(surface, resolution=200).shown(spacing=1.0).resolution == 200
     with pytest.raises(FieldError, match=r"pixel of the chart of plate at resolution 32 is 1\.\d+ mm .* at \(.*\) mm"):
-        Lscm(surface, resolution=32).contours(seed, spacing=1.0)
+        Lscm(surface, resolution=32).contours(source, spacing=1.0)
     for resolution in (8, 8193):
         with pytest.raises(UsageError, match="between 16 and 8192"):
             Lscm(surface, resolution=resolution)
@@ -286,7 +286,7 @@ def test_paths_too_fine_for_any_raster_are_refused_with_the_finest_that_fit() ->
     with pytest.raises(
         FieldError, match=r"need a raster of \d+ pixels.*8192 are allowed.*at least (0\.\d+) mm"
     ) as found:
-        Lscm(surface).contours(boundary_seed(surface), spacing=0.01)
+        Lscm(surface).contours(boundary_source(surface), spacing=0.01)
     finest = float(str(found.value).split("at least ")[1].split(" ")[0])
     assert Lscm(surface).shown(spacing=finest).resolution <= 8192
     assert "--resolution" not in str(found.value)
@@ -299,7 +299,7 @@ def test_a_first_level_smaller_than_a_pixel_is_refused() -> None:
     surface = plate((40.0, 40.0), (8, 8))
     with pytest.raises(FieldError, match="longer than a pixel"):
         Lscm(surface, resolution=16).contours(
-            point_seed(surface, np.array([20.0, 20.0, 0.0]), tolerance=0.1), spacing=56.5
+            point_source(surface, np.array([20.0, 20.0, 0.0]), tolerance=0.1), spacing=56.5
         )
 
 

@@ -1,4 +1,4 @@
-"""Fast marching: exact distances known in closed form or from the polyhedron, laws, bad triangles and odd seeds."""
+"""Fast marching: exact distances known in closed form or from the polyhedron, laws, bad triangles and odd sources."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import Delaunay
 from scipy.spatial.transform import Rotation
 
-from geoprint.distance.fast_marching import FLIP_MARGIN, FastMarching, flipped_apart_from, seed_pieces
+from geoprint.distance.fast_marching import FLIP_MARGIN, FastMarching, flipped_apart_from, source_pieces
 from geoprint.distance.intrinsic import intrinsic_triangulation
 from geoprint.distance.isolines import isolines
 from geoprint.errors import FieldError, InputError
-from geoprint.geometry import boundary_seed, closest, edge_lengths, point_seed, positions, refine
-from geoprint.model import FloatArray, IntArray, Seed, Surface, SurfaceCurves, SurfacePoints
+from geoprint.geometry import boundary_source, closest, edge_lengths, point_source, positions, refine
+from geoprint.model import FloatArray, IntArray, Source, Surface, SurfaceCurves, SurfacePoints
 from tests.meshes import annulus, cylinder_patch, disc, plate, sphere, spherical_cap, torus
 
 
-def marched(surface: Surface, seed: Seed | None = None) -> FloatArray:
-    return FastMarching(surface).distance(boundary_seed(surface) if seed is None else seed).values
+def marched(surface: Surface, source: Source | None = None) -> FloatArray:
+    return FastMarching(surface).distance(boundary_source(surface) if source is None else source).values
 
 
 def errors(found: FloatArray, exact: FloatArray, surface: Surface) -> FloatArray:
@@ -29,22 +29,22 @@ def errors(found: FloatArray, exact: FloatArray, surface: Surface) -> FloatArray
     return np.abs(found - exact) / edge_lengths(surface).mean()
 
 
-def point(face: int, weights: tuple[float, float, float]) -> Seed:
+def point(face: int, weights: tuple[float, float, float]) -> Source:
     at = SurfacePoints(np.array([face]), np.array([weights]))
-    return Seed(SurfaceCurves(at, np.array([0, 1]), np.array([False])))
+    return Source(SurfaceCurves(at, np.array([0, 1]), np.array([False])))
 
 
-def curve(surface: Surface, places: FloatArray) -> Seed:
+def curve(surface: Surface, places: FloatArray) -> Source:
     points, _ = closest(surface, places)
-    return Seed(SurfaceCurves(points, np.array([0, len(places)]), np.array([False])))
+    return Source(SurfaceCurves(points, np.array([0, len(places)]), np.array([False])))
 
 
-def exact_from_point(surface: Surface, seed: Seed) -> FloatArray:
+def exact_from_point(surface: Surface, source: Source) -> FloatArray:
     """Return the exact distance on the polyhedron from a point, made a vertex of it."""
-    face = int(seed.curves.points.faces[0])
+    face = int(source.curves.points.faces[0])
     a, b, c = surface.faces[face].tolist()
     new = len(surface.vertices)
-    vertices = np.vstack([surface.vertices, positions(surface, seed.curves.points)])
+    vertices = np.vstack([surface.vertices, positions(surface, source.curves.points)])
     faces = np.vstack([np.delete(surface.faces, face, axis=0), [[a, b, new], [b, c, new], [c, a, new]]])
     return exact_from_vertices(vertices, faces, np.array([new]))[:new]
 
@@ -124,21 +124,21 @@ def test_a_cap_has_the_distances_of_the_sphere() -> None:
 def test_a_point_anywhere_on_the_surface_agrees_with_the_polyhedron(
     surface: Surface, weights: tuple[float, float, float]
 ) -> None:
-    seed = point(200, weights)
+    source = point(200, weights)
     if max(weights) == 1.0:
         exact = exact_from_vertices(surface.vertices, surface.faces, surface.faces[200, :1])
     else:
-        exact = exact_from_point(surface, seed)
-    error = errors(marched(surface, seed), exact, surface)
+        exact = exact_from_point(surface, source)
+    error = errors(marched(surface, source), exact, surface)
     assert error.mean() < 0.015
     assert error.max() < 0.15
 
 
 def test_a_seed_on_a_closed_surface_reaches_its_antipode() -> None:
     surface = sphere(subdivisions=4, jitter_seed=1)
-    seed = point_seed(surface, np.array([0.0, 0.0, 20.0]), tolerance=1.0)
+    source = point_source(surface, np.array([0.0, 0.0, 20.0]), tolerance=1.0)
     exact = 20.0 * np.arccos(np.clip(surface.vertices[:, 2] / 20.0, -1.0, 1.0))
-    error = errors(marched(surface, seed), exact, surface)
+    error = errors(marched(surface, source), exact, surface)
     assert error.mean() < 0.05
     assert error.max() < 0.2
 
@@ -157,7 +157,7 @@ def test_a_curve_across_triangles_is_a_line_not_its_points(*, ends_only: bool) -
 def test_long_chords_are_cut_at_every_edge_without_gaps() -> None:
     surface = plate((40.0, 30.0), (20, 300), jitter_seed=1)
     line = np.array([[7.3, 8.1, 0.0], [15.2, 19.7, 0.0], [24.4, 11.3, 0.0], [33.1, 22.2, 0.0]])
-    pieces = seed_pieces(surface, curve(surface, line), rim=np.zeros((0, 2), dtype=np.int64))
+    pieces = source_pieces(surface, curve(surface, line), rim=np.zeros((0, 2), dtype=np.int64))
     corners = surface.vertices[surface.faces[pieces.faces]]
     ways = np.einsum("kc,kcx->kx", pieces.ends - pieces.starts, corners)
     # Less than a thousandth is left open, where the line passes a vertex.
@@ -197,8 +197,8 @@ def test_a_jagged_rim_is_rounded_at_its_inner_corners() -> None:
     kept = whole.faces[(centres[:, 0] > 12.0) | (centres[:, 1] > 10.0)]
     used, faces = np.unique(kept, return_inverse=True)
     surface = Surface(whole.vertices[used], faces.reshape(-1, 3), name="jagged")
-    seed = boundary_seed(surface)
-    loop = positions(surface, seed.curves.points)
+    source = boundary_source(surface)
+    loop = positions(surface, source.curves.points)
     error = errors(marched(surface), distance_to_polyline(surface.vertices, loop), surface)
     assert error.mean() < 0.02
     assert error.max() < 0.2
@@ -218,7 +218,7 @@ def test_no_distance_exceeds_the_shortest_way_along_edges() -> None:
     lengths = np.linalg.norm(np.diff(surface.vertices[ends], axis=1)[:, 0], axis=1)
     graph = coo_array((lengths, ends.T), shape=(len(surface.vertices), len(surface.vertices)))
     ways = np.asarray(dijkstra(graph.tocsr(), directed=False, indices=np.array([0])))[0]
-    found = marched(surface, point_seed(surface, surface.vertices[0], tolerance=1e-6))
+    found = marched(surface, point_source(surface, surface.vertices[0], tolerance=1e-6))
     straight = np.linalg.norm(surface.vertices - surface.vertices[0], axis=1)
     assert (found <= ways + 1e-9).all()
     assert (found >= 0.999 * straight).all()
@@ -255,10 +255,10 @@ def test_the_error_falls_at_least_with_the_square_of_the_edges() -> None:
 
 def test_level_curves_keep_their_corners_on_a_ridge() -> None:
     surface = plate((40.0, 30.0), (40, 30), jitter_seed=5)
-    seed = boundary_seed(surface)
+    source = boundary_source(surface)
     backend = FastMarching(surface)
-    straight, _ = isolines(surface, backend.distance(seed), levels=np.arange(1.3, 12.0, 2.6))
-    contours = backend.contours(seed, spacing=2.6)
+    straight, _ = isolines(surface, backend.distance(source), levels=np.arange(1.3, 12.0, 2.6))
+    contours = backend.contours(source, spacing=2.6)
     inset = (contours.levels[:5] + 0.5) * 2.6
     corners = np.array([[x, y, 0.0] for d in inset for x in (d, 40.0 - d) for y in (d, 30.0 - d)])
 
@@ -272,10 +272,10 @@ def test_level_curves_keep_their_corners_on_a_ridge() -> None:
 def test_level_curves_of_a_curved_front_do_not_cut_it_short() -> None:
     surface = disc(rings=12, jitter_seed=2)
     # From the centre, so that the rim is round where it matters.
-    seed = point_seed(surface, np.zeros(3), tolerance=1e-6)
+    source = point_source(surface, np.zeros(3), tolerance=1e-6)
     backend = FastMarching(surface)
-    contours = backend.contours(seed, spacing=4.0)
-    straight, levels = isolines(surface, backend.distance(seed), levels=np.array([2.0, 6.0, 10.0, 14.0, 18.0]))
+    contours = backend.contours(source, spacing=4.0)
+    straight, levels = isolines(surface, backend.distance(source), levels=np.array([2.0, 6.0, 10.0, 14.0, 18.0]))
 
     def missed(curves: SurfaceCurves, level: IntArray) -> float:
         radii = np.linalg.norm(positions(surface, curves.points), axis=1)
@@ -315,7 +315,7 @@ def test_a_part_without_seed_is_named() -> None:
 
 
 def test_a_mesh_that_is_all_seed_is_refused() -> None:
-    with pytest.raises(FieldError, match="every vertex of the surface belongs to the seed"):
+    with pytest.raises(FieldError, match="every vertex of the surface belongs to the source"):
         marched(plate((10.0, 10.0), (1, 1)))
 
 

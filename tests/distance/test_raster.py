@@ -8,7 +8,7 @@ from hypothesis import given, settings, strategies as st
 from scipy.ndimage import distance_transform_edt, map_coordinates
 
 from geoprint.distance.distortion import locate
-from geoprint.distance.lscm_raster import DistanceImage, clipped, filled, level_lines, region_image, seed_image
+from geoprint.distance.lscm_raster import DistanceImage, clipped, filled, level_lines, region_image, source_image
 from geoprint.distance.segment_distance import ALL, counted_everywhere, measure_pixels, point_distances
 from geoprint.geometry import closest, positions
 from geoprint.model import FloatArray
@@ -105,7 +105,7 @@ def test_the_zero_level_is_the_border_and_half_a_spacing_is_its_true_offset() ->
 def test_level_curves_are_those_of_the_whole_image_to_the_last_bit(name: str) -> None:
     # More rows than a band has, and a seed from which some levels leave the region.
     region = region_image(segments_of(LETTER @ TURN, *(hole @ TURN for hole in LETTER_HOLES)), resolution=300)
-    image = region if name == "border" else seed_image(region, np.array([[[2.0, 6.0], [3.0, 8.0]]]) @ TURN)
+    image = region if name == "border" else source_image(region, np.array([[[2.0, 6.0], [3.0, 8.0]]]) @ TURN)
     levels = np.linspace(0.02, 0.98, 12) * float(image.values[image.measured].max())
     whole = (0, np.where(image.measured, image.values, np.nan))
     for found, wanted in zip(image.contours(levels), level_lines([whole], levels=levels), strict=True):
@@ -151,7 +151,7 @@ def test_loops_are_filled_by_the_even_odd_rule() -> None:
 def test_distances_from_a_seed_are_straight_also_through_a_hole() -> None:
     region = region_image(segments_of(LETTER, *LETTER_HOLES), resolution=200)
     seed = np.array([[[2.0, 6.0], [2.0, 6.0]]])
-    image = seed_image(region, seed)
+    image = source_image(region, seed)
     beyond = np.array([[11.0, 6.0]])
     assert image.sample(beyond)[0] == pytest.approx(9.0, abs=1e-3)
 

@@ -1,4 +1,4 @@
-"""What is measured of strokes by other means than those that laid them."""
+"""What is measured of paths by other means than those that laid them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from geoprint.fibers import DirectionField
 from geoprint.fibers.fields import face_axes
-from geoprint.model import FloatArray, IntArray, Strokes, Surface, SurfaceCurves
+from geoprint.model import FloatArray, IntArray, Paths, Surface, SurfaceCurves
 
 
 def crossings(surface: Surface, curves: SurfaceCurves) -> int:
@@ -41,9 +41,9 @@ def off_field(field: DirectionField, curves: SurfaceCurves) -> tuple[FloatArray,
     return np.abs(np.angle(np.exp(1j * field.symmetry * turned))) / field.symmetry, lengths
 
 
-def lines(surface: Surface, strokes: Strokes) -> list[FloatArray]:
+def lines(surface: Surface, paths: Paths) -> list[FloatArray]:
     """Return the (k, 3) places of each stroke [mm]."""
-    return [strokes.curves.xyz(surface, curve) for curve in range(strokes.curves.count)]
+    return [paths.curves.xyz(surface, curve) for curve in range(paths.curves.count)]
 
 
 def _pieces(surface: Surface, curves: SurfaceCurves) -> tuple[IntArray, FloatArray, FloatArray]:

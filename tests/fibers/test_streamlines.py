@@ -1,4 +1,4 @@
-"""Streamlines as strokes: known answers on plate, disc and cylinder, how near and how true they run, and refusals."""
+"""Streamlines as paths: known answers on plate, disc and cylinder, how near and how true they run, and refusals."""
 
 from __future__ import annotations
 
@@ -25,20 +25,31 @@ from geoprint.fibers import (
 )
 from geoprint.fibers.fields import angles_in_faces
 from geoprint.fibers.pattern import FibrePattern, lines_along_rim
-from geoprint.geometry import arc_lengths, boundary_loops, boundary_seed, pieces, point_seed, prepare, refine, united
+from geoprint.geometry import (
+    arc_lengths,
+    boundary_loops,
+    boundary_source,
+    pieces,
+    point_source,
+    prepare,
+    refine,
+    united,
+)
 from geoprint.geometry.files import load
 from geoprint.metrics import measure_paths
-from geoprint.model import Polylines, Seed, Strokes, Surface
+from geoprint.model import Paths, Polylines, Source, Surface
 from tests.fibers.fibres_measures import crossings, lines, off_field
 from tests.meshes import annulus, cylinder_patch, disc, plate, sphere
 from tests.shared_data import shared
 
 
-def _strokes(field: DirectionField, *, spacing: float) -> Strokes:
+def _strokes(field: DirectionField, *, spacing: float) -> Paths:
     surface = field.surface
-    seed = boundary_seed(surface) if boundary_loops(surface) else point_seed(surface, surface.vertices[0], tolerance=1)
+    source = (
+        boundary_source(surface) if boundary_loops(surface) else point_source(surface, surface.vertices[0], tolerance=1)
+    )
     pattern = FibrePattern(field=lambda _: field, laying="streamlines")
-    return pattern.strokes(surface, seed, backend=BACKENDS["heat"](surface), spacing=spacing)
+    return pattern.paths(surface, source, backend=BACKENDS["heat"](surface), spacing=spacing)
 
 
 def _leaning(surface: Surface, *preferences: Preference) -> DirectionField:
@@ -58,25 +69,25 @@ def _circles(*, rings: int = 40, jitter_seed: int | None = 1) -> DirectionField:
 @pytest.mark.parametrize("divisions", [(2, 1), (40, 20)])
 def test_on_a_plate_rows_are_straight_and_one_spacing_apart(divisions: tuple[int, int]) -> None:
     surface = plate((20.0, 10.0), divisions, jitter_seed=None if divisions == (2, 1) else 1)
-    strokes = _strokes(_along(surface, 1.0, 0.0, 0.0), spacing=1.0)
-    drawn = lines(surface, strokes)
+    paths = _strokes(_along(surface, 1.0, 0.0, 0.0), spacing=1.0)
+    drawn = lines(surface, paths)
     assert max(float(np.ptp(line[:, 1])) for line in drawn) < 1e-5
     np.testing.assert_allclose([arc_lengths(line)[-1] for line in drawn], 20.0, atol=1e-4)
     np.testing.assert_allclose(np.sort([line[0, 1] for line in drawn]), np.arange(10) + 0.5, atol=1e-5)
-    assert sorted(strokes.levels.tolist()) == list(range(10))
+    assert sorted(paths.levels.tolist()) == list(range(10))
 
 
 def test_about_an_index_of_one_on_a_disc_strokes_are_closed_circles() -> None:
     field = _circles()
-    strokes = _strokes(field, spacing=1.0)
-    radii = [np.linalg.norm(line, axis=1) for line in lines(field.surface, strokes)]
-    assert strokes.curves.closed.sum() >= 18
-    closed = [around for around, whole in zip(radii, strokes.curves.closed, strict=True) if whole]
+    paths = _strokes(field, spacing=1.0)
+    radii = [np.linalg.norm(line, axis=1) for line in lines(field.surface, paths)]
+    assert paths.curves.closed.sum() >= 18
+    closed = [around for around, whole in zip(radii, paths.curves.closed, strict=True) if whole]
     assert max(np.ptp(around) for around in closed) < 0.15
     means = np.array([float(around.mean()) for around in closed])
     np.testing.assert_allclose(np.diff(np.sort(means)), 1.0, atol=0.1)
-    for curve in np.flatnonzero(strokes.curves.closed).tolist():
-        line = strokes.curves.xyz(field.surface, curve)
+    for curve in np.flatnonzero(paths.curves.closed).tolist():
+        line = paths.curves.xyz(field.surface, curve)
         np.testing.assert_allclose(line[0], line[-1], atol=1e-9)
 
 
@@ -85,14 +96,14 @@ def test_on_a_cylinder_a_helix_rule_gives_helices(angle_deg: float) -> None:
     surface = cylinder_patch(radius=12.0, angle=2.0, length=30.0, divisions=(48, 40), jitter_seed=1)
     rule = HelixRule(np.radians(angle_deg), np.radians(angle_deg))
     field = rule.field(surface, heights=surface.vertices[:, 1], depths=np.zeros(len(surface.vertices)))
-    strokes = _strokes(field, spacing=1.0)
-    for line in lines(surface, strokes):
+    paths = _strokes(field, spacing=1.0)
+    for line in lines(surface, paths):
         flat = np.column_stack([12.0 * np.arctan2(line[:, 0], line[:, 2]), line[:, 1]])
         along = flat[-1] - flat[0]
         # The axis points to y; seen from outside with y up, x grows to the right.
         found = np.degrees(np.arctan2(along[1], along[0]))
         assert abs((abs(found - angle_deg) + 90.0) % 180.0 - 90.0) < 0.1
-    assert strokes.curves.count >= 25
+    assert paths.curves.count >= 25
 
 
 MADE: dict[str, Callable[[], DirectionField]] = {
@@ -110,16 +121,16 @@ def _rays(surface: Surface) -> DirectionField:
 
 
 @cache
-def _deposited(made: str) -> tuple[DirectionField, Strokes]:
+def _deposited(made: str) -> tuple[DirectionField, Paths]:
     field = MADE[made]()
     return field, _strokes(field, spacing=1.1)
 
 
 @pytest.mark.parametrize("made", MADE)
 def test_strokes_never_cross_and_follow_the_field(made: str) -> None:
-    field, strokes = _deposited(made)
-    assert crossings(field.surface, strokes.curves) == 0
-    off, lengths = off_field(field, strokes.curves)
+    field, paths = _deposited(made)
+    assert crossings(field.surface, paths.curves) == 0
+    off, lengths = off_field(field, paths.curves)
     assert np.degrees(np.average(off, weights=lengths)) < 0.5
     # All but where the lines of two triangles lead to one side, which the stroke then follows.
     assert lengths[np.degrees(off) > 2.0].sum() < 0.02 * lengths.sum()
@@ -127,8 +138,8 @@ def test_strokes_never_cross_and_follow_the_field(made: str) -> None:
 
 @pytest.mark.parametrize("made", MADE)
 def test_strokes_are_apart_over_the_surface_and_leave_no_wide_gap(made: str) -> None:
-    field, strokes = _deposited(made)
-    drawn = Polylines(np.concatenate(lines(field.surface, strokes)), strokes.curves.offsets)
+    field, paths = _deposited(made)
+    drawn = Polylines(np.concatenate(lines(field.surface, paths)), paths.curves.offsets)
     found = measure_paths(field.surface, drawn, spacing=1.1)
     ratios = found.sides.both.ratios
     # A stroke looks about each eighth of a spacing.
@@ -138,8 +149,8 @@ def test_strokes_are_apart_over_the_surface_and_leave_no_wide_gap(made: str) -> 
 
 def test_a_ray_ends_where_rays_come_near_each_other() -> None:
     field = _rays(disc(rings=30, jitter_seed=1))
-    strokes = _strokes(field, spacing=1.0)
-    inner = np.array([np.linalg.norm(line, axis=1).min() for line in lines(field.surface, strokes)])
+    paths = _strokes(field, spacing=1.0)
+    inner = np.array([np.linalg.norm(line, axis=1).min() for line in lines(field.surface, paths)])
     # 2 pi r has room for r * 2 pi / 0.6 rays at most, and for a half of it at least.
     for radius in (5.0, 10.0, 15.0):
         assert 0.6 * (inner < radius).sum() < 2.0 * np.pi * radius < 1.6 * (inner < radius).sum()
@@ -148,16 +159,16 @@ def test_a_ray_ends_where_rays_come_near_each_other() -> None:
 def test_each_piece_of_a_surface_has_strokes_of_its_own() -> None:
     one = plate((10.0, 6.0), (10, 6))
     both = united([one, Surface(one.vertices + np.array([20.0, 0.0, 0.0]), one.faces)])
-    strokes = _strokes_on(both, _along(both, 1.0, 0.0, 0.0), seed=boundary_seed(both))
-    held = [int(piece.holds(strokes.curves).sum()) for piece in pieces(both)]
+    paths = _strokes_on(both, _along(both, 1.0, 0.0, 0.0), source=boundary_source(both))
+    held = [int(piece.holds(paths.curves).sum()) for piece in pieces(both)]
     assert held == [6, 6]
 
 
 def test_a_source_that_is_one_point_lies_on_the_first_stroke() -> None:
     surface = plate((10.0, 6.0), (10, 6))
     field = _along(surface, 1.0, 0.0, 0.0)
-    strokes = _strokes_on(surface, field, seed=point_seed(surface, np.array([5.0, 2.7, 0.0]), tolerance=1.0))
-    first = lines(surface, strokes)[int(np.argmin(strokes.levels))]
+    paths = _strokes_on(surface, field, source=point_source(surface, np.array([5.0, 2.7, 0.0]), tolerance=1.0))
+    first = lines(surface, paths)[int(np.argmin(paths.levels))]
     np.testing.assert_allclose(first[:, 1], 2.7, atol=1e-5)
 
 
@@ -174,10 +185,10 @@ def test_moving_the_part_moves_the_strokes_with_it() -> None:
 
 def test_without_a_field_strokes_follow_the_rim_and_where_there_is_none_the_smoothest_lines() -> None:
     ring = annulus(divisions=(96, 16))
-    strokes = FibrePattern(laying="streamlines").strokes(
-        ring, boundary_seed(ring), backend=BACKENDS["heat"](ring), spacing=1.0
+    paths = FibrePattern(laying="streamlines").paths(
+        ring, boundary_source(ring), backend=BACKENDS["heat"](ring), spacing=1.0
     )
-    assert strokes.curves.closed.sum() >= 10
+    assert paths.curves.closed.sum() >= 10
     assert lines_along_rim(sphere()).singularities().indices.sum() == pytest.approx(2.0)
 
 
@@ -190,10 +201,10 @@ def test_a_field_of_crosses_is_refused() -> None:
 def test_a_stroke_that_is_too_short_is_left_out_and_told_once_from_wherever_it_is_met() -> None:
     # In a corner rows grow shorter and shorter: so many as there are spacings in three, at 45 degrees.
     surface = plate((20.0, 20.0), (40, 40), jitter_seed=1)
-    strokes = _strokes(_along(surface, 1.0, 1.0, 0.0), spacing=1.0)
-    assert 2 <= len(strokes.dropped) <= 4
-    assert max(strokes.dropped) < 3.0
-    assert min(arc_lengths(line)[-1] for line in lines(surface, strokes)) >= 3.0
+    paths = _strokes(_along(surface, 1.0, 1.0, 0.0), spacing=1.0)
+    assert 2 <= len(paths.dropped) <= 4
+    assert max(paths.dropped) < 3.0
+    assert min(arc_lengths(line)[-1] for line in lines(surface, paths)) >= 3.0
 
 
 def test_a_part_too_short_for_any_stroke_is_refused() -> None:
@@ -209,14 +220,14 @@ def test_on_a_real_patch_strokes_cover_it_cross_nowhere_and_follow_the_curvature
     part = prepare(load(shared(f"patches/{name}.ply"), unit="mm"))[0]
     fine = refine(part, edge_length=0.8)
     field = _leaning(fine, AlongCurvature("smallest"))
-    strokes = _strokes(field, spacing=1.8)
-    assert crossings(fine, strokes.curves) == 0
-    off, lengths = off_field(field, strokes.curves)
+    paths = _strokes(field, spacing=1.8)
+    assert crossings(fine, paths.curves) == 0
+    off, lengths = off_field(field, paths.curves)
     assert np.degrees(np.average(off, weights=lengths)) < 0.5
-    drawn = Polylines(np.concatenate(lines(fine, strokes)), strokes.curves.offsets)
+    drawn = Polylines(np.concatenate(lines(fine, paths)), paths.curves.offsets)
     assert measure_paths(part, drawn, spacing=1.8).gap < 0.05
 
 
-def _strokes_on(surface: Surface, field: DirectionField, *, seed: Seed) -> Strokes:
+def _strokes_on(surface: Surface, field: DirectionField, *, source: Source) -> Paths:
     pattern = FibrePattern(field=lambda _: field, laying="streamlines")
-    return pattern.strokes(surface, seed, backend=BACKENDS["heat"](surface), spacing=1.0)
+    return pattern.paths(surface, source, backend=BACKENDS["heat"](surface), spacing=1.0)

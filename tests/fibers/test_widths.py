@@ -9,8 +9,8 @@ from geoprint.distance import BACKENDS
 from geoprint.errors import InputError
 from geoprint.fibers import AlongDirection, smoothest_field
 from geoprint.fibers.pattern import LAYINGS, FibrePattern
-from geoprint.geometry import boundary_seed
-from geoprint.model import FloatArray, ScalarField, Strokes, Surface
+from geoprint.geometry import boundary_source
+from geoprint.model import FloatArray, Paths, ScalarField, Surface
 from tests.fibers.fibres_measures import crossings, lines
 from tests.meshes import plate
 
@@ -21,11 +21,11 @@ def _plate() -> Surface:
     return plate(SIZE, (24, 60), jitter_seed=1)
 
 
-def _strokes(surface: Surface, spacing: float | FloatArray, *, laying: str) -> Strokes:
+def _strokes(surface: Surface, spacing: float | FloatArray, *, laying: str) -> Paths:
     field = smoothest_field(surface, symmetry=2, preferences=[AlongDirection(np.array([1.0, 0.0, 0.0]))])
     wanted = ScalarField(spacing) if isinstance(spacing, np.ndarray) else spacing
     pattern = FibrePattern(field=lambda _: field, laying=laying)
-    return pattern.strokes(surface, boundary_seed(surface), backend=BACKENDS["heat"](surface), spacing=wanted)
+    return pattern.paths(surface, boundary_source(surface), backend=BACKENDS["heat"](surface), spacing=wanted)
 
 
 def _rising(heights: FloatArray, *, over: float) -> FloatArray:
@@ -35,8 +35,8 @@ def _rising(heights: FloatArray, *, over: float) -> FloatArray:
 @pytest.mark.parametrize("laying", LAYINGS)
 def test_where_the_width_rises_across_the_lines_rows_are_as_far_apart_as_it_is(laying: str) -> None:
     surface = _plate()
-    strokes = _strokes(surface, _rising(surface.vertices[:, 1], over=SIZE[1]), laying=laying)
-    drawn = lines(surface, strokes)
+    paths = _strokes(surface, _rising(surface.vertices[:, 1], over=SIZE[1]), laying=laying)
+    drawn = lines(surface, paths)
     assert max(float(np.ptp(line[:, 1])) for line in drawn) < 0.01
     np.testing.assert_allclose([float(np.ptp(line[:, 0])) for line in drawn], SIZE[0], atol=1e-3)
     heights = np.sort([float(line[:, 1].mean()) for line in drawn])
@@ -45,18 +45,18 @@ def test_where_the_width_rises_across_the_lines_rows_are_as_far_apart_as_it_is(l
     np.testing.assert_allclose(ratios, 1.0, atol=0.025)
     # As many rows as one over the width adds up to.
     wanted = SIZE[1] / (MOST - LEAST) * np.log(MOST / LEAST)
-    assert strokes.curves.count == pytest.approx(wanted, abs=1.0)
-    here = strokes.curves.points.xyz(surface)[:, 1]
-    np.testing.assert_allclose(strokes.spacing, _rising(here, over=SIZE[1]), rtol=1e-6)
+    assert paths.curves.count == pytest.approx(wanted, abs=1.0)
+    here = paths.curves.points.xyz(surface)[:, 1]
+    np.testing.assert_allclose(paths.spacing, _rising(here, over=SIZE[1]), rtol=1e-6)
 
 
 @pytest.mark.parametrize(("laying", "within"), [("stripes", 0.1), ("streamlines", 0.3)])
 def test_where_the_width_rises_along_the_lines_rows_end_and_none_cross(laying: str, within: float) -> None:
     long, high = 40.0, 16.0
     surface = plate((long, high), (80, 32), jitter_seed=1)
-    strokes = _strokes(surface, _rising(surface.vertices[:, 0], over=long), laying=laying)
-    assert crossings(surface, strokes.curves) == 0
-    drawn = lines(surface, strokes)
+    paths = _strokes(surface, _rising(surface.vertices[:, 0], over=long), laying=laying)
+    assert crossings(surface, paths.curves) == 0
+    drawn = lines(surface, paths)
     for x in (12.0, 20.0, 28.0):
         passing = sum(float(line[:, 0].min()) < x < float(line[:, 0].max()) for line in drawn)
         assert passing == pytest.approx(high / (LEAST + (MOST - LEAST) * x / long), rel=within)

@@ -15,7 +15,7 @@ from geoprint.errors import InputError, MeshError
 from geoprint.geometry import (
     Repairs,
     all_curves,
-    boundary_seed,
+    boundary_source,
     described,
     face_areas,
     mean_normal,
@@ -499,7 +499,7 @@ def places(surface: Surface, curves: SurfaceCurves) -> list[list[list[float]]]:
 
 def test_curves_keep_their_places_on_a_piece_and_back_on_the_whole() -> None:
     whole = united(PARTS)
-    curves = boundary_seed(whole).curves
+    curves = boundary_source(whole).curves
     found = pieces(whole)
     assert [int(piece.holds(curves).sum()) for piece in found] == [1, 2, 1]
     for piece in found:
@@ -512,7 +512,7 @@ def test_curves_keep_their_places_on_a_piece_and_back_on_the_whole() -> None:
 
 def test_curves_are_taken_in_the_order_asked_for() -> None:
     whole = united(PARTS)
-    curves = boundary_seed(whole).curves
+    curves = boundary_source(whole).curves
     taken = some_curves(curves, np.array([2, 0]))
     assert places(whole, taken) == [places(whole, curves)[2], places(whole, curves)[0]]
     assert some_curves(curves, np.array([], dtype=np.int64)).count == 0

@@ -12,8 +12,8 @@ from scipy.spatial import KDTree
 from geoprint.distance.heat import Heat
 from geoprint.distance.isolines import isolines
 from geoprint.errors import FieldError, VerificationError
-from geoprint.geometry import boundary_seed, closest, positions
-from geoprint.model import FloatArray, IntArray, PoseStream, ScalarField, Strokes, Surface, SurfaceCurves, Toolpath
+from geoprint.geometry import boundary_source, closest, positions
+from geoprint.model import FloatArray, IntArray, Paths, PoseStream, ScalarField, Surface, SurfaceCurves, Toolpath
 from geoprint.toolpath import PATTERNS, arrange, check_sum, largest_lean, mean_lean, poses, seams_of
 from geoprint.toolpath.medial_axis import bead_counts
 from geoprint.toolpath.poses import smoothed_axes, tool_quaternions
@@ -26,8 +26,8 @@ MAX_TILT = float(np.radians(15.0))
 
 
 def planned(surface: Surface, *, spacing: float) -> tuple[Toolpath, PoseStream]:
-    strokes = PATTERNS["contours"]().strokes(surface, boundary_seed(surface), backend=Heat(surface), spacing=spacing)
-    toolpath = arrange(strokes, surface, speed=SPEED)
+    paths = PATTERNS["contours"]().paths(surface, boundary_source(surface), backend=Heat(surface), spacing=spacing)
+    toolpath = arrange(paths, surface, speed=SPEED)
     stream = poses(
         toolpath, surface, R_base_work=np.eye(3), standoff=STANDOFF, retract=RETRACT, layer_height=0.5,
         max_tilt=MAX_TILT, tool=straight_cell().tool, body=None,
@@ -35,9 +35,9 @@ def planned(surface: Surface, *, spacing: float) -> tuple[Toolpath, PoseStream]:
     return toolpath, stream
 
 
-def strokes_of(curves: SurfaceCurves, levels: IntArray, *, spacing: float) -> Strokes:
+def strokes_of(curves: SurfaceCurves, levels: IntArray, *, spacing: float) -> Paths:
     row = np.repeat(levels, np.diff(curves.offsets)).astype(np.float64)
-    return Strokes(curves, row, np.full(row.size, spacing), np.ones(row.size))
+    return Paths(curves, row, np.full(row.size, spacing), np.ones(row.size))
 
 
 def unit(vectors: FloatArray) -> FloatArray:
@@ -73,8 +73,8 @@ def test_seams_of_a_cap_lie_side_by_side() -> None:
 )
 def test_no_closed_run_starts_within_two_spacings_of_a_start_in_the_two_layers_below(surface: Surface) -> None:
     spacing = 1.5
-    strokes = PATTERNS["contours"]().strokes(surface, boundary_seed(surface), backend=Heat(surface), spacing=spacing)
-    layers = [arrange(strokes, surface, speed=SPEED, seams=seams_of(surface, layer=layer)) for layer in range(4)]
+    paths = PATTERNS["contours"]().paths(surface, boundary_source(surface), backend=Heat(surface), spacing=spacing)
+    layers = [arrange(paths, surface, speed=SPEED, seams=seams_of(surface, layer=layer)) for layer in range(4)]
     assert [int(layer.layers[0]) for layer in layers] == list(range(4))
     starts = [run_starts(layer, surface) for layer in layers]
     judged = 0
@@ -92,9 +92,9 @@ def test_no_closed_run_starts_within_two_spacings_of_a_start_in_the_two_layers_b
 
 def test_the_fourth_layer_of_a_stack_starts_where_the_first_does_and_a_single_skin_knows_no_layers() -> None:
     surface = spherical_cap(radius=30.0, angle=0.8, rings=30, jitter_seed=2)
-    strokes = PATTERNS["contours"]().strokes(surface, boundary_seed(surface), backend=Heat(surface), spacing=3.0)
+    paths = PATTERNS["contours"]().paths(surface, boundary_source(surface), backend=Heat(surface), spacing=3.0)
     first, fourth, skin = (
-        arrange(strokes, surface, speed=SPEED, seams=seams)
+        arrange(paths, surface, speed=SPEED, seams=seams)
         for seams in (seams_of(surface, layer=0), seams_of(surface, layer=3), None)
     )
     np.testing.assert_array_equal(run_starts(first, surface), run_starts(fourth, surface))
@@ -121,8 +121,8 @@ def test_closed_runs_shorter_than_a_spacing_are_dropped_and_counted_with_their_a
         arrange(strokes_of(inner, np.array([0]), spacing=3.0), surface, speed=SPEED)
 
 
-def lines_on(surface: Surface, lines: list[list[tuple[float, float]]], *, spacing: float = 1.0) -> Strokes:
-    """Straight open strokes on a plate, each of its places a fifth apart."""
+def lines_on(surface: Surface, lines: list[list[tuple[float, float]]], *, spacing: float = 1.0) -> Paths:
+    """Straight open paths on a plate, each of its places a fifth apart."""
     fine = list[FloatArray]()
     for line in lines:
         (x, y), (u, v) = line

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from geoprint.distance.heat import Heat
-from geoprint.geometry import PolylineDistance, boundary_seed, closest, positions
+from geoprint.geometry import PolylineDistance, boundary_source, closest, positions
 from geoprint.model import FloatArray, SurfacePoints
 from geoprint.toolpath import PATTERNS, arrange, poses
 from geoprint.toolpath.corners import Rounded, faired, round_corners
@@ -216,8 +216,8 @@ def test_a_closed_run_with_two_hairpins_becomes_two_open_ones() -> None:
 
 def test_nothing_is_laid_at_rest_on_a_plate_and_every_corner_is_told() -> None:
     surface = plate((40.0, 30.0), (80, 60))
-    strokes = PATTERNS["contours"]().strokes(surface, boundary_seed(surface), backend=Heat(surface), spacing=4.0)
-    toolpath = arrange(strokes, surface, speed=SPEED)
+    paths = PATTERNS["contours"]().paths(surface, boundary_source(surface), backend=Heat(surface), spacing=4.0)
+    toolpath = arrange(paths, surface, speed=SPEED)
     stream = poses(
         toolpath, surface, R_base_work=np.eye(3), standoff=0.3, retract=5.0, layer_height=0.5, max_tilt=0.2,
         tool=straight_cell().tool, body=None,

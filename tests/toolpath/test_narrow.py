@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial import KDTree
 
 from geoprint.distance import BACKENDS
-from geoprint.geometry import arc_lengths, boundary_seed, closest, positions
+from geoprint.geometry import arc_lengths, boundary_source, closest, positions
 from geoprint.model import FloatArray, Surface, SurfaceCurves
 from geoprint.toolpath import PATTERNS, arrange
 from geoprint.toolpath.medial_axis_fitting import parted
@@ -152,8 +152,8 @@ def test_a_hairpin_of_a_short_open_line_becomes_one_bead() -> None:
 
 def test_the_last_level_of_a_strip_is_one_bead_and_says_how_far_from_the_rim_it_lies() -> None:
     strip = plate((30.0, 7.4), (90, 22))
-    backend, seed = BACKENDS["fast-marching"](strip), boundary_seed(strip)
-    drawn = PATTERNS["contours"](middle="plain").strokes(strip, seed, backend=backend, spacing=1.0)
+    backend, source = BACKENDS["fast-marching"](strip), boundary_source(strip)
+    drawn = PATTERNS["contours"](middle="plain").paths(strip, source, backend=backend, spacing=1.0)
     # Levels 0.5, 1.5 and 2.5 from the rim are rings; 3.5 has sides 0.4 apart.
     assert drawn.levels.tolist() == [0, 1, 2, 3]
     assert drawn.curves.closed.tolist() == [True, True, True, False]
@@ -177,8 +177,8 @@ def test_a_part_moved_by_a_billionth_of_a_millimetre_has_the_same_runs(part: Sur
         shift = np.random.default_rng(seed).normal(scale=1e-9, size=part.vertices.shape)
         moved = replace(part, vertices=part.vertices + shift * (seed > 0))
         backend = BACKENDS["fast-marching"](moved)
-        strokes = PATTERNS["contours"](middle=middle).strokes(moved, boundary_seed(moved), backend=backend, spacing=1.0)
-        path = arrange(strokes, moved, speed=20.0)
+        paths = PATTERNS["contours"](middle=middle).paths(moved, boundary_source(moved), backend=backend, spacing=1.0)
+        path = arrange(paths, moved, speed=20.0)
         found.add((path.curves.count, path.dropped_runs))
         places = positions(moved, path.curves.points)
         for run, (first, last) in enumerate(zip(path.curves.offsets[:-1], path.curves.offsets[1:], strict=True)):

@@ -9,8 +9,8 @@ from hypothesis import given, settings, strategies as st
 from geoprint.distance import BACKENDS
 from geoprint.distance.isolines import isolines
 from geoprint.errors import UsageError
-from geoprint.geometry import arc_lengths, boundary_seed, closest, positions
-from geoprint.model import FloatArray, ScalarField, Strokes, Surface, SurfacePoints
+from geoprint.geometry import arc_lengths, boundary_source, closest, positions
+from geoprint.model import FloatArray, Paths, ScalarField, Surface, SurfacePoints
 from geoprint.toolpath import PATTERNS
 from geoprint.toolpath.resample import interpolate, resample
 from tests.meshes import annulus, disc, plate, spherical_cap
@@ -101,14 +101,14 @@ def test_a_curve_that_skips_triangles_is_left_by_no_sample_further_than_its_chor
 INNER = 10.0
 
 
-def strokes(surface: Surface, *, middle: str, spacing: float = 1.0) -> Strokes:
+def paths(surface: Surface, *, middle: str, spacing: float = 1.0) -> Paths:
     backend = BACKENDS["fast-marching"](surface)
-    return PATTERNS["contours"](middle=middle).strokes(
-        surface, boundary_seed(surface), backend=backend, spacing=spacing
+    return PATTERNS["contours"](middle=middle).paths(
+        surface, boundary_source(surface), backend=backend, spacing=spacing
     )
 
 
-def radii(drawn: Strokes, surface: Surface) -> list[FloatArray]:
+def radii(drawn: Paths, surface: Surface) -> list[FloatArray]:
     places = positions(surface, drawn.curves.points)
     return np.split(np.linalg.norm(places, axis=1), drawn.curves.offsets[1:-1])
 
@@ -127,7 +127,7 @@ def radii(drawn: Strokes, surface: Surface) -> list[FloatArray]:
 )
 def test_beads_share_the_width_of_a_ring(width: float, beads: int) -> None:
     ring = annulus(inner=INNER, outer=INNER + width, divisions=(180, 28))
-    drawn = strokes(ring, middle="fitted")
+    drawn = paths(ring, middle="fitted")
     found = sorted(float(line.mean()) for line in radii(drawn, ring))
     wanted = INNER + (np.arange(beads) + 0.5) * width / beads
     np.testing.assert_allclose(found, wanted, atol=0.02)
@@ -139,7 +139,7 @@ def test_beads_share_the_width_of_a_ring(width: float, beads: int) -> None:
 
 def test_contours_are_plain_unless_the_middle_is_fitted() -> None:
     ring = annulus(inner=INNER, outer=INNER + 6.8, divisions=(180, 28))
-    drawn = strokes(ring, middle="plain")
+    drawn = paths(ring, middle="plain")
     assert drawn.curves.count == 6
     np.testing.assert_allclose(
         sorted(float(line.mean()) for line in radii(drawn, ring)), [10.5, 11.5, 12.5, 14.3, 15.3, 16.3], atol=0.01
@@ -148,7 +148,7 @@ def test_contours_are_plain_unless_the_middle_is_fitted() -> None:
 
 def test_contours_stay_as_they_were_traced_where_a_whole_number_fits() -> None:
     round_part = disc(radius=10.0, rings=30)
-    plain, fitted = (strokes(round_part, middle=middle) for middle in ("plain", "fitted"))
+    plain, fitted = (paths(round_part, middle=middle) for middle in ("plain", "fitted"))
     assert fitted.curves.count == plain.curves.count
     for before, after in zip(radii(plain, round_part), radii(fitted, round_part), strict=True):
         assert after.mean() == pytest.approx(before.mean(), abs=0.12)
@@ -156,7 +156,7 @@ def test_contours_stay_as_they_were_traced_where_a_whole_number_fits() -> None:
 
 def test_tips_of_square_corners_reach_outwards_and_those_beside_the_rim_stay() -> None:
     square = plate((12.4, 12.4), (40, 40))
-    plain, fitted = (strokes(square, middle=middle) for middle in ("plain", "fitted"))
+    plain, fitted = (paths(square, middle=middle) for middle in ("plain", "fitted"))
     for level, reach in ((0, 0.0), (1, 0.086), (2, 0.086)):
         tips: list[float] = []
         for drawn in (plain, fitted):

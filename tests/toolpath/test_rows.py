@@ -7,12 +7,12 @@ import pytest
 
 from geoprint.distance import BACKENDS
 from geoprint.errors import FieldError, UsageError
-from geoprint.geometry import PolylineDistance, boundary_seed, part_seed, point_seed, united
-from geoprint.model import FloatArray, ScalarField, Strokes, Surface
+from geoprint.geometry import PolylineDistance, boundary_source, part_source, point_source, united
+from geoprint.model import FloatArray, Paths, ScalarField, Surface
 from geoprint.toolpath import PATTERNS
 from geoprint.toolpath.guided import parts_within
 from geoprint.toolpath.medial_axis import InnerNeighbours, Strands, middles, neighbours, ridges, strands_of, stretches
-from geoprint.workflow.sources import curve_seed
+from geoprint.workflow.sources import curve_source
 from tests.meshes import annulus, plate, sphere
 
 SIDES = 72
@@ -21,18 +21,18 @@ RADIUS, HEIGHT = 10.0, 30.0
 
 def _guided(
     surface: Surface, curve: FloatArray, *, spacing: float, backend: str = "fast-marching", contours: int = 0
-) -> Strokes:
-    seed = curve_seed(surface, curve)
+) -> Paths:
+    source = curve_source(surface, curve)
     pattern = PATTERNS["guided"](contours=contours)
-    return pattern.strokes(surface, seed, backend=BACKENDS[backend](surface), spacing=spacing)
+    return pattern.paths(surface, source, backend=BACKENDS[backend](surface), spacing=spacing)
 
 
-def _lines(strokes: Strokes, surface: Surface) -> list[tuple[FloatArray, FloatArray]]:
+def _lines(paths: Paths, surface: Surface) -> list[tuple[FloatArray, FloatArray]]:
     """Return the places of each stroke, and the row of each."""
-    offsets = strokes.curves.offsets
+    offsets = paths.curves.offsets
     return [
-        (strokes.curves.xyz(surface, curve), strokes.row[offsets[curve] : offsets[curve + 1]])
-        for curve in range(strokes.curves.count)
+        (paths.curves.xyz(surface, curve), paths.row[offsets[curve] : offsets[curve + 1]])
+        for curve in range(paths.curves.count)
     ]
 
 
@@ -67,11 +67,11 @@ def test_on_a_cylinder_rows_beside_a_helix_are_helices() -> None:
     side = 2.0 * RADIUS * np.sin(np.pi / SIDES)
     turn = 2.0 * np.pi * np.arange(SIDES + 1) / SIDES
     curve = np.column_stack([RADIUS * np.cos(turn), RADIUS * np.sin(turn), HEIGHT * np.arange(SIDES + 1) / SIDES])
-    strokes = _guided(surface, curve, spacing=1.0)
+    paths = _guided(surface, curve, spacing=1.0)
     along = np.array([SIDES * side, HEIGHT])
     length = float(np.linalg.norm(along))
     judged = 0
-    for places, row in _lines(strokes, surface):
+    for places, row in _lines(paths, surface):
         # Unrolled: the part of the side that a place lies on, and how far along that.
         corner = np.mod(np.arctan2(places[:, 1], places[:, 0]), 2.0 * np.pi) * SIDES / (2.0 * np.pi)
         within = (np.floor(corner) + 0.5) * 2.0 * np.pi / SIDES
@@ -93,8 +93,8 @@ def test_on_a_cylinder_rows_beside_a_helix_are_helices() -> None:
 @pytest.mark.parametrize("backend", sorted(BACKENDS))
 def test_a_plate_is_covered_in_one_stroke(backend: str) -> None:
     surface = _plate()
-    strokes = _guided(surface, _across(20.0), spacing=1.0, backend=backend)
-    ((places, row),) = _lines(strokes, surface)
+    paths = _guided(surface, _across(20.0), spacing=1.0, backend=backend)
+    ((places, row),) = _lines(paths, surface)
     straight = row == np.floor(row)
     rows = np.abs(places[straight, 1])
     inner = np.abs(places[straight, 0]) < 8.0
@@ -124,12 +124,12 @@ def test_turns_are_round_and_rows_go_there_and_back() -> None:
 
 def test_contours_go_around_the_rows() -> None:
     surface = _plate()
-    strokes = _guided(surface, _across(20.0), spacing=1.0, contours=2)
-    lines = _lines(strokes, surface)
-    rings = [line for line, closed in zip(lines, strokes.curves.closed, strict=True) if closed]
+    paths = _guided(surface, _across(20.0), spacing=1.0, contours=2)
+    lines = _lines(paths, surface)
+    rings = [line for line, closed in zip(lines, paths.curves.closed, strict=True) if closed]
     assert [row.max() for _, row in rings] == [0.0, 1.0]
-    rim = PolylineDistance([boundary_seed(surface).curves.xyz(surface, 0)], step=0.05)
-    for (places, row), closed in zip(lines, strokes.curves.closed, strict=True):
+    rim = PolylineDistance([boundary_source(surface).curves.xyz(surface, 0)], step=0.05)
+    for (places, row), closed in zip(lines, paths.curves.closed, strict=True):
         if closed:
             np.testing.assert_allclose(rim(places), row + 0.5, atol=0.02)
         else:
@@ -139,9 +139,9 @@ def test_contours_go_around_the_rows() -> None:
 
 def test_rows_beside_a_part_of_the_rim_begin_with_it() -> None:
     surface = _plate()
-    seed = part_seed(surface, np.array([-10.0, -6.0, 0.0]), np.array([10.0, -6.0, 0.0]))
-    strokes = PATTERNS["guided"]().strokes(surface, seed, backend=BACKENDS["heat"](surface), spacing=1.0)
-    ((places, row),) = _lines(strokes, surface)
+    source = part_source(surface, np.array([-10.0, -6.0, 0.0]), np.array([10.0, -6.0, 0.0]))
+    paths = PATTERNS["guided"]().paths(surface, source, backend=BACKENDS["heat"](surface), spacing=1.0)
+    ((places, row),) = _lines(paths, surface)
     straight = (row == np.floor(row)) & (np.abs(places[:, 0]) < 8.0)
     np.testing.assert_allclose(places[straight, 1] + 6.0, row[straight] + 0.5, atol=0.03)
     assert set(row[straight].tolist()) == set(range(12))
@@ -150,8 +150,8 @@ def test_rows_beside_a_part_of_the_rim_begin_with_it() -> None:
 def test_where_rows_do_not_fit_the_line_of_ends_is_the_last_row() -> None:
     surface = _plate()
     # The lowest row lies at -3.8 mm, and the line of ends 0.6 spacings farther down; the highest 0.4 below the other.
-    strokes = _guided(surface, _across(20.0, at=1.2), spacing=2.0)
-    lines = _lines(strokes, surface)
+    paths = _guided(surface, _across(20.0, at=1.2), spacing=2.0)
+    lines = _lines(paths, surface)
     assert len(lines) == 1
     places, row = lines[0]
     low = (places[:, 1] < -4.5) & (np.abs(places[:, 0]) < 8.0)
@@ -163,8 +163,8 @@ def test_where_rows_do_not_fit_the_line_of_ends_is_the_last_row() -> None:
 def test_a_hole_parts_rows_and_its_rim_is_turned_at() -> None:
     surface = annulus(inner=4.0, outer=16.0, divisions=(96, 36))
     curve = np.array([[5.0, 12.0, 0.0], [-5.0, 12.0, 0.0]])
-    strokes = _guided(surface, curve, spacing=1.0)
-    everywhere = np.concatenate([places for places, _ in _lines(strokes, surface)])
+    paths = _guided(surface, curve, spacing=1.0)
+    everywhere = np.concatenate([places for places, _ in _lines(paths, surface)])
     radius = np.hypot(everywhere[:, 0], everywhere[:, 1])
     assert radius.min() == pytest.approx(4.5, abs=0.1)
     assert radius.max() == pytest.approx(15.5, abs=0.1)
@@ -173,24 +173,24 @@ def test_a_hole_parts_rows_and_its_rim_is_turned_at() -> None:
 def test_on_a_closed_part_rows_go_round() -> None:
     surface = sphere(radius=10.0, subdivisions=4)
     curve = 10.0 * np.array([[0.0, -0.3, 0.954], [0.0, 0.0, 1.0], [0.0, 0.3, 0.954]])
-    strokes = _guided(surface, curve, spacing=2.0)
-    assert strokes.curves.closed.all()
-    assert strokes.curves.count == int(strokes.row.max()) + 1
+    paths = _guided(surface, curve, spacing=2.0)
+    assert paths.curves.closed.all()
+    assert paths.curves.count == int(paths.row.max()) + 1
 
 
 def test_every_piece_needs_a_line() -> None:
     first = _plate()
     both = united([first, Surface(first.vertices + np.array([0.0, 40.0, 0.0]), first.faces)])
-    seed = curve_seed(both, _across(20.0))
+    source = curve_source(both, _across(20.0))
     with pytest.raises(UsageError, match="run beside a line with two ends"):
-        PATTERNS["guided"]().strokes(both, seed, backend=BACKENDS["heat"](both), spacing=1.0)
+        PATTERNS["guided"]().paths(both, source, backend=BACKENDS["heat"](both), spacing=1.0)
 
 
 def test_a_border_and_a_point_are_no_line() -> None:
     surface = _plate()
-    for seed in (boundary_seed(surface), point_seed(surface, np.zeros(3), tolerance=0.1)):
+    for source in (boundary_source(surface), point_source(surface, np.zeros(3), tolerance=0.1)):
         with pytest.raises(UsageError, match=r"draw one \(`--from curve.csv`"):
-            PATTERNS["guided"]().strokes(surface, seed, backend=BACKENDS["heat"](surface), spacing=1.0)
+            PATTERNS["guided"]().paths(surface, source, backend=BACKENDS["heat"](surface), spacing=1.0)
 
 
 def test_what_has_no_room_or_no_rim_is_refused() -> None:
@@ -202,17 +202,17 @@ def test_what_has_no_room_or_no_rim_is_refused() -> None:
     ball = sphere(radius=10.0, subdivisions=3)
     with pytest.raises(UsageError, match="is closed and has none"):
         _guided(ball, 10.0 * np.array([[0.0, -0.3, 0.954], [0.0, 0.3, 0.954]]), spacing=2.0, contours=1)
-    seed = curve_seed(surface, _across(20.0))
+    source = curve_source(surface, _across(20.0))
     spacing = ScalarField(np.ones(len(surface.vertices)))
     with pytest.raises(UsageError, match="a spacing at each vertex is given"):
-        PATTERNS["guided"]().strokes(surface, seed, backend=BACKENDS["heat"](surface), spacing=spacing)
+        PATTERNS["guided"]().paths(surface, source, backend=BACKENDS["heat"](surface), spacing=spacing)
 
 
 # Ridges: strands that face each other are found on both sides, and a ridge goes on beyond the tip of a level.
 
 
 def found_on(surface: Surface, *, spacing: float) -> tuple[Strands, InnerNeighbours]:
-    contours = BACKENDS["fast-marching"](surface).contours(boundary_seed(surface), spacing=spacing)
+    contours = BACKENDS["fast-marching"](surface).contours(boundary_source(surface), spacing=spacing)
     strands = strands_of(surface, contours)
     return strands, neighbours(strands)
 

@@ -18,7 +18,7 @@ from geoprint.model import FloatArray, Surface
 from geoprint.reporting import outcome_text, patch_text, record_plan
 from geoprint.results import Patch
 from geoprint.workflow import PatchChoice, cut_patch, plan
-from geoprint.workflow.sources import section_seed, seed_of
+from geoprint.workflow.sources import section_source, source_of
 from tests.meshes import annulus, cylinder_patch, plate, sphere, spherical_cap, torus
 from tests.shared_data import shared
 
@@ -150,7 +150,7 @@ def test_every_refusal_is_one_of_ours() -> None:
 
 
 def _section(surface: Surface, angle: float, base: Surface | None = None) -> list[FloatArray]:
-    curves = section_seed(surface, angle_deg=angle, base=base or surface).curves
+    curves = section_source(surface, angle_deg=angle, base=base or surface).curves
     return [curves.xyz(surface, curve) for curve in range(curves.count)]
 
 
@@ -219,8 +219,8 @@ def test_a_part_with_a_hole_has_a_line_on_either_side_of_it_and_several_patches_
     lines = _section(ring, 20.0)
     assert sorted(round(float(np.linalg.norm(line[-1] - line[0])), 2) for line in lines) == pytest.approx([14.0, 14.0])
     both = united([ring, Surface(ring.vertices + np.array([50.0, 3.0, 0.0]), ring.faces)])
-    seed = seed_of(job_of(surface="a.ply", source="angle:0"), both)
-    heights = [piece.own(seed.curves).xyz(piece.surface, 0)[:, 1] for piece in pieces(both)]
+    source = source_of(job_of(surface="a.ply", source="angle:0"), both)
+    heights = [piece.own(source.curves).xyz(piece.surface, 0)[:, 1] for piece in pieces(both)]
     np.testing.assert_allclose([np.ptp(each) for each in heights], 0.0, atol=1e-9)
     assert [float(each[0]) for each in heights] == pytest.approx([0.0, 3.0], abs=1e-9)
 
@@ -246,7 +246,7 @@ def test_rows_at_an_angle_cover_a_part_with_a_hole(tmp_path: Path, backend: str)
 def test_a_part_that_faces_all_ways_has_no_angle() -> None:
     surface = sphere(radius=5.0, subdivisions=2)
     with pytest.raises(FieldError, match="has no mean normal to count an angle about"):
-        section_seed(surface, angle_deg=45.0, base=surface)
+        section_source(surface, angle_deg=45.0, base=surface)
 
 
 def test_an_angle_beyond_half_a_turn_is_refused() -> None:

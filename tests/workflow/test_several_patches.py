@@ -13,7 +13,7 @@ from geoprint.cli.application import app
 from geoprint.config import Job, job_of
 from geoprint.distance import BACKENDS, Piecewise
 from geoprint.errors import FieldError, GeoprintError, InputError, MeshError, ReachError
-from geoprint.geometry import boundary_seed, prepare, refine, united
+from geoprint.geometry import boundary_source, prepare, refine, united
 from geoprint.geometry.files import MeshFile, load, load_file, save_ply
 from geoprint.model import Surface
 from geoprint.reporting import outcome_text, record_plan, recorded_comparison, run_sheet, summary
@@ -152,9 +152,9 @@ def test_a_patch_whose_every_curve_is_too_short_is_named() -> None:
     small = Surface(disc(radius=2.0).vertices + np.array([50.0, 0.0, 0.0]), disc(radius=2.0).faces)
     surface = united([refine(disc(radius=12.0), edge_length=0.8), refine(small, edge_length=0.2)])
     backend = Piecewise(surface, BACKENDS["heat"])
-    strokes = PATTERNS["contours"]().strokes(surface, boundary_seed(surface), backend=backend, spacing=3.8)
+    paths = PATTERNS["contours"]().paths(surface, boundary_source(surface), backend=backend, spacing=3.8)
     with pytest.raises(FieldError, match="every contour of patch 2 is shorter than one spacing"):
-        arrange(strokes, surface, speed=20.0)
+        arrange(paths, surface, speed=20.0)
 
 
 def test_a_file_in_several_pieces_is_still_refused_and_pointed_to_patches() -> None:

@@ -19,7 +19,7 @@ from geoprint.model import FloatArray, Surface
 from geoprint.reporting import summary
 from geoprint.results import Plan, TriedSource
 from geoprint.workflow import compare, plan
-from geoprint.workflow.sources import curve_seed, preferred, seed_of
+from geoprint.workflow.sources import curve_source, preferred, source_of
 from tests.meshes import annulus, cylinder_patch, disc, plate, sphere
 
 # A band 7.6 mm wide: fronts from both rims meet where the fourth level would lie 0.2 spacings from itself.
@@ -75,7 +75,7 @@ def test_a_drawn_curve_follows_the_surface_between_its_points() -> None:
     tube = cylinder_patch()
     low, high = tube.vertices.min(axis=0), tube.vertices.max(axis=0)
     ends = tube.vertices[[int(np.argmin(tube.vertices @ (low - high))), int(np.argmax(tube.vertices @ (low - high)))]]
-    curves = curve_seed(tube, ends).curves
+    curves = curve_source(tube, ends).curves
     places = positions(tube, curves.points)
     np.testing.assert_allclose(places[[0, -1]], ends, atol=1e-9)
     assert len(places) > 5
@@ -91,7 +91,7 @@ def test_a_drawn_curve_follows_the_surface_between_its_points() -> None:
 )
 def test_a_curve_that_is_none_is_refused(points: list[list[float]], why: str) -> None:
     with pytest.raises(FieldError, match=why):
-        curve_seed(plate((20.0, 12.0), (10, 6)), np.array(points))
+        curve_source(plate((20.0, 12.0), (10, 6)), np.array(points))
 
 
 def test_of_a_band_one_rim_covers_more_than_both_and_is_taken(tmp_path: Path) -> None:
@@ -145,7 +145,7 @@ def test_each_patch_has_its_own_source(tmp_path: Path) -> None:
     sought = plan(job_of(surface=saved(tmp_path, both), patches=patches, **asked))
     assert {each.patch for each in sought.workpiece.tried} == {1}
     with pytest.raises(FieldError, match=r"patch 1, about .*: there is no loop 4"):
-        seed_of(
+        source_of(
             job_of(surface="a.ply", patches=[{**patches[0], "source": "loops:4"}, patches[1]]), found.workpiece.surface
         )
 
@@ -155,7 +155,7 @@ def test_a_comparison_measures_all_backends_from_one_best_source(tmp_path: Path)
         job_of(surface=saved(tmp_path, BAND), unit="mm", spacing=2.0, robot=False, source="best", middle="plain")
     )
     assert sum(each.taken for each in found.workpiece.tried) == 1
-    assert len({id(one.plan.workpiece.seed) for _, one in found.planned}) == 1
+    assert len({id(one.plan.workpiece.source) for _, one in found.planned}) == 1
     assert set(BACKENDS) >= {name for name, _ in found.planned}
 
 

@@ -455,7 +455,7 @@ class PathsRecord(Record):
         default=None, description="least and most that is wanted; left out where paths are one spacing wide [mm]"
     )
     fibres: FibresRecord | None = Field(default=None, description="left out where they follow no lines")
-    largest_distance_mm: Rounded = Field(description="from the seed [mm]")
+    largest_distance_mm: Rounded = Field(description="from the source [mm]")
     largest_lean_deg: Rounded = Field(description="of the nozzle from the normal [degrees]")
     mean_lean_deg: Rounded = Field(description="of the nozzle from the normal [degrees]")
 

@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from geoprint.distance import isolines, level_distances, linear_edge_length
 from geoprint.geometry import edge_lengths, edges
-from geoprint.model import Contours, ScalarField, Seed, Surface
+from geoprint.model import Contours, ScalarField, Source, Surface
 
 
 class EdgePaths:
@@ -27,13 +27,13 @@ class EdgePaths:
     def edge_length(_part: Surface, *, spacing: float) -> float:
         return linear_edge_length(spacing=spacing)
 
-    def distance(self, seed: Seed) -> ScalarField:
-        points = seed.curves.points
+    def distance(self, source: Source) -> ScalarField:
+        points = source.curves.points
         starts = np.unique(self._surface.faces[points.faces, points.weights.argmax(axis=1)])
         found = dijkstra(self._graph, directed=False, indices=starts, min_only=True)
         return ScalarField(np.asarray(found) / self._stretch)
 
-    def contours(self, seed: Seed, *, spacing: float) -> Contours:
-        field = self.distance(seed)
+    def contours(self, source: Source, *, spacing: float) -> Contours:
+        field = self.distance(source)
         curves, levels = isolines(self._surface, field, levels=level_distances(field, spacing=spacing))
         return Contours(curves, levels, spacing, field)

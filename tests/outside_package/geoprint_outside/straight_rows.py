@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 
 from geoprint.distance import Backend, isolines, level_distances
-from geoprint.model import ScalarField, Seed, Strokes, Surface
+from geoprint.model import Paths, ScalarField, Source, Surface
 
 
 class StraightRows:
@@ -19,11 +19,11 @@ class StraightRows:
         angle = np.radians(angle_deg)
         self._across = np.array([-np.sin(angle), np.cos(angle), 0.0])
 
-    def strokes(self, surface: Surface, _seed: Seed, *, backend: Backend, spacing: float | ScalarField) -> Strokes:
+    def paths(self, surface: Surface, _source: Source, *, backend: Backend, spacing: float | ScalarField) -> Paths:
         del backend
         assert isinstance(spacing, float)
         heights = surface.vertices @ self._across
         field = ScalarField(heights - heights.min())
         curves, levels = isolines(surface, field, levels=level_distances(field, spacing=spacing))
         row = np.repeat(levels, np.diff(curves.offsets)).astype(np.float64)
-        return Strokes(curves, row, np.full(row.size, spacing), np.ones(row.size))
+        return Paths(curves, row, np.full(row.size, spacing), np.ones(row.size))
