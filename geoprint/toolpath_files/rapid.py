@@ -32,7 +32,7 @@ TITLE = "RAPID"
 MOST_TEXT = 50_000_000
 # Steps in which a program must come to its end, about a microsecond each: so many, and each that it is written with so
 # often. Seconds would refuse on one machine what another one reads.
-MOST_STEPS, MOST_TIMES = 2_000_000, 10
+MOST_STEPS, MOST_TIMES = 1_300_000, 10
 # Names of files that hold modules end so.
 SUFFIXES = frozenset({".mod", ".modx", ".sys", ".sysx", ".prg"})
 # What the machine, which is made for programs of geoprint, raises of a program that no controller would run either.

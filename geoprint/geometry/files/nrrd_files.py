@@ -132,8 +132,13 @@ def read_nrrd(data: bytes, *, name: str) -> GridFile:
 def _header(data: bytes, *, name: str) -> tuple[_Header, bytes]:
     """Return the header of a file and the bytes behind it."""
     end = re.compile(rb"\r?\n\r?\n").search(data, 0, LONGEST_HEADER)
-    if not re.match(rb"NRRD000[1-5]\r?\n", data) or end is None:
+    if not re.match(rb"NRRD000[1-5]\r?\n", data):
         raise InputError(f"`{name}` does not begin with a NRRD header; export the segmentation again as NRRD.")
+    if end is None:
+        raise InputError(
+            f"`{name}` has a NRRD header without the empty line that ends it, in its first {LONGEST_HEADER} bytes; "
+            "export the segmentation again as NRRD."
+        )
     fields: dict[str, str] = {}
     lines: dict[str, int] = {}
     keys: dict[str, str] = {}

@@ -239,6 +239,7 @@ def test_a_header_cannot_take_memory_that_the_file_does_not_explain(tmp_path: Pa
         (b"not a volume at all" * 40, "a.nii", "does not begin with a NIfTI header"),
         (gzip.compress(b"no" * 400, mtime=0), "a.nii.gz", "does not begin with a NIfTI header"),
         (b"not a volume", "a.nrrd", "does not begin with a NRRD header"),
+        (b"NRRD0004\n" + b"# long\n" * 10_000, "a.nrrd", "without the empty line that ends it"),
         (b"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: raw\ndata file: /etc/passwd\n\n", "a.nrrd",
          "keeps its data in another file"),
         (b"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 2\nencoding: zlib\n\n", "a.nrrd", "packed as zlib"),
