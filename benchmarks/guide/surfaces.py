@@ -221,7 +221,7 @@ def words(data: Path) -> bytes:
         "", (-9.0, 9.0), (-9.0, 13.0), arrowprops={"arrowstyle": "<->", "color": "black", "shrinkA": 0, "shrinkB": 0}
     )
     _name(axis, "spacing (stepover)", (-9.0, 11.0), (-25.0, 19.5))
-    _name(axis, "rim: the seed (source)", (12.0, 15.0), (16.0, 19.5))
+    _name(axis, "rim: the source", (12.0, 15.0), (16.0, 19.5))
     _name(axis, "where fronts meet\n(medial axis)", (13.0, -8.0), (27.0, -4.0))
     _name(axis, "a run of level 0;\nits material is a bead", (2.0, -13.0), (14.0, -20.5))
     _name(axis, "level 1", (-14.0, 3.0), (-27.0, 3.0))
