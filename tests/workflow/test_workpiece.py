@@ -1,4 +1,4 @@
-"""What is planned on: its side, seed, body and mesh as the job asks, and cells from which no program may come."""
+"""What is planned on: its side, source, body and mesh as the job asks, and cells from which no program may come."""
 
 from __future__ import annotations
 
@@ -64,8 +64,8 @@ def test_a_flipped_job_prints_the_other_side(part: Path, up: float) -> None:
     np.testing.assert_allclose(planned.poses.tips[deposited, 2], 0.3 * up, atol=1e-6)
 
 
-def test_a_seed_may_miss_the_surface_by_a_millimetre(part: Path) -> None:
-    (place,) = prepared(part, source="point:20,15,0.98").seed.curves.points.weights
+def test_a_source_may_miss_the_surface_by_a_millimetre(part: Path) -> None:
+    (place,) = prepared(part, source="point:20,15,0.98").source.curves.points.weights
     assert place.sum() == pytest.approx(1.0)
     with pytest.raises(InputError, match=r"1\.02 mm"):
         prepared(part, source="point:20,15,1.02")

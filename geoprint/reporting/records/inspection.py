@@ -444,7 +444,7 @@ class SimulatedRecord(Record):
     spread: Rounded = Field(description="width of beads over what their flow asks for")
     width_noise: Rounded = Field(description="standard deviation of the width along a bead, over its mean")
     offset_mm: Rounded = Field(description="by which all beads lie to the left of their paths")
-    source: Count = Field(description="of all noise")
+    seed: Count = Field(description="of all noise")
     wanted_mm3: Rounded = Field(description="volume that the paths ask for")
     laid_mm3: Rounded = Field(description="volume that lies on the part")
     runs: tuple[SimulatedRunRecord, ...] = Field(description="in the order of printing")
