@@ -35,7 +35,7 @@ def test_the_help_names_them_where_ours_differ(
     [
         ("spacing", "stepover"),
         ("contours", "contour-parallel"),
-        ("seed", "source"),
+        ("source", "where distance is zero"),
         ("run", "bead"),
         ("where fronts meet", "medial axis"),
         ("lscm", "conformal map"),

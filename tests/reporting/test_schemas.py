@@ -19,7 +19,7 @@ SMALL = Path(__file__).with_name("small_plan.json")
 # Layout number, and hash of the schema without descriptions, of each kind of record.
 LAYOUTS = Path(__file__).with_name("record_layouts.json")
 # What is taken over from the job says so where the job does.
-OF_THE_JOB = {"PatchRegion", "Source"}
+OF_THE_JOB = {"PatchRegion", "SourceTable"}
 
 
 @pytest.fixture(scope="module")
