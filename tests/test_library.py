@@ -22,7 +22,7 @@ import numpy as np
 import pytest
 
 import geoprint
-from geoprint import config, inspection, postprocessor, reporting, workflow
+from geoprint import config, inspection, postprocessor, process_fitting, reporting, workflow
 from geoprint.errors import ExportError, GeoprintError, InputError
 from geoprint.geometry.files import labels_of, load_file, load_likely, save_ply, suggested_unit, write_whole
 from geoprint.metrics import SOURCES, Printed
@@ -227,6 +227,8 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
             gone, model=gone, cell=gone, part=gone, unit="mm", noise=None
         ),
         "calibrate_tool": lambda: geoprint.workflow.calibrate_tool(gone, cell=None, noise=None),
+        "read_measured_flow": lambda: process_fitting.read_measured_flow(gone, density=1.0),
+        "fit_flow": lambda: process_fitting.fit_flow(gone, cell=None, density=1.0, model="newtonian"),
         "read_urdf_file": lambda: read_urdf_file(gone, flange="tool0"),
         "read_record": lambda: reporting.read_record(gone, PlanRecord),
         "read_setup": lambda: postprocessor.read_setup(gone),

@@ -135,7 +135,7 @@ FAULTS: dict[str, tuple[Fault, ...]] = {
     "loading": (
         ("rapid.program", "_loading_main", "    WaitLoad geoLoading;\" for", "    StopMove;\" for"),
         ("rapid.program", "_start_load", "diskhome", "disktemp"),
-        ("rapid.program", "_program", 'not name.startswith("GeoPath")', "name"),
+        ("rapid.program", "_written", 'not name.startswith("GeoPath")', "name"),
     ),
 }  # fmt: skip
 # A speed below the ceiling, and a flow within its bounds, are free to choose; what plan.json says of the motion is
