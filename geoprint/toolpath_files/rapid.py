@@ -30,9 +30,10 @@ from geoprint.toolpath_files.path_file import PathFile, Point, Recorder, lines_o
 TITLE = "RAPID"
 # Characters of all modules; they are parsed as a whole.
 MOST_TEXT = 50_000_000
-# Steps in which a program must come to its end, about a microsecond each: so many, and each that it is written with so
-# often. Seconds would refuse on one machine what another one reads.
-MOST_STEPS, MOST_TIMES = 1_300_000, 10
+# Steps in which a program must come to its end, one to two microseconds each: so many, less what it takes to parse its
+# letters, but never fewer than so many; and each that it is written with so often. Seconds would refuse on one machine
+# what another one reads.
+MOST_STEPS, LEAST_STEPS, STEPS_A_LETTER, MOST_TIMES = 3_000_000, 1_300_000, 1.7, 10
 # Names of files that hold modules end so.
 SUFFIXES = frozenset({".mod", ".modx", ".sys", ".sysx", ".prg"})
 # What the machine, which is made for programs of geoprint, raises of a program that no controller would run either.
@@ -95,11 +96,20 @@ def _ran(name: str, texts: Mapping[str, str]) -> tuple[Execution, Notes]:
     modules, signals, notes = translated(modules)
     # What the machine executes must fit: every name means something, and arguments are of their kind.
     resolve(modules, signals=signals)
-    return _executed(modules, signals, entry=_entry(name, modules)), notes
+    letters = sum(map(len, texts.values()))
+    most = max(MOST_STEPS - round(STEPS_A_LETTER * letters), LEAST_STEPS)
+    return _executed(modules, signals, entry=_entry(name, modules), most=most), notes
 
 
-def _executed(modules: Sequence[Module], signals: Mapping[str, str], *, entry: str) -> Execution:
-    """Execute a program on the arm that comes with geoprint; where that stands does not count in the work object."""
+def _executed(modules: Sequence[Module], signals: Mapping[str, str], *, entry: str, most: int) -> Execution:
+    """Execute a program on the arm that comes with geoprint; where that stands does not count in the work object.
+
+    Args:
+        modules: of the program.
+        signals: their kinds, by name.
+        entry: where it begins.
+        most: steps that it may make besides what its own are worth.
+    """
     cell = load_cell(None)
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     task = compile_task(modules, at_once=[module.file for module in modules], signals=signals, arm=arm)
@@ -109,7 +119,7 @@ def _executed(modules: Sequence[Module], signals: Mapping[str, str], *, entry: s
         signals={name: 1.0 for name, kind in signals.items() if kind == "signaldi"},
         entry=entry,
         watched=frozenset({THROUGH}),
-        most_steps=MOST_STEPS + MOST_TIMES * sum(len(each.steps) for each in task.routines),
+        most_steps=most + MOST_TIMES * sum(len(each.steps) for each in task.routines),
     )
     # Numbers that are too large become infinite, which is refused where they are used.
     with np.errstate(all="ignore"):

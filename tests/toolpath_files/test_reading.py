@@ -272,7 +272,8 @@ MALFORMED = {
 @pytest.mark.parametrize("what", [*MALFORMED])
 def test_what_is_malformed_is_refused_in_one_sentence(write: Write, monkeypatch: pytest.MonkeyPatch, what: str) -> None:
     text, complaint = MALFORMED[what]
-    monkeypatch.setattr("geoprint.toolpath_files.rapid.MOST_STEPS", 2000)
+    for name in ("MOST_STEPS", "LEAST_STEPS"):
+        monkeypatch.setattr(f"geoprint.toolpath_files.rapid.{name}", 2000)
     with pytest.raises(InputError, match=re.escape(complaint)) as refused:
         read_paths(write(text, "odd.nc"))
     said = str(refused.value)
