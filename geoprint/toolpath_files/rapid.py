@@ -33,7 +33,7 @@ MOST_TEXT = 50_000_000
 # Steps in which a program must come to its end, one to two microseconds each: so many, less what it takes to parse its
 # letters, but never fewer than so many; and each that it is written with so often. Seconds would refuse on one machine
 # what another one reads.
-MOST_STEPS, LEAST_STEPS, STEPS_A_LETTER, MOST_TIMES = 3_000_000, 1_300_000, 1.7, 10
+MOST_STEPS, LEAST_STEPS, STEPS_A_LETTER, MOST_TIMES = 3_000_000, 1_000_000, 2.0, 10
 # Names of files that hold modules end so.
 SUFFIXES = frozenset({".mod", ".modx", ".sys", ".sysx", ".prg"})
 # What the machine, which is made for programs of geoprint, raises of a program that no controller would run either.
