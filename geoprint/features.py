@@ -75,7 +75,7 @@ def loaded(point: EntryPoint, noun: str) -> Any:
     except Exception as error:  # whatever another's package raises when it is imported
         raise UsageError(
             f"the {noun} '{point.name}' from {origin_of(point)} cannot be loaded ({type(error).__name__}: {error}): "
-            "mend or uninstall that package."
+            "fix or uninstall that package."
         ) from error
 
 

@@ -311,7 +311,7 @@ def simulate(
     overwrite: Overwrite = False,
     as_json: AsJson = False,
 ) -> None:
-    """Print a bundle in silico: execute its program as it stands there, and lay what that commands, run by run."""
+    """Simulate the print of a bundle: execute its program as it stands, and deposit what it commands, run by run."""
     from geoprint.inspection.simulated import record_simulated, save_simulated, simulated_print, simulated_text
     from geoprint.postprocessor import check_writable
     from geoprint.simulation import Development, Faults

@@ -1,4 +1,4 @@
-"""What features add to a report: figures of a plan, told in JSON, terminal and table, and a section of the page.
+"""What features add to a report: figures of a plan, in JSON, terminal and table, and a section of the page.
 
 A feature's class stands in the group `geoprint.reports`. It states its `title`; its options are the keyword-only
 arguments of its constructor, which a job or a cell file gives; it acts where a job names it among its `options`.

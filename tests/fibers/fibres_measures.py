@@ -1,4 +1,4 @@
-"""What is measured of paths by other means than those that laid them."""
+"""Paths along a field, and what is measured of them by other means than those that drew them."""
 
 from __future__ import annotations
 
@@ -7,9 +7,21 @@ from itertools import combinations
 
 import numpy as np
 
+from geoprint.distance import BACKENDS
 from geoprint.fibers import DirectionField
 from geoprint.fibers.fields import face_axes
+from geoprint.fibers.pattern import FibrePattern
+from geoprint.geometry import boundary_loops, boundary_source, point_source
 from geoprint.model import FloatArray, IntArray, Paths, Surface, SurfaceCurves
+
+
+def paths_along(field: DirectionField, *, spacing: float, laying: str) -> Paths:
+    """Return the paths along a field, from the rim or, where there is none, from the first vertex."""
+    surface = field.surface
+    rim = bool(boundary_loops(surface))
+    source = boundary_source(surface) if rim else point_source(surface, surface.vertices[0], tolerance=1)
+    pattern = FibrePattern(field=lambda _: field, laying=laying)
+    return pattern.paths(surface, source, backend=BACKENDS["heat"](surface), spacing=spacing)
 
 
 def crossings(surface: Surface, curves: SurfaceCurves) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -27,7 +27,6 @@ from geoprint.fibers.fields import angles_in_faces
 from geoprint.fibers.pattern import FibrePattern, lines_along_rim
 from geoprint.geometry import (
     arc_lengths,
-    boundary_loops,
     boundary_source,
     pieces,
     point_source,
@@ -38,18 +37,11 @@ from geoprint.geometry import (
 from geoprint.geometry.files import load
 from geoprint.metrics import measure_paths
 from geoprint.model import Paths, Polylines, Source, Surface
-from tests.fibers.fibres_measures import crossings, lines, off_field
+from tests.fibers.fibres_measures import crossings, lines, off_field, paths_along
 from tests.meshes import annulus, cylinder_patch, disc, plate, sphere
 from tests.shared_data import shared
 
-
-def _strokes(field: DirectionField, *, spacing: float) -> Paths:
-    surface = field.surface
-    source = (
-        boundary_source(surface) if boundary_loops(surface) else point_source(surface, surface.vertices[0], tolerance=1)
-    )
-    pattern = FibrePattern(field=lambda _: field, laying="streamlines")
-    return pattern.paths(surface, source, backend=BACKENDS["heat"](surface), spacing=spacing)
+_paths = partial(paths_along, laying="streamlines")
 
 
 def _leaning(surface: Surface, *preferences: Preference) -> DirectionField:
@@ -69,7 +61,7 @@ def _circles(*, rings: int = 40, jitter_seed: int | None = 1) -> DirectionField:
 @pytest.mark.parametrize("divisions", [(2, 1), (40, 20)])
 def test_on_a_plate_rows_are_straight_and_one_spacing_apart(divisions: tuple[int, int]) -> None:
     surface = plate((20.0, 10.0), divisions, jitter_seed=None if divisions == (2, 1) else 1)
-    paths = _strokes(_along(surface, 1.0, 0.0, 0.0), spacing=1.0)
+    paths = _paths(_along(surface, 1.0, 0.0, 0.0), spacing=1.0)
     drawn = lines(surface, paths)
     assert max(float(np.ptp(line[:, 1])) for line in drawn) < 1e-5
     np.testing.assert_allclose([arc_lengths(line)[-1] for line in drawn], 20.0, atol=1e-4)
@@ -79,7 +71,7 @@ def test_on_a_plate_rows_are_straight_and_one_spacing_apart(divisions: tuple[int
 
 def test_about_an_index_of_one_on_a_disc_strokes_are_closed_circles() -> None:
     field = _circles()
-    paths = _strokes(field, spacing=1.0)
+    paths = _paths(field, spacing=1.0)
     radii = [np.linalg.norm(line, axis=1) for line in lines(field.surface, paths)]
     assert paths.curves.closed.sum() >= 18
     closed = [around for around, whole in zip(radii, paths.curves.closed, strict=True) if whole]
@@ -96,7 +88,7 @@ def test_on_a_cylinder_a_helix_rule_gives_helices(angle_deg: float) -> None:
     surface = cylinder_patch(radius=12.0, angle=2.0, length=30.0, divisions=(48, 40), jitter_seed=1)
     rule = HelixRule(np.radians(angle_deg), np.radians(angle_deg))
     field = rule.field(surface, heights=surface.vertices[:, 1], depths=np.zeros(len(surface.vertices)))
-    paths = _strokes(field, spacing=1.0)
+    paths = _paths(field, spacing=1.0)
     for line in lines(surface, paths):
         flat = np.column_stack([12.0 * np.arctan2(line[:, 0], line[:, 2]), line[:, 1]])
         along = flat[-1] - flat[0]
@@ -123,7 +115,7 @@ def _rays(surface: Surface) -> DirectionField:
 @cache
 def _deposited(made: str) -> tuple[DirectionField, Paths]:
     field = MADE[made]()
-    return field, _strokes(field, spacing=1.1)
+    return field, _paths(field, spacing=1.1)
 
 
 @pytest.mark.parametrize("made", MADE)
@@ -149,7 +141,7 @@ def test_strokes_are_apart_over_the_surface_and_leave_no_wide_gap(made: str) -> 
 
 def test_a_ray_ends_where_rays_come_near_each_other() -> None:
     field = _rays(disc(rings=30, jitter_seed=1))
-    paths = _strokes(field, spacing=1.0)
+    paths = _paths(field, spacing=1.0)
     inner = np.array([np.linalg.norm(line, axis=1).min() for line in lines(field.surface, paths)])
     # 2 pi r has room for r * 2 pi / 0.6 rays at most, and for a half of it at least.
     for radius in (5.0, 10.0, 15.0):
@@ -177,7 +169,7 @@ def test_moving_the_part_moves_the_strokes_with_it() -> None:
     turn, shift = Rotation.from_rotvec([0.4, -1.0, 0.3]).as_matrix(), np.array([5.0, -3.0, 2.0])
     moved = Surface(field.surface.vertices @ turn.T + shift, field.surface.faces)
     there = DirectionField(moved, field.symmetry, field.angles, field.turning)
-    ours, theirs = (_strokes(each, spacing=2.0) for each in (field, there))
+    ours, theirs = (_paths(each, spacing=2.0) for each in (field, there))
     assert ours.curves.count == theirs.curves.count
     for one, other in zip(lines(field.surface, ours), lines(moved, theirs), strict=True):
         np.testing.assert_allclose(one @ turn.T + shift, other, atol=1e-6)
@@ -195,13 +187,13 @@ def test_without_a_field_strokes_follow_the_rim_and_where_there_is_none_the_smoo
 def test_a_field_of_crosses_is_refused() -> None:
     surface = plate()
     with pytest.raises(UsageError, match="not of crosses: give a field of symmetry 2"):
-        _strokes(smoothest_field(surface, symmetry=4), spacing=1.0)
+        _paths(smoothest_field(surface, symmetry=4), spacing=1.0)
 
 
 def test_a_stroke_that_is_too_short_is_left_out_and_told_once_from_wherever_it_is_met() -> None:
     # In a corner rows grow shorter and shorter: so many as there are spacings in three, at 45 degrees.
     surface = plate((20.0, 20.0), (40, 40), jitter_seed=1)
-    paths = _strokes(_along(surface, 1.0, 1.0, 0.0), spacing=1.0)
+    paths = _paths(_along(surface, 1.0, 1.0, 0.0), spacing=1.0)
     assert 2 <= len(paths.dropped) <= 4
     assert max(paths.dropped) < 3.0
     assert min(arc_lengths(line)[-1] for line in lines(surface, paths)) >= 3.0
@@ -212,7 +204,7 @@ def test_a_part_too_short_for_any_stroke_is_refused() -> None:
     with pytest.raises(
         FieldError, match=r"no stroke along the field on plate is 3 spacings of 1 mm long: choose a smaller"
     ):
-        _strokes(_along(surface, 1.0, 0.0, 0.0), spacing=1.0)
+        _paths(_along(surface, 1.0, 0.0, 0.0), spacing=1.0)
 
 
 @pytest.mark.parametrize("name", ["lv_lateral_rect_40x30", "aortic_root_band_6mm"])
@@ -220,7 +212,7 @@ def test_on_a_real_patch_strokes_cover_it_cross_nowhere_and_follow_the_curvature
     part = prepare(load(shared(f"patches/{name}.ply"), unit="mm"))[0]
     fine = refine(part, edge_length=0.8)
     field = _leaning(fine, AlongCurvature("smallest"))
-    paths = _strokes(field, spacing=1.8)
+    paths = _paths(field, spacing=1.8)
     assert crossings(fine, paths.curves) == 0
     off, lengths = off_field(field, paths.curves)
     assert np.degrees(np.average(off, weights=lengths)) < 0.5

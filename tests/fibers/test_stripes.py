@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import pytest
@@ -26,8 +27,6 @@ from geoprint.fibers.net import net_of, senses_of
 from geoprint.fibers.pattern import FibrePattern
 from geoprint.geometry import (
     arc_lengths,
-    boundary_loops,
-    boundary_source,
     pieces,
     point_source,
     prepare,
@@ -37,18 +36,11 @@ from geoprint.geometry import (
 from geoprint.geometry.files import load
 from geoprint.metrics import measure_paths
 from geoprint.model import FloatArray, Paths, Polylines, Surface
-from tests.fibers.fibres_measures import crossings, lines, off_field
+from tests.fibers.fibres_measures import crossings, lines, off_field, paths_along
 from tests.meshes import annulus, cylinder_patch, disc, plate, sphere
 from tests.shared_data import shared
 
-
-def _strokes(field: DirectionField, *, spacing: float) -> Paths:
-    surface = field.surface
-    source = (
-        boundary_source(surface) if boundary_loops(surface) else point_source(surface, surface.vertices[0], tolerance=1)
-    )
-    pattern = FibrePattern(field=lambda _: field)
-    return pattern.paths(surface, source, backend=BACKENDS["heat"](surface), spacing=spacing)
+_paths = partial(paths_along, laying="stripes")
 
 
 def _along(surface: Surface, *direction: float) -> DirectionField:
@@ -77,7 +69,7 @@ def _sides(surface: Surface, paths: Paths, *, spacing: float) -> FloatArray:
 @pytest.mark.parametrize("divisions", [(2, 1), (40, 20)])
 def test_on_a_plate_rows_are_straight_and_one_spacing_apart(divisions: tuple[int, int]) -> None:
     surface = plate((20.0, 10.0), divisions, jitter_seed=None if divisions == (2, 1) else 1)
-    paths = _strokes(_along(surface, 1.0, 0.0, 0.0), spacing=1.0)
+    paths = _paths(_along(surface, 1.0, 0.0, 0.0), spacing=1.0)
     drawn = lines(surface, paths)
     assert max(float(np.ptp(line[:, 1])) for line in drawn) < 1e-4
     np.testing.assert_allclose([arc_lengths(line)[-1] for line in drawn], 20.0, atol=1e-4)
@@ -87,7 +79,7 @@ def test_on_a_plate_rows_are_straight_and_one_spacing_apart(divisions: tuple[int
 
 def test_where_the_width_holds_no_whole_number_of_rows_they_stay_one_spacing_apart() -> None:
     surface = plate((20.0, 10.4), (40, 20), jitter_seed=1)
-    paths = _strokes(_along(surface, 1.0, 0.0, 0.0), spacing=1.0)
+    paths = _paths(_along(surface, 1.0, 0.0, 0.0), spacing=1.0)
     heights = np.sort([line[:, 1].mean() for line in lines(surface, paths)])
     np.testing.assert_allclose(np.diff(heights), 1.0, atol=0.03)
     # Both rims draw: what is left over is shared.
@@ -99,7 +91,7 @@ def test_on_a_cylinder_a_helix_rule_gives_helices_one_spacing_apart(angle_deg: f
     surface = cylinder_patch(radius=12.0, angle=2.0, length=30.0, divisions=(48, 40), jitter_seed=1)
     rule = HelixRule(np.radians(angle_deg), np.radians(angle_deg))
     field = rule.field(surface, heights=surface.vertices[:, 1], depths=np.zeros(len(surface.vertices)))
-    paths = _strokes(field, spacing=1.0)
+    paths = _paths(field, spacing=1.0)
     across, off = list[float](), list[float]()
     for line in lines(surface, paths):
         flat = np.column_stack([12.0 * np.arctan2(line[:, 0], line[:, 2]), line[:, 1]])
@@ -116,7 +108,7 @@ def test_on_a_cylinder_a_helix_rule_gives_helices_one_spacing_apart(angle_deg: f
 
 def test_about_an_index_of_one_on_a_disc_rows_are_closed_circles() -> None:
     field = _about(1.0)
-    paths = _strokes(field, spacing=1.0)
+    paths = _paths(field, spacing=1.0)
     radii = [np.linalg.norm(line, axis=1) for line in lines(field.surface, paths)]
     closed = [around for around, whole in zip(radii, paths.curves.closed, strict=True) if whole]
     assert len(closed) >= len(radii) - 1
@@ -133,7 +125,7 @@ def test_around_half_an_index_rows_turn_back_and_do_not_end() -> None:
     around = np.column_stack([-away[:, 1], away[:, 0], np.zeros(len(away))])
     field = nearest_field(surface, angles_in_faces(surface, np.arange(len(middles)), around), symmetry=2)
     assert senses_of(surface, net_of(field, spacings=np.full(len(field.angles), spacing))).odd.sum() == 2
-    paths = _strokes(field, spacing=spacing)
+    paths = _paths(field, spacing=spacing)
     ends = _ends(surface, paths)
     assert crossings(surface, paths.curves) == 0
     assert np.linalg.norm(ends, axis=1).min(initial=np.inf) > 19.5
@@ -143,7 +135,7 @@ def test_around_half_an_index_rows_turn_back_and_do_not_end() -> None:
 
 def test_where_lines_part_half_of_the_ends_are_saved_by_a_little_more_or_less_spacing() -> None:
     surface, spacing, reach = plate((30.0, 20.0), (60, 40), jitter_seed=1), 1.0, 20.0
-    paths = _strokes(_fan(surface, reach=reach), spacing=spacing)
+    paths = _paths(_fan(surface, reach=reach), spacing=spacing)
     ends = _ends(surface, paths)
     inside = (ends[:, 0] > 0.2) & (ends[:, 0] < 29.8) & (ends[:, 1] > 0.2) & (ends[:, 1] < 19.8)
     # Rows exactly one spacing apart begin as often as lines part: one over the distance from where they come from.
@@ -170,7 +162,7 @@ MADE: dict[str, Callable[[], DirectionField]] = {
 def test_rows_never_cross_follow_the_field_to_two_degrees_and_leave_no_gap(made: str) -> None:
     field = MADE[made]()
     surface, spacing = field.surface, 1.1
-    paths = _strokes(field, spacing=spacing)
+    paths = _paths(field, spacing=spacing)
     assert crossings(surface, paths.curves) == 0
     off, lengths = off_field(field, paths.curves)
     assert np.degrees(np.average(off, weights=lengths)) < 2.0
@@ -187,7 +179,7 @@ def _ends(surface: Surface, paths: Paths) -> FloatArray:
 def test_each_piece_of_a_surface_has_rows_of_its_own() -> None:
     one = plate((10.0, 6.0), (10, 6))
     both = united([one, Surface(one.vertices + np.array([20.0, 0.0, 0.0]), one.faces)])
-    paths = _strokes(_along(both, 1.0, 0.0, 0.0), spacing=1.0)
+    paths = _paths(_along(both, 1.0, 0.0, 0.0), spacing=1.0)
     assert [int(piece.holds(paths.curves).sum()) for piece in pieces(both)] == [6, 6]
 
 
@@ -206,7 +198,7 @@ def test_moving_the_part_moves_the_rows_with_it() -> None:
     turn, shift = Rotation.from_rotvec([0.4, -1.0, 0.3]).as_matrix(), np.array([5.0, -3.0, 2.0])
     moved = Surface(field.surface.vertices @ turn.T + shift, field.surface.faces)
     there = DirectionField(moved, field.symmetry, field.angles, field.turning)
-    ours, theirs = (_strokes(each, spacing=2.0) for each in (field, there))
+    ours, theirs = (_paths(each, spacing=2.0) for each in (field, there))
     assert ours.curves.count == theirs.curves.count
     for one, other in zip(lines(field.surface, ours), lines(moved, theirs), strict=True):
         np.testing.assert_allclose(one @ turn.T + shift, other, atol=1e-6)
@@ -215,7 +207,7 @@ def test_moving_the_part_moves_the_rows_with_it() -> None:
 def test_what_is_shorter_than_three_spacings_is_left_out_and_told() -> None:
     # A triangle whose corner cuts rows shorter and shorter.
     surface = Surface(np.array([[0.0, 0.0, 0.0], [20.0, 0.0, 0.0], [20.0, 10.0, 0.0]]), np.array([[0, 1, 2]]))
-    paths = _strokes(_along(surface, 0.0, 1.0, 0.0), spacing=1.0)
+    paths = _paths(_along(surface, 0.0, 1.0, 0.0), spacing=1.0)
     assert len(paths.dropped) >= 4
     assert max(paths.dropped) < 3.0
     assert min(arc_lengths(line)[-1] for line in lines(surface, paths)) >= 3.0
@@ -224,7 +216,7 @@ def test_what_is_shorter_than_three_spacings_is_left_out_and_told() -> None:
 def test_a_part_too_short_for_any_stroke_is_refused() -> None:
     surface = plate((2.0, 2.0), (4, 4))
     with pytest.raises(FieldError, match=r"no stroke along the field on plate is 3 spacings of 1 mm long: choose"):
-        _strokes(_along(surface, 1.0, 0.0, 0.0), spacing=1.0)
+        _paths(_along(surface, 1.0, 0.0, 0.0), spacing=1.0)
 
 
 def test_another_laying_is_refused() -> None:
@@ -237,7 +229,7 @@ def test_on_a_real_patch_rows_are_even_cover_it_cross_nowhere_and_follow_the_cur
     part = prepare(load(shared(f"patches/{name}.ply"), unit="mm"))[0]
     fine = refine(part, edge_length=0.8)
     field = smoothest_field(fine, symmetry=2, preferences=[AlongCurvature("smallest")])
-    paths = _strokes(field, spacing=1.8)
+    paths = _paths(field, spacing=1.8)
     assert crossings(fine, paths.curves) == 0
     off, lengths = off_field(field, paths.curves)
     assert np.degrees(np.average(off, weights=lengths)) < 2.0

@@ -18,7 +18,7 @@ class LongestRun:
     """Measures the longest run of plans.
 
     Args:
-        share: of it that is told, for instance what a syringe holds.
+        share: of it that counts, for instance what a syringe holds.
     """
 
     title: ClassVar[str] = "longest run"
