@@ -96,6 +96,7 @@ def rounded_lengths(tips: FloatArray, chosen: IntArray, places: FloatArray, zone
 
 def _along_moves(tips: FloatArray, chosen: IntArray, places: FloatArray, zones: FloatArray) -> FloatArray:
     """Return (2, t - 1) deviations and lengths of the moves."""
+    places, zones = np.array(places, order="C"), np.array(zones)  # one kind of array: one loop to compile
     found = np.zeros((2, len(chosen) - 1))
     _follow(tips, chosen, places, zones, apexes(places, zones), np.empty((2 * PIECES + 2, 3)), found)
     return found
