@@ -45,6 +45,7 @@ _Refused: Any = next(kind for kind in typer.BadParameter.__mro__ if kind.__name_
 # for, because its options come from `Job`. What features add stands below them.
 COMMANDS = {
     "planning": {
+        "demo": "Compare on the tip of a heart that comes along, open the report.",
         "plan": "Plan a part and write the checked program for the robot.",
         "compare": "Compare how evenly backends cover parts, and what prints.",
         "place": "Look for the place where the arm prints a part best.",

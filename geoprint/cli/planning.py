@@ -1,7 +1,11 @@
-"""Commands that plan: plan, compare, place."""
+"""Commands that plan: demo, plan, compare, place."""
 
 from __future__ import annotations
 
+import os
+import sys
+import webbrowser
+from importlib import resources
 from pathlib import Path
 from typing import Annotated
 
@@ -30,6 +34,30 @@ from geoprint.errors import UsageError
 
 # Backends are compared in two processes: each takes up to a gigabyte.
 PROCESSES = 2
+# What the demonstration plans: in a checkout a link to its file in data/, which stands in the wheel as a file.
+DEMO_PART, DEMO_FOLDER = "heart_apex_patch.ply", Path("geoprint-demo")
+
+
+def demo() -> None:
+    """Compare both ways of planning on the tip of a heart and open the report: `geoprint compare`, nothing to give.
+
+    The result stands in ./geoprint-demo and replaces that of an earlier demonstration alone.
+    """
+    from geoprint.cli.application import run
+
+    with resources.as_file(resources.files("geoprint.cli") / DEMO_PART) as part:
+        placed = ["--unit", "mm", "--spacing", "1", "--place", "demo"]
+        run(["compare", str(part), *placed, "--out", str(DEMO_FOLDER), "--overwrite"])
+    report = DEMO_FOLDER.resolve() / "report.html"
+    if not _opened(report):
+        say(f"open in a browser: {report}")
+    say("your own part: `geoprint guide your-part`; all pages: `geoprint guide`")
+
+
+def _opened(page: Path) -> bool:
+    """Open a page in a browser where somebody sits before one, and say whether that was possible."""
+    windows = sys.platform in {"darwin", "win32"} or any(os.environ.get(key) for key in ("DISPLAY", "WAYLAND_DISPLAY"))
+    return sys.stderr.isatty() and windows and webbrowser.open(page.as_uri())
 
 
 @takes()
