@@ -22,6 +22,7 @@ from geoprint.geometry import (
     triple,
 )
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
+from geoprint.transforms import EQUAL, nearest
 
 # Does a flattened surface lie in the plane once? Turned triangles, turned holes and borders that cross.
 
@@ -287,7 +288,7 @@ def touching_together(surface: Surface, loops: tuple[IntArray, ...]) -> tuple[In
 
 
 def farthest_pair(surface: Surface, loop: IntArray) -> IntArray:
-    """Return two vertices of a loop that are far apart, whatever the numbering.
+    """Return two vertices of a loop that are far apart, whatever numbering and rounding are.
 
     From the vertex farthest from the loop's mean the search goes to the farthest vertex again and again until the
     distance no longer grows.
@@ -300,12 +301,12 @@ def farthest_pair(surface: Surface, loop: IntArray) -> IntArray:
         (2,) vertices.
     """
     places = surface.vertices[loop]
-    here = int(np.argmax(np.linalg.norm(places - places.mean(axis=0), axis=1)))
+    here = nearest(-np.linalg.norm(places - places.mean(axis=0), axis=1), places)
     reach = 0.0
     while True:
         distances = np.linalg.norm(places - places[here], axis=1)
-        there = int(np.argmax(distances))
-        if distances[there] <= reach:
+        there = nearest(-distances, places)
+        if distances[there] <= reach + EQUAL:
             return np.array([loop[there], loop[here]])
         here, reach = there, float(distances[there])
 

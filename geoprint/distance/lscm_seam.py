@@ -7,7 +7,6 @@ from typing import TypeAlias, final
 
 import numpy as np
 from scipy.sparse import coo_array, csc_array
-from scipy.sparse.csgraph import dijkstra
 
 from geoprint.distance.distortion import signed_areas
 from geoprint.distance.lscm_chart import PinnedMap, conformal_chart, conformal_energy, refuse_overlaps, turning_pull
@@ -20,10 +19,9 @@ from geoprint.geometry import (
     connected_nodes,
     cotangent_laplacian,
     describe,
-    edge_lengths,
-    edges,
     face_areas,
     half_edges,
+    shortest_edge_path,
     twins,
 )
 from geoprint.geometry.halfedges import next_halves
@@ -187,7 +185,7 @@ def flattened(surface: Surface) -> Chart:
         loops = boundary_loops(surface)
         turn = flat_turn(surface, loops)
         if abs(turn) <= LARGEST_TURN:
-            return flattened_band(surface, seam=shortest_cut(surface, loops), turn=turn)
+            return flattened_band(surface, seam=shortest_edge_path(surface, *loops), turn=turn)
     return Chart(conformal_chart(surface), UNCUT)
 
 
@@ -233,18 +231,6 @@ def flattened_band(surface: Surface, *, seam: IntArray, turn: float) -> Chart:
     flat = scale * flat
     chart = Surface(np.column_stack([flat, np.zeros(len(flat))]), cut.faces, name=surface.name)
     return Chart(chart, Continuation(flat[seam], flat[copies], turn, np.array([shift.real, shift.imag])))
-
-
-def shortest_cut(surface: Surface, loops: tuple[IntArray, ...]) -> IntArray:
-    """Return the (s,) vertices of the shortest path along edges from the first loop to the second."""
-    ends, lengths = edges(surface.faces), edge_lengths(surface)
-    count = len(surface.vertices)
-    graph = coo_array((lengths, (ends[:, 0], ends[:, 1])), shape=(count, count)).tocsr()
-    distances, before, _ = dijkstra(graph, directed=False, indices=loops[0], min_only=True, return_predecessors=True)
-    path = [int(loops[1][np.argmin(distances[loops[1]])])]
-    while before[path[-1]] >= 0:
-        path.append(int(before[path[-1]]))
-    return np.array(path[::-1])
 
 
 def flat_turn(surface: Surface, loops: tuple[IntArray, ...]) -> float:

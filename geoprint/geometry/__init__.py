@@ -28,6 +28,7 @@ from geoprint.geometry.operators import (
     gradient as gradient,
     lumped_mass as lumped_mass,
     mean_normal as mean_normal,
+    shortest_edge_path as shortest_edge_path,
     signed_volume as signed_volume,
     smallest_angles as smallest_angles,
     stiffness as stiffness,

@@ -8,14 +8,18 @@ taken counter-clockwise, and the area A [Crane2013, sec. 3.2].
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csc_array, dia_array
+from scipy.sparse import coo_array, csc_array, dia_array
+from scipy.sparse.csgraph import dijkstra
 
 from geoprint.errors import MeshError
 from geoprint.geometry.topology import edges
 from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.transforms import THIS_WAY
 
 # A mean normal shorter than this is what rounding leaves of the millions of normals of a closed surface.
 ROUNDED_NORMAL = 1e-9
+# Share by which edges at one side of a surface count as longer than those at the other: rounding does not.
+TILT = 1e-4
 
 
 def doubled_area_vectors(vertices: FloatArray, faces: IntArray) -> FloatArray:
@@ -79,6 +83,27 @@ def edge_lengths(surface: Surface) -> FloatArray:
     """Return the (e,) length [mm] of every edge, in the order of `topology.edges`."""
     ends = surface.vertices[edges(surface.faces)]
     return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+
+
+def shortest_edge_path(surface: Surface, starts: IntArray, ends: IntArray) -> IntArray:
+    """Return the (k,) vertices of the shortest path along edges from one of some vertices to one of some others.
+
+    Of paths that are equally long, as on a grid, the same one is chosen, whatever rounding does.
+
+    Args:
+        surface: n vertices.
+        starts: (s,) vertices.
+        ends: (e,) vertices that edges connect with a start.
+    """
+    sides, count = edges(surface.faces), len(surface.vertices)
+    aside = surface.vertices[sides].mean(axis=1) @ THIS_WAY
+    lengths = edge_lengths(surface) * (1.0 + TILT * (aside - aside.min()) / np.ptp(aside))
+    graph = coo_array((lengths, (sides[:, 0], sides[:, 1])), shape=(count, count)).tocsr()
+    distances, before, _ = dijkstra(graph, directed=False, indices=starts, min_only=True, return_predecessors=True)
+    path = [int(ends[distances[ends].argmin()])]
+    while before[path[-1]] >= 0:
+        path.append(int(before[path[-1]]))
+    return np.array(path[::-1], dtype=np.int64)
 
 
 def smallest_angles(surface: Surface) -> FloatArray:

@@ -13,6 +13,9 @@ import numpy as np
 from geoprint.errors import MeshError
 from geoprint.model import FloatArray, IntArray, Surface
 
+# Digits to which lengths of loops are compared [mm]: rounding does not decide which of two is the longer.
+EQUAL_DIGITS = 5
+
 
 def half_edges(faces: IntArray) -> IntArray:
     """Return the start and end vertex of every half-edge.
@@ -181,8 +184,8 @@ def boundary_loops(surface: Surface) -> tuple[IntArray, ...]:
         surface: manifold and consistently wound.
 
     Returns:
-        One (l,) array of vertex indices a loop, the first not repeated; the longest [mm] first, equal lengths by
-        their first vertex. Empty for a closed surface.
+        One (l,) array of vertex indices a loop, the first not repeated; the longest [mm] first, those that are
+        equally long to 1e-5 mm by their first vertex. Empty for a closed surface.
 
     Raises:
         MeshError: two loops pass through one vertex, or the winding is not consistent.
@@ -205,7 +208,7 @@ def boundary_loops(surface: Surface) -> tuple[IntArray, ...]:
             vertex = following.pop(vertex)
         del following[start]
         loops.append(np.array(loop, dtype=np.int64))
-    return tuple(sorted(loops, key=lambda loop: (-loop_length(surface.vertices, loop), loop[0])))
+    return tuple(sorted(loops, key=lambda loop: (-round(loop_length(surface.vertices, loop), EQUAL_DIGITS), loop[0])))
 
 
 def loop_length(vertices: FloatArray, loop: IntArray) -> float:

@@ -6,7 +6,6 @@ from typing import ClassVar, final
 
 import numpy as np
 from scipy.sparse import coo_array, csc_array
-from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import KDTree
 
 from geoprint.distance import Backend, isolines, level_distances
@@ -19,13 +18,13 @@ from geoprint.geometry import (
     boundary_loops,
     connected_nodes,
     edge_keys,
-    edges,
     euler_characteristic,
     face_areas,
     face_normals,
     gradient,
     half_edges,
     pieces,
+    shortest_edge_path,
     some_curves,
     twins,
 )
@@ -62,19 +61,6 @@ class Slit:
 
     def __post_init__(self) -> None:
         freeze_arrays(self, faces="int: m 3", origins="int: c", left="bool: c")
-
-
-def line_between(surface: Surface, start: int, ends: IntArray) -> IntArray:
-    """Return the (k,) vertices of the shortest line along edges from a vertex to the nearest of some others."""
-    sides = edges(surface.faces)
-    lengths = np.linalg.norm(surface.vertices[sides[:, 1]] - surface.vertices[sides[:, 0]], axis=1)
-    count = len(surface.vertices)
-    graph = coo_array((lengths, (sides[:, 0], sides[:, 1])), shape=(count, count)).tocsr()
-    away, before = dijkstra(graph, directed=False, indices=np.array([start]), return_predecessors=True)
-    line = [int(ends[away[0, ends].argmin()])]
-    while line[-1] != start:
-        line.append(int(before[0, line[-1]]))
-    return np.array(line[::-1], dtype=np.int64)
 
 
 def slit_along(surface: Surface, line: IntArray) -> Slit:
@@ -239,7 +225,7 @@ class SpiralPattern:
             )
         rim = _rim(surface, source, distance)
         start = np.array([int(distance.argmin())]) if rim is None else rim
-        slit = slit_along(surface, line_between(surface, middle, start)[::-1])
+        slit = slit_along(surface, shortest_edge_path(surface, start, np.array([middle])))
         if rim is None:
             shares = turns(surface, slit, distance, held=_pinned(distance, start), loose=np.append(start, middle))
         else:

@@ -18,7 +18,6 @@ from geoprint.distance.lscm_seam import (
     flattened,
     flattened_band,
     joined,
-    shortest_cut,
 )
 from geoprint.errors import FieldError
 from geoprint.geometry import (
@@ -30,6 +29,7 @@ from geoprint.geometry import (
     positions,
     prepare,
     refine,
+    shortest_edge_path,
 )
 from geoprint.geometry.files import load
 from geoprint.model import BoolArray, Contours, FloatArray, Source, Surface, SurfaceCurves, SurfacePoints
@@ -67,7 +67,7 @@ def spacings(surface: Surface, contours: Contours) -> tuple[FloatArray, FloatArr
 
 def cut_places(surface: Surface) -> FloatArray:
     """Return the (s, 3) corners of the cut that `lscm` takes [mm]."""
-    return surface.vertices[shortest_cut(surface, boundary_loops(surface))]
+    return surface.vertices[shortest_edge_path(surface, *boundary_loops(surface))]
 
 
 def with_other_cut(monkeypatch: pytest.MonkeyPatch, steps: int) -> None:
@@ -75,7 +75,7 @@ def with_other_cut(monkeypatch: pytest.MonkeyPatch, steps: int) -> None:
 
     def elsewhere(surface: Surface) -> Chart:
         loops = boundary_loops(surface)
-        seam = (shortest_cut(surface, loops) + 17 * steps) % len(surface.vertices)
+        seam = (shortest_edge_path(surface, *loops) + 17 * steps) % len(surface.vertices)
         return flattened_band(surface, seam=seam, turn=flat_turn(surface, loops))
 
     monkeypatch.setattr(lscm, "flattened", elsewhere)

@@ -16,7 +16,6 @@ from geoprint.distance.lscm_seam import (
     flat_turn,
     flattened,
     flattened_band,
-    shortest_cut,
 )
 from geoprint.errors import FieldError, InputError
 from geoprint.geometry import (
@@ -27,6 +26,7 @@ from geoprint.geometry import (
     face_areas,
     positions,
     prepare,
+    shortest_edge_path,
     vertex_points,
 )
 from geoprint.geometry.files import load
@@ -390,7 +390,7 @@ def test_the_motion_carries_one_side_of_the_cut_into_the_other_and_back() -> Non
     chart = flattened(surface)
     flat = chart.flat.vertices[:, :2]
     left, right = chart.continuation.left, chart.continuation.right
-    np.testing.assert_array_equal(left, flat[shortest_cut(surface, boundary_loops(surface))])
+    np.testing.assert_array_equal(left, flat[shortest_edge_path(surface, *boundary_loops(surface))])
     np.testing.assert_array_equal(right, flat[len(surface.vertices) :])
     np.testing.assert_allclose(chart.continuation.moved(right, rounds=1), left, atol=1e-9)
     np.testing.assert_allclose(chart.continuation.moved(left, rounds=-1), right, atol=1e-9)
@@ -421,7 +421,7 @@ def test_the_moved_chart_continues_the_chart_beyond_the_cut() -> None:
 def test_lengths_do_not_tell_where_the_cut_runs() -> None:
     surface = band(low=20.0, high=8.0, height=20.0, bulge=3.0)
     loops = boundary_loops(surface)
-    turn, first = flat_turn(surface, loops), shortest_cut(surface, loops)
+    turn, first = flat_turn(surface, loops), shortest_edge_path(surface, *loops)
     # The grid has rows of 17 vertices: half way round, and not along the shortest path.
     second = (first + 36 * 17) % len(surface.vertices)
     charts = [flattened_band(surface, seam=seam, turn=turn) for seam in (first, second)]

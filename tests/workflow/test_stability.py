@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 
 from geoprint import job_of, plan
+from geoprint.distance.lscm_chart import farthest_pair
 from geoprint.errors import GeoprintError
+from geoprint.geometry import boundary_loops, shortest_edge_path
 from geoprint.geometry.files import load, save_ply, suggested_unit
-from geoprint.model import Surface
+from geoprint.model import FloatArray, Surface
+from tests.meshes import annulus, cylinder_patch, disc, plate
 from tests.shared_data import shared
 
 DATA = Path(__file__).parents[2] / "data"
@@ -24,7 +27,7 @@ POINTS = MappingProxyType({"CV": 0.02, "gap": 0.02, "overlap": 0.02})
 # Part, backend and spacing [mm]; those of the shared data first. The rectangle's plan differs where points that are
 # equally far from a chord are told apart, and, as the apex does, where what is as long as a bound is longer than it.
 SHARED = (("lv_lateral_disc_r15", "fast-marching", 2.0), ("lv_lateral_rect_40x30", "heat", 2.0))
-OWN = (("plate", "lscm", 2.0), ("heart_apex_patch", "heat", 3.0))
+OWN = (("plate", "lscm", 3.0), ("heart_apex_patch", "heat", 3.0))
 
 
 def moved(path: Path, folder: Path) -> tuple[Path, Path]:
@@ -79,6 +82,23 @@ def test_a_part_moved_by_a_billionth_of_a_millimetre_has_the_same_plan(
     own, other = (figures(file, backend=backend, spacing=spacing) for file in moved(path, tmp_path))
     cells = differences(own, other)
     assert not [cell for cell in cells if cell.endswith("!")], cells
+
+
+@pytest.mark.parametrize("surface", [plate(), disc(), annulus(), cylinder_patch()], ids=lambda part: part.name)
+def test_rounding_decides_neither_pins_nor_loops_nor_paths_along_edges(surface: Surface) -> None:
+    noise = np.random.default_rng(2)
+
+    def chosen(vertices: FloatArray) -> list[list[int]]:
+        part = Surface(vertices, surface.faces)
+        loops = boundary_loops(part)
+        ends = loops[1] if len(loops) > 1 else np.array([len(vertices) // 2])
+        return [
+            each.tolist() for each in (farthest_pair(part, loops[0]), *loops, shortest_edge_path(part, loops[0], ends))
+        ]
+
+    for _ in range(20):
+        moved_vertices = surface.vertices + noise.normal(scale=MOVED, size=surface.vertices.shape)
+        assert chosen(moved_vertices) == chosen(surface.vertices)
 
 
 def test_the_law_sees_what_it_is_for() -> None:
