@@ -81,6 +81,14 @@ def test_the_two_commands_stand_behind_their_marks_and_install_everything(mark: 
     assert "pip install" in command[1]
 
 
+def test_nothing_says_to_install_geoprint_from_a_package_index() -> None:
+    # The name there is not ours: whoever takes it would run on the machines of those who follow the advice.
+    named = re.compile(r"pip install[^\n`]*['\"\s]geoprint\b(?!\.whl)")
+    said = [*(ROOT / "geoprint").rglob("*.py"), *(ROOT / "geoprint").rglob("*.md"), *ROOT.rglob("README.md")]
+    assert named.search("`pip install 'geoprint[cad]'`")
+    assert not [path for path in said if named.search(path.read_text(encoding="utf-8"))]
+
+
 def test_it_names_the_pythons_of_the_classifiers() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     found = (re.fullmatch(r"Programming Language :: Python :: (3\.\d+)", each) for each in project["classifiers"])

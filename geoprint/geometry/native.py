@@ -65,6 +65,8 @@ def run_worker(script: Path, arguments: Sequence[str], *, data: bytes, work: str
 def missing(package: str, *, extra: str, work: str) -> UsageError:
     """Return the error for an optional package that is not installed.
 
+    It names no entry of a package index: geoprint has none, and a name there may be anybody's.
+
     Args:
         package: that cannot be imported.
         extra: of geoprint, that brings it.
@@ -73,9 +75,10 @@ def missing(package: str, *, extra: str, work: str) -> UsageError:
     Examples:
         >>> print(missing("nibabel", extra="medical", work="reading NIfTI files"))
         reading NIfTI files needs the package nibabel, which is not installed; install it with
-        `pip install 'geoprint[medical]'`.
+        `pip install ...[medical]'`.
     """
+    checkout = Path(__file__).parents[2]
+    place = f"-e '{checkout}" if (checkout / "pyproject.toml").is_file() else "'PATH/TO/geoprint.whl"
     return UsageError(
-        f"{work} needs the package {package}, which is not installed; install it with "
-        f"`pip install 'geoprint[{extra}]'`."
+        f"{work} needs the package {package}, which is not installed; install it with `pip install {place}[{extra}]'`."
     )

@@ -93,7 +93,7 @@ MISTAKES: dict[str, tuple[Callable[[Path], None], str, str]] = {
     ),
     "two sources": (two_sources, "plan two.toml --out out", r"give each its own"),
     "older version": (older_bundle, "check old", r"`geoprint plan`"),
-    "extra is not installed": (labels, "inspect labels.nii --label 2", r"pip install '.*\[medical\]'"),
+    "extra is not installed": (labels, "inspect labels.nii --label 2", r"pip install .*\[medical\]'"),
 }
 
 

@@ -158,5 +158,5 @@ def test_a_missing_package_names_the_extra(tmp_path: Path, monkeypatch: pytest.M
         assert name == "cascadio"
 
     monkeypatch.setattr(importlib.util, "find_spec", nothing)
-    with pytest.raises(UsageError, match=r"pip install 'geoprint\[cad\]'"):
+    with pytest.raises(UsageError, match=r"pip install -e '.*\[cad\]'"):
         load(tmp_path / "plate.igs", unit=None)

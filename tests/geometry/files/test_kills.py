@@ -21,7 +21,7 @@ from geoprint.geometry.native import MEMORY
 from tests.geometry.files.test_cad import iges_plate
 
 pytestmark = [
-    pytest.mark.skipif(importlib.util.find_spec("cascadio") is None, reason="geoprint[cad] is not installed"),
+    pytest.mark.skipif(importlib.util.find_spec("cascadio") is None, reason="the extra cad is not installed"),
     pytest.mark.skipif(sys.platform != "linux", reason="reads /proc"),
 ]
 SIGNALS = (signal.SIGTERM, signal.SIGINT, signal.SIGKILL)

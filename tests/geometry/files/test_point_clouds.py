@@ -179,7 +179,7 @@ def test_a_missing_package_names_the_extra(tmp_path: Path, monkeypatch: pytest.M
 
     path = saved(tmp_path / "a.xyz", sampled(sphere(radius=20.0), 300))
     monkeypatch.setattr(importlib.util, "find_spec", nothing)
-    with pytest.raises(UsageError, match=r"pip install 'geoprint\[scan\]'"):
+    with pytest.raises(UsageError, match=r"pip install -e '.*\[scan\]'"):
         load(path, unit="mm")
 
 

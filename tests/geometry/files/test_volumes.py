@@ -303,7 +303,7 @@ def test_a_missing_package_names_the_extra(tmp_path: Path, monkeypatch: pytest.M
         return real(name, *rest)  # pyright: ignore[reportArgumentType]
 
     monkeypatch.setattr(builtins, "__import__", without)
-    with pytest.raises(UsageError, match=r"pip install 'geoprint\[medical\]'"):
+    with pytest.raises(UsageError, match=r"pip install -e '.*\[medical\]'"):
         load_file(tmp_path / "ball.nii", unit=None, label=7)
 
 
