@@ -113,6 +113,8 @@ def describe(error: ValidationError, named: Callable[[Place], str] = key_at) -> 
     first = _first(error)
     where = named(_place(first["loc"]))
     message = first["msg"].removeprefix("Value error, ")
+    if first["type"] == "unexpected_keyword_argument":  # of a value in a record
+        message = "Extra inputs are not permitted"
     found = "" if first["type"] in {"missing", "value_error", "too_long"} else f", found {_SHORT.repr(first['input'])}"
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
     return f"{where}{': ' if where else ''}{message[0].lower()}{message[1:]}{found}{more}"

@@ -86,6 +86,7 @@ if TYPE_CHECKING:
     from geoprint.geometry.mesh_inspection import (
         Defect as Defect,
         Inspection as Inspection,
+        Rim as Rim,
         inspect as inspect,
         terrace_height as terrace_height,
     )
@@ -110,7 +111,7 @@ if TYPE_CHECKING:
 
 # Compiled loops come with these.
 _LATER = {
-    "mesh_inspection": "Defect Inspection inspect terrace_height",
+    "mesh_inspection": "Defect Inspection Rim inspect terrace_height",
     "remeshing": "TERRACE_SHARE TERRACE_WAVELENGTH contracted decimate remesh smooth trimmed",
     "repair": "Joined PreparationReport Repairs described join prepare stays_open",
 }

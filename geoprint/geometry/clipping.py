@@ -13,7 +13,17 @@ from geoprint.errors import InputError
 from geoprint.geometry.operators import doubled_area_vectors, face_areas
 from geoprint.geometry.points import closest, closest_in_triangles, positions, triple
 from geoprint.geometry.topology import boundary_half_edges, component_labels, edges, half_edges, used_vertices
-from geoprint.model import BoolArray, FloatArray, IntArray, Surface, SurfacePoints, comparable, freeze_arrays, frozen
+from geoprint.model import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Rounded,
+    Surface,
+    SurfacePoints,
+    freeze_arrays,
+    frozen,
+    recorded,
+)
 
 # Cutting a piece out of a surface: along the zero line of a function through its triangles, or by whole faces.
 
@@ -295,7 +305,7 @@ INSIDE = "farthest from the border"
 
 
 @final
-@comparable
+@recorded("LandmarkRecord", place="place_mm")
 class Landmark:
     """A place on a surface.
 
@@ -306,8 +316,8 @@ class Landmark:
     """
 
     name: str
-    place: tuple[float, ...]
-    normal: tuple[float, ...]
+    place: tuple[Rounded, ...]
+    normal: tuple[Rounded, ...]
 
 
 def extremes(surface: Surface) -> tuple[Landmark, ...]:

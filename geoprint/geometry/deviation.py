@@ -17,7 +17,7 @@ from geoprint.geometry.operators import edge_lengths, face_areas
 from geoprint.geometry.points import closest, closest_in_triangles, triple
 from geoprint.geometry.refine import FACES_PER_SQUARE, refine
 from geoprint.geometry.topology import twins
-from geoprint.model import FloatArray, Surface, comparable
+from geoprint.model import FloatArray, Rounded, Surface, comparable, recorded
 
 # The largest distance is sought to this share of the mean edge, or this share of itself, whichever is more.
 EDGE_SHARE, OWN_SHARE = 0.01, 0.03
@@ -28,7 +28,7 @@ AT_A_TIME, MOST_LOOKED_AT = 50_000, 1_000_000
 
 
 @final
-@comparable
+@recorded("DistancesRecord", largest="max_mm", bound="max_bound_mm", mean="mean_mm", p95="p95_mm", place="place_mm")
 class Distances:
     """How far the points of one surface lie from another [mm].
 
@@ -40,11 +40,11 @@ class Distances:
         place: where the largest was found.
     """
 
-    largest: float
-    bound: float
-    mean: float
-    p95: float
-    place: tuple[float, ...]
+    largest: Rounded
+    bound: Rounded
+    mean: Rounded
+    p95: Rounded
+    place: tuple[Rounded, ...]
 
 
 @final

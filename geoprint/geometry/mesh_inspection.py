@@ -24,7 +24,7 @@ from geoprint.geometry.topology import (
 )
 from geoprint.geometry.triangle_sizes import thinness
 from geoprint.kernels import writable
-from geoprint.model import FloatArray, IntArray, Surface, comparable, frozen
+from geoprint.model import FloatArray, IntArray, Rounded, Surface, comparable, frozen, recorded
 
 # Staircases: surfaces that a program put around voxels, whose steps are the grid's and not the part's.
 
@@ -100,7 +100,7 @@ class Defect:
 
 
 @final
-@comparable
+@recorded("RimRecord", length="length_mm", place="place_mm", centre="centre_mm")
 class Rim:
     """A connected piece of the border.
 
@@ -111,10 +111,10 @@ class Rim:
         centre: of its edges, each counted by its length [mm].
     """
 
-    length: float
+    length: Rounded
     edges: int
-    place: tuple[float, ...]
-    centre: tuple[float, ...]
+    place: tuple[Rounded, ...]
+    centre: tuple[Rounded, ...]
 
 
 @final

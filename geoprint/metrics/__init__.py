@@ -29,7 +29,9 @@ from geoprint.metrics.fibers import (
 )
 from geoprint.metrics.levels import (
     DistanceErrors as DistanceErrors,
+    LevelSpacing as LevelSpacing,
     LevelSpacings as LevelSpacings,
+    WorstPlace as WorstPlace,
     distance_errors as distance_errors,
 )
 from geoprint.metrics.printed import (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple, final
+from typing import final
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -30,15 +30,19 @@ from geoprint.metrics.spacing import (
     outer_distance,
 )
 from geoprint.model import (
+    Count,
     FloatArray,
     IntArray,
+    Place,
     PoseStream,
+    Rounded,
     Source,
     Surface,
     SurfaceCurves,
     Table,
     freeze_arrays,
     frozen,
+    recorded,
     table_of,
 )
 
@@ -52,7 +56,9 @@ from geoprint.model import (
 WORST_APART = 2.0
 
 
-class LevelSpacing(NamedTuple):
+@final
+@recorded("LevelRecord")
+class LevelSpacing:
     """The spacing of one level to the one outside.
 
     Attributes:
@@ -62,13 +68,15 @@ class LevelSpacing(NamedTuple):
         worst: the ratio farthest from 1.
     """
 
-    level: int
-    mean: float
-    cv: float
-    worst: float
+    level: Count
+    mean: Rounded
+    cv: Rounded
+    worst: Rounded
 
 
-class WorstPlace(NamedTuple):
+@final
+@recorded("WorstPlaceRecord", place="place_mm")
+class WorstPlace:
     """A place where the spacing is far from wanted.
 
     Attributes:
@@ -77,9 +85,9 @@ class WorstPlace(NamedTuple):
         ratio: distance to the level outside, over the spacing.
     """
 
-    place: tuple[float, float, float]
-    level: int
-    ratio: float
+    place: Place
+    level: Count
+    ratio: Rounded
 
 
 @final
@@ -137,7 +145,7 @@ class LevelSpacings:
         1, 0 and 1 are ideal.
         """
         levels, samples = np.unique(self.levels, return_counts=True)
-        mean, cv, worst = np.array([level[1:] for level in self.by_level()]).reshape(-1, 3).T
+        mean, cv, worst = np.array([(each.mean, each.cv, each.worst) for each in self.by_level()]).reshape(-1, 3).T
         return table_of({"level": levels, "samples": samples, "mean": mean, "cv": cv, "worst": worst})
 
     def by_level(self) -> tuple[LevelSpacing, ...]:

@@ -23,7 +23,7 @@ from geoprint.geometry import closest, corner_cotangents, diagonal_matrix, lumpe
 from geoprint.metrics.deposited import Samples
 from geoprint.metrics.oracle import FlatMesh, SurfacePath, spatial
 from geoprint.metrics.spacing import SpacingAt, cut_evenly
-from geoprint.model import FloatArray, IntArray, PoseStream, Surface, comparable
+from geoprint.model import FloatArray, IntArray, PoseStream, Rounded, Surface, recorded
 
 # Standard deviation of the spread over the spacing: about what a bead does that is as wide as its spacing.
 SPREAD_SHARE = 0.6
@@ -40,7 +40,7 @@ FASTEST = 1e3
 
 
 @final
-@comparable
+@recorded("ThicknessRecord")
 class Thickness:
     """Thickness of a layer over all of the surface, each place weighted by its area; 1 is as wanted.
 
@@ -53,12 +53,12 @@ class Thickness:
         largest: over the wanted one.
     """
 
-    mean: float
-    cv: float
-    within_5_percent: float
-    within_10_percent: float
-    smallest: float
-    largest: float
+    mean: Rounded
+    cv: Rounded
+    within_5_percent: Rounded
+    within_10_percent: Rounded
+    smallest: Rounded
+    largest: Rounded
 
 
 class Stretches(NamedTuple):

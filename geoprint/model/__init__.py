@@ -65,14 +65,22 @@ from geoprint.model.table import (
     TiltTurn as TiltTurn,
 )
 from geoprint.model.values import (
+    DECIMALS as DECIMALS,
+    RECORDS as RECORDS,
     BoolArray as BoolArray,
+    Count as Count,
     FloatArray as FloatArray,
     IntArray as IntArray,
     OptionValue as OptionValue,
+    Place as Place,
+    Rounded as Rounded,
     Table as Table,
+    Thousandths as Thousandths,
     comparable as comparable,
     described as described,
     freeze_arrays as freeze_arrays,
     frozen as frozen,
+    recorded as recorded,
+    rounded as rounded,
     table_of as table_of,
 )

@@ -9,7 +9,17 @@ import numpy as np
 
 from geoprint.errors import InputError
 from geoprint.model.path import PoseStream
-from geoprint.model.values import BoolArray, FloatArray, IntArray, comparable, freeze_arrays, frozen
+from geoprint.model.values import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Place,
+    Rounded,
+    comparable,
+    freeze_arrays,
+    frozen,
+    recorded,
+)
 
 
 @final
@@ -96,7 +106,9 @@ OnSlowdown = Literal["auto", "follow"]
 
 
 @final
-@comparable
+@recorded(
+    "SlowdownRecord", place="place_mm", arc="arc_mm", length="length_mm", set_speed="set_mm_s", held_speed="held_mm_s"
+)
 class Slowdown:
     """A stretch of deposit on which joints or targets do not hold the print's speed; the ramps of runs are none.
 
@@ -112,11 +124,11 @@ class Slowdown:
     """
 
     run: int
-    place: tuple[float, float, float]
-    arc: float
-    length: float
+    place: Place
+    arc: Rounded
+    length: Rounded
     set_speed: float
-    held_speed: float
+    held_speed: Rounded
     joint: int
     limit: Literal["speed", "acceleration", "targets"]
 

@@ -8,7 +8,7 @@ from typing import TypeAlias, final
 import numpy as np
 
 from geoprint.errors import InputError
-from geoprint.model.values import BoolArray, FloatArray, IntArray, comparable, freeze_arrays, frozen
+from geoprint.model.values import BoolArray, Count, FloatArray, IntArray, freeze_arrays, frozen, recorded
 
 # The surface and what lies on it: points, curves, sources, distance fields and contours.
 
@@ -323,7 +323,7 @@ class Polylines:
 # What a reader of files says beside its data: what it used, what it skipped and what it assumed.
 
 
-Counted: TypeAlias = tuple[tuple[str, int], ...]
+Counted: TypeAlias = dict[str, Count]
 
 # As many kinds, and letters of one, as a sentence shows; a foreign file may hold any number.
 SHOWN_KINDS = 12
@@ -331,21 +331,21 @@ SHOWN_LETTERS = 60
 
 
 @final
-@comparable
+@recorded("ReadingRecord")
 class Reading:
     """What a reader used of a file, what it skipped and what it assumed; `reading` makes one.
 
     What can change geometry or meaning is used or the file is refused: only what cannot is skipped.
 
     Attributes:
-        used: kinds with their counts, such as ("moves", 412).
-        skipped: kinds with their counts, such as ("M104", 31); the most frequent first.
+        used: kinds with their counts, such as {"moves": 412}.
+        skipped: kinds with their counts, such as {"M104": 31}; the most frequent first.
         assumed: what the file leaves open, and what it was taken for, such as "E relative, from the first moves".
     """
 
-    used: Counted = ()
-    skipped: Counted = ()
-    assumed: tuple[str, ...] = ()
+    used: Counted
+    skipped: Counted
+    assumed: tuple[str, ...]
 
     @property
     def text(self) -> str:
@@ -370,13 +370,13 @@ def reading(
     """
     often = sorted((skipped or {}).items(), key=lambda each: (-each[1], each[0]))
     return Reading(
-        tuple((kind[:SHOWN_LETTERS], count) for kind, count in used.items() if count),
-        tuple((kind[:SHOWN_LETTERS], count) for kind, count in often if count),
+        {kind[:SHOWN_LETTERS]: count for kind, count in used.items() if count},
+        {kind[:SHOWN_LETTERS]: count for kind, count in often if count},
         tuple(dict.fromkeys(assumed)),
     )
 
 
 def _listed(counted: Counted) -> str:
-    shown = [f"{count} {kind}" for kind, count in counted[:SHOWN_KINDS]]
-    rest = counted[SHOWN_KINDS:]
-    return ", ".join([*shown, *([f"{sum(n for _, n in rest)} of {len(rest)} other kinds"] if rest else [])])
+    shown = [f"{count} {kind}" for kind, count in counted.items()][:SHOWN_KINDS]
+    rest = [*counted.values()][SHOWN_KINDS:]
+    return ", ".join([*shown, *([f"{sum(rest)} of {len(rest)} other kinds"] if rest else [])])

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import re
 import reprlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from inspect import cleandoc
 from pathlib import PurePath
-from typing import Any, Protocol, TypeAlias, TypeVar, cast, dataclass_transform
+from typing import Annotated, Any, Protocol, TypeAlias, TypeVar, cast, dataclass_transform
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import AfterValidator, ConfigDict, Field
 
 from geoprint.errors import InputError
 
@@ -29,6 +30,8 @@ WIDTH = 100
 _FIGURES = ".5g"
 # A unit as a docstring writes it, as in `speed: of the tip [mm/s].`
 _UNIT = re.compile(r"(?<![\w`])\[([A-Za-z][\w/]*)\]")
+# An attribute as a docstring describes it.
+_ENTRY = re.compile(r"^ {4}(\w+): (.*(?:\n {8}.*)*)", re.MULTILINE)
 
 
 @dataclass_transform(frozen_default=True, eq_default=False)
@@ -41,6 +44,32 @@ def frozen(cls: type[_C]) -> type[_C]:
 def comparable(cls: type[_C]) -> type[_C]:
     """Make a class a frozen, slotted dataclass that is equal to what holds the same and prints as `described`."""
     return _completed(dataclass(frozen=True, slots=True, repr=False)(cls))
+
+
+@dataclass_transform(frozen_default=True)
+def recorded(name: str, /, **keys: str) -> Callable[[type[_C]], type[_C]]:
+    """Make a class `comparable`, and its values fields of records, which check and round them as they take them in.
+
+    Args:
+        name: of the class in JSON Schemas. What its docstring says of its attributes describes them there.
+        **keys: of fields in JSON, where these are called otherwise: with their unit.
+    """
+
+    def completed(cls: type[_C]) -> type[_C]:
+        def describe(schema: dict[str, Any]) -> None:
+            schema["description"] = cleandoc(cls.__doc__ or "").partition("\n\nAttributes:\n")[0]
+            for field, said in _attributes(cls).items():
+                text = " ".join(said.split()).rstrip(".").replace("None", "null")
+                schema["properties"][keys.get(field, field)]["description"] = text
+
+        config: ConfigDict = {
+            **RECORDS, "title": name, "revalidate_instances": "always", "populate_by_name": True,
+            "json_schema_extra": describe, "alias_generator": lambda field: keys.get(field, field),
+        }  # fmt: skip
+        type.__setattr__(cls, "__pydantic_config__", config)
+        return comparable(cls)
+
+    return completed
 
 
 def described(self: object) -> str:
@@ -68,9 +97,8 @@ def described(self: object) -> str:
           corners  (2, 3) float, 0 to 4 mm
           closed   False
     """
-    # Pythons from 3.13 on cut the margin of docstrings themselves.
-    names, doc = _names(self), cleandoc(type(self).__doc__ or "")
-    lines = {name: _line(getattr(self, name), unit=_unit(doc, name)) for name in names}
+    names, said = _names(self), _attributes(type(self))
+    lines = {name: _line(getattr(self, name), unit=_unit(said.get(name, ""))) for name in names}
     short = f"{type(self).__name__}({', '.join(f'{name}={line}' for name, line in lines.items())})"
     if len(short) <= WIDTH and not any(isinstance(getattr(self, name), np.ndarray) for name in names):
         return short
@@ -151,11 +179,41 @@ def _array(array: NDArray[Any], *, unit: str) -> str:
     return f"{array.shape} {kind}, {' to '.join(ends)}{unit}"
 
 
-def _unit(doc: str, name: str) -> str:
-    """Return the unit that a docstring gives an attribute, with a space before it, or nothing."""
-    entry = re.search(rf"^ {{4}}{name}: .*(?:\n {{8}}.*)*", doc, re.MULTILINE)
-    found = _UNIT.findall(entry[0]) if entry else []
+def _attributes(kind: type) -> dict[str, str]:
+    """Return what a class's docstring says of each attribute."""
+    # Pythons from 3.13 on cut the margin of docstrings themselves.
+    return dict(_ENTRY.findall(cleandoc(kind.__doc__ or "")))
+
+
+def _unit(said: str) -> str:
+    """Return the unit that an attribute's description ends with, with a space before it, or nothing."""
+    found = _UNIT.findall(said)
     return f" {found[-1]}" if found else ""
+
+
+# How figures appear in what geoprint says: rounded as a record takes them in.
+
+
+# How a record takes in what it holds, and how a value is taken in that is a field of one.
+RECORDS = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+# Decimals of lengths [mm] and angles [degrees]: finer than any machine, short enough to read.
+DECIMALS = 6
+
+
+def rounded(value: float | np.floating) -> float:
+    """Return a number as JSON carries it; zero has no sign."""
+    return round(float(value), DECIMALS) + 0.0
+
+
+def _thousandths(value: float) -> float:
+    return round(value, 3)
+
+
+# A figure with six decimals, and one with three.
+Rounded: TypeAlias = Annotated[float, AfterValidator(rounded)]
+Thousandths: TypeAlias = Annotated[float, AfterValidator(_thousandths)]
+Count: TypeAlias = Annotated[int, Field(ge=0)]
+Place: TypeAlias = tuple[Rounded, Rounded, Rounded]
 
 
 # Array types, and the check that every noun of the model runs on its own arrays.

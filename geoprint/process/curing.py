@@ -6,7 +6,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.model import FloatArray, Flood, Material, comparable
+from geoprint.model import FloatArray, Flood, Material, recorded
 
 # Light within the material: how deep a dose cures, and the doses within a stack.
 #
@@ -64,7 +64,7 @@ def bottom_doses(doses: FloatArray, heights: FloatArray, *, penetration: float) 
 
 
 @final
-@comparable
+@recorded("LightRecord")
 class Exposure:
     """What the lamp gives as it passes over the part, beside what the material needs.
 

@@ -3,13 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import final
+from typing import Literal, TypeAlias, cast, final
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from geoprint.errors import InputError
-from geoprint.model import PASCAL_PER_KPA, BoolArray, Cell, FloatArray, IntArray, comparable, freeze_arrays, frozen
+from geoprint.model import (
+    PASCAL_PER_KPA,
+    BoolArray,
+    Cell,
+    FloatArray,
+    IntArray,
+    Rounded,
+    comparable,
+    freeze_arrays,
+    frozen,
+    recorded,
+)
 from geoprint.threads import single_threaded_blas
 
 # What was printed and measured along the runs of a print, and within what its flow can be set.
@@ -219,6 +230,7 @@ KNOWN = 0.005
 ALIKE_PARTS, ALIKE_SHARE = 3.0, 0.25
 # Sizes that are tried (standard deviation): of a flow (logarithm), and of a lag [mm].
 FLOWS, LAGS = (0.03, 0.1, 0.3), (0.1, 0.3, 1.0)
+CauseName: TypeAlias = Literal["constant", "drift", "along runs", "opening", "shutting"]
 CONSTANT, DRIFT, ALONG, OPENING, SHUTTING = "constant", "drift", "along runs", "opening", "shutting"
 # What differs from part to part by chance: the next print has its own, and to take that of the last out doubles it.
 SCATTER = "scatter"
@@ -369,7 +381,7 @@ def _known(
 
 
 @final
-@comparable
+@recorded("ChangeRecord", name="cause")
 class FlowChange:
     """A cause of errors that is taken out.
 
@@ -380,10 +392,10 @@ class FlowChange:
         gain: of the log-likelihood [nats].
     """
 
-    name: str
-    least: float
-    most: float
-    gain: float
+    name: CauseName
+    least: Rounded
+    most: Rounded
+    gain: Rounded
 
 
 @final
@@ -475,9 +487,10 @@ def _lag(evidence: Evidence, measured: MeasuredRuns, name: str) -> float:
 def _change(evidence: Evidence, measured: MeasuredRuns, name: str, gain: float) -> FlowChange:
     if name in FLOW_CAUSES:
         made = np.exp(evidence.mean(name))
-        return FlowChange(name, float(made.min()), float(made.max()), gain)
-    lag = _lag(evidence, measured, name)
-    return FlowChange(name, lag, lag, gain)
+        least, most = float(made.min()), float(made.max())
+    else:
+        least = most = _lag(evidence, measured, name)
+    return FlowChange(cast("CauseName", name), least, most, gain)
 
 
 def _expected(evidence: Evidence, measured: MeasuredRuns, held: FloatArray) -> float:

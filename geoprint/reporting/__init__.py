@@ -12,6 +12,8 @@ from geoprint.reporting.chart_figure import (
 from geoprint.reporting.check import (
     Checked as Checked,
     CheckedComparison as CheckedComparison,
+    CheckedComparisonRecord as CheckedComparisonRecord,
+    CheckRecord as CheckRecord,
     Finding as Finding,
     also_seen as also_seen,
 )
@@ -52,8 +54,6 @@ from geoprint.reporting.plan import (
     summary as summary,
 )
 from geoprint.reporting.records.comparison import (
-    CheckedComparisonRecord as CheckedComparisonRecord,
-    CheckRecord as CheckRecord,
     ComparisonRecord as ComparisonRecord,
     MeasurementRecord as MeasurementRecord,
     RecordedComparison as RecordedComparison,

@@ -8,10 +8,11 @@ from typing import Any, cast
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from geoprint.model import DECIMALS, Rounded
 from geoprint.postprocessor import Json
-from geoprint.reporting.records.rounding import DECIMALS, Record, Rounded, as_json
+from geoprint.reporting.records.rounding import Record, as_json
 from geoprint.reporting.tables import marked_lines
-from geoprint.results import CalibratedFixture, CalibratedTool
+from geoprint.results import CalibratedFixture, CalibratedTool, Suggestion
 from geoprint.robot.placing import NOTABLE_SHARE, TouchStatistics, Uncertainty
 
 # What is said of a calibration as figures: the object for programs.
@@ -70,17 +71,6 @@ class SurfaceUncertaintyRecord(Record):
     warned: bool
 
 
-class NextTouchRecord(Record):
-    """What to touch next, where it is in the fixture's and in the base frame, and what uncertainty it leaves."""
-
-    name: str
-    again: bool
-    fixture_mm: Numbers
-    base_mm: Numbers
-    deviation_mm: Rounded
-    within_mm: Rounded
-
-
 class FixtureRecord(Record):
     """What is said of a touched fixture; the fields, those of `touches` among them, are the keys of `--json`.
 
@@ -101,7 +91,7 @@ class FixtureRecord(Record):
     position: UncertaintyRecord
     attitude: AttitudeRecord
     surface: SurfaceUncertaintyRecord | None
-    touch_next: NextTouchRecord
+    touch_next: Suggestion
 
 
 class ToolRecord(Record):
@@ -132,10 +122,9 @@ def calibration_summary(found: CalibratedFixture | CalibratedTool) -> dict[str, 
 
 def fixture_record(found: CalibratedFixture) -> FixtureRecord:
     """Return what is said of a touched fixture."""
-    calibration, following = found.calibration, found.suggestion
-    placement = calibration.placement
+    calibration = found.calibration
     return FixtureRecord.of(
-        placement,
+        calibration.placement,
         cell=found.cell.name,
         part=found.part,
         touches=_touches_record(calibration.statistics, found.names),
@@ -146,7 +135,7 @@ def fixture_record(found: CalibratedFixture) -> FixtureRecord:
             found.turn, within_deg=float(np.degrees(found.turn.bound)), about=found.turn.direction
         ),
         surface=_surface_record(found.surface, standoff=found.cell.process.standoff),
-        touch_next=NextTouchRecord.of(following, fixture_mm=following.model, within_mm=following.bound),
+        touch_next=found.suggestion,
     )
 
 
@@ -247,9 +236,9 @@ def _fixture_lines(found: CalibratedFixture, *, width: int | None) -> Iterator[s
     if record.surface is not None:
         yield _surface_line(record.surface)
     yield (
-        f"touch next: {following.name}{' again' if following.again else ''}, at ({_listed(following.fixture_mm, 1)}) "
-        f"mm in the fixture's frame, ({_listed(following.base_mm, 1)}) in the base frame; it leaves "
-        f"{following.deviation_mm:.3f} mm at worst, within {following.within_mm:.3f} mm"
+        f"touch next: {following.name}{' again' if following.again else ''}, at ({_listed(following.model, 1)}) "
+        f"mm in the fixture's frame, ({_listed(following.base, 1)}) in the base frame; it leaves "
+        f"{following.deviation:.3f} mm at worst, within {following.bound:.3f} mm"
     )
     stated = (
         f"{record.cell} does not state where the part stands on the fixture: write part_mm under [work] (and "

@@ -16,10 +16,10 @@ from geoprint.geometry.files import rebuilt_in_words, unit_hint
 from geoprint.model import Cell
 from geoprint.reporting.metrics import cover_text
 from geoprint.reporting.prints import feedback_notes, made_up_notes
-from geoprint.reporting.records.plan import FibresRecord, MotionRecord, PatchRecord, PlanRecord, RobotRecord, SideRecord
+from geoprint.reporting.records.plan import FibresRecord, MotionRecord, PatchRecord, PlanRecord, RobotRecord
 from geoprint.reporting.records.rounding import how_many
 from geoprint.reporting.verdict import coverage_advice, covering, middle_sentences
-from geoprint.results import Plan, Workpiece
+from geoprint.results import Plan, Side, Workpiece
 from geoprint.robot.placing import NOTABLE_SHARE
 from geoprint.toolpath import creases
 
@@ -228,12 +228,12 @@ def patch_evenness(patch: PatchRecord) -> str:
     return "- with one level" if patch.spacing.cv is None else f"{patch.spacing.cv:.2%}"
 
 
-def _is_doubtful(side: SideRecord) -> bool:
+def _is_doubtful(side: Side) -> bool:
     """Say whether the body below does not confirm the printed side."""
     return side.agreeing is not None and side.source != "body"
 
 
-def _is_confirmed(side: SideRecord) -> bool:
+def _is_confirmed(side: Side) -> bool:
     """Say whether the body below confirms the printed side as the file has it."""
     return side.source == "body" and not side.turned
 

@@ -21,7 +21,6 @@ from geoprint.reporting.records.comparison import PlannedRecord
 from geoprint.reporting.records.evenness import (
     DistanceRecord,
     EvennessRecord,
-    LevelRecord,
     LevelSpacingsRecord,
     OverhangPlaceRecord,
     OverhangRecord,
@@ -34,7 +33,6 @@ from geoprint.reporting.records.evenness import (
     TableAttitudeRecord,
     TableRecord,
     VarianceRecord,
-    WorstPlaceRecord,
 )
 from geoprint.reporting.records.rounding import how_many, listed, place_of
 from geoprint.reporting.values import Row
@@ -96,13 +94,8 @@ def _levels(found: LevelSpacings, *, spacing: float) -> LevelSpacingsRecord:
         largest_doubt=found.largest_doubt,
         samples_unreached=found.unreached,
         samples_where_fronts_meet=found.meeting,
-        each=tuple(
-            LevelRecord(level=level, mean=mean, cv=cv, worst=worst) for level, mean, cv, worst in found.by_level()
-        ),
-        worst_places=tuple(
-            WorstPlaceRecord(place_mm=place, level=level, ratio=ratio)
-            for place, level, ratio in found.worst(WORST_PLACES, spacing=spacing)
-        ),
+        each=found.by_level(),
+        worst_places=found.worst(WORST_PLACES, spacing=spacing),
     )
 
 

@@ -8,18 +8,16 @@ writes one file for each kind of record. A release brings them beside wheel and 
 from __future__ import annotations
 
 import json
+import re
 import sys
 from pathlib import Path
 
-from geoprint.reporting.records.comparison import (
-    CheckedComparisonRecord,
-    CheckRecord,
-    ComparisonRecord,
-    MeasurementRecord,
-)
+from geoprint.reporting.check import CheckedComparisonRecord, CheckRecord
+from geoprint.reporting.records.comparison import ComparisonRecord, MeasurementRecord
 from geoprint.reporting.records.evidence import SeenFile
 from geoprint.reporting.records.inspection import AppraisalRecord, LyingRecord, ScanAppraisalRecord, SimulatedRecord
 from geoprint.reporting.records.plan import PlanRecord
+from geoprint.reporting.records.rounding import Record
 from geoprint.reporting.records.stack import StackComparisonRecord, StackRecord
 
 RECORDS = {
@@ -42,8 +40,15 @@ def write_schemas(folder: Path | str) -> None:
     """Write the schema of each kind of record into a folder, such as `plan.schema.json`."""
     Path(folder).mkdir(parents=True, exist_ok=True)
     for name, record in RECORDS.items():
-        text = json.dumps(record.model_json_schema(), indent=1) + "\n"
-        Path(folder, f"{name}.schema.json").write_text(text, encoding="utf-8")
+        Path(folder, f"{name}.schema.json").write_text(_schema(record) + "\n", encoding="utf-8")
+
+
+def _schema(record: type[Record]) -> str:
+    """Return the schema of a record, in which values have the names of records."""
+    schema = record.model_json_schema()
+    names = {name: kind["title"] for name, kind in schema["$defs"].items()}
+    text = json.dumps(schema, indent=1)
+    return re.sub(rf'(?<=["/])({"|".join(names)})(?=")', lambda name: names[name[0]], text)
 
 
 if __name__ == "__main__":

@@ -34,7 +34,7 @@ from geoprint.reporting.records.comparison import (
 )
 from geoprint.reporting.records.evenness import SpacingRecord
 from geoprint.reporting.records.plan import FileRecord
-from geoprint.reporting.records.rounding import listed, place_of, reading_text, record_reading, stamp
+from geoprint.reporting.records.rounding import listed, place_of, stamp
 from geoprint.reporting.tables import fitting, grid, left_out
 from geoprint.reporting.verdict import covering
 from geoprint.results import MeasuredFile, Measurement
@@ -78,7 +78,7 @@ def _file(each: MeasuredFile, *, own_errors: bool) -> MeasuredRecord:
         points=each.points,
         runs=measured.run_count,
         dropped_runs=each.dropped,
-        reading=record_reading(each.reading),
+        reading=each.reading,
         fit=None if each.fit is None else _fit(each.fit),
         uniformity=record_evenness(measured, printed=record_printed(each.printed, of_cell=own_errors)),
     )
@@ -213,7 +213,7 @@ def _minded(row: MeasuredRecord) -> list[str]:
     """Return what a file was read as, and what its figures leave out."""
     even, found = row.uniformity, [f"{row.file}: {row.format}, deposit by {row.deposit}"]
     found[0] += f"; {row.off_mean_mm:.3g} mm off the part in the mean, {row.off_max_mm:.3g} mm at most"
-    found.append(f"{row.file}: {reading_text(row.reading)}")
+    found.append(f"{row.file}: {row.reading.text}")
     if row.fit is not None:
         x, y, z = row.fit.translation_mm
         found.append(

@@ -20,7 +20,6 @@ from geoprint.reporting.part_report import evenness_rows, settings_facts
 from geoprint.reporting.pictures import caption_of
 from geoprint.reporting.records.comparison import MeasuredRecord, MeasurementRecord
 from geoprint.reporting.records.evenness import SpacingRecord, SpacingSideRecord
-from geoprint.reporting.records.rounding import reading_text
 from geoprint.reporting.values import COVERED, GAP, OVERLAP, BackendView, PartReport, Picture, Row
 from geoprint.reporting.view import ViewSurface, view_surface
 from geoprint.results import MeasuredFile, Measurement
@@ -148,7 +147,7 @@ def _table(rows: tuple[MeasuredRecord, ...]) -> tuple[Row, ...]:
              [f"{r.off_mean_mm:.3f} / {r.off_max_mm:.3f}" for r in rows]),
         _row(path, "read as", "", [f"{r.format}, deposit by {r.deposit}" for r in rows]),
         _row(path, "record of the reader", "what it used, skipped and assumed",
-             [reading_text(r.reading) for r in rows]),
+             [r.reading.text for r in rows]),
     )  # fmt: skip
 
 

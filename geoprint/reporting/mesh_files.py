@@ -11,16 +11,18 @@ from geoprint.geometry import (
     TERRACE_SHARE,
     TERRACE_WAVELENGTH,
     Distances,
+    Landmark,
+    Rim,
     edge_lengths,
     in_words,
     smallest_angles,
 )
 from geoprint.geometry.files import LONGEST_NAME, LabelFound
-from geoprint.model import Surface
+from geoprint.model import Reading, Rounded, Surface
 from geoprint.postprocessor import Json
 from geoprint.reporting.plan import record_preparation
 from geoprint.reporting.records.plan import PreparationRecord
-from geoprint.reporting.records.rounding import ReadingRecord, Record, Rounded, as_json, how_many, record_reading
+from geoprint.reporting.records.rounding import Record, as_json, how_many
 from geoprint.results import FileInspection, Remeshed, VolumeInspection
 
 # What is said of an examined mesh file: the lines that a person reads, and the object for programs.
@@ -50,59 +52,11 @@ class RegionRecord(Record):
     area_mm2: Rounded
 
 
-class RimRecord(Record):
-    """A closed part of the border: its length and edges all around, a place on it, and the middle of its loop."""
-
-    length_mm: Rounded
-    edges: int
-    place_mm: tuple[Rounded, ...]
-    centre_mm: tuple[Rounded, ...]
-
-
-class LandmarkRecord(Record):
-    """A place on the surface, what is there, and the outward unit normal."""
-
-    name: str
-    place_mm: tuple[Rounded, ...]
-    normal: tuple[Rounded, ...]
-
-
 class FlawRecord(Record):
     """How often something is wrong, None where it could not be counted, and where the first of them are."""
 
     count: int | None
     places_mm: tuple[tuple[Rounded, ...], ...]
-
-
-class ContactRecord(Record):
-    """A label that another touches, and over which share of that one's surface."""
-
-    label: int
-    share: Rounded
-
-
-class LabelRecord(Record):
-    """A label of a volume.
-
-    Attributes:
-        label: its number.
-        name: that the file gives it, or empty.
-        voxels: how many it has.
-        volume_mm3: of these.
-        low_mm: lowest, and
-        high_mm: highest coordinates of its voxels.
-        touches: other labels, by the share of its surface that leads into them; what is left leads into none.
-        inside: the label in which it lies: it touches that one over more than half of its surface and lies in its box.
-    """
-
-    label: int
-    name: str
-    voxels: int
-    volume_mm3: Rounded
-    low_mm: tuple[Rounded, ...]
-    high_mm: tuple[Rounded, ...]
-    touches: tuple[ContactRecord, ...]
-    inside: int | None
 
 
 class VolumeRecord(Record):
@@ -116,9 +70,9 @@ class VolumeRecord(Record):
     """
 
     name: str
-    labels: tuple[LabelRecord, ...]
+    labels: tuple[LabelFound, ...]
     refusal: str | None
-    reading: ReadingRecord
+    reading: Reading
 
 
 class InspectionRecord(Record):
@@ -166,7 +120,7 @@ class InspectionRecord(Record):
     vertices: int
     faces: int
     components: tuple[PieceRecord, ...]
-    border: tuple[RimRecord, ...]
+    border: tuple[Rim, ...]
     genus: int | None
     nonmanifold_edges: FlawRecord
     nonmanifold_vertices: FlawRecord
@@ -181,17 +135,16 @@ class InspectionRecord(Record):
     outside: str
     terraces_mm: Rounded | None
     backends: dict[str, str]
-    reading: ReadingRecord
-    labels: tuple[LabelRecord, ...]
-    landmarks: tuple[LandmarkRecord, ...]
+    reading: Reading
+    labels: tuple[LabelFound, ...]
+    landmarks: tuple[Landmark, ...]
     label: int | None
 
 
 def inspection_summary(seen: FileInspection | VolumeInspection) -> dict[str, Json]:
     """Return what `geoprint inspect --json` prints."""
     if isinstance(seen, VolumeInspection):
-        labels = tuple(map(_label, seen.labels))
-        return as_json(VolumeRecord.of(seen, labels=labels, reading=record_reading(seen.reading)))
+        return as_json(VolumeRecord.of(seen))
     return as_json(inspection_record(seen))
 
 
@@ -202,7 +155,7 @@ def inspection_text(seen: FileInspection | VolumeInspection) -> str:
         first = f"{seen.name}: a volume of {how_many(len(seen.labels), 'label')}"
         advice = f"`geoprint inspect {seen.name} --label N` examines the surface around one of them"
         last = advice if seen.refusal is None else f"refused: {seen.refusal}"
-        return "\n".join([first, *_label_lines(tuple(map(_label, seen.labels))), *record, last])
+        return "\n".join([first, *_label_lines(seen.labels), *record, last])
     return "\n".join([*_lines(inspection_record(seen)), *record])
 
 
@@ -230,8 +183,8 @@ def inspection_record(seen: FileInspection) -> InspectionRecord:
         outside=seen.side,
         terraces_mm=seen.terraces,
         backends=dict(seen.backends),
-        reading=record_reading(seen.reading),
-        labels=tuple(map(_label, seen.labels)),
+        reading=seen.reading,
+        labels=seen.labels,
         landmarks=seen.landmarks,
         label=seen.label,
     )
@@ -270,22 +223,17 @@ def _lines(record: InspectionRecord) -> Iterator[str]:
         yield f"{name:<15}{answer}"
 
 
-def _label(found: LabelFound) -> LabelRecord:
-    touches = tuple(ContactRecord(label=label, share=share) for label, share in found.touches)
-    return LabelRecord.of(found, touches=touches)
-
-
-def _label_lines(labels: tuple[LabelRecord, ...]) -> Iterator[str]:
+def _label_lines(labels: tuple[LabelFound, ...]) -> Iterator[str]:
     for one in labels:
         named = f" '{one.name[:LONGEST_NAME]}'" if one.name else ""
-        spans = " x ".join(f"{high - low:.4g}" for low, high in zip(one.low_mm, one.high_mm, strict=True))
+        spans = " x ".join(f"{high - low:.4g}" for low, high in zip(one.low, one.high, strict=True))
         yield (
-            f"label {one.label}{named}: {one.voxels} voxels, {one.volume_mm3 / 1000.0:.4g} cm3, {spans} mm from "
-            f"{in_words(one.low_mm)} to {in_words(one.high_mm)}{_contacts(one)}"
+            f"label {one.label}{named}: {one.voxels} voxels, {one.volume / 1000.0:.4g} cm3, {spans} mm from "
+            f"{in_words(one.low)} to {in_words(one.high)}{_contacts(one)}"
         )
 
 
-def _contacts(one: LabelRecord) -> str:
+def _contacts(one: LabelFound) -> str:
     """Return in which label another lies, and which it touches over how much of its surface."""
     inside = "" if one.inside is None else f"; lies inside label {one.inside}"
     shown = [f"label {each.label} over {each.share:.0%}" for each in one.touches[:MOST_CONTACTS] if each.share >= 0.005]
@@ -302,7 +250,7 @@ def _landmark_lines(record: InspectionRecord) -> Iterator[str]:
     yield "places, as `--at X Y Z` takes them (`--from near:X,Y,Z` with commas), and outward normals:"
     widest = max(len(one.name) for one in shown)
     for letter, one in zip(ascii_uppercase, shown, strict=False):
-        place = " ".join(f"{value:8.2f}" for value in one.place_mm)
+        place = " ".join(f"{value:8.2f}" for value in one.place)
         normal = " ".join(f"{round(value, 2) + 0.0:5.2f}" for value in one.normal)
         yield f"  {letter} {one.name:<{widest}} {place}   {normal}"
     if len(record.landmarks) > len(shown):
@@ -315,8 +263,8 @@ def _border_line(record: InspectionRecord) -> str:
         return "border: none, the surface is closed"
     numbered = enumerate(rims[:MOST_RIMS], start=1)
     shown = "; ".join(
-        f"{f'loop {number}, ' if len(rims) > 1 else ''}{rim.length_mm:.4g} mm at {in_words(rim.place_mm)}, around "
-        f"{in_words(rim.centre_mm)}"
+        f"{f'loop {number}, ' if len(rims) > 1 else ''}{rim.length:.4g} mm at {in_words(rim.place)}, around "
+        f"{in_words(rim.centre)}"
         for number, rim in numbered
     )
     more = f"; and {len(rims) - MOST_RIMS} more" if len(rims) > MOST_RIMS else ""
@@ -351,21 +299,11 @@ class FinenessRecord(Record):
     smallest_angle_p1_deg: Rounded
 
 
-class DistancesRecord(Record):
-    """How far one surface lies from the other: where it is most, what that is proven below, mean and 95 %."""
-
-    max_mm: Rounded
-    max_bound_mm: Rounded
-    mean_mm: Rounded
-    p95_mm: Rounded
-    place_mm: tuple[Rounded, ...]
-
-
 class DeviationRecord(Record):
     """How far two surfaces lie apart in both directions, and their rims, and how far they may."""
 
-    old_to_new: DistancesRecord
-    new_to_old: DistancesRecord
+    old_to_new: Distances
+    new_to_old: Distances
     rim_max_mm: Rounded
     allowed_mm: Rounded
 
@@ -422,8 +360,8 @@ def _record(found: Remeshed) -> RemeshingRecord:
         before=_mesh(found.before),
         after=_mesh(found.after),
         deviation=DeviationRecord(
-            old_to_new=_distances(found.deviation.forward),
-            new_to_old=_distances(found.deviation.backward),
+            old_to_new=found.deviation.forward,
+            new_to_old=found.deviation.backward,
             rim_max_mm=found.deviation.rim,
             allowed_mm=found.allowed,
         ),
@@ -441,10 +379,6 @@ def _mesh(surface: Surface) -> FinenessRecord:
     )
 
 
-def _distances(found: Distances) -> DistancesRecord:
-    return DistancesRecord.of(found, max_mm=found.largest, max_bound_mm=found.bound)
-
-
 def _mesh_text(mesh: FinenessRecord) -> str:
     return (
         f"{mesh.faces} faces, edges {mesh.edge_mean_mm:.3g} mm (CV {mesh.edge_cv:.2f}), smallest angle "
@@ -452,9 +386,9 @@ def _mesh_text(mesh: FinenessRecord) -> str:
     )
 
 
-def _distances_text(found: DistancesRecord) -> str:
+def _distances_text(found: Distances) -> str:
     """Return lengths to a thousandth of a mm, below which no printer tells a difference."""
     return (
-        f"largest {found.max_mm:.3f} mm at {in_words(found.place_mm)}, proven below {found.max_bound_mm:.3f}; "
-        f"mean {found.mean_mm:.3f}, 95 % below {found.p95_mm:.3f}"
+        f"largest {found.largest:.3f} mm at {in_words(found.place)}, proven below {found.bound:.3f}; "
+        f"mean {found.mean:.3f}, 95 % below {found.p95:.3f}"
     )

@@ -9,8 +9,9 @@ import numpy as np
 from geoprint.config import PLACEMENT_DECIMALS
 from geoprint.errors import Detail, PlanError
 from geoprint.geometry import in_words
+from geoprint.model import Rounded, rounded
 from geoprint.postprocessor import Json
-from geoprint.reporting.records.rounding import Record, Rounded, as_json, rounded
+from geoprint.reporting.records.rounding import Record, as_json
 from geoprint.reporting.tables import marked_lines
 from geoprint.results import Proposal, Refusal, TriedChange
 from geoprint.robot.placing import FixturePose

@@ -41,9 +41,7 @@ from geoprint.reporting.records.plan import (
     InputRecord,
     JoinedRecord,
     LayerRecord,
-    LightRecord,
     MeshRecord,
-    MiddleRecord,
     MotionRecord,
     PatchRecord,
     PatchSpacingRecord,
@@ -53,8 +51,6 @@ from geoprint.reporting.records.plan import (
     RefinementRecord,
     RobotRecord,
     SettingsRecord,
-    SideRecord,
-    SourceRecord,
     SurfaceRecord,
     TimingsRecord,
 )
@@ -126,8 +122,8 @@ def record_plan(plan: Plan) -> PlanRecord:
             if plan.uniformity is None
             else record_evenness(plan.uniformity, distance=plan.distance, printed=_printed(plan))
         ),
-        sources=tuple(map(SourceRecord.of, plan.workpiece.tried)),
-        middles=tuple(map(MiddleRecord.of, plan.middles)),
+        sources=plan.workpiece.tried,
+        middles=plan.middles,
         deposition=None if plan.deposited is None else _deposition(plan.deposited, plan),
         overhang=record_overhang(plan),
         feedback=record_feedback(plan),
@@ -197,7 +193,7 @@ def _surface(plan: Plan) -> SurfaceRecord:
         prepared=_mesh(part),
         refined=_mesh(plan.workpiece.surface),
         preparation=record_preparation(preparations[0]) if len(preparations) == 1 else None,
-        side=SideRecord.of(plan.workpiece.side),
+        side=plan.workpiece.side,
     )
 
 
@@ -314,7 +310,7 @@ def _deposition(deposited: Laid, plan: Plan) -> DepositionRecord:
         least_mm3_per_mm=float(flow.min()),
         most_mm3_per_mm=float(flow.max()),
         printed_mean_within=thickness_within(errors),
-        light=None if plan.light is None else LightRecord.of(plan.light),
+        light=plan.light,
     )
 
 
@@ -498,12 +494,12 @@ def _speed_text(record: MotionRecord, *, speed: float) -> str:
     ceiling = f" (ceiling {record.speed_ceiling_mm_s:g})" if speed < record.speed_ceiling_mm_s else ""
     line = f"speed: prints at {speed:g} mm/s{ceiling}, {record.share_at_speed:.1%} of the deposit within 1 % of it"
     if record.slowdowns:
-        worst = min(record.slowdowns, key=lambda dip: dip.held_mm_s)
-        length = sum(dip.length_mm for dip in record.slowdowns)
+        worst = min(record.slowdowns, key=lambda dip: dip.held_speed)
+        length = sum(dip.length for dip in record.slowdowns)
         why = f"the {worst.limit} of joint {worst.joint}" if worst.joint else "the spacing of its targets in a bend"
-        x, y, z = worst.place_mm
+        x, y, z = worst.place
         where = f"in run {worst.run + 1} by {why} at ({x:.1f}, {y:.1f}, {z:.1f})"
-        line += f"; down to {worst.held_mm_s:.3g} mm/s over {length:.3g} mm, {where}"
+        line += f"; down to {worst.held_speed:.3g} mm/s over {length:.3g} mm, {where}"
     found = record.deposited
     if found is None:
         return line

@@ -9,10 +9,9 @@ import numpy as np
 
 from geoprint.metrics.stack_thickness import deposited_shares, deposited_volume, executed_flow
 from geoprint.model import Cell
-from geoprint.process.feedback import VALVE_CAUSES, PrintedProgram
+from geoprint.process.feedback import VALVE_CAUSES, FlowChange, PrintedProgram
 from geoprint.reporting.records.inspection import (
     AppraisalRecord,
-    ChangeRecord,
     FeedbackRecord,
     PrintedPartRecord,
     PrintedRecord,
@@ -21,7 +20,7 @@ from geoprint.reporting.records.inspection import (
 )
 from geoprint.reporting.records.plan import DepositedRecord, JoinedRecord, PlanRecord, TablePoseRecord
 from geoprint.reporting.records.rounding import place_of
-from geoprint.results import Fed, Plan, RobotPlan
+from geoprint.results import Plan, RobotPlan
 
 # What is said of the attitudes of a table that the robot prints in, and of the one program of all of them.
 
@@ -156,7 +155,7 @@ def record_feedback(plan: Plan) -> FeedbackRecord | None:
     return FeedbackRecord.of(
         fed,
         sha256=fed.digest,
-        changes=_changes(fed),
+        changes=fed.correction.changes,
         least_factor=float(factors.min()),
         most_factor=float(factors.max()),
         valve_opens_earlier_mm=found.opening,
@@ -202,17 +201,10 @@ def feedback_notes(record: FeedbackRecord | None) -> Iterator[str]:
     yield "feedback: print this plan and appraise that print, too: geoprint appraise SCAN-OR-PHOTO --plan FOLDER."
 
 
-def _changes(fed: Fed) -> tuple[ChangeRecord, ...]:
-    return tuple(
-        ChangeRecord.model_validate({"cause": each.name, "least": each.least, "most": each.most, "gain": each.gain})
-        for each in fed.correction.changes
-    )
-
-
-def _in_words(record: ChangeRecord) -> str:
-    if record.cause in VALVE_CAUSES:
-        return f"{record.cause} {abs(record.most):.2f} mm too {'late' if record.most > 0.0 else 'early'}"
+def _in_words(record: FlowChange) -> str:
+    if record.name in VALVE_CAUSES:
+        return f"{record.name} {abs(record.most):.2f} mm too {'late' if record.most > 0.0 else 'early'}"
     if record.least == record.most:
         return f"{record.least:.2f} of it everywhere"
-    article = "" if record.cause == "along runs" else "a "
-    return f"{article}{record.cause} of {record.least:.2f} to {record.most:.2f}".strip()
+    article = "" if record.name == "along runs" else "a "
+    return f"{article}{record.name} of {record.least:.2f} to {record.most:.2f}".strip()

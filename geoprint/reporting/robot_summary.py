@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict
 from hashlib import sha256
 from pathlib import PurePosixPath
 
 import numpy as np
 
-from geoprint.model import Bend, FloatArray, IntArray, JointPath, PoseStream, Program, Slowdown, Targets
+from geoprint.model import Bend, FloatArray, IntArray, JointPath, PoseStream, Program, Targets
 from geoprint.postprocessor.rapid import CELL_MODULE, STACK_MODULE, Executed, Timeline, as_new
 from geoprint.reporting.prints import record_deposited, record_table_pose
 from geoprint.reporting.records.evidence import EvidenceRecord, ExecutedRecord, NotExecutedRecord, ParsedRecord
@@ -27,8 +26,6 @@ from geoprint.reporting.records.plan import (
     RotationRecord,
     RunLeanRecord,
     RunSwitchingRecord,
-    SlowdownRecord,
-    SlowedRecord,
     SwitchingRecord,
     TargetsRecord,
     TiltRecord,
@@ -175,10 +172,9 @@ def _motion(plan: Plan, robot: RobotPlan) -> MotionRecord:
         off_moves_deg=_degrees(robot.off_moves.turn),
         stretched_pieces=trajectory.stretched,
         largest_jerk_m_s3=largest_jerk(trajectory, _arm(plan), T_base_work=placement.T_base_work),
-        share_slowed=SlowedRecord(**asdict(slowed_shares(trajectory))),
+        share_slowed=slowed_shares(trajectory),
         speed_ceiling_mm_s=robot.ceiling,
         deposited=record_deposited(robot, plan.workpiece.cell),
-        slowdowns=tuple(_slowdown(slowdown) for slowdown in trajectory.slowdowns),
         placement_calibrated=placement.calibrated,
         placement_missing=tuple(placement.missing),
         placement_orientation=_orientation(plan.workpiece.orientation),
@@ -284,10 +280,6 @@ def _total(lengths: FloatArray) -> float:
 
 def _degrees(angle: float | np.floating) -> float:
     return float(np.degrees(angle))
-
-
-def _slowdown(slowdown: Slowdown) -> SlowdownRecord:
-    return SlowdownRecord.of(slowdown, set_mm_s=slowdown.set_speed, held_mm_s=slowdown.held_speed)
 
 
 def _clearance(robot: RobotPlan) -> ClearanceRecord:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from dataclasses import asdict
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -15,18 +14,17 @@ from geoprint.model import PASCAL_PER_KPA, FloatArray, Process
 from geoprint.postprocessor import Json, Orders, Setup, waits
 from geoprint.postprocessor.rapid import Settings, StackSettings, Timeline
 from geoprint.reporting.cautions import near_borders, orientation_notes
-from geoprint.reporting.check import Checked, CheckedComparison, Repeated
-from geoprint.reporting.evidence import evidence_rows, seen_rows
-from geoprint.reporting.metrics import COVERED_ONCE
-from geoprint.reporting.records.comparison import (
+from geoprint.reporting.check import (
     AttitudeSettingsNow,
+    Checked,
+    CheckedComparison,
     CheckedComparisonRecord,
     CheckRecord,
-    FindingRecord,
+    Repeated,
     RepeatedRecord,
-    SettingsNow,
-    StackSettingsNow,
 )
+from geoprint.reporting.evidence import evidence_rows, seen_rows
+from geoprint.reporting.metrics import COVERED_ONCE
 from geoprint.reporting.records.evenness import TableRecord
 from geoprint.reporting.records.evidence import EvidenceRecord, SeenRecord
 from geoprint.reporting.records.plan import (
@@ -180,9 +178,9 @@ def _comparison_record(checked: CheckedComparison, name: str) -> CheckedComparis
     return CheckedComparisonRecord(
         comparison=name,
         agrees=not checked.findings,
-        findings=tuple(FindingRecord(**asdict(finding)) for finding in checked.own),
+        findings=checked.own,
         bundles=tuple(_record(one, inner) for inner, one in checked.bundles),
-        set_to=None if settings is None or tilted else StackSettingsNow(**asdict(settings)),
+        set_to=None if tilted else settings,
         attitudes_set_to=_attitudes_now(settings) if settings is not None and tilted else None,
         executed=() if program is None else program.scenarios,
         program_sha256=None if program is None else program.program_sha256 or None,
@@ -200,8 +198,8 @@ def _record(checked: Checked, name: str) -> CheckRecord:
         bundle=name,
         agrees=not checked.findings,
         program=checked.program,
-        findings=tuple(FindingRecord(**asdict(finding)) for finding in checked.findings),
-        set_to=None if settings is None else SettingsNow(**asdict(settings)),
+        findings=checked.findings,
+        set_to=settings,
         switching=None if switching is None else record_switching(switching),
         extent_base_mm=None if extent is None else tuple(tuple(corner.round(3).tolist()) for corner in extent),
         repeated=None if checked.repeated is None else _repeated(checked.repeated),

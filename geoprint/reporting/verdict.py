@@ -12,8 +12,8 @@ from geoprint.reporting.evenness import table_sentences
 from geoprint.reporting.metrics import COVERED_ONCE, GAP, THICKNESS, cover_text
 from geoprint.reporting.records.comparison import PlannedRecord, RefusedRecord
 from geoprint.reporting.records.evenness import EvennessRecord
-from geoprint.reporting.records.plan import MiddleRecord
 from geoprint.reporting.records.rounding import listed
+from geoprint.results import TriedMiddle
 
 # Uncovered or overlapped area below this share is not worth a word.
 NOTABLE = 0.001
@@ -69,7 +69,7 @@ def coverage_advice(measured: EvennessRecord, spacing: float) -> list[str]:
     return [f"What to do: {what}, and `--from best` looks for a source that covers more."]
 
 
-def middle_sentences(middles: Sequence[MiddleRecord], *, backend: str | None = None) -> list[str]:
+def middle_sentences(middles: Sequence[TriedMiddle], *, backend: str | None = None) -> list[str]:
     """Say what becomes of contours where fronts meet, and what would with the other kind; nothing where none was tried.
 
     Args:

@@ -15,12 +15,15 @@ from geoprint.model import (
     Cell,
     FloatArray,
     IntArray,
+    Place,
     Placement,
     Reading,
+    Rounded,
     Surface,
     comparable,
     freeze_arrays,
     frozen,
+    recorded,
 )
 from geoprint.results.plan import Plan
 from geoprint.results.workpiece import Workpiece
@@ -204,7 +207,7 @@ class FailedPart:
 
 
 @final
-@comparable
+@recorded("NextTouchRecord", model="fixture_mm", base="base_mm", deviation="deviation_mm", bound="within_mm")
 class Suggestion:
     """What to touch next.
 
@@ -219,10 +222,10 @@ class Suggestion:
 
     name: str
     again: bool
-    model: tuple[float, float, float]
-    base: tuple[float, float, float]
-    deviation: float
-    bound: float
+    model: Place
+    base: Place
+    deviation: Rounded
+    bound: Rounded
 
 
 @final
@@ -368,7 +371,7 @@ class FileInspection:
     side: str
     terraces: float | None
     backends: tuple[tuple[str, str], ...]
-    reading: Reading = Reading()
+    reading: Reading = Reading({}, {}, ())
     labels: tuple[LabelFound, ...] = ()
     landmarks: tuple[Landmark, ...] = ()
     label: int | None = None

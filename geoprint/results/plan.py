@@ -15,21 +15,23 @@ from geoprint.model import (
     Clearance,
     Contours,
     ControllerPath,
+    Count,
     FloatArray,
     FollowedLines,
     JointPath,
     Placement,
     PoseStream,
     Program,
+    Rounded,
     SignalMode,
     Surface,
     Table,
     Targets,
     Toolpath,
     Trajectory,
-    comparable,
     freeze_arrays,
     frozen,
+    recorded,
     table_of,
 )
 from geoprint.positioner import Attitude
@@ -125,7 +127,7 @@ class Fed:
 
 
 @final
-@comparable
+@recorded("MiddleRecord")
 class TriedMiddle:
     """What may become of contours where fronts meet, and how they cover then.
 
@@ -139,10 +141,10 @@ class TriedMiddle:
     """
 
     middle: str
-    gap: float
-    overlap: float
-    cv: float
-    runs: int
+    gap: Rounded
+    overlap: Rounded
+    cv: Rounded
+    runs: Count
     taken: bool
 
 

@@ -7,13 +7,24 @@ from typing import final
 from geoprint.config import StoredField
 from geoprint.geometry import PreparationReport, upright_of
 from geoprint.geometry.files import MeshFile
-from geoprint.model import Cell, FloatArray, Placement, Source, Surface, comparable, freeze_arrays, frozen
+from geoprint.model import (
+    Cell,
+    Count,
+    FloatArray,
+    Placement,
+    Rounded,
+    Source,
+    Surface,
+    freeze_arrays,
+    frozen,
+    recorded,
+)
 from geoprint.process import WidthsOver
 from geoprint.robot.placing import Uncertainty
 
 
 @final
-@comparable
+@recorded("SideRecord")
 class Side:
     """How the printed side was found.
 
@@ -135,7 +146,7 @@ class StackPlace:
 
 
 @final
-@comparable
+@recorded("SourceRecord")
 class TriedSource:
     """What distance may be measured from on a patch, and how its paths cover it.
 
@@ -151,10 +162,10 @@ class TriedSource:
 
     patch: int
     source: str
-    gap: float
-    overlap: float
-    cv: float
-    runs: int
+    gap: Rounded
+    overlap: Rounded
+    cv: Rounded
+    runs: Count
     taken: bool
 
 

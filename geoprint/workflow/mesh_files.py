@@ -136,7 +136,7 @@ def inspect_file(
         InputError: the file cannot be read.
     """
     path = Path(path)
-    labels, record, volume = labels_of(path, unit=unit, threshold=threshold) or ((), Reading(), None)
+    labels, record, volume = labels_of(path, unit=unit, threshold=threshold) or ((), Reading({}, {}, ()), None)
     if len(labels) > 1 and label is None:
         return VolumeInspection(path.name, labels, None, record)
     try:

@@ -101,7 +101,7 @@ def test_lines_displaced_by_a_tenth_are_reported_as_a_tenth() -> None:
     assert sorted(set(levels_of(found).ratios.round(9).tolist())) == [1.0, 1.1]
     assert levels_of(found).figures.mean == pytest.approx(1.05, abs=1e-3)
     assert levels_of(found).figures.cv == pytest.approx(0.05 / 1.05, rel=1e-2)
-    assert [(level, round(mean, 9), round(worst, 9)) for level, mean, _, worst in levels_of(found).by_level()] == [
+    assert [(one.level, round(one.mean, 9), round(one.worst, 9)) for one in levels_of(found).by_level()] == [
         (1, 1.1, 1.1),
         (2, 1.0, 1.0),
     ]

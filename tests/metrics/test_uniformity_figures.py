@@ -9,7 +9,7 @@ import pytest
 
 from geoprint.errors import FieldError, InputError
 from geoprint.geometry import united
-from geoprint.metrics import LevelSpacings, Uniformity, uniformity
+from geoprint.metrics import LevelSpacings, Uniformity, WorstPlace, uniformity
 from geoprint.model import Surface
 from tests.meshes import plate
 from tests.metrics.deposits import deposited, straight_line
@@ -81,7 +81,7 @@ def test_worst_places_are_more_than_two_spacings_apart_and_as_many_as_asked() ->
     assert [place.ratio for place in given([1.4, 0.5, 1.3], apart=3.99).worst(5, spacing=2.0)] == [0.5]
     assert [place.ratio for place in given([1.4, 0.5, 1.3], apart=4.01).worst(5, spacing=2.0)] == [0.5, 1.4, 1.3]
     far = given([1.1, 0.5, 1.3], levels=[1, 2, 3])
-    assert far.worst(2, spacing=2.0) == (((10.0, 0.0, 0.0), 2, 0.5), ((20.0, 0.0, 0.0), 3, 1.3))
+    assert far.worst(2, spacing=2.0) == (WorstPlace((10.0, 0.0, 0.0), 2, 0.5), WorstPlace((20.0, 0.0, 0.0), 3, 1.3))
     assert far.worst(0, spacing=2.0) == ()
     # A fifth too far is worse than a seventh too near.
     assert [place.ratio for place in given([0.86, 1.2]).worst(2, spacing=2.0)] == [1.2, 0.86]

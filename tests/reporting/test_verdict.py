@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,8 +11,8 @@ from geoprint.config import job_of
 from geoprint.geometry.files import save_ply
 from geoprint.reporting import comparison_table, recorded_comparison, verdict
 from geoprint.reporting.records.comparison import PartRecord, PlannedRecord, RefusedRecord
-from geoprint.reporting.records.plan import MiddleRecord
 from geoprint.reporting.verdict import middle_sentences
+from geoprint.results import TriedMiddle
 from geoprint.workflow import compare
 from tests.meshes import comb, plate
 
@@ -32,7 +33,7 @@ def like(
     record: PlannedRecord, name: str, *, cv: float = 0.01, gap: float = 0.0, overlap: float = 0.0, fragments: int = 0
 ) -> PlannedRecord:
     """Return the same backend under another name, with other figures."""
-    thickness = record.uniformity.thickness.model_copy(update={"cv": cv})
+    thickness = replace(record.uniformity.thickness, cv=cv)
     measured = record.uniformity.model_copy(
         update={"thickness": thickness, "gap": gap, "overlap": overlap, "covered_once": 1.0 - gap - overlap}
     )
@@ -198,8 +199,8 @@ def test_on_a_comb_with_fingers_narrower_than_a_spacing_nothing_is_even_enough(t
 
 
 def test_the_middle_that_was_taken_is_told_with_the_one_that_was_not_and_nothing_where_there_is_no_choice() -> None:
-    fitted = MiddleRecord(middle="fitted", gap=0.004, overlap=0.001, cv=0.01, runs=7, taken=True)
-    plain = MiddleRecord(middle="plain", gap=0.02, overlap=0.013, cv=0.05, runs=9, taken=False)
+    fitted = TriedMiddle(middle="fitted", gap=0.004, overlap=0.001, cv=0.01, runs=7, taken=True)
+    plain = TriedMiddle(middle="plain", gap=0.02, overlap=0.013, cv=0.05, runs=9, taken=False)
     said = "area missed + covered twice: 0.4% + 0.1% in 7 runs, 2.0% + 1.3% in 9 runs if plain (`--middle plain`)."
     assert middle_sentences([plain, fitted]) == [f"Where fronts meet, contours are fitted; {said}"]
     assert middle_sentences([fitted, plain], backend="heat") == [
@@ -209,8 +210,8 @@ def test_the_middle_that_was_taken_is_told_with_the_one_that_was_not_and_nothing
 
 
 def test_compared_backends_have_one_middle_and_that_is_said(record: PlannedRecord) -> None:
-    fitted = MiddleRecord(middle="fitted", gap=0.004, overlap=0.001, cv=0.01, runs=7, taken=True)
-    plain = MiddleRecord(middle="plain", gap=0.02, overlap=0.013, cv=0.05, runs=9, taken=False)
+    fitted = TriedMiddle(middle="fitted", gap=0.004, overlap=0.001, cv=0.01, runs=7, taken=True)
+    plain = TriedMiddle(middle="plain", gap=0.02, overlap=0.013, cv=0.05, runs=9, taken=False)
     rows = [like(record, name).model_copy(update={"middles": (fitted, plain)}) for name in ("a", "b")]
     alike = "Where fronts meet, backends are compared with fitted contours, which suit the best of them"
     assert f"{alike}." in verdict("part", rows)

@@ -93,8 +93,8 @@ def test_copies_turn_about_the_origin(tmp_path: Path) -> None:
 
 def test_what_is_skipped_and_assumed_is_said(tmp_path: Path) -> None:
     found = read(tmp_path, "GOTO/0,0,0\nFEDRAT/100\nSPINDL/3\nFEDRAT/50\nGOTO/1,0,0\n")
-    assert found.reading.used == (("GOTO", 2),)
-    assert found.reading.skipped == (("FEDRAT", 2), ("SPINDL", 1))
+    assert found.reading.used == {"GOTO": 2}
+    assert found.reading.skipped == {"FEDRAT": 2, "SPINDL": 1}
     assert found.reading.assumed == ("mm, as no UNITS stands in it", "all moves deposit, as no RAPID stands in it")
 
 

@@ -240,7 +240,7 @@ def test_what_cannot_change_geometry_is_counted(read: Read) -> None:
     text = f"{head}G1 X0 Y0 Z0 F900\nM203 X500 Y500\nT0\nG4 P5\nG1 X10 E1\n"
     found = read(text)
     assert ends(found) == [[[0, 0, 0], [10, 0, 0]]]
-    assert found.reading.used == (("homings", 1), ("moves", 2))
+    assert found.reading.used == {"homings": 1, "moves": 2}
     once = ("F", "G29", "G4", "M117", "M140", "M203", "M862.3", "T")
     assert dict(found.reading.skipped) == {"M104": 2, **dict.fromkeys(once, 1)}
     assert found.reading.assumed == ("E absolute, as no M83 says otherwise", "dialect marlin, from a comment")

@@ -118,7 +118,7 @@ def test_rows_are_read_however_they_are_written(tmp_path: Path, what: str) -> No
 
 def test_what_is_skipped_and_assumed_is_said(tmp_path: Path) -> None:
     found = read(tmp_path, WRITTEN["inputs"])
-    assert found.reading.used == (("moves", 7), ("switchings of doglue", 6))
+    assert found.reading.used == {"moves": 7, "switchings of doglue": 6}
     assert dict(found.reading.skipped) == {"WaitDI": 1, "WaitUntil": 1, "Stop": 1}
     assert found.reading.assumed[0] == "what is waited for comes, and Stop goes on"
     assert found.reading.assumed[1].startswith("the input dipart is 1 (line ")

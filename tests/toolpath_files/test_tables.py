@@ -87,7 +87,7 @@ def test_numbers_of_runs_may_begin_anew_in_each_layer(tmp_path: Path) -> None:
 def test_what_is_not_used_is_named(tmp_path: Path) -> None:
     text = "x,y,z,path_id,qx,feed\n" + "\n".join(f"{row},0,20" for row in lines())
     found = read(tmp_path, f"# hand made\n{text}\n\n")
-    assert found.reading.used == (("points", 6),)
+    assert found.reading.used == {"points": 6}
     assert dict(found.reading.skipped) == {"unused columns (qx, feed)": 2, "comments": 1, "blank rows": 1}
     assert found.reading.assumed == ("runs by the column path_id",)
     assert read(tmp_path, BLANKS).reading.assumed == (
@@ -160,7 +160,7 @@ def test_small_tables_take_their_columns_in_any_order_and_among_others(tmp_path:
     (tmp_path / "p.csv").write_bytes("note;Z;Name;Y;X\nhello, you;3,5;a;2;1\n".encode("utf-16"))
     found = read_points(tmp_path / "p.csv")
     assert (found.names, found.places.tolist()) == (("a",), [[1.0, 2.0, 3.5]])
-    assert found.reading.skipped == (("unused columns (note)", 1),)
+    assert found.reading.skipped == {"unused columns (note)": 1}
 
 
 def test_columns_of_a_small_table_that_are_not_used_are_named(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

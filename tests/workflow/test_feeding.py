@@ -140,7 +140,7 @@ def lacking(bundle: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_what_a_print_lacks_is_commanded_on_top_and_told(bundle: Path, lacking: Path) -> None:
     record = read_record(lacking / "plan.json", PlanRecord)
     assert record.feedback is not None
-    assert [change.cause for change in record.feedback.changes] == ["constant"]
+    assert [change.name for change in record.feedback.changes] == ["constant"]
     before, after = read_plan(bundle), read_plan(lacking)
     assert after.poses.flow == pytest.approx(before.poses.flow)
     nominal = before.spacing * before.height

@@ -9,14 +9,14 @@ is no label 1. So such a voxel becomes one of the labels that really lie around 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NamedTuple, cast, final
 
 import numpy as np
 from scipy import ndimage
 
 from geoprint.errors import InputError, UsageError
-from geoprint.geometry.files.mesh_file import LabelFound
+from geoprint.geometry.files.mesh_file import Contact, LabelFound
 from geoprint.geometry.files.volume_formats import GridFile, Segment
 from geoprint.model import BoolArray, FloatArray, IntArray
 
@@ -191,14 +191,14 @@ def found_labels(volume: LabelVolume) -> list[LabelFound]:
         place = tuple(low.tolist()), tuple(high.tolist())
         filled = count if volume.shares is None else volume.voxels(label, volume.inside(label))
         touches = _touches(volume, label, inside, box)
-        found.append(LabelFound(label, name, count, filled * side, *place, touches))
-    return [one._replace(inside=_around(one, found)) for one in found]
+        found.append(LabelFound(label, name, count, filled * side, *place, touches, inside=None))
+    return [replace(one, inside=_around(one, found)) for one in found]
 
 
 def _around(one: LabelFound, labels: list[LabelFound]) -> int | None:
     """Return the label in which another lies, or None."""
-    other = next((each for each in labels if one.touches[:1] and each.label == one.touches[0][0]), None)
-    if other is None or one.touches[0][1] <= INSIDE_SHARE:
+    other = next((each for each in labels if one.touches[:1] and each.label == one.touches[0].label), None)
+    if other is None or one.touches[0].share <= INSIDE_SHARE:
         return None
     within = all(low <= its for low, its in zip(other.low, one.low, strict=True)) and all(
         high >= its for high, its in zip(other.high, one.high, strict=True)
@@ -206,9 +206,7 @@ def _around(one: LabelFound, labels: list[LabelFound]) -> int | None:
     return other.label if within else None
 
 
-def _touches(
-    volume: LabelVolume, label: int, inside: BoolArray, box: tuple[slice, ...] | None
-) -> tuple[tuple[int, float], ...]:
+def _touches(volume: LabelVolume, label: int, inside: BoolArray, box: tuple[slice, ...] | None) -> tuple[Contact, ...]:
     """Return which other labels a label's voxels have as neighbours, and their shares of its surface.
 
     Args:
@@ -231,8 +229,8 @@ def _touches(
             index = index[((index >= 0) & (index < np.array(volume.labels.shape))).all(axis=1)]
             for number, count in _neighbours(volume, index):
                 areas[number] = areas.get(number, 0.0) + area * count
-    shares = [(number, area / whole) for number, area in areas.items() if number not in {0, label}]
-    return tuple(sorted(shares, key=lambda one: (-one[1], one[0])))
+    shares = [Contact(number, area / whole) for number, area in areas.items() if number not in {0, label}]
+    return tuple(sorted(shares, key=lambda one: (-one.share, one.label)))
 
 
 def _neighbours(volume: LabelVolume, index: IntArray) -> list[tuple[int, int]]:

@@ -15,12 +15,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import field, replace
 from functools import lru_cache
 from types import MappingProxyType
-from typing import Any, NamedTuple, TypeAlias, cast, final
+from typing import Any, TypeAlias, cast, final
 
 import numpy as np
 
 from geoprint.errors import InputError, UsageError
-from geoprint.model import FloatArray, IntArray, Reading, Surface, frozen
+from geoprint.model import FloatArray, IntArray, Reading, Rounded, Surface, frozen, recorded
 
 # How a file that is not a mesh was turned into one, and the packages that this needs.
 
@@ -170,7 +170,23 @@ class Choice:
     check: Check | None = None
 
 
-class LabelFound(NamedTuple):
+@final
+@recorded("ContactRecord")
+class Contact:
+    """A label that another touches.
+
+    Attributes:
+        label: its number.
+        share: of the sides of the other's voxels that lead out of that, by area, those that lead into this one.
+    """
+
+    label: int
+    share: Rounded
+
+
+@final
+@recorded("LabelRecord", volume="volume_mm3", low="low_mm", high="high_mm")
+class LabelFound:
     """A label of a volume.
 
     Attributes:
@@ -180,8 +196,7 @@ class LabelFound(NamedTuple):
         volume: of these [mm3].
         low: (3,) lowest, and
         high: (3,) highest coordinates of its voxels in the part's coordinates [mm].
-        touches: label and share, the largest first: of the sides of its voxels that lead out of it, by area, those that
-            lead into the other. What is left leads into no label.
+        touches: other labels, the largest share first. What is left leads into no label.
         inside: the label in which it lies: one that it touches over more than half of its surface, and whose box holds
             its own; None where there is none such.
     """
@@ -189,11 +204,11 @@ class LabelFound(NamedTuple):
     label: int
     name: str
     voxels: int
-    volume: float
-    low: tuple[float, ...]
-    high: tuple[float, ...]
-    touches: tuple[tuple[int, float], ...] = ()
-    inside: int | None = None
+    volume: Rounded
+    low: tuple[Rounded, ...]
+    high: tuple[Rounded, ...]
+    touches: tuple[Contact, ...]
+    inside: int | None
 
 
 @final
@@ -225,7 +240,7 @@ class MeshFile:
     digest: str = ""
     label: int | None = None
     step: float = 0.0
-    reading: Reading = Reading()
+    reading: Reading = Reading({}, {}, ())
     usual: str = ""
 
     @property

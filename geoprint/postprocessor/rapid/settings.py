@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import final
 
-from geoprint.model import Placement, comparable
+from geoprint.model import Placement, recorded
 from geoprint.postprocessor.rapid.expected import declared
 from geoprint.postprocessor.rapid.language.syntax import Place, refuse
 from geoprint.postprocessor.rapid.reader import Listed, RapidText
@@ -19,7 +19,7 @@ _CELL, _STACK = Place(CELL_MODULE, 1), Place(STACK_MODULE, 1)
 
 
 @final
-@comparable
+@recorded("SettingsNow")
 class Settings:
     """How a program is set.
 
@@ -35,7 +35,7 @@ class Settings:
 
 
 @final
-@comparable
+@recorded("StackSettingsNow")
 class StackSettings:
     """How the program of a stack is set.
 

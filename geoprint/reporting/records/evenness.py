@@ -6,8 +6,9 @@ from typing import Literal
 
 from pydantic import Field
 
-from geoprint.model import GAP_SHARE, OVERLAP_SHARE
-from geoprint.reporting.records.rounding import Count, Place, Record, Rounded
+from geoprint.metrics import LevelSpacing, Thickness, WorstPlace
+from geoprint.model import GAP_SHARE, OVERLAP_SHARE, Count, Place, Rounded
+from geoprint.reporting.records.rounding import Record
 
 # What is said of thickness in print: how much it is expected to vary, and what makes it.
 
@@ -58,17 +59,6 @@ class PrintedApartRecord(Record):
 # How evenly paths cover a part, as plan.json, compare.json, measure.json and `check --full --json` say it.
 
 
-class ThicknessRecord(Record):
-    """The thickness of the layer that a flow leaves, over the wanted one and over all of the area."""
-
-    mean: Rounded = Field(description="1 is as wanted")
-    cv: Rounded = Field(description="standard deviation over mean; 0 is perfectly even")
-    within_5_percent: Rounded = Field(description="share of the area")
-    within_10_percent: Rounded = Field(description="share of the area")
-    smallest: Rounded = Field(description="anywhere")
-    largest: Rounded = Field(description="anywhere")
-
-
 class SpacingRecord(Record):
     """The measured spacing over the wanted one; 1 is ideal."""
 
@@ -100,23 +90,6 @@ class StraightRecord(Record):
     cv: Rounded = Field(description="standard deviation over mean")
 
 
-class LevelRecord(Record):
-    """The spacing of a level to the one outside, over the wanted one."""
-
-    level: Count = Field(description="its number")
-    mean: Rounded = Field(description="ratio")
-    cv: Rounded = Field(description="standard deviation over mean")
-    worst: Rounded = Field(description="ratio farthest from 1")
-
-
-class WorstPlaceRecord(Record):
-    """A place where the spacing is far from wanted."""
-
-    place_mm: Place = Field(description="on the surface [mm]")
-    level: Count = Field(description="of the run there")
-    ratio: Rounded = Field(description="spacing over the wanted one")
-
-
 class LevelSpacingsRecord(Record):
     """The exact distance of each level of paths to the one outside."""
 
@@ -127,8 +100,8 @@ class LevelSpacingsRecord(Record):
     largest_doubt: Rounded = Field(description="between a ratio and its lower bound")
     samples_unreached: Count = Field(description="left out: no way to the level outside was found")
     samples_where_fronts_meet: Rounded = Field(description="share within one spacing of their own level")
-    each: tuple[LevelRecord, ...] = Field(description="each to the one outside")
-    worst_places: tuple[WorstPlaceRecord, ...] = Field(description="at most five, the worst first")
+    each: tuple[LevelSpacing, ...] = Field(description="each to the one outside")
+    worst_places: tuple[WorstPlace, ...] = Field(description="at most five, the worst first")
 
 
 class DistanceRecord(Record):
@@ -144,8 +117,8 @@ class DistanceRecord(Record):
 class EvennessRecord(Record):
     """How evenly the paths cover the part, measured over its surface."""
 
-    thickness: ThicknessRecord = Field(description="with a constant flow: the headline")
-    following: ThicknessRecord = Field(description="with a flow that follows the width of the strip")
+    thickness: Thickness = Field(description="with a constant flow: the headline")
+    following: Thickness = Field(description="with a flow that follows the width of the strip")
     covered_once: Rounded = Field(description="share of the area that is neither missed nor covered twice")
     gap: Rounded = Field(description=f"share of the area farther than {GAP_SHARE:g} spacings from every path")
     overlap: Rounded = Field(description=f"share of the area within {OVERLAP_SHARE:g} spacings of two stretches")

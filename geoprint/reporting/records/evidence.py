@@ -6,7 +6,8 @@ from typing import Literal, TypeAlias, get_args
 
 from pydantic import Field
 
-from geoprint.reporting.records.rounding import Count, Record, Rounded
+from geoprint.model import Count, Rounded
+from geoprint.reporting.records.rounding import Record
 
 # What people see a program do, each stage nearer to a print than the one before.
 Stage: TypeAlias = Literal["loaded", "dry", "printed"]

@@ -9,8 +9,10 @@ from typing import Literal, TypeVar
 
 from pydantic import Field
 
+from geoprint.model import Count, Place, Rounded, Thousandths
 from geoprint.postprocessor import Json
-from geoprint.reporting.records.rounding import Count, Place, Record, Rounded, Thousandths, as_json
+from geoprint.process.feedback import FlowChange
+from geoprint.reporting.records.rounding import Record, as_json
 
 # What appraisal.json says of the program that was printed, and plan.json of what that print changes in the next one.
 #
@@ -72,25 +74,13 @@ def seal_of(appraisal: Mapping[str, Json]) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode("utf-8")).hexdigest()
 
 
-class ChangeRecord(Record):
-    """A cause of errors that is taken out."""
-
-    cause: Literal["constant", "drift", "along runs", "opening", "shutting"] = Field(
-        description="of the flow: one share of all, what changes slowly over the print, what changes along runs; and "
-        "of the valve, at the beginning and at the end of runs"
-    )
-    least: Rounded = Field(description="volume that it made over the wanted one; of the valve, how late it was [mm]")
-    most: Rounded = Field(description="likewise, where it made most")
-    gain: Rounded = Field(description="by which it makes the measurement likelier, at least 8 [nats]")
-
-
 class FeedbackRecord(Record):
     """What the last print changes."""
 
     sha256: str = Field(description="of the appraisal", pattern="^[0-9a-f]{64}$")
     plan: str = Field(description="name of the bundle that was printed")
     seen_in: str = Field(description="name of the file of the scan or photograph")
-    changes: tuple[ChangeRecord, ...] = Field(description="the strongest first; none where nothing was significant")
+    changes: tuple[FlowChange, ...] = Field(description="the strongest first; none where nothing was significant")
     least_factor: Rounded = Field(description="of the flow, over the wanted one")
     most_factor: Rounded = Field(description="likewise")
     speed_mm_s: Rounded | None = Field(

@@ -13,36 +13,14 @@ from pydantic import Field, create_model
 from geoprint.config.job import Job, PatchRegion
 from geoprint.config.strict import keys_of
 from geoprint.geometry import PreparationReport, Repairs, described
+from geoprint.model import Count, Place, Rounded, Slowdown, Thousandths
+from geoprint.process import Exposure
 from geoprint.reporting.records.evenness import EvennessRecord, OverhangRecord
 from geoprint.reporting.records.evidence import EvidenceRecord
 from geoprint.reporting.records.inspection import FeedbackRecord
-from geoprint.reporting.records.rounding import Count, Pair, Place, Record, Rounded, Thousandths
-
-# What is said of what was tried: sources of a part, and what becomes of contours where fronts meet.
-
-
-class SourceRecord(Record):
-    """A source that was tried, because the best one was asked for."""
-
-    patch: int = Field(description="from 1")
-    source: str = Field(description="as `--from` takes it")
-    gap: Rounded = Field(description="share of the area that is missed")
-    overlap: Rounded = Field(description="share of the area that is covered twice")
-    cv: Rounded = Field(description="of the thickness that a constant flow leaves")
-    runs: Count = Field(description="how many")
-    taken: bool = Field(description="whether it is the one that covers best")
-
-
-class MiddleRecord(Record):
-    """What was tried where fronts meet."""
-
-    middle: str = Field(description="as `--middle` takes it")
-    gap: Rounded = Field(description="share of the area that is missed")
-    overlap: Rounded = Field(description="share of the area that is covered twice")
-    cv: Rounded = Field(description="of the thickness that a constant flow leaves")
-    runs: Count = Field(description="how many")
-    taken: bool = Field(description="whether it is the one that covers best")
-
+from geoprint.reporting.records.rounding import Pair, Record
+from geoprint.results import Side, TriedMiddle, TriedSource
+from geoprint.robot.timing import Slowed
 
 # What features measure of a plan.
 
@@ -114,27 +92,6 @@ class LeanRecord(Record):
     deposit_share: Thousandths = Field(description="of the deposited length")
     runs: tuple[RunLeanRecord, ...] = Field(default=(), description="that lean, in the order of printing")
     places: tuple[LeanPlaceRecord, ...] = Field(description="at most 20, the largest leans first")
-
-
-class SlowdownRecord(Record):
-    """A stretch of deposit on which the joints do not hold the print's speed."""
-
-    run: int = Field(description="from 0")
-    place_mm: Place = Field(description="tip where the least is held [mm]")
-    arc_mm: Rounded = Field(description="of that place, from the start of the run [mm]")
-    length_mm: Rounded = Field(description="of the stretch [mm]")
-    set_mm_s: float = Field(description="speed that was asked for [mm/s]")
-    held_mm_s: Rounded = Field(description="smallest speed on the stretch [mm/s]")
-    joint: int = Field(description="that limits it there, 1 to 6; 0 where it is the targets")
-    limit: Literal["speed", "acceleration", "targets"] = Field(description="of that joint, or how near targets are")
-
-
-class SlowedRecord(Record):
-    """Shares of the deposit not laid within 1 % of the set speed, away from the ramps, by what limits them."""
-
-    speed: Rounded = Field(description="of a joint")
-    acceleration: Rounded = Field(description="of a joint")
-    targets: Rounded = Field(description="of a bend would be closer in time than a controller takes")
 
 
 class BendRecord(Record):
@@ -215,10 +172,10 @@ class MotionRecord(Record):
     largest_jerk_m_s3: Rounded = Field(description="of the tip on deposit, over steps of 10 ms [m/s3]")
     share_at_speed: Rounded = Field(description="of the deposit within 1 % of the print's speed")
     share_on_ramps: Rounded = Field(description="of the deposit, at the ends of runs")
-    share_slowed: SlowedRecord | None = Field(default=None, description="of the deposit: the rest")
+    share_slowed: Slowed | None = Field(default=None, description="of the deposit: the rest")
     speed_ceiling_mm_s: float = Field(description="that was allowed; settings name the one that prints [mm/s]")
     deposited: DepositedRecord | None = Field(default=None, description="left out where nothing is deposited")
-    slowdowns: tuple[SlowdownRecord, ...] = Field(description="beside the ramps")
+    slowdowns: tuple[Slowdown, ...] = Field(description="beside the ramps")
     placement_calibrated: bool = Field(description="whether touched points say where the fixture stands")
     placement_missing: tuple[str, ...] = Field(description="what nobody stated; then programs run only dry")
     placement_orientation: OrientationRecord | None = Field(
@@ -396,15 +353,6 @@ class PreparationRecord(create_model("PreparedRecord", __base__=Record, **_prepa
     """What preparing the mesh changed, and what it found."""
 
 
-class SideRecord(Record):
-    """Which side is printed on."""
-
-    source: str = Field(description="what told it: closed, winding, flip or body")
-    turned: bool = Field(description="whether the file's winding was turned")
-    agreeing: float | None = Field(description="share of the area that faces as the body below it does")
-    sentence: str = Field(description="for the person who prints")
-
-
 class SurfaceRecord(Record):
     """The part's surface."""
 
@@ -414,7 +362,7 @@ class SurfaceRecord(Record):
     prepared: MeshRecord = Field(description="before refinement")
     refined: MeshRecord = Field(description="planned on")
     preparation: PreparationRecord | None = Field(description="null for several patches: each says what changed")
-    side: SideRecord = Field(description="that is printed on")
+    side: Side = Field(description="that is printed on")
 
 
 class FibresRecord(Record):
@@ -549,16 +497,6 @@ class ChartRecord(Record):
     predicted_spacing: tuple[ChartLevelRecord, ...] = Field(description="one over the scale of length, level by level")
 
 
-class LightRecord(Record):
-    """What the lamp gives on its path over the part."""
-
-    one_pass: float = Field(description="dose when the spot passes once [mJ/cm2]")
-    all_passes: float = Field(description="mean dose of all passes together [mJ/cm2]")
-    wanted: float | None = Field(description="dose that cures the material [mJ/cm2]")
-    fastest: float | None = Field(description="speed up to which one pass gives it [mm/s]")
-    flood: float | None = Field(description="final exposure of the whole part [s]")
-
-
 class DepositionRecord(Record):
     """What flows along the paths, and what light falls on it."""
 
@@ -572,7 +510,7 @@ class DepositionRecord(Record):
     least_mm3_per_mm: Rounded = Field(description="of a flow that follows the width [mm3/mm]")
     most_mm3_per_mm: Rounded = Field(description="of a flow that follows the width [mm3/mm]")
     printed_mean_within: Rounded = Field(description="share off the mean thickness that 95 of 100 prints keep within")
-    light: LightRecord | None = Field(description="null where nobody measured the lamp")
+    light: Exposure | None = Field(description="null where nobody measured the lamp")
 
 
 class TimingsRecord(Record):
@@ -594,8 +532,8 @@ class PlanRecord(Record):
     layers: tuple[LayerRecord, ...] = Field(description="from the part outwards")
     field: FieldRecord = Field(description="of distance that the paths follow")
     patches: tuple[PatchRecord, ...] = Field(default=(), description="where the part was cut from a body")
-    sources: tuple[SourceRecord, ...] = Field(default=(), description="that were tried, where the best was asked for")
-    middles: tuple[MiddleRecord, ...] = Field(default=(), description="that were tried, where the best was sought")
+    sources: tuple[TriedSource, ...] = Field(default=(), description="that were tried, where the best was asked for")
+    middles: tuple[TriedMiddle, ...] = Field(default=(), description="that were tried, where the best was sought")
     chart: ChartRecord | None = Field(default=None, description="of a backend that works in the plane")
     uniformity: EvennessRecord | None = Field(default=None, description="left out where it was not measured")
     deposition: DepositionRecord | None = Field(default=None, description="of material")

@@ -7,28 +7,20 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, Self, TypeAlias, TypeVar, cast, get_args
+from typing import Any, Self, TypeAlias, TypeVar, cast, get_args
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ValidationError
 
 from geoprint.config.strict import describe
 from geoprint.errors import VerificationError
-from geoprint.model import Reading, described
+from geoprint.model import RECORDS, described
 from geoprint.postprocessor import Json, json_bytes, write_bundle
 
 # How figures appear in what geoprint tells: frozen records with rounded numbers, written to JSON and read back.
 
 
-# Decimals of lengths [mm] and angles [degrees]: finer than any machine, short enough to read.
-DECIMALS = 6
-
 _R = TypeVar("_R", bound="Record")
-
-
-def rounded(value: float | np.floating) -> float:
-    """Return a number as JSON carries it; zero has no sign."""
-    return round(float(value), DECIMALS) + 0.0
 
 
 def how_many(count: int, noun: str) -> str:
@@ -41,15 +33,6 @@ def listed(phrases: Sequence[str]) -> str:
     return phrases[0] if len(phrases) == 1 else f"{', '.join(phrases[:-1])} and {phrases[-1]}"
 
 
-def _thousandths(value: float) -> float:
-    return round(value, 3)
-
-
-# A figure with six decimals, and one with three.
-Rounded: TypeAlias = Annotated[float, AfterValidator(rounded)]
-Thousandths: TypeAlias = Annotated[float, AfterValidator(_thousandths)]
-Count: TypeAlias = Annotated[int, Field(ge=0)]
-Place: TypeAlias = tuple[Rounded, Rounded, Rounded]
 # First and last of what follows each other.
 Pair: TypeAlias = tuple[int, int]
 
@@ -60,7 +43,7 @@ class Record(BaseModel):
     What has a default is left out of the JSON where it has that value; everything else always stands there.
     """
 
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = RECORDS
     __repr__ = __str__ = described
 
     @classmethod
@@ -216,24 +199,3 @@ def save_record(
     every = {name: json_bytes(as_json(record)), **files}
     write_bundle(directory, every, overwrite=overwrite, verify=verify_all, unlisted=unlisted)
     return record
-
-
-# What JSON says of how a file was read: what its reader used, skipped and assumed.
-
-
-class ReadingRecord(Record):
-    """What a reader used of a file, what it skipped and what it assumed."""
-
-    used: dict[str, Count] = Field(description="how often each kind was used")
-    skipped: dict[str, Count] = Field(description="how often each kind was skipped: none can change what was read")
-    assumed: tuple[str, ...] = Field(description="what the file leaves open, and what it was taken for")
-
-
-def record_reading(reading: Reading) -> ReadingRecord:
-    """Return the record of a reader as JSON carries it."""
-    return ReadingRecord(used=dict(reading.used), skipped=dict(reading.skipped), assumed=reading.assumed)
-
-
-def reading_text(record: ReadingRecord) -> str:
-    """Return it in one line, as `Reading.text` says it."""
-    return Reading(tuple(record.used.items()), tuple(record.skipped.items()), record.assumed).text

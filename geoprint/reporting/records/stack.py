@@ -6,7 +6,8 @@ from typing import Literal
 
 from pydantic import Field
 
-from geoprint.reporting.records.rounding import Count, Record, Rounded
+from geoprint.model import Count, Rounded
+from geoprint.reporting.records.rounding import Record
 
 # The schema of stack.json: what is said of the layers of a thickness, each with a bundle of its own beside it.
 #

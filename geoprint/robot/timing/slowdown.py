@@ -7,7 +7,17 @@ from typing import Literal, final
 
 import numpy as np
 
-from geoprint.model import BoolArray, FloatArray, IntArray, Process, Robot, Slowdown, Trajectory, comparable
+from geoprint.model import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Process,
+    Robot,
+    Rounded,
+    Slowdown,
+    Trajectory,
+    recorded,
+)
 from geoprint.robot.timing.knots import METRES_PER_MILLIMETRE, Knots
 from geoprint.robot.timing.topp import GriddedPath, Motion, end_ramps, strains
 
@@ -40,7 +50,7 @@ class Pace:
 
 
 @final
-@comparable
+@recorded("SlowedRecord")
 class Slowed:
     """Shares of the deposited length that are not within 1 % of the set speed, away from the ramps, by the limit.
 
@@ -50,9 +60,9 @@ class Slowed:
         targets: of a bend would follow each other sooner than a controller takes.
     """
 
-    speed: float
-    acceleration: float
-    targets: float
+    speed: Rounded
+    acceleration: Rounded
+    targets: Rounded
 
 
 def slowed_shares(trajectory: Trajectory) -> Slowed:
