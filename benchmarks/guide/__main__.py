@@ -1,10 +1,13 @@
 """Draws the pictures of the guide and writes it as one HTML page.
 
-    python -m benchmarks.guide [--draw [NAME ...]] [--html FILE] [--smoke]
+    python -m benchmarks.guide [--draw [NAME ...]] [--film REPORT] [--index] [--html FILE]
+                               [--smoke]
 
 With --draw all pictures in `geoprint/guide/pictures` are drawn anew, or those that are named; `report.png` needs
-Chromium with its driver, and `through.png` a heart's labels, which are no part of this tree. With --html the guide is
-written, as `geoprint guide --html` does. --smoke draws one picture and throws it away.
+Chromium with its driver, and `through.png` a heart's labels, which are no part of this tree. With --film the moving
+picture of README is taken, likewise, of the report.html that README's first command wrote. With --index
+the list of its pages is written, with --html the guide, as `geoprint guide --html` does. --smoke draws one picture and
+throws it away.
 """
 
 from __future__ import annotations
@@ -13,17 +16,23 @@ from pathlib import Path
 
 import geoprint
 from benchmarks import ROOT
+from benchmarks.guide.filming import film
 from benchmarks.guide.pictures import PICTURES
 from benchmarks.parts.tables import script_parser
-from geoprint.guide import html_guide, pages
+from geoprint.guide import Page, html_guide, pages
+from geoprint.guide.pages import NAMES
 
 FOLDER = Path(geoprint.__file__).parent / "guide" / "pictures"
+INDEX = FOLDER.parent / "README.md"
+FILM = ROOT / ".github" / "images" / "printing.webp"
 
 
 def main() -> None:
     """Draw and write what is asked for."""
     parser = script_parser(__doc__, smoke="draw one picture, write nothing")
     parser.add_argument("--draw", nargs="*", metavar="NAME", help="draw all pictures, or these")
+    parser.add_argument("--film", type=Path, metavar="REPORT", help="take README's moving picture of this report")
+    parser.add_argument("--index", action="store_true", help="write the list of pages anew")
     parser.add_argument("--html", type=Path, metavar="FILE", help="write the guide as one page")
     arguments = parser.parse_args()
     if arguments.smoke:
@@ -34,9 +43,29 @@ def main() -> None:
             data = PICTURES[name](ROOT / "data")
             (FOLDER / name).write_bytes(data)
             print(f"{name}: {len(data)} bytes")
+    if arguments.film is not None:
+        FILM.write_bytes(film(arguments.film))
+        print(f"{FILM.name}: {FILM.stat().st_size} bytes")
+    if arguments.index:
+        INDEX.write_text(index(), encoding="utf-8")
     if arguments.html is not None:
         arguments.html.write_bytes(html_guide(pages()))
         print(f"written: {arguments.html}")
+
+
+def index() -> str:
+    """Return the list of the guide's pages for whoever looks into its folder."""
+    rows = [f"| {_linked(page)} | {page.summary} |" for page in pages()]
+    words = (
+        "`geoprint guide` lists these pages in a terminal, `geoprint guide NAME` shows one, and `geoprint guide --html "
+        "FILE` writes all of them as one page that opens offline."
+    )
+    return "\n".join(["# The guide", "", words, "", "| page | what it shows |", "|---|---|", *rows, ""])
+
+
+def _linked(page: Page) -> str:
+    # What the docstrings say stands in no file of its own.
+    return page.title if page.name == NAMES else f"[{page.title}](pages/{page.name}.md)"
 
 
 if __name__ == "__main__":

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import shutil
 import tempfile
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from pathlib import Path
 
 from benchmarks.field.figures import KEPT, field_picture, loaded
 from benchmarks.guide import cells, layers, prints, surfaces
+from benchmarks.guide.filming import opened
 from benchmarks.guide.shaded import smaller
 from benchmarks.parts.stamps import stamp, stamped
+from benchmarks.paths import uniformity
+from benchmarks.whole.figures import loaded as times_kept, speed_picture
 from geoprint.config import job_of
 from geoprint.guide import page_named
 from geoprint.reporting import figure
@@ -20,12 +21,6 @@ from geoprint.workflow import compare, plan, save_comparisons
 
 # The part of the report that is its first screen [px].
 SCREEN = (1280, 900)
-# Seconds until the scenes are drawn.
-PATIENCE = 20.0
-FLAGS = (
-    "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--hide-scrollbars", "--enable-webgl",
-    "--ignore-gpu-blocklist", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-)  # fmt: skip
 
 
 def report(data: Path) -> bytes:
@@ -34,25 +29,11 @@ def report(data: Path) -> bytes:
     Raises:
         RuntimeError: there is no Chromium with its driver here.
     """
-    from selenium.common.exceptions import TimeoutException
-    from selenium.webdriver import Chrome, ChromeOptions, ChromeService
-    from selenium.webdriver.support.wait import WebDriverWait
-
     job = job_of(surface=data / "heart_apex_patch.ply", unit="mm", spacing=1.5, robot=False)
-    chromium, driver = shutil.which("chromium") or shutil.which("google-chrome"), shutil.which("chromedriver")
-    if chromium is None or driver is None:
-        raise RuntimeError("no Chromium with its driver here (Debian: chromium, chromium-driver)")
-    options = ChromeOptions()
-    options.binary_location = chromium
-    for argument in (*FLAGS, f"--window-size={SCREEN[0]},{SCREEN[1]}"):
-        options.add_argument(argument)
-    with tempfile.TemporaryDirectory() as folder, Chrome(options=options, service=ChromeService(driver)) as browser:
+    with tempfile.TemporaryDirectory() as folder:
         save_comparisons([compare(job)], Path(folder) / "compared")
-        browser.get((Path(folder) / "compared" / "report.html").as_uri())
-        # A scene is drawn only where it is on the screen; waiting for one that is not there would never end.
-        with suppress(TimeoutException):
-            WebDriverWait(browser, PATIENCE).until(lambda _: browser.find_elements("class name", "live"))
-        return smaller(browser.get_screenshot_as_png(), width=1000)
+        with opened(Path(folder) / "compared" / "report.html", size=SCREEN) as browser:
+            return smaller(browser.get_screenshot_as_png(), width=1000)
 
 
 def scripting(data: Path) -> bytes:
@@ -74,6 +55,17 @@ def yardstick(_data: Path) -> bytes:
     return stamped(smaller(field_picture(loaded()), width=1210), stamp(KEPT.read_text(encoding="utf-8")))
 
 
+def evenness(_data: Path) -> bytes:
+    """Draw the figures that are kept of every backend, and say of which they are."""
+    text = uniformity.KEPT.read_text(encoding="utf-8")
+    return stamped(smaller(uniformity.picture(uniformity.loaded(text)), width=900), stamp(text))
+
+
+def speed(_data: Path) -> bytes:
+    """Draw the times that are kept of the same work by geoprint and by peers."""
+    return smaller(speed_picture(times_kept()), width=1100)
+
+
 PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "first-comparison.png": surfaces.first_comparison,
     "your-part.png": surfaces.your_part,
@@ -93,6 +85,8 @@ PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "controller.png": cells.controller,
     "again.png": cells.again,
     "report.png": report,
+    "evenness.png": evenness,
+    "speed.png": speed,
     "measure.png": cells.measured,
     "appraise.png": prints.appraised,
     "simulate.png": prints.simulated,

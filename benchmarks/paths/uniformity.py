@@ -1,6 +1,6 @@
-"""How even are the paths of each backend? Writes the full table, the README's rows of it and its pictures.
+"""How even are the paths of each backend? Writes the full table and the README's rows of it.
 
-    python -m benchmarks.paths.uniformity [--parts FILE ...] [--write] [--picture [FOLDER]] [--smoke]
+    python -m benchmarks.paths.uniformity [--parts FILE ...] [--write] [--smoke]
     python -m benchmarks.paths.uniformity --compare A.csv B.csv
 
 Parts are those in data/, surfaces by formula (irregular triangulations: structured ones flatter the heat method) and
@@ -9,7 +9,7 @@ columns mean stands in `geoprint.reporting.metrics`. The area scale is that of l
 average: where its 1st and 99th percentile by area are near each other, a flat map loses little.
 
 With --write the figures are kept beside this file, in uniformity.csv and as a page in uniformity.md, and README gets
-its rows. The pictures bear the digest of the kept figures, so that a test notices one that is older than these.
+its rows. `python -m benchmarks.guide --draw evenness.png` draws them; a test notices a picture that is older.
 """
 
 # matplotlib leaves the keyword arguments of its methods untyped.
@@ -30,7 +30,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
 
 from benchmarks import DATA, ROOT
-from benchmarks.parts.stamps import stamp, stamped
 from benchmarks.parts.surfaces import SHAPES, Shape, cap, triangulated
 from benchmarks.parts.tables import script_parser
 from geoprint.config import job_of
@@ -50,7 +49,6 @@ from geoprint.reporting.metrics import (
     WIDTH,
     Metric,
 )
-from geoprint.reporting.pictures import comparison_picture
 from geoprint.reporting.records.evenness import EvennessRecord
 from geoprint.results import Comparison
 from geoprint.workflow import compare
@@ -62,7 +60,7 @@ OWN: Mapping[str, str] = MappingProxyType(
         "heart, apex": "heart_apex_patch.ply",
     }
 )
-PICTURED = "heart, apex"
+SMALLEST = "heart, apex"
 ANALYTIC: Mapping[str, Callable[[], Shape]] = MappingProxyType(
     {
         "plate by formula": SHAPES["plate"],
@@ -79,14 +77,13 @@ ANALYTIC_FACES = 4_000
 BACKENDS = ("lscm", "heat", "fast-marching")
 SPACING = 1.0
 SMOKE_SPACING = 4.0
-IMAGES = ROOT / ".github" / "images"
 # A chart whose area scale spreads by less than this factor from the 1st to the 99th percentile: nearly flat.
 NEARLY_FLAT = 1.2
 
 
-# What the columns show, in their order; README shows the first ones.
+# What the columns show, in their order; README shows few.
 COLUMNS = (THICKNESS, FOLLOWING, COVERED_ONCE, GAP, OVERLAP, OFF, OFF_MOST, LEVELS, WIDTH)
-README_COLUMNS = COLUMNS[:6]
+README_COLUMNS = (THICKNESS, FOLLOWING, COVERED_ONCE, OFF)
 KEPT, PAGE = (Path(__file__).with_name(f"uniformity.{suffix}") for suffix in ("csv", "md"))
 README = ROOT / "README.md"
 # The lines of README between which its rows stand.
@@ -121,7 +118,6 @@ def main() -> None:
     parser.add_argument("--parts", nargs="+", type=Path, default=[], metavar="FILE", help="meshes [mm] besides")
     parser.add_argument("--write", action="store_true", help="keep the figures, write their page and README's rows")
     parser.add_argument("--compare", nargs=2, type=Path, metavar=("A", "B"), help="print what changed from A to B")
-    parser.add_argument("--picture", type=Path, nargs="?", const=IMAGES, metavar="FOLDER", help="write both pictures")
     arguments = parser.parse_args()
     if arguments.compare is not None:
         first, second = (loaded(path.read_text(encoding="utf-8")) for path in arguments.compare)
@@ -138,11 +134,6 @@ def main() -> None:
         KEPT.write_text(kept(rows), encoding="utf-8")
         PAGE.write_text(page(rows), encoding="utf-8")
         README.write_text(with_rows(README.read_text(encoding="utf-8"), rows), encoding="utf-8")
-    if arguments.picture is not None:
-        arguments.picture.mkdir(parents=True, exist_ok=True)
-        drawn = {"apex.png": comparison_picture(compared[PICTURED]), "evenness.png": picture(rows)}
-        for name, png in drawn.items():
-            (arguments.picture / name).write_bytes(stamped(png, stamp(kept(rows))))
 
 
 def kept(rows: Sequence[Row]) -> str:
@@ -186,8 +177,8 @@ def page(rows: Sequence[Row]) -> str:
 def with_rows(readme: str, rows: Sequence[Row]) -> str:
     """Return README with the rows of the parts in data/."""
     before, after = readme.split(ROWS[0])[0], readme.split(ROWS[1])[1]
-    names = [each.label if each.column in {"gap", "overlap"} else each.column for each in README_COLUMNS]
-    head = f"| part | {' | '.join(f'{name}, %' for name in names)} |", "|" + "---|" * (1 + len(names))
+    names = " | ".join(f"{each.column}, %" for each in README_COLUMNS)
+    head = f"| part | {names} |", "|" + "---|" * (1 + len(README_COLUMNS))
     lines = [" | ".join((f"| {row.part}", *_cells(row, README_COLUMNS))) + " |" for row in rows if row.part in OWN]
     return f"{before}{ROWS[0]}" + "\n".join([*head, *lines]) + f"\n{ROWS[1]}{after}"
 
@@ -249,7 +240,7 @@ def _parts(folder: Path, files: Sequence[Path]) -> dict[str, Path]:
 
 
 def _smoke_parts() -> dict[str, Path]:
-    return {PICTURED: DATA / OWN[PICTURED]}
+    return {SMALLEST: DATA / OWN[SMALLEST]}
 
 
 def measured(file: Path, *, spacing: float = SPACING) -> Comparison:

@@ -10,8 +10,9 @@ that of the largest it starts, and of inner work what it takes above its input. 
 
 The second table is of peers that are installed (potpourri3d, libigl, scipy's distance transform with contourpy, toppra,
 pinocchio), at rising sizes, with the exponents with which the times grow; those that are missing are named
-(compas_slicer demands numpy 1.23 or older). `--keep` writes it to `benchmarks/whole/figures.csv`, and the README's
-picture of it. A new row is a line of WORKS or of PEERS (`benchmarks/whole/works.py`). Memory is read as Linux tells it.
+(compas_slicer demands numpy 1.23 or older). `--keep` writes it to `benchmarks/whole/figures.csv`, of which
+`python -m benchmarks.guide --draw speed.png` draws the picture. A new row is a line of WORKS or of PEERS
+(`benchmarks/whole/works.py`). Memory is read as Linux tells it.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ import numpy as np
 from benchmarks.code_base import extract_commit
 from benchmarks.parts.tables import row, script_parser, table
 from benchmarks.whole.costs import TREE, Cost, cost_of, costs_of, least
-from benchmarks.whole.figures import PICTURE, Pair, save, speed_picture
+from benchmarks.whole.figures import Pair, save
 from benchmarks.whole.works import PEERS, WORKS, Peer, Work, inner
 
 # The commit before the chain was made faster.
@@ -40,7 +41,7 @@ def main() -> None:
     parser.add_argument("--before", default=BEFORE, metavar="COMMIT", help="to stand beside")
     parser.add_argument("--repeats", type=int, default=REPEATS, help="of each piece of work")
     parser.add_argument("--only", nargs="+", default=(), metavar="WORD", help="rows whose name has one of the words")
-    parser.add_argument("--keep", action="store_true", help="write the second table's figures and their picture alone")
+    parser.add_argument("--keep", action="store_true", help="write the second table's figures alone")
     arguments = parser.parse_args()
     if arguments.keep and (arguments.only or arguments.smoke):
         parser.error("--keep writes what everybody can make again: without --only and --smoke")
@@ -59,7 +60,6 @@ def main() -> None:
         print(line, flush=True)
     if arguments.keep:
         save(found)
-        PICTURE.write_bytes(speed_picture(found))
 
 
 def _asked(name: str, words: Sequence[str]) -> bool:

@@ -1,4 +1,4 @@
-"""The cost of the same work by geoprint and by a peer, kept in a CSV of which the README's picture is made."""
+"""The cost of the same work by geoprint and by a peer, kept in a CSV of which the guide's picture is made."""
 
 # matplotlib leaves the keyword arguments of its methods untyped.
 # pyright: reportUnknownMemberType=false
@@ -15,8 +15,6 @@ from typing import final
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator, StrMethodFormatter
-
-from benchmarks import ROOT
 
 KEPT = Path(__file__).with_name("figures.csv")
 
@@ -67,7 +65,6 @@ def loaded(path: Path = KEPT) -> list[Pair]:
         ]  # fmt: skip
 
 
-PICTURE = ROOT / ".github/images/speed.png"
 # What a work's name begins with, what is above its panel, and what its sizes count.
 PANELS = (
     ("distance", "geodesic distance", "faces"),

@@ -14,7 +14,6 @@ from benchmarks.paths.uniformity import (
     BACKENDS,
     COLUMNS,
     DATA,
-    IMAGES,
     KEPT,
     OWN,
     PAGE,
@@ -31,6 +30,7 @@ from benchmarks.paths.uniformity import (
     with_rows,
 )
 from geoprint.geometry import face_areas
+from geoprint.guide import picture_bytes
 
 KEYS = [metric.key for metric in COLUMNS]
 EVEN = dict(zip(KEYS, (0.002, 0.003, 1.0, 0.0, 0.0, 0.001, 0.01, 0.001, 0.004), strict=True))
@@ -95,9 +95,8 @@ def test_page_readme_and_pictures_show_the_kept_figures() -> None:
     )
     assert readme == with_rows(readme, rows), "write it again: python -m benchmarks.paths.uniformity --write"
     assert sum(line.startswith(tuple(f"| {part} |" for part in OWN)) for line in readme.splitlines()) == len(OWN)
-    for name in ("apex.png", "evenness.png"):
-        drawn = stamp_of((IMAGES / name).read_bytes())
-        assert drawn == stamp(text), f"{name} is older than the figures: draw it with --picture"
+    drawn = stamp_of(picture_bytes("evenness.png"))
+    assert drawn == stamp(text), "older than the figures: python -m benchmarks.guide --draw evenness.png"
 
 
 def test_the_kept_figures_are_what_the_command_gives() -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.whole.__main__ import beside, whole
 from benchmarks.whole.costs import INNER, TREE, cost_of
-from benchmarks.whole.figures import PICTURE, Pair, loaded, save, speed_picture
+from benchmarks.whole.figures import Pair, loaded, save, speed_picture
 from benchmarks.whole.works import PEERS, Peer, Work
 
 
@@ -94,4 +94,3 @@ def test_what_is_kept_is_of_every_peer_at_every_size() -> None:
     assert {(pair.work, pair.library, pair.size) for pair in loaded()} == {
         (peer.name, peer.library, size) for peer in PEERS for size in peer.sizes
     }
-    assert PICTURE.is_file()

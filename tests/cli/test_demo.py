@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 
@@ -9,6 +10,8 @@ import pytest
 
 from geoprint.cli import planning
 from tests.commands import called
+
+README = Path(__file__).parents[2] / "README.md"
 
 
 @pytest.fixture
@@ -23,6 +26,10 @@ def test_it_compares_both_ways_anywhere_and_says_where_the_report_is(
 ) -> None:
     assert called(monkeypatch, "demo") == 0
     captured = capsys.readouterr()
+    # README shows the same comparison, in fewer words.
+    (shown,) = re.findall(r"```text\n(.*?)```", README.read_text(encoding="utf-8"), flags=re.DOTALL)
+    said = iter(f"{captured.out} {captured.err}".split())
+    assert all(word in said for word in re.sub(r"-{3,}|: comparison", "", shown).split()), shown
     folder = elsewhere / "geoprint-demo"
     assert f"open in a browser: {folder / 'report.html'}" in captured.out + captured.err
     assert {path.name for path in elsewhere.iterdir()} == {folder.name}
