@@ -90,11 +90,10 @@ def test_rounding_decides_neither_pins_nor_loops_nor_paths_along_edges(surface: 
 
     def chosen(vertices: FloatArray) -> list[list[int]]:
         part = Surface(vertices, surface.faces)
-        loops = boundary_loops(part)
-        ends = loops[1] if len(loops) > 1 else np.array([len(vertices) // 2])
-        return [
-            each.tolist() for each in (farthest_pair(part, loops[0]), *loops, shortest_edge_path(part, loops[0], ends))
-        ]
+        loops = [*boundary_loops(part)]
+        ends = loops[-1] if len(loops) > 1 else np.array([len(vertices) // 2])
+        found = farthest_pair(part, loops[0]), *loops, shortest_edge_path(part, loops[0], ends)
+        return [each.tolist() for each in found]
 
     for _ in range(20):
         moved_vertices = surface.vertices + noise.normal(scale=MOVED, size=surface.vertices.shape)
