@@ -464,8 +464,9 @@ def _weights_in(surface: Surface, points: SurfacePoints, faces: IntArray) -> Flo
 # Edges are flipped where the angles opposite to them sum to a half turn and this much more [rad]. Slivers must go; on
 # good triangles every flip makes two obtuse triangles less obtuse but costs more accuracy than it brings.
 FLIP_MARGIN = 0.26
-# Improvements below this share of the mean side are not made: they are rounding.
-SMALLEST_IMPROVEMENT = 1e-9
+# Improvements below this share of the mean side are not made: they are rounding. Of lines that arrive from two sides
+# and whose lengths differ by less than the larger share, as at the middle of a symmetric part, the same one counts.
+SMALLEST_IMPROVEMENT, EQUAL_ARRIVALS = 1e-9, 1e-7
 # Where the slopes at both ends of an edge rise towards each other by more than this, two fronts meet on it. Less,
 # and the curvature of a front passes for a ridge; more, and shallow ridges are smeared.
 MEETING_SLOPES = 0.15
@@ -551,9 +552,11 @@ class FastMarching:
             whole = intrinsic_triangulation(self._surface)
             mesh = half_edge_mesh(flipped_apart_from(whole, np.unique(pieces.faces), margin=FLIP_MARGIN))
         front = source_front(mesh, pieces)
-        march(mesh, front, SMALLEST_IMPROVEMENT * float(mesh.lengths.mean()), MEETING_SLOPES)
+        side = float(mesh.lengths.mean())
+        march(mesh, front, SMALLEST_IMPROVEMENT * side, MEETING_SLOPES)
         for _ in range(SETTLING_PASSES):
-            settle(mesh, front, np.argsort(front.distances), MEETING_SLOPES)
+            order = np.argsort(np.rint(front.distances / (EQUAL_ARRIVALS * side)), kind="stable")
+            settle(mesh, front, order, EQUAL_ARRIVALS * side, MEETING_SLOPES)
         self._require_reached(front)
         return mesh, front
 

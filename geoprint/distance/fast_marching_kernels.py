@@ -184,6 +184,9 @@ def border_bearing(mesh: MarchingMesh, vertex: int) -> float:
 # A line that bends may beat such an arrival, but not by the error of marching near a point: this share of it.
 SEEN_MARGIN = 0.05
 
+# Arrivals whose directions have a larger cosine between them are one line, of which the shorter reading is better.
+SAME_LINE = 1.0 - 1e-6
+
 # Newton's method for the point on an edge stops at steps of this share of the edge: twice its digits hold for the
 # distance, whose derivative vanishes there.
 NEWTON_STEP = 1e-5
@@ -229,7 +232,7 @@ def march(mesh: MarchingMesh, front: Front, tolerance: float, meeting: float) ->
 
 
 @uncounted
-def settle(mesh: MarchingMesh, front: Front, order: IntArray, meeting: float) -> None:
+def settle(mesh: MarchingMesh, front: Front, order: IntArray, tolerance: float, meeting: float) -> None:
     """Find every distance anew from what its neighbours know in the end.
 
     While the front marches, an edge may offer an arrival before the direction at its farther end is final; such an
@@ -239,6 +242,7 @@ def settle(mesh: MarchingMesh, front: Front, order: IntArray, meeting: float) ->
         mesh: m triangles.
         front: as marching left it; changed in place.
         order: (n,) vertices by rising distance.
+        tolerance: of arrivals from two sides that differ by less the first counts [mm].
         meeting: as for `march`.
     """
     for k in range(order.size):
@@ -253,7 +257,9 @@ def settle(mesh: MarchingMesh, front: Front, order: IntArray, meeting: float) ->
                 offer, share = through_edge(mesh, front, half, best, meeting)
                 if offer < best:
                     angle = crossing_angle(mesh.lengths[edge], mesh.lengths[half], mesh.lengths[last], share)
-                    best, origin = offer, mesh.bearings[half] + angle * mesh.stretch[vertex]
+                    bearing = mesh.bearings[half] + angle * mesh.stretch[vertex]
+                    if offer < best - tolerance or cos(bearing - origin) > SAME_LINE:
+                        best, origin = offer, bearing
             half = int(mesh.twins[last])
             if half < 0 or half == mesh.first[vertex]:
                 break

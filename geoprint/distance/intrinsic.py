@@ -20,8 +20,9 @@ from geoprint.geometry.triangle_sizes import side_lengths
 from geoprint.kernels import inner, njit
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface, freeze_arrays, frozen
 
-# By how much opposite angles must exceed a half turn [rad] before an edge is flipped: rounding does not decide.
-ANGLE_TOLERANCE = 1e-9
+# By how much opposite angles must exceed a half turn [rad] before an edge is flipped: on a grid, where they make one,
+# rounding does not decide.
+ANGLE_TOLERANCE = 1e-6
 
 # A side may exceed the sum of the two others by this share of it: rounding of lengths in a triangle without area.
 LENGTH_TOLERANCE = 1e-9

@@ -1,9 +1,10 @@
 """Level curves of a function that is linear in each triangle, all levels in one pass, chained into oriented curves.
 
-A vertex whose value equals a level counts as above it. With that rule every triangle that a level crosses has exactly
-one edge where the boundary of the triangle, walked counter-clockwise, comes down through the level and one where it
-goes up; the piece of the level curve runs from the first to the second, so larger values lie on its left seen from
-outside, and pieces of neighbouring triangles join head to tail. Flat triangles at a level carry no piece of it.
+A vertex whose value equals a level, to rounding, counts as above it. With that rule every triangle that a level
+crosses has exactly one edge where the boundary of the triangle, walked counter-clockwise, comes down through the level
+and one where it goes up; the piece of the level curve runs from the first to the second, so larger values lie on its
+left seen from outside, and pieces of neighbouring triangles join head to tail. Flat triangles at a level carry no piece
+of it.
 """
 
 from __future__ import annotations
@@ -16,6 +17,10 @@ import numpy as np
 from geoprint.model import BoolArray, FloatArray, IntArray, ScalarField, Surface, SurfaceCurves, SurfacePoints
 
 EdgeShares: TypeAlias = Callable[[IntArray, FloatArray], FloatArray]
+
+# Values that differ by less than this share of their range are equal: where a row of vertices lies at a level, rounding
+# would have some of them below it.
+ROUNDING = 1e-7
 
 
 def isolines(
@@ -35,7 +40,7 @@ def isolines(
         border; and (c,) the index of each curve's level. Where a level touches nothing it has no curve.
     """
     faces, starts, ends, edges, level = _cut(surface, field.values, levels)
-    values = levels[level]
+    values = np.clip(levels[level], *np.sort(field.values[edges], axis=1).T)
     shares = _linear_shares(field, edges, values) if edge_shares is None else edge_shares(edges, values)
     order, offsets, closed = _chain(starts, ends, count=shares.size)
     outgoing = np.full(shares.size, -1)
@@ -54,7 +59,8 @@ def _cut(
         Of each straight piece its triangle and the crossings where it starts and ends; then of each crossing of a level
         with an edge the vertices of the edge, the smaller first, and the level.
     """
-    ranks = np.searchsorted(levels, values, side="right")[surface.faces]
+    reached = values + ROUNDING * float(np.ptp(values))
+    ranks = np.searchsorted(levels, reached, side="right")[surface.faces]
     first = np.minimum(np.minimum(ranks[:, 0], ranks[:, 1]), ranks[:, 2])
     count = np.maximum(np.maximum(ranks[:, 0], ranks[:, 1]), ranks[:, 2]) - first
     face: IntArray = np.repeat(np.arange(int(count.size)), count)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
 
@@ -10,9 +11,10 @@ import numpy as np
 import pytest
 
 from geoprint import job_of, plan
+from geoprint.distance import backend
 from geoprint.distance.lscm_chart import farthest_pair
 from geoprint.errors import GeoprintError
-from geoprint.geometry import boundary_loops, shortest_edge_path
+from geoprint.geometry import PolylineDistance, boundary_loops, boundary_source, positions, refine, shortest_edge_path
 from geoprint.geometry.files import load, save_ply, suggested_unit
 from geoprint.model import FloatArray, Surface
 from tests.meshes import annulus, cylinder_patch, disc, plate
@@ -98,6 +100,31 @@ def test_rounding_decides_neither_pins_nor_loops_nor_paths_along_edges(surface: 
     for _ in range(20):
         moved_vertices = surface.vertices + noise.normal(scale=MOVED, size=surface.vertices.shape)
         assert chosen(moved_vertices) == chosen(surface.vertices)
+
+
+@pytest.mark.parametrize(
+    ("name", "surface"),
+    [
+        *((name, part) for name in ("lscm", "heat") for part in (plate(), disc(), annulus(), cylinder_patch())),
+        # On a round disc all fronts meet in one point, and marching on so regular a mesh finds it in two ways.
+        *(("fast-marching", part) for part in (plate(), annulus(), cylinder_patch())),
+    ],
+)
+def test_rounding_leaves_level_curves_of_symmetric_parts_as_they_are(name: str, surface: Surface) -> None:
+    """Fronts meet at vertices here, four corners lie on one circle, and rows of vertices at a level."""
+    part = refine(surface, edge_length=2.0)
+    noise = np.random.default_rng(3).normal(scale=MOVED, size=part.vertices.shape)
+    own, other = (level_curves(Surface(part.vertices + by, part.faces), name) for by in (0.0, noise))
+    assert len(other) == len(own)
+    for lines, others in ((own, other), (other, own)):
+        assert PolylineDistance(lines, step=0.2)(np.vstack(others)).max() < 1e-6
+
+
+def level_curves(surface: Surface, name: str) -> list[FloatArray]:
+    """Return the corners of each level curve 4 mm apart."""
+    curves = backend(name).factory(surface).contours(boundary_source(surface), spacing=4.0).curves
+    places = positions(surface, curves.points)
+    return [places[begin:end] for begin, end in pairwise(curves.offsets.tolist())]
 
 
 def test_the_law_sees_what_it_is_for() -> None:
