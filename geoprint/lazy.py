@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from importlib import import_module
 from importlib.util import find_spec
 from types import MappingProxyType, ModuleType
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 Getter: TypeAlias = Callable[[str], object]
 Lister: TypeAlias = Callable[[], list[str]]
@@ -41,6 +41,19 @@ def attached(package: str, *, modules: str, names: Mapping[str, str] = MappingPr
         return sorted({*own, *others, *(name for name in bound if "__all__" not in bound or name.startswith("__"))})
 
     return get, listed
+
+
+def shown_above(name: str) -> Callable[[object], Any]:
+    """Return a method that calls a function of `geoprint.reporting.notebook`, which stands above what results import.
+
+    Args:
+        name: of the function; it takes the result alone.
+    """
+
+    def shown(self: object) -> Any:
+        return getattr(import_module("geoprint.reporting.notebook"), name)(self)
+
+    return shown
 
 
 @contextmanager

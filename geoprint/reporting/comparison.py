@@ -94,12 +94,16 @@ def comparison_report(
 
 def plan_report(plan: Plan) -> tuple[PlanRecord, Mapping[str, bytes], bytes]:
     """Return what plan.json says of a plan, the pictures of its charts by file name, and report.html of it alone."""
-    name = plan.job.backend
-    alone = Comparison(plan.job, plan.workpiece, ((name, Planned(plan, plan.not_printable)),))
+    name, alone = plan.job.backend, compared_alone(plan)
     record = recorded_comparison([alone])
     pictures = comparison_pictures(alone, draw=lambda drawings: [drawing() for drawing in drawings])
     page = comparison_report([alone], record, pictures=[pictures], command="plan")
     return record.plans[0][name], pictures.charts[name], page
+
+
+def compared_alone(plan: Plan) -> Comparison:
+    """Return a plan as the comparison of its one backend, which is reported alike."""
+    return Comparison(plan.job, plan.workpiece, ((plan.job.backend, Planned(plan, plan.not_printable)),))
 
 
 def _part(part: Comparison, plans: Mapping[str, PlanRecord]) -> PartRecord:

@@ -8,6 +8,7 @@ from geoprint.config import Job
 from geoprint.geometry import Deviation, Inspection, Landmark, PreparationReport
 from geoprint.geometry.files import LabelFound, MeshFile
 from geoprint.layers import CutPlane, Slice
+from geoprint.lazy import shown_above
 from geoprint.metrics import Printed, RigidFit, Uniformity
 from geoprint.metrics.stack_thickness import ColumnFeet, Finished
 from geoprint.model import (
@@ -178,6 +179,9 @@ class Comparison:
     workpiece: Workpiece
     outcomes: tuple[tuple[str, Planned | Refused], ...]
 
+    # What a notebook shows of it, and as a page that turns in 3D without a server.
+    _repr_html_, view = shown_above("notebook_html"), shown_above("notebook_view")
+
     @property
     def planned(self) -> tuple[tuple[str, Planned], ...]:
         """Those that planned, by name."""
@@ -329,6 +333,9 @@ class Measurement:
     files: tuple[MeasuredFile, ...]
     cell: str
     own_errors: bool = False
+
+    # What a notebook shows of it, and as a page that turns in 3D without a server.
+    _repr_html_, view = shown_above("notebook_html"), shown_above("notebook_view")
 
     def __post_init__(self) -> None:
         freeze_arrays(self, upright="float: 3 3")

@@ -10,6 +10,7 @@ from geoprint.config import Job
 from geoprint.distance import Shown
 from geoprint.errors import FieldError, InputError
 from geoprint.geometry import united
+from geoprint.lazy import shown_above
 from geoprint.metrics import DistanceErrors, Printed, Uniformity
 from geoprint.model import (
     Clearance,
@@ -270,6 +271,9 @@ class Plan:
     fed: Fed | None = None
     tilting: Tilting | None = None
     joined: JoinedProgram | None = None
+
+    # What a notebook shows of it, and as a page that turns in 3D without a server.
+    _repr_html_, view = shown_above("notebook_html"), shown_above("notebook_view")
 
     @property
     def paths(self) -> list[FloatArray]:
