@@ -9,20 +9,17 @@ from pathlib import Path
 import numpy as np
 
 from geoprint.config import FieldFile, PreferenceTable, ThroughTable, WallTable
-from geoprint.errors import FieldError
 from geoprint.fibers.fields import DirectionField, carried_field
 from geoprint.fibers.preferences import AlongCurvature, AlongDirection, AlongRim, AlongStroke, Preference
 from geoprint.fibers.prescribed import prescribed_field, singularities_near, smoothest_field
 from geoprint.fibers.wall import HelixRule, WallCoordinates, WallVoxels
-from geoprint.geometry import closest, edge_lengths, even_points, in_words, refine
+from geoprint.geometry import closest, edge_lengths, even_points, on_surface, refine
 from geoprint.geometry.files import read_volume
 from geoprint.model import FloatArray, Surface, SurfaceCurves
 from geoprint.results import StackPlace
 
 # Fibres are lines without a sense: who prints one may begin at either end.
 LINES = 2
-# A place may miss the surface by this [mm]: what is read off a screen is rounded.
-PLACE_TOLERANCE = 1.0
 
 
 def lines_of(file: FieldFile, *, place: StackPlace | None = None) -> Callable[[Surface], DirectionField]:
@@ -62,7 +59,8 @@ def _designed(file: FieldFile, surface: Surface) -> DirectionField:
     preferences = [_preference(table, surface) for table in file.preferences]
     if not file.singularities:
         return smoothest_field(surface, symmetry=LINES, preferences=preferences)
-    places = _on(surface, np.array([table.place for table in file.singularities]), what="singularity")
+    places = np.array([table.place for table in file.singularities])
+    on_surface(surface, places, what="the singularity {} of the field")
     indices = np.array([table.index for table in file.singularities])
     return prescribed_field(
         surface,
@@ -100,25 +98,9 @@ def _preference(table: PreferenceTable, surface: Surface) -> Preference:
     if table.curvature is not None:
         return AlongCurvature(table.curvature, **weighted)
     if table.stroke is not None:
-        corners = _on(surface, np.array(table.stroke), what="point of a stroke")
+        corners = np.array(table.stroke)
+        on_surface(surface, corners, what="the point of a stroke {} of the field")
         drawn = even_points(corners, step=float(np.median(edge_lengths(surface))))
         points, _ = closest(surface, drawn)
         return AlongStroke(SurfaceCurves(points, np.array([0, len(drawn)]), np.array([False])), **weighted)
     return AlongRim(**weighted)
-
-
-def _on(surface: Surface, places: FloatArray, *, what: str) -> FloatArray:
-    """Return (k, 3) places after checking that they lie on a surface [mm].
-
-    Raises:
-        FieldError: one lies off it.
-    """
-    _, away = closest(surface, places)
-    worst = int(np.argmax(away))
-    if away[worst] > PLACE_TOLERANCE:
-        raise FieldError(
-            f"the {what} {worst + 1} of the field, {in_words(places[worst])}, lies {away[worst]:.3g} mm off "
-            f"{surface.name}, at most {PLACE_TOLERANCE:g} mm is allowed: give a place on it.",
-            distance=float(away[worst]),
-        )
-    return places

@@ -47,10 +47,12 @@ from geoprint.geometry.pieces import (
     united as united,
 )
 from geoprint.geometry.points import (
+    PLACE_TOLERANCE as PLACE_TOLERANCE,
     closest as closest,
     direction_across as direction_across,
     in_words as in_words,
     normals as normals,
+    on_surface as on_surface,
     positions as positions,
     triple as triple,
     upright_of as upright_of,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from geoprint.errors import InputError, MeshError
+from geoprint.errors import FieldError, InputError, MeshError
 from geoprint.geometry.operators import mean_normal, vertex_normals
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface, SurfacePoints
 from geoprint.transforms import smallest_rotation
@@ -131,6 +131,37 @@ def closest(surface: Surface, xyz: FloatArray) -> tuple[SurfacePoints, FloatArra
     weights = np.clip(weights, 0.0, 1.0)
     weights /= weights.sum(axis=1, keepdims=True)
     return SurfacePoints(faces=faces, weights=weights), np.sqrt(squares)
+
+
+# A place may miss a surface by this [mm]: what is read off a screen is rounded.
+PLACE_TOLERANCE = 1.0
+
+
+def on_surface(
+    surface: Surface, places: FloatArray, *, what: str, tolerance: float = PLACE_TOLERANCE
+) -> tuple[SurfacePoints, FloatArray]:
+    """Return what `closest` does of places that are meant to be on a surface.
+
+    Args:
+        surface: m faces.
+        places: (k, 3) [mm].
+        what: a place is called, with its number, from 1, for `{}`.
+        tolerance: largest distance from the surface at which a place is still meant to be on it [mm].
+
+    Raises:
+        FieldError: a place is farther from the surface than that.
+    """
+    points, away = closest(surface, places)
+    worst = int(np.argmax(away))
+    if away[worst] > tolerance:
+        raise FieldError(
+            f"{what.format(worst + 1)}, {in_words(places[worst])}, lies {away[worst]:.3g} mm off {surface.name}, at "
+            f"most {tolerance:g} mm is allowed; the nearest point of its surface is "
+            f"{in_words(positions(surface, points)[worst])}.",
+            distance=float(away[worst]),
+            tolerance=tolerance,
+        )
+    return points, away
 
 
 def closest_in_triangles(points: FloatArray, corners: FloatArray) -> tuple[FloatArray, FloatArray]:

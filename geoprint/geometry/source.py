@@ -8,7 +8,7 @@ import numpy as np
 
 from geoprint.errors import FieldError, InputError
 from geoprint.geometry.pieces import arc_lengths
-from geoprint.geometry.points import closest, in_words, positions, vertex_points
+from geoprint.geometry.points import PLACE_TOLERANCE, in_words, on_surface, vertex_points
 from geoprint.geometry.topology import boundary_loops
 from geoprint.model import FloatArray, IntArray, Source, Surface, SurfaceCurves
 
@@ -113,7 +113,7 @@ def _of_vertices(surface: Surface, chains: Sequence[IntArray]) -> Source:
     return Source(curves=curves)
 
 
-def point_source(surface: Surface, xyz: FloatArray, *, tolerance: float) -> Source:
+def point_source(surface: Surface, xyz: FloatArray, *, tolerance: float = PLACE_TOLERANCE) -> Source:
     """Return the point of the surface closest to a position.
 
     Args:
@@ -127,15 +127,6 @@ def point_source(surface: Surface, xyz: FloatArray, *, tolerance: float) -> Sour
     """
     if xyz.shape != (3,) or not np.isfinite(xyz).all():
         raise InputError(f"a source point needs three finite coordinates in mm, found {xyz.tolist()}.")
-    points, distances = closest(surface, xyz[None, :])
-    distance = float(distances[0])
-    if distance > tolerance:
-        place = "({:g}, {:g}, {:g})".format(*xyz)
-        raise FieldError(
-            f"the source point {place} lies {distance:.3g} mm off {surface.name}, at most {tolerance:g} mm is allowed; "
-            f"the nearest point of its surface is {in_words(positions(surface, points)[0])}.",
-            distance=distance,
-            tolerance=tolerance,
-        )
+    points, _ = on_surface(surface, xyz[None, :], what="the source point", tolerance=tolerance)
     curves = SurfaceCurves(points=points, offsets=np.array([0, 1]), closed=np.zeros(1, dtype=np.bool_))
     return Source(curves=curves)

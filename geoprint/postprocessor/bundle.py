@@ -107,7 +107,7 @@ def write_bundle(
         raise ExportError("two files of the bundle have the same name; give each its own.")
     with staging(directory, overwrite=overwrite) as folder:
         with _translated(directory):
-            _write_files(folder, contents)
+            add_files(folder, every)
             _compare(folder, contents)
         verify(folder)
 
@@ -146,6 +146,18 @@ def staging(directory: Path | str, *, overwrite: bool) -> Generator[Path]:
     except BaseException:
         _remove(temporary, made)
         raise
+
+
+def add_files(folder: Path, files: Mapping[str, bytes]) -> None:
+    """Write files, name (with `/` between folders) to content, into a staging folder and bring them to the disk."""
+    for name, content in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with path.open("xb") as handle:
+            handle.write(content)
+            handle.flush()
+            os.fsync(handle.fileno())
+    _sync_folders(folder)
 
 
 def seal(folder: Path | str) -> None:
@@ -242,14 +254,9 @@ def _is_foreign(path: Path, place: Path, known: set[str]) -> bool:
 def _keep_evidence(place: Path, temporary: Path) -> None:
     """Take over what people saw of the bundles that are replaced: each entry names the program that it is about."""
     for path in sorted(place.rglob(EVIDENCE)) if place.is_dir() else ():
-        taken = temporary / path.relative_to(place)
-        taken.parent.mkdir(parents=True, exist_ok=True)
-        content = path.read_bytes()
-        with taken.open("xb") as handle:
-            handle.write(content)
-            handle.flush()
-            os.fsync(handle.fileno())
-        _compare(temporary, {PurePosixPath(path.relative_to(place)): content})
+        name, content = path.relative_to(place).as_posix(), path.read_bytes()
+        add_files(temporary, {name: content})
+        _compare(temporary, {PurePosixPath(name): content})
 
 
 def _place(directory: Path | str) -> Path:
@@ -272,17 +279,6 @@ def _relative(name: str) -> PurePosixPath:
     if not path.parts or path.is_absolute() or ".." in path.parts or "\\" in name or "\0" in name:
         raise ExportError(f"{name!r} is no name of a file inside a bundle; allowed are names such as rapid/main.mod.")
     return path
-
-
-def _write_files(folder: Path, files: Mapping[PurePosixPath, bytes]) -> None:
-    for name, content in files.items():
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("xb") as handle:
-            handle.write(content)
-            handle.flush()
-            os.fsync(handle.fileno())
-    _sync_folders(folder)
 
 
 def _sync_folders(folder: Path) -> None:

@@ -26,7 +26,9 @@ from geoprint.reporting.figures import (
     svg_bytes,
 )
 from geoprint.reporting.histogram import BINS, EVEN, ratio_axis, spacing_shares, tick_texts
+from geoprint.reporting.pictures import coverage_panel
 from geoprint.reporting.view import bead_sides, squares_on
+from geoprint.results import Planned, Workpiece
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -183,3 +185,18 @@ def _histogram(panels: Sequence[CoveragePanel], *, spacing: float) -> Figure:
 
 def _plain(value: float, _: int | None) -> str:
     return f"{value:g}"
+
+
+def paper_files(workpiece: Workpiece, planned: Sequence[tuple[str, Planned]]) -> dict[str, bytes]:
+    """Return name and content of the figures for papers, as PNG and SVG.
+
+    Args:
+        workpiece: what they planned on.
+        planned: name and outcome, at least one.
+    """
+    return paper_figures(
+        workpiece.part,
+        [coverage_panel(name, outcome) for name, outcome in planned],
+        R_view_work=workpiece.upright,
+        spacing=planned[0][1].plan.contours.spacing,
+    )

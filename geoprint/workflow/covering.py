@@ -1,4 +1,7 @@
-"""What becomes of contours where fronts meet: plain ones and fitted ones are measured, and the better ones taken."""
+"""What covers a workpiece: paths, and how even prints of them are expected to be.
+
+Where fronts meet plain contours and fitted ones are measured, and the better ones taken.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +12,12 @@ from typing import TypeAlias
 from geoprint.config import Job
 from geoprint.distance import Piecewise
 from geoprint.errors import FieldError
-from geoprint.metrics import Covering, DistanceErrors, Uniformity, distance_errors, ranked, uniformity
-from geoprint.model import Contours, ScalarField
+from geoprint.metrics import Covering, DistanceErrors, Uniformity, distance_errors, printed, ranked, uniformity
+from geoprint.model import Cell, Contours, FloatArray, Placement, PrintErrors, ScalarField
 from geoprint.results import Layer, Plan, TriedMiddle, Workpiece
+from geoprint.robot.placing import calibrate_fixture, position_uncertainty, turn_uncertainty
 from geoprint.toolpath import arrange, seams_of
+from geoprint.transforms import apply
 from geoprint.workflow.backend_choice import backend_of, pattern_of, seeks_middle
 from geoprint.workflow.placement import pose_stream
 from geoprint.workflow.stages import Stages
@@ -154,3 +159,39 @@ def _covering(measured: Uniformity) -> Covering:
 
 def _tried(middle: str, paths: Plan, found: Uniformity, *, taken: bool) -> TriedMiddle:
     return TriedMiddle(middle, *_covering(found), paths.toolpath.curves.count, taken)
+
+
+# What the cell makes of a plan: its errors, and how even prints are expected to be.
+
+
+def with_print(plan: Plan, stage: Stages) -> Plan:
+    """Return a plan with the thickness that prints of it are expected to have; as it is where it was not measured."""
+    if plan.uniformity is None or plan.deposited is None:
+        return plan
+    with stage("expected print"):
+        part, placement = plan.workpiece.part, plan.workpiece.placement
+        errors = errors_of(plan.workpiece.cell, placement, middle=part.vertices.mean(axis=0))
+        measured = plan.uniformity
+        layer, along = measured.layer(follows=plan.deposited.mode == "analog")
+        found = printed(
+            layer, along, measured, errors, poses=plan.poses,
+            wanted=plan.workpiece.widths,
+        )  # fmt: skip
+    return replace(plan, printed=found, timings=tuple(stage.timings))
+
+
+def errors_of(cell: Cell, placement: Placement | None, *, middle: FloatArray) -> PrintErrors:
+    """Return how far a print strays: what the cell says, and of the placement what its touched points tell.
+
+    Args:
+        cell: without errors of its own those of the packaged cells count.
+        placement: where the part stands, or None without a robot.
+        middle: (3,) of the part [mm].
+    """
+    errors = cell.errors or PrintErrors()
+    if placement is None or not placement.calibrated or cell.fixture is None:
+        return errors
+    calibration = calibrate_fixture(cell.fixture)
+    shift = position_uncertainty(calibration, apply(placement.T_base_work, middle[None]))
+    turn = turn_uncertainty(calibration)
+    return replace(errors, placement=shift.deviation, placement_turn=turn.deviation)

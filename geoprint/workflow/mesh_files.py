@@ -287,7 +287,7 @@ def _source(surface: Surface) -> Source:
     """Return the border, or some point of a closed surface."""
     if boundary_half_edges(surface.faces).size:
         return boundary_source(surface)
-    return point_source(surface, surface.vertices[surface.faces[0, 0]], tolerance=1.0)
+    return point_source(surface, surface.vertices[surface.faces[0, 0]])
 
 
 def _check_topology(after: Surface, preparation: PreparationReport) -> None:

@@ -13,6 +13,7 @@ from geoprint.config import Job, PatchRegion
 from geoprint.distance.fast_marching import FastMarching
 from geoprint.errors import FieldError, InputError, naming
 from geoprint.geometry import (
+    PLACE_TOLERANCE,
     Joined,
     PolylineDistance,
     PreparationReport,
@@ -149,9 +150,7 @@ def _sides(surface: Surface, chain: IntArray) -> tuple[BoolArray, BoolArray]:
     return np.isin(labels, on_left), np.isin(labels, on_right)
 
 
-# A point may miss the body by this [mm], what is read off a screen being rounded, or by a share of the radius: the
-# thickness of the slices of a label volume.
-POINT_TOLERANCE = 1.0
+# A point may miss the body by a share of the radius, too: the thickness of the slices of a label volume.
 POINT_TOLERANCE_SHARE = 0.25
 # Edges for each radius: a circle cut through triangles that large is round to a thousandth of its radius.
 EDGES_PER_RADIUS = 12
@@ -295,7 +294,7 @@ def _on_body(body: Surface, choice: PatchChoice) -> tuple[FloatArray | None, Flo
     nearest = positions(body, points)
     worst = int(np.argmax(distances))
     missed = float(distances[worst])
-    tolerance = max(POINT_TOLERANCE, POINT_TOLERANCE_SHARE * (choice.radius or 0.0))
+    tolerance = max(PLACE_TOLERANCE, POINT_TOLERANCE_SHARE * (choice.radius or 0.0))
     if missed > tolerance:
         raise InputError(
             f"the point {in_words(places[worst])} lies {missed:.3g} mm off {body.name}, at most {tolerance:.3g} mm is "
@@ -332,7 +331,7 @@ def _bounds(part: Surface, choice: PatchChoice, *, centre: FloatArray | None) ->
     """Return (n, k) functions that are positive outside the patch."""
     columns: list[FloatArray] = []
     if choice.radius is not None and centre is not None:
-        source = point_source(part, centre, tolerance=POINT_TOLERANCE)
+        source = point_source(part, centre)
         distances = FastMarching(part).distance(source)
         if distances.maximum <= choice.radius:
             raise FieldError(

@@ -40,8 +40,7 @@ from geoprint.robot.reach import Easing, Leaning, frame_room, lost_shares, reach
 from geoprint.robot.timing import held_straight, off_moves, timed_print, tips_at
 from geoprint.threads import both
 from geoprint.workflow.backend_choice import check_options, check_part, with_backend
-from geoprint.workflow.covering import Measured, measured_covers, taken_alike
-from geoprint.workflow.expected_print import with_print
+from geoprint.workflow.covering import Measured, measured_covers, taken_alike, with_print
 from geoprint.workflow.feedback import printing_at, with_feedback
 from geoprint.workflow.placement import arm_of, clearance_check, leaning_of, pose_stream, with_flow_of
 from geoprint.workflow.refusals import printed

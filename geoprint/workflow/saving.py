@@ -25,7 +25,6 @@ from geoprint.postprocessor import (
     trajectory_table,
     verify_poses_table,
     verify_trajectory_table,
-    write_bundle,
 )
 from geoprint.postprocessor.rapid import CONTROLLER_FOLDER, controller_files
 from geoprint.reporting.check import Finding
@@ -85,14 +84,9 @@ def save_plan(plan: Plan, directory: Path | str, *, overwrite: bool = False, rep
         shown = {REPORT: page}
     else:
         record, charts, shown = record_plan(plan), chart_pictures(plan), {}
-    write_bundle(
-        directory,
-        plan_files(plan, record, charts=charts) | shown,
-        overwrite=overwrite,
-        verify=lambda folder: verify_files(plan, record, folder),
-        unlisted={TIMINGS: _timings(plan)},
-    )
-    return record
+    files, timings = plan_files(plan, record, charts=charts) | shown, {TIMINGS: _timings(plan)}
+    verify = partial(verify_files, plan, record)
+    return save_record(record, PLAN, files, directory, overwrite=overwrite, verify=verify, unlisted=timings)
 
 
 def save_comparisons(
@@ -174,7 +168,7 @@ def _shown_files(part: Comparison, pictures: ComparisonPictures, *, samples: boo
         if samples:
             files[f"{name}/spacing.csv"] = spacing_table(outcome.uniformity)
     if figures:
-        from geoprint.reporting.paper_files import paper_files
+        from geoprint.reporting.paper_figures import paper_files
 
         drawn = paper_files(part.workpiece, part.planned)
         files |= {f"figures/{file}": content for file, content in drawn.items()}
@@ -190,7 +184,7 @@ def plan_files(plan: Plan, record: PlanRecord, *, charts: Mapping[str, bytes]) -
         charts: its `chart_pictures`.
     """
     files = {
-        "plan.json": json_bytes(as_json(record)),
+        PLAN: json_bytes(as_json(record)),
         "poses.csv": poses_table(plan.poses),
         "surface.ply": ply_bytes(plan.workpiece.surface),
         **input_files(plan),
@@ -285,7 +279,7 @@ def _promised(plan: Plan, record: PlanRecord) -> _Promise:
 def _verify(promise: _Promise, folder: Path) -> None:
     verify_poses_table(folder / "poses.csv", promise.poses)
     _verify_surface(promise.surface, folder / "surface.ply")
-    verify_record(folder / "plan.json", promise.record)
+    verify_record(folder / PLAN, promise.record)
     for part, trajectory, names in promise.robots:
         verify_trajectory_table(folder / part / "trajectory.csv", trajectory)
         _refuse(check_program(folder / part, names, plan=folder).findings)

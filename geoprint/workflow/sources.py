@@ -23,6 +23,7 @@ from geoprint.geometry import (
     mean_normal,
     middle_of,
     nearest_loop,
+    on_surface,
     part_source,
     pieces,
     point_source,
@@ -104,8 +105,6 @@ def _area_middle(surface: Surface) -> FloatArray:
 # From what a job says of its source to a source on the refined surface, each patch by itself.
 
 
-# A place may miss the surface by this [mm]: what is read off a screen is rounded.
-SOURCE_TOLERANCE = 1.0
 BORDER = SourceTable(border=True)
 
 
@@ -151,7 +150,7 @@ def _source(source: SourceTable, surface: Surface, *, base: Surface) -> Source:
     """Return the source of a surface in one piece."""
     if source.point is not None or (source.best and not boundary_loops(surface)):
         place = surface.vertices[0] if source.point is None else np.array(source.point)
-        return point_source(surface, place, tolerance=SOURCE_TOLERANCE)
+        return point_source(surface, place)
     if source.angle is not None:
         return section_source(surface, angle_deg=source.angle, base=base)
     if source.curve is not None:
@@ -175,14 +174,7 @@ def curve_source(surface: Surface, points: FloatArray) -> Source:
     Raises:
         FieldError: fewer than two different points, one lies off the surface, or no line between two can be found.
     """
-    landed, distances = closest(surface, points)
-    farthest = int(np.argmax(distances))
-    if distances[farthest] > SOURCE_TOLERANCE:
-        raise FieldError(
-            f"point {farthest + 1} of the source, {in_words(points[farthest])}, lies {distances[farthest]:.3g} mm off "
-            f"{surface.name}, at most {SOURCE_TOLERANCE:g} mm is allowed.",
-            distance=float(distances[farthest]),
-        )
+    on_surface(surface, points, what="point {} of the source")
     drawn, corners = surface, list[int]()
     for point in points:
         drawn, vertex = with_vertex(drawn, point)

@@ -11,13 +11,14 @@ from geoprint.config import Job
 from geoprint.distance import compared_backends
 from geoprint.errors import FieldError
 from geoprint.postprocessor import json_bytes, staging
+from geoprint.postprocessor.bundle import add_files
 from geoprint.reporting.records.rounding import as_json, stamp
 from geoprint.reporting.records.stack import StackComparisonRecord, StackRecord
 from geoprint.reporting.stack_comparison import best_stack, compared_stack, compared_stacks_page, stack_verdict
 from geoprint.results import FinishedStack
 from geoprint.workflow.backend_choice import check_options, with_backend
 from geoprint.workflow.bundles import REPORT, STACKS
-from geoprint.workflow.stacking import check_stacked, stack_into, verify_stacks
+from geoprint.workflow.stacking import check_stacked, seal_record, stack_into
 
 # What is said of a backend's stack and how it comes out, or why it cannot plan a layer.
 _Found: TypeAlias = "tuple[StackRecord, FinishedStack] | str"
@@ -59,9 +60,9 @@ def compare_stacks(
         if not stacks:
             raise FieldError(next(recorded for _, recorded in found if isinstance(recorded, str)))
         record = _record(job, found)
-        (folder / STACKS).write_bytes(json_bytes(as_json(record)))
-        (folder / REPORT).write_bytes(compared_stacks_page(stacks, record, job, page=REPORT))
-        verify_stacks(folder, {STACKS: record})
+        page = compared_stacks_page(stacks, record, job, page=REPORT)
+        add_files(folder, {STACKS: json_bytes(as_json(record)), REPORT: page})
+        seal_record(folder / STACKS, record)
     return record
 
 

@@ -10,7 +10,7 @@ entry point brings it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
@@ -20,6 +20,7 @@ from geoprint.config import Job, job_cell
 from geoprint.errors import FieldError, ResourceError, UsageError, naming
 from geoprint.geometry import face_areas
 from geoprint.postprocessor import json_bytes, seal, staging
+from geoprint.postprocessor.bundle import add_files
 from geoprint.reporting.records.rounding import Record, as_json, stamp, verify_record
 from geoprint.reporting.records.stack import LeftOutRecord, StackedLayerRecord, StackProgramRecord, StackRecord
 from geoprint.reporting.stack import finished_record, layer_record, with_cure
@@ -67,7 +68,7 @@ def plan_stack(
     check_options(job, [job.backend])
     with staging(directory, overwrite=overwrite) as folder:
         record, _ = stack_into(job, folder, observe=observe)
-        verify_stacks(folder, {STACK: record})
+        seal_record(folder / STACK, record)
     return record
 
 
@@ -105,27 +106,23 @@ def stack_into(job: Job, folder: Path, *, observe: Callable[[str], None]) -> tup
     observe("finished thickness")
     recorded, finished = _finished(job, read_stack(job), found, program=program)
     page = stack_page(finished, recorded, job)
-    for name, content in {STACK: json_bytes(as_json(recorded)), REPORT: page, **files}.items():
-        place = folder / name
-        place.parent.mkdir(parents=True, exist_ok=True)
-        place.write_bytes(content)
+    add_files(folder, {STACK: json_bytes(as_json(recorded)), REPORT: page, **files})
     return recorded, finished
 
 
-def verify_stacks(folder: Path, recorded: Mapping[str, Record]) -> None:
-    """List what was written into a folder that nobody sees yet, and read its records back before it appears.
+def seal_record(path: Path, record: Record) -> None:
+    """List what was written into a folder that nobody sees yet, and read its record back before it appears.
 
     Args:
-        folder: that is staged.
-        recorded: records that must read back, by the name of their file.
+        path: of the record's file in the folder that is staged.
+        record: that must read back.
 
     Raises:
         ExportError: the list cannot be written.
-        VerificationError: a record does not read back.
+        VerificationError: the record does not read back.
     """
-    seal(folder)
-    for name, record in recorded.items():
-        verify_record(folder / name, record)
+    seal(path.parent)
+    verify_record(path, record)
 
 
 def _printed(found: Iterable[_Found]) -> list[tuple[StackedLayerRecord, StackedLayer]]:

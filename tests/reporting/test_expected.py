@@ -18,7 +18,7 @@ from geoprint.reporting.records.comparison import PartRecord, PlannedRecord
 from geoprint.reporting.records.evenness import PrintedApartRecord, PrintedRecord, StandoffRecord, VarianceRecord
 from geoprint.results import Comparison
 from geoprint.workflow import compare
-from geoprint.workflow.expected_print import errors_of
+from geoprint.workflow.covering import errors_of
 from tests.meshes import plate
 
 PLAIN = {
