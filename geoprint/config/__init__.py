@@ -34,14 +34,12 @@ from geoprint.config.field_file import (
 )
 from geoprint.config.job import (
     Job as Job,
-    LayerPattern as LayerPattern,
     PatchRegion as PatchRegion,
     SourceTable as SourceTable,
     source_named as source_named,
 )
 from geoprint.config.job_file import (
     job_file_text as job_file_text,
-    job_named as job_named,
     job_of as job_of,
     job_text as job_text,
 )

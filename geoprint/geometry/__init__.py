@@ -21,7 +21,6 @@ from geoprint.geometry.operators import (
     corner_cotangents as corner_cotangents,
     cotangent_laplacian as cotangent_laplacian,
     diagonal_matrix as diagonal_matrix,
-    divergence as divergence,
     edge_lengths as edge_lengths,
     face_areas as face_areas,
     face_normals as face_normals,
@@ -78,7 +77,6 @@ from geoprint.geometry.topology import (
     encloses as encloses,
     euler_characteristic as euler_characteristic,
     half_edges as half_edges,
-    numbered_edges as numbered_edges,
     turned_over as turned_over,
     twins as twins,
 )

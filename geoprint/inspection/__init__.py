@@ -12,7 +12,6 @@ from geoprint.inspection.against_plan import (
 )
 from geoprint.inspection.beads import (
     BeadLine as BeadLine,
-    PairedEdges as PairedEdges,
     Shade as Shade,
     bead_width as bead_width,
     beads_of as beads_of,
@@ -22,19 +21,13 @@ from geoprint.inspection.beads import (
 from geoprint.inspection.calibrating import Fiducials as Fiducials, camera_by as camera_by, lens_of as lens_of
 from geoprint.inspection.camera import Camera as Camera, Lens as Lens
 from geoprint.inspection.held import (
-    BLOB as BLOB,
-    THIN as THIN,
-    WHOLE_RUN as WHOLE_RUN,
     Held as Held,
     PhotographedParts as PhotographedParts,
     RunEstimate as RunEstimate,
-    bead_lines as bead_lines,
     doubts as doubts,
     held_against as held_against,
-    photographed_parts as photographed_parts,
 )
 from geoprint.inspection.measured import (
-    PRESENT as PRESENT,
     MeasuredStretches as MeasuredStretches,
     measured_stretches as measured_stretches,
 )
@@ -50,4 +43,4 @@ from geoprint.inspection.print import (
     AppraisedPhotograph as AppraisedPhotograph,
     OnPlan as OnPlan,
 )
-from geoprint.inspection.skeleton import edges as edges, evened as evened, steepness as steepness
+from geoprint.inspection.skeleton import edges as edges

@@ -7,8 +7,6 @@ How thick a stack of layers becomes is measured in `stacked`.
 from geoprint.metrics.agreement import (
     EVEN_ENOUGH as EVEN_ENOUGH,
     MOST_MISSED as MOST_MISSED,
-    MOST_TWICE as MOST_TWICE,
-    SAME_COVERAGE as SAME_COVERAGE,
     Agreement as Agreement,
     Covering as Covering,
     agreement as agreement,
@@ -16,7 +14,6 @@ from geoprint.metrics.agreement import (
     ranked as ranked,
 )
 from geoprint.metrics.evenness import (
-    OFF_SURFACE_SHARE as OFF_SURFACE_SHARE,
     Uniformity as Uniformity,
     measure_paths as measure_paths,
     uniformity as uniformity,

@@ -31,8 +31,6 @@ from geoprint.model.process import (
     GAP_SHARE as GAP_SHARE,
     OVERLAP_SHARE as OVERLAP_SHARE,
     PASCAL_PER_KPA as PASCAL_PER_KPA,
-    PATH_FACTOR as PATH_FACTOR,
-    POSE_FACTOR as POSE_FACTOR,
     Dispensing as Dispensing,
     Flood as Flood,
     Fluid as Fluid,

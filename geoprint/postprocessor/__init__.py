@@ -18,7 +18,7 @@ from geoprint.postprocessor.bundle import (
 from geoprint.postprocessor.ordering import orders_of as orders_of
 from geoprint.postprocessor.orders import Event as Event, Orders as Orders, TipsAt as TipsAt
 from geoprint.postprocessor.setup_file import Setup as Setup, read_setup as read_setup, setup_file as setup_file
-from geoprint.postprocessor.switching import switching_events as switching_events, waits as waits
+from geoprint.postprocessor.switching import waits as waits
 from geoprint.postprocessor.tables import (
     FEEDBACK_TABLE as FEEDBACK_TABLE,
     PosesTable as PosesTable,

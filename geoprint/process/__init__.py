@@ -2,7 +2,6 @@
 
 from geoprint.process.bead import (
     bead_width as bead_width,
-    flow_for as flow_for,
     following_flow as following_flow,
     strand_diameter as strand_diameter,
 )
@@ -10,10 +9,7 @@ from geoprint.process.curing import (
     Exposure as Exposure,
     bottom_doses as bottom_doses,
     cured_depth as cured_depth,
-    dose_of_pass as dose_of_pass,
-    dose_of_passes as dose_of_passes,
     exposure as exposure,
-    fastest_curing as fastest_curing,
 )
 from geoprint.process.rheology import (
     Bore as Bore,

@@ -18,7 +18,6 @@ from geoprint.reporting.check import (
     also_seen as also_seen,
 )
 from geoprint.reporting.comparison import (
-    comparison_report as comparison_report,
     comparison_table as comparison_table,
     recorded_comparison as recorded_comparison,
 )
@@ -56,9 +55,8 @@ from geoprint.reporting.plan import (
 from geoprint.reporting.records.comparison import (
     ComparisonRecord as ComparisonRecord,
     MeasurementRecord as MeasurementRecord,
-    RecordedComparison as RecordedComparison,
 )
-from geoprint.reporting.records.evidence import STAGES as STAGES, SeenFile as SeenFile
+from geoprint.reporting.records.evidence import SeenFile as SeenFile
 from geoprint.reporting.records.plan import PlanRecord as PlanRecord
 from geoprint.reporting.records.rounding import as_json as as_json, read_record as read_record
 from geoprint.reporting.records.stack import StackComparisonRecord as StackComparisonRecord, StackRecord as StackRecord
@@ -83,7 +81,6 @@ from geoprint.reporting.stack_html import (
 from geoprint.reporting.stack_sheet import check_text as check_text
 from geoprint.reporting.tables import csv_text as csv_text, save_table as save_table
 from geoprint.reporting.values import (
-    COVERED as COVERED,
     GAP as GAP,
     MOST_FRAMES as MOST_FRAMES,
     OVERLAP as OVERLAP,
@@ -100,7 +97,5 @@ from geoprint.reporting.values import (
 )
 from geoprint.reporting.verdict import verdict as verdict
 from geoprint.reporting.view import (
-    ViewSurface as ViewSurface,
-    shading_normals as shading_normals,
     view_surface as view_surface,
 )

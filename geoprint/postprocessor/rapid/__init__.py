@@ -8,7 +8,7 @@ from geoprint.postprocessor.rapid.controller_files import (
 from geoprint.postprocessor.rapid.executed import Executed as Executed, Proof as Proof, check_times as check_times
 from geoprint.postprocessor.rapid.expected import expected_events as expected_events
 from geoprint.postprocessor.rapid.guard import RESIDENT as RESIDENT, check_resident as check_resident
-from geoprint.postprocessor.rapid.language.symbols import Task as Task, read_task as read_task
+from geoprint.postprocessor.rapid.language.symbols import read_task as read_task
 from geoprint.postprocessor.rapid.made import Made as Made
 from geoprint.postprocessor.rapid.program import proven_program as proven_program
 from geoprint.postprocessor.rapid.settings import Settings as Settings, StackSettings as StackSettings

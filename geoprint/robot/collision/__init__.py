@@ -19,7 +19,7 @@ from geoprint.robot.collision.surroundings import (
     obstacle_target as obstacle_target,
 )
 from geoprint.robot.collision.table_motion import table_motion_clearance as table_motion_clearance
-from geoprint.robot.collision.tip_zone import SMALLEST_ROOM as SMALLEST_ROOM, TipZone as TipZone
+from geoprint.robot.collision.tip_zone import SMALLEST_ROOM as SMALLEST_ROOM
 from geoprint.robot.collision.tool_solids import (
     link_solids as link_solids,
     polytope as polytope,

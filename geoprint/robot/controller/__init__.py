@@ -1,7 +1,6 @@
 """The motion as the controller runs it: targets, zones, interpolation, and the dry run above the part."""
 
 from geoprint.robot.controller.fitting import (
-    LARGEST_ZONE as LARGEST_ZONE,
     apexes as apexes,
     rounded_deviations as rounded_deviations,
 )
@@ -18,7 +17,6 @@ from geoprint.robot.controller.lifted import (
 )
 from geoprint.robot.controller.targets import (
     SHORTEST_TIME as SHORTEST_TIME,
-    SMALLEST_SPEED as SMALLEST_SPEED,
     close_targets as close_targets,
     written_targets as written_targets,
 )

@@ -3,7 +3,6 @@
 from geoprint.robot.reach.costs import LARGEST_JUMP as LARGEST_JUMP
 from geoprint.robot.reach.easing import Easing as Easing
 from geoprint.robot.reach.exhaustion import (
-    COARSE_LEAN_STEP as COARSE_LEAN_STEP,
     COARSE_TURN_STEP as COARSE_TURN_STEP,
     Exhausted as Exhausted,
     Exhaustion as Exhaustion,
