@@ -48,17 +48,19 @@ HERE = "{}"
 # Name to command line, or to several of them.
 CASES: dict[str, tuple[str, ...] | tuple[tuple[str, ...], ...]] = {
     "small": SMALL,
-    "plate": ("compare", "data/plate.ply", *DEMO, "--spacing", "6", "--backends", "all", "--samples"),
+    "plate": ("compare", "data/plate.ply", *DEMO, "--spacing", "6", "--backend", "all", "--samples"),
     "apex-marching": (
         "plan", "data/heart_apex_patch.ply", *DEMO, "--spacing", "2", "--body", "data/heart.ply",
         "--backend", "fast-marching",
     ),
-    "apex-upright": ("plan", "data/heart_apex_patch.ply", *DEMO, "--spacing", "4", "--max-tilt", "0"),
+    "apex-upright": ("plan", "data/heart_apex_patch.ply", *DEMO, "--spacing", "4", "--set", "max_tilt=0"),
     "flat-lscm": (
-        "plan", "data/heart_flat_patch.ply", *DEMO, "--spacing", "3", "--backend", "lscm", "--resolution", "300",
+        "plan", "data/heart_flat_patch.ply", *DEMO, "--spacing", "3", "--backend", "lscm",
+        "--set", "options.lscm.resolution=300",
     ),
     "flat-heat": (
-        "plan", "data/heart_flat_patch.ply", *DEMO, "--spacing", "2", "--on-slowdown", "follow", "--accept-flow",
+        "plan", "data/heart_flat_patch.ply", *DEMO, "--spacing", "2", "--set", "on_slowdown=follow",
+        "--set", "accept_flow=true",
     ),
     "analog": ("plan", "data/plate.ply", "--unit", "mm", "--spacing", "3", "--cell", "tests/golden/analog.toml"),
     "straight": ("plan", "data/plate.ply", *DEMO, "--rounds", "4", "--cell", STRAIGHT),
@@ -70,7 +72,7 @@ CASES: dict[str, tuple[str, ...] | tuple[tuple[str, ...], ...]] = {
     "two-patches": ("compare", "tests/golden/two_patches.toml"),
     "paths": (
         "compare", "data/heart_apex_patch.ply", "data/plate.ply", "--unit", "mm", "--spacing", "5", "--no-robot",
-        "--backends", "all",
+        "--backend", "all",
     ),
     "layers": (
         "plan", "data/plate.ply", *DEMO, "--at", "0", "0", "0", "--radius", "6", "--spacing", "4", "--thickness", "1",

@@ -99,7 +99,9 @@ class Entry(Generic[FactoryT_co]):
                 ) from error
         for name, parameter in parameters.items():
             if parameter.default is parameter.empty and name not in given:
-                raise UsageError(f"{self.name} needs its option '{name}': give `--option {self.name}.{name}=VALUE`.")
+                raise UsageError(
+                    f"{self.name} needs its option '{name}': give `--set options.{self.name}.{name}=VALUE`."
+                )
         return dict(given)
 
     def _parameters(self) -> dict[str, inspect.Parameter]:

@@ -98,6 +98,12 @@ def _file(item: pytest.Item) -> str:
     return item.nodeid.partition("::")[0]
 
 
+@pytest.fixture(autouse=True)
+def unhurried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let no command of a test say how far it is, however long a busy machine takes."""
+    monkeypatch.setattr("geoprint.cli.bounds.PATIENCE", 3600.0)
+
+
 @pytest.fixture(scope="session")
 def shared_plans(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> SharedPlans:
     """What is planned once in a run, for all workers."""

@@ -24,7 +24,7 @@ from geoprint.workflow.precompile import compile_later_stages
 compile_later_stages(Path(sys.argv[1]))
 """
 COMMANDS = (
-    ("compare", *PATCH, "--backends", "all", "--out", "compared"),
+    ("compare", *PATCH, "--backend", "all", "--out", "compared"),
     ("plan", *PATCH, "--pattern", "fibres", "--field", "tests/golden/helix.toml", "--out", "fibres"),
     ("remesh", "data/plate.ply", "--unit", "mm", "--edge-length", "3", "--out", "plate.ply"),
 )

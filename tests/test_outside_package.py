@@ -94,10 +94,10 @@ def test_a_backend_and_a_pattern_of_an_installed_package_are_compared_planned_an
         "compare",
         "job.toml",
         "--no-robot",
-        "--backends",
+        "--backend",
         "heat,edges",
-        "--option",
-        "longest",
+        "--set",
+        "options.longest",
         "--out",
         "compared",
     )
@@ -109,11 +109,11 @@ def test_a_backend_and_a_pattern_of_an_installed_package_are_compared_planned_an
     page = (site / "compared" / "report.html").read_text()
     assert "shortest paths along the edges" in page
     figures = [row["features"][0]["figures"][0]["value"] for row in rows]
-    assert f"longest run: length [mm] {figures[0]:.4g} (heat), {figures[1]:.4g} (edges)" in capsys.readouterr().err
+    assert f"longest run: length [mm] {figures[0]:.4g} (heat), {figures[1]:.4g} (edges)" in capsys.readouterr().out
     assert "How many runs there are" in page
     assert run("longest", "compared/heat/poses.csv", path=site) == 0
     assert f"{len((site / 'compared/heat/poses.csv').read_text().splitlines()) - 1} poses" in capsys.readouterr().out
-    asked = ("--pattern", "straight", "--option", "straight.angle_deg=90.0", "--option", "edges.stretch=1.05")
+    asked = ("--pattern", "straight", "--set", "options.straight.angle_deg=90.0", "--set", "options.edges.stretch=1.05")
     planned = ("plan", "job.toml", "--backend", "edges", *asked, "--out", "planned")
     assert run(*planned, path=site) == 0, capsys.readouterr().err
     assert (site / "planned" / "rapid").is_dir()

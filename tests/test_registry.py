@@ -156,7 +156,7 @@ def test_options_that_are_unknown_or_of_another_type_are_refused(
 
 
 def test_an_option_without_a_default_has_to_be_given(registry: Registry[Titled]) -> None:
-    with pytest.raises(UsageError, match=r"give `--option eager.times=VALUE`"):
+    with pytest.raises(UsageError, match=r"give `--set options.eager.times=VALUE`"):
         registry.find("eager").checked({})
     assert registry.find("eager").checked({"times": 2}) == {"times": 2}
 

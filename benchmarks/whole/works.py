@@ -188,7 +188,7 @@ def inner(code: str, size: int) -> tuple[str, ...]:
 _COMPARE, _PLAN = ("-m", "geoprint", "compare"), ("-m", "geoprint", "plan")
 _OUT = ("--out", "OUT")
 _PATCH = ("SPHERE", "--unit", "mm", "--at", "0", "0", "40", "--radius", "6", "--spacing", "0.5", "--no-robot")
-_CAP_OF_R30 = ("CAP", "--unit", "mm", "--spacing", "0.4", "--place", "demo", "--backends", "heat,lscm,fast-marching")
+_CAP_OF_R30 = ("CAP", "--unit", "mm", "--spacing", "0.4", "--place", "demo", "--backend", "heat,lscm,fast-marching")
 WORKS = (
     Work("README's comparison", (*_COMPARE, *_PART, *_OUT)),
     Work("plan of the same part", (*_PLAN, *_PART, *_OUT), small=(*_PLAN, *_SMALL, *_OUT)),

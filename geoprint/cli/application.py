@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterator, Sequence
+from difflib import get_close_matches
 from functools import partial
 from importlib import import_module
+from pathlib import Path
 from typing import Annotated, Any, cast
 
 import typer
@@ -71,12 +74,35 @@ COMMANDS = {
 }
 
 
+# Panels of help in their order; an option that names none stands among the options.
+PANELS = ("Arguments", "Part", "Paths", "Layers", "Robot", "Options", "Output")
+# The first column of help: what is wider has a line of its own.
+WIDEST = 22
+
+
 class _Command(TyperCommand):
-    """A command whose options are given once each."""
+    """A command whose options are given once each, and stand in panels of help."""
 
     def make_context(self, *arguments: Any, **extra: Any) -> Any:
         refuse_repeated(self, arguments[1])
         return super().make_context(*arguments, **extra)
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write the panels, with one width of their first columns."""
+        rows: dict[str, list[tuple[str, str]]] = {panel: [] for panel in PANELS}
+        for parameter in self.get_params(ctx):
+            record = parameter.get_help_record(ctx)
+            if record is None:
+                continue
+            if parameter.param_type_name == "argument":
+                rows["Arguments"].append((parameter.metavar or str(parameter.name).upper(), record[1]))
+            else:
+                rows[getattr(parameter, "rich_help_panel", None) or "Options"].append(record)
+        width = min(max(len(first) for each in rows.values() for first, _ in each), WIDEST)
+        for panel, each in rows.items():
+            if each:
+                with formatter.section(panel):
+                    formatter.write_dl([(f"{first:<{width}}", said) for first, said in each], col_max=width)
 
 
 class _Later(TyperCommand):
@@ -147,6 +173,90 @@ if COMPLETION in os.environ:
     get_completion_inspect_parameters()
 
 
+# What a command line that is wrong was meant to say.
+#
+# What people look for under another name: commands, and options that other programs have, or that geoprint had.
+COMMANDS_MEANT = {
+    "slice": "`geoprint plan PART` plans the paths of a part",
+    "view": "`report.html` in the folder of a plan or a comparison shows it in 3D; `geoprint inspect PART --picture "
+    "FILE` draws a part",
+}
+OPTIONS_MEANT = {
+    "--backends": "write `--backend`, with commas between several",
+    "--patterns": "write `--pattern`, with commas between several",
+    "--step": "write `--rounds`, which is 20 for a step of 0.05",
+    "--resolution": "write `--set options.lscm.resolution=VALUE`",
+    "--option": "write `--set options.NAME.KEY=VALUE`, or `--set options.NAME` for a feature",
+    "--robot": "the cell file names the arm; give it with `--cell FILE`, and `geoprint init` writes those of an irb120",
+}
+_NO_NUMBER = re.compile(r"valid (?P<kind>float|number|int)")
+_WITH_UNIT = re.compile(r"([-+]?[\d.]+) *[a-zA-Z/%\N{DEGREE SIGN}]+$")
+
+
+def _refusal(error: Any, context: Any, arguments: Sequence[str]) -> str:
+    """Return the sentence of what a parser refuses, with the next step."""
+    command = NAME if context is None else context.command_path
+    lists = f"`{command} --help` lists what it takes."
+    kind, parameter = type(error).__name__, getattr(error, "param", None)
+    if kind == "NoSuchOption":
+        return f"`{command}` has no option `{error.option_name}`{_option_meant(error.option_name, context, lists)}"
+    if context is not None and context.parent is None and not arguments[0].startswith("-"):
+        return f"there is no command `{arguments[0][:60]}`{_command_meant(arguments[0], context)}"
+    if parameter is None:
+        said = error.format_message().rstrip(".")
+        return f"{said[0].lower()}{said[1:]}; {lists}"
+    name = parameter.opts[0] if parameter.param_type_name == "option" else parameter.metavar
+    if kind == "MissingParameter":
+        needed = f"{name} {parameter.metavar}" if name != parameter.metavar else name
+        said = parameter.help.partition(":")[0].rstrip(".")
+        return f"`{command}` needs `{needed}`: {said[0].lower()}{said[1:]}; {lists}"
+    if found := _NO_NUMBER.search(error.format_message()):
+        typed = _typed_for(name, arguments, count=parameter.nargs)
+        value = _WITH_UNIT.match(typed)
+        number = "a whole number" if found["kind"] == "int" else "a number"
+        unit = f" in {parameter.metavar.lower()}" if parameter.metavar in {"MM", "GB"} else ""
+        instead = f": write `{name} {value[1]}`" if value else f"; {lists.rstrip('.')}"
+        return f"`{name}` takes {number}{unit}, found '{typed}'{instead}."
+    said = error.format_message().partition(": ")[2].rstrip(".") or error.format_message()
+    return f"`{name}`: {said[0].lower()}{said[1:]}; {lists}"
+
+
+def _typed_for(flag: str, arguments: Sequence[str], *, count: int) -> str:
+    """Return what was typed for an option."""
+    for place, argument in enumerate(arguments):
+        before, equals, value = argument.partition("=")
+        if before == flag:
+            return value if equals else " ".join(arguments[place + 1 : place + 1 + count])
+    return ""
+
+
+def _option_meant(flag: str, context: Any, lists: str) -> str:
+    """Return what follows on an option that a command does not have."""
+    from geoprint.cli.options import instead_of
+
+    known: list[str] = [
+        each for parameter in context.command.params for each in parameter.opts if each.startswith("--")
+    ]
+    rare = instead_of(flag) if "--set" in known else ""
+    if rare or (flag in OPTIONS_MEANT and "--set" in known):
+        return f": {f'write {rare}' if rare else OPTIONS_MEANT[flag]}."
+    near = get_close_matches(flag, known, n=1)
+    return f"; did you mean `{near[0]}`?" if near else f"; {lists}"
+
+
+def _command_meant(name: str, context: Any) -> str:
+    """Return what follows on a command that there is not."""
+    if Path(name).is_file() or Path(name).suffix:
+        return (
+            f": for a part, `geoprint compare {name}` compares backends, and `geoprint plan {name}` writes a program."
+        )
+    if name in COMMANDS_MEANT:
+        return f": {COMMANDS_MEANT[name]}."
+    names: list[str] = context.command.list_commands(context)
+    near = get_close_matches(name, names, n=1)
+    return f"; did you mean `geoprint {near[0]}`?" if near else "; `geoprint --help` lists all."
+
+
 def run(arguments: Sequence[str]) -> int:
     """Run the command that a command line names, and return its exit status.
 
@@ -161,9 +271,7 @@ def run(arguments: Sequence[str]) -> int:
         if not arguments:
             error.show()
             return error.exit_code
-        command = NAME if context is None else context.command_path
-        said = error.format_message().rstrip(".").replace("Input should be", "it must be")
-        raise UsageError(f"{said[0].lower()}{said[1:]}; `{command} --help` shows what it takes.") from error
+        raise UsageError(_refusal(error, context, arguments)) from error
     if status == STOPPED_BY_USER:
         raise KeyboardInterrupt
     return status if isinstance(status, int) else 0

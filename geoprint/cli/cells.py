@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
+from geoprint.cli.ending import wrote
 from geoprint.cli.options import AsJson, Overwrite, takes
-from geoprint.cli.terminal import columns, print_json, say, show
+from geoprint.cli.terminal import columns, result, show
 from geoprint.errors import ExportError, UsageError
 
 
@@ -28,7 +29,7 @@ def init(
         folder.mkdir(parents=True, exist_ok=True)
         for path, text in texts.items():
             path.write_text(text, encoding="utf-8")
-            say(f"wrote {path}")
+            wrote(path)
     except OSError as error:
         raise ExportError(f"the files cannot be written to {folder} ({error}); choose another folder.") from error
 
@@ -65,12 +66,10 @@ def calibrate(
     if out is not None:
         check_cell_writable(out, overwrite=overwrite)
     found = run(touched, model=model, tcp=tcp, cell=cell, part=part, unit=unit, noise=noise_mm)
-    if as_json:
-        print_json(calibration_summary(found))
-    say(calibration_text(found, width=columns()))
+    result(calibration_text(found, width=columns()), lambda: calibration_summary(found), as_json=as_json)
     if out is not None:
         save_calibrated(found, out, overwrite=overwrite)
-        say(f"written and read back: {out}")
+        wrote(out, "written and read back")
 
 
 def doctor() -> None:

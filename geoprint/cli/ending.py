@@ -12,13 +12,17 @@ import sys
 # as often as Python does by itself takes 3 % of a plan.
 LOOKED_FOR_CYCLES = 50_000
 STOPPED_BY_USER = 130
-STOPPED = "stopped; nothing was written."
+KEPT = "nothing was written, and what was there before is kept."
 DEFECT = 1
+
+# What this process has written, for whoever stops it.
+_WRITTEN: list[str] = []
 
 
 def main() -> None:
     """Run the command line and end the process with the exit status of the outcome."""
     gc.set_threshold(LOOKED_FOR_CYCLES)
+    _WRITTEN.clear()
     try:
         from geoprint.cli.application import run
 
@@ -31,6 +35,14 @@ def main() -> None:
     except BaseException as error:
         status = _ended(error)
     sys.exit(status)
+
+
+def wrote(place: object, remark: str = "written") -> None:
+    """Say that a result stands in its place, which holds even if the command is stopped later."""
+    from geoprint.cli.terminal import say
+
+    _WRITTEN.append(str(place))
+    say(f"{remark}: {place}")
 
 
 def error_object(error: BaseException, status: int) -> dict[str, object]:
@@ -52,9 +64,15 @@ def _ended(error: BaseException) -> int:
         import signal
 
         signal.signal(signal.SIGINT, signal.SIG_DFL)
+        kept = (
+            f"kept: {', '.join(_WRITTEN)}." if _WRITTEN else "nothing was written, and what was there before is kept."
+        )
         if "--json" in sys.argv:
-            sys.stdout.write(f'{{"error": "{STOPPED}", "kind": "Stopped", "exit_status": {STOPPED_BY_USER}}}\n')
-        sys.stderr.write(f"geoprint: {STOPPED}\n")
+            import json
+
+            told = {"error": f"stopped; {kept}", "kind": "Stopped", "exit_status": STOPPED_BY_USER}
+            sys.stdout.write(f"{json.dumps(told)}\n")
+        sys.stderr.write(f"geoprint: stopped; {kept}\n")
         return STOPPED_BY_USER
     import traceback
     from contextlib import suppress

@@ -8,8 +8,9 @@ from typing import Annotated
 import typer
 
 from geoprint.cli.bounds import limit_memory, watch
+from geoprint.cli.ending import wrote
 from geoprint.cli.options import AsJson, Keys, MaxMemory, Overwrite, job_asked, takes
-from geoprint.cli.terminal import columns, print_json, say
+from geoprint.cli.terminal import columns, result
 
 Paths = Annotated[
     list[Path],
@@ -54,7 +55,7 @@ OutOrNone = Annotated[
 ]
 
 
-@takes("unit", "label", "threshold", "spacing", "patches", "cell")
+@takes("unit", "label", "spacing", "patches", "cell")
 def measure(
     paths: Paths,
     *,
@@ -85,8 +86,7 @@ def measure(
         observe("writing")
         record = record_measurement(found) if out is None else save_measurement(found, out, overwrite=overwrite)
     timings = record_measure_timings(found)
-    if as_json:
-        print_json(json_of(record) | {"timings": json_of(timings)})
-    say(measure_table(record, timings, width=columns()))
+    text = measure_table(record, timings, width=columns())
+    result(text, lambda: json_of(record) | {"timings": json_of(timings)}, as_json=as_json)
     if out is not None:
-        say(f"written and verified: {out}")
+        wrote(out, "written and verified")

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import inspect
-import tomllib
+import operator
+import types
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, TypeAlias, cast, final, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeAlias, Union, cast, final, get_args, get_origin
 
 import typer
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
 from geoprint.config.job import SHAPES, Job, SourceTable, source_named
-from geoprint.config.job_file import job_named
+from geoprint.config.job_file import Setting, job_named, setting
 from geoprint.config.strict import Key, Place, key_at, keys_of, option_type, table_of
 from geoprint.errors import UsageError
 
@@ -46,15 +47,34 @@ PartsOrJobs = Annotated[
         show_default=False,
     ),
 ]
-Out = Annotated[Path, typer.Option(metavar="FOLDER", help="Folder for the result.", show_default=False)]
-Samples = Annotated[
-    bool, typer.Option("--samples", help="Also write spacing.csv for each backend: every measured spacing.")
+# What stands above the options of a kind in help.
+PART, PATHS, LAYERS, ROBOT, OUTPUT, OTHER = "Part", "Paths", "Layers", "Robot", "Output", "Options"
+Out = Annotated[
+    Path | None,
+    typer.Option(metavar="FOLDER", help="Folder for the result; required.", show_default=False, rich_help_panel=OUTPUT),
 ]
-Figures = Annotated[bool, typer.Option("--figures", help="Also write figures for papers, as PNG and SVG.")]
-MaxMemory = Annotated[float | None, typer.Option(help="Stop with status 6 beyond this much memory in GB.")]
-Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an existing result.")]
-Verbose = Annotated[bool, typer.Option("--verbose", help="List all that was not checked.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print the result, or the error, as one object on stdout.")]
+Samples = Annotated[
+    bool,
+    typer.Option(
+        "--samples",
+        help="Also write spacing.csv for each backend: every measured spacing.",
+        rich_help_panel=OUTPUT,
+    ),
+]
+Figures = Annotated[
+    bool,
+    typer.Option("--figures", help="Also write figures for papers, as PNG and SVG.", rich_help_panel=OUTPUT),
+]
+MaxMemory = Annotated[
+    float | None,
+    typer.Option(metavar="GB", help="Stop with status 6 beyond this much memory.", rich_help_panel=OUTPUT),
+]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an existing result.", rich_help_panel=OUTPUT)]
+Verbose = Annotated[bool, typer.Option("--verbose", help="List all that was not checked.", rich_help_panel=OUTPUT)]
+AsJson = Annotated[
+    bool,
+    typer.Option("--json", help="Print the result, or the error, as one JSON object instead.", rich_help_panel=OUTPUT),
+]
 
 
 def backends_of(text: str | None) -> list[str] | None:
@@ -73,8 +93,14 @@ def backends_of(text: str | None) -> list[str] | None:
 Keys: TypeAlias = dict[str, object]
 Command: TypeAlias = Callable[..., None]
 
-# The parameter of a command that gets what its options say.
-_TAKEN = "keys"
+# The parameter of a command that gets what its options say, and what in it `--set` says.
+_TAKEN, SETTINGS = "keys", "settings"
+# What stands above the options of the keys in a part of job.toml, in the order of help.
+_PANELS = {
+    "part": PART, "patches": PART, "spacing": PATHS, "paths": PATHS, "source": PATHS, "layers": LAYERS, "robot": ROBOT
+}  # fmt: skip
+# Types of values, as help shows them.
+_SHAPES: dict[object, str] = {Path: "FILE", int: "N", str: "NAME"}
 
 
 @final
@@ -87,34 +113,57 @@ class _Option:
         kind: of its value there.
         help: what it is.
         read: turns that value into the key's; raises a `GeoprintError` where it has no meaning.
+        panel: of help in which it stands.
         default: what help names as such.
-        shape: of its value, as help shows it; by its kind if not given.
+        shape: of its value, as help shows it; None of what has no value.
+        rare: whether commands that take all keys leave it out.
     """
 
     flag: str
     kind: type
     help: str
     read: Callable[[Any], object]
+    panel: str
     default: str = ""
     shape: str | None = None
+    rare: bool = False
 
     def parameter(self, name: str) -> inspect.Parameter:
-        """Return it as the parameter of a command; None where it is not given."""
+        """Return it as the parameter of a command; None or False where it is not given."""
         # Here, because typer puts what it is told of a default into brackets of its own.
         said = f"  [default: {self.default}]" if self.default else ""
-        default = typer.Option(None, self.flag, help=f"{self.help}{said}", metavar=self.shape)
-        return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=self.kind | None)
+        empty, kind = (False, bool) if self.kind is bool else (None, self.kind | None)
+        default = typer.Option(
+            empty, self.flag, help=f"{self.help}{said}", metavar=self.shape, rich_help_panel=self.panel,
+            show_default=False,
+        )  # fmt: skip
+        return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
 
 
-def takes(*names: str, but: Sequence[str] = (), model: type[BaseModel] = Job) -> Callable[[Command], Command]:
+_SET = _Option(
+    "--set",
+    cast("type", list[str]),
+    "Any key of a job file, as max_tilt=5 or options.lscm.resolution=500; may be given several times. `geoprint init` "
+    "writes a job file with all keys.",
+    lambda texts: [setting(text) for text in texts],
+    OTHER,
+    shape="KEY=VALUE",
+)
+
+
+def takes(
+    *names: str, but: Sequence[str] = (), rare: bool = False, model: type[BaseModel] = Job
+) -> Callable[[Command], Command]:
     """Give a command the options of a job's keys.
 
     They stand where the command has the parameter `keys`, which gets a job's keys as far as they are given. Any other
     parameter that bears the name of a key is the option of that key alone.
 
     Args:
-        names: keys that `keys` holds; all if not given.
+        names: keys that `keys` holds; if not given all, those that are rare by `--set`, which stands there as
+            `settings`.
         but: keys that it does not hold.
+        rare: whether keys that are rare have options too.
         model: whose fields the keys are.
     """
     offered = _options(model)
@@ -123,18 +172,22 @@ def takes(*names: str, but: Sequence[str] = (), model: type[BaseModel] = Job) ->
         own = inspect.signature(command, eval_str=True).parameters
         single = {name for name in offered if name in own and own[name].kind is inspect.Parameter.KEYWORD_ONLY}
         held = [name for name in offered if name not in {*but, *own} and (not names or name in names)]
-        options = {name: option for key in held for name, option in offered[key].items()}
+        each = {key: {name: one for name, one in offered[key].items() if rare or not one.rare} for key in held}
+        options = {name: option for key in held for name, option in each[key].items()}
+        shown = {**options, **({} if names else {SETTINGS: _SET})}
         spliced: list[inspect.Parameter] = []
         for name, parameter in own.items():
             if name == _TAKEN:
-                spliced += [option.parameter(within) for within, option in options.items()]
+                spliced += [option.parameter(within) for within, option in shown.items()]
             else:
                 spliced.append(offered[name][name].parameter(name) if name in single else parameter)
 
         def called(**given: object) -> None:
             if _TAKEN in own:
-                values = {name: given.pop(name) for name in options}
-                given[_TAKEN] = {name: said for key in held for name, said in _said(key, offered[key], values).items()}
+                values = {name: given.pop(name) for name in shown}
+                keys = {name: said for key in held for name, said in _said(key, each[key], values).items()}
+                settings = _SET.read(values.get(SETTINGS) or [])
+                given[_TAKEN] = {**keys, SETTINGS: settings} if settings else keys
             command(**given)
 
         called.__name__, called.__doc__ = command.__name__, command.__doc__
@@ -152,7 +205,26 @@ def job_asked(surface: Path, keys: Mapping[str, object]) -> Job:
             f"`--from {folder}` is a folder: `geoprint plan --from` one, without a part, plans its bundle again; here "
             f"give one of {SHAPES}."
         )
-    return job_named({"surface": surface, **keys}, named=_typed)
+    given = {name: value for name, value in keys.items() if name != SETTINGS}
+    return job_named({"surface": surface, **given}, named=_typed, settings=settings_of(keys))
+
+
+def settings_of(keys: Mapping[str, object]) -> Sequence[Setting]:
+    """Return what `--set` says."""
+    return cast("Sequence[Setting]", keys.get(SETTINGS, ()))
+
+
+def instead_of(flag: str) -> str:
+    """Return what to type for an option that a command does not have; nothing where it is no key of a job.
+
+    Args:
+        flag: as it was typed.
+    """
+    for key, options in _options(Job).items():
+        for name, option in options.items():
+            if option.flag == flag and option.rare:
+                return f"`--set {name if name == key else f'{key}.1.{name}'}=VALUE`"
+    return ""
 
 
 def _typed(place: Place) -> str:
@@ -163,56 +235,62 @@ def _typed(place: Place) -> str:
         return ""
     key, within = offered.get(names[0], {}), names[-1]
     option = key.get(within) or key.get(names[0])
-    return f"`{option.flag.partition('/')[0]}`" if option is not None else key_at(place)
+    return f"`--set {key_at(place)}`" if option is None or option.rare else f"`{option.flag}`"
 
 
 def _options(model: type[BaseModel]) -> dict[str, dict[str, _Option]]:
     """Return the options of each key by the names of their parameters: of a table's keys, or to say one key."""
     found: dict[str, dict[str, _Option]] = {}
-    for name, key, field in keys_of(model):
-        table = table_of(field)
+    order = [*_PANELS, "options"]
+    for name, key, field in sorted(keys_of(model), key=lambda each: order.index(each[1].group)):
+        panel, table = _PANELS.get(key.group, OTHER), table_of(field)
         if table is not None:
-            found[name] = {within: option for one in _options(table).values() for within, option in one.items()}
+            found[name] = {
+                within: _option(within, one, inner, panel) for within, one, inner in keys_of(table) if one.option != ""
+            }
         elif key.option != "":
-            found[name] = {name: _option(name, key, field), **_OTHERS.get(name, {})}
+            found[name] = {name: _option(name, key, field, panel)}
     return found
 
 
-def _option(name: str, key: Key, field: FieldInfo) -> _Option:
+def _option(name: str, key: Key, field: FieldInfo, panel: str) -> _Option:
     """Return the option of one key; points are files there, and several numbers stand one behind another."""
     flag = f"--{key.option or name.replace('_', '-')}"
-    kind, read, shape = option_type(field), _as_given, None
+    kind, read, shape = option_type(field), _as_given, key.shape or choices(field)
     default = "" if field.default is None else str(field.default)
     if kind is bool:
-        opposite = f"--no-{flag[2:]}"
-        default = (flag if field.default else opposite)[2:]
-        flag = f"{flag}/{opposite}"
-    elif isinstance(field.default, float):
+        flag, read = (f"--no-{flag[2:]}", operator.not_) if field.default else (flag, _as_given)
+        return _Option(flag, bool, key.help, read, panel, rare=key.rare)
+    if isinstance(field.default, float):
         default = f"{field.default:g}"
     elif get_origin(kind) is tuple:
         read, shape = list[float], " ".join(["X", "Y", "Z"] * (len(get_args(kind)) // 3))
-    elif get_origin(kind) is dict:
-        kind, read, default, shape = list[str], _options_by_owner, "", "NAME[.KEY=VALUE]"
     elif kind is SourceTable:
-        kind, read, shape, default = str, _source, "SOURCE", "border"
-    elif kind == list[str]:
-        kind, read, shape = str, _parted, f"{name.upper()[:-1]},..."
+        kind, read, default = str, _source, "border"
     elif get_origin(kind) is list:
         kind, read, default = Path, _curve, ""
-    return _Option(flag, cast("type", kind), key.help, read, default, shape)
+    shape = shape or _SHAPES[kind]
+    return _Option(flag, cast("type", kind), key.help, read, panel, default, shape, key.rare)
+
+
+def choices(field: FieldInfo) -> str:
+    """Return what a key can be, as help shows it; nothing where that is no closed set."""
+    kinds = (
+        get_args(field.annotation) if get_origin(field.annotation) in {Union, types.UnionType} else [field.annotation]
+    )
+    return "|".join(str(one) for kind in kinds if get_origin(kind) is Literal for one in get_args(kind))
 
 
 def _said(key: str, options: Mapping[str, _Option], values: Mapping[str, object]) -> Keys:
     """Return a key with what its options say, or nothing where none is given."""
-    given = {name: option.read(values[name]) for name, option in options.items() if values[name] not in (None, [])}
+    given = {
+        name: option.read(values[name])
+        for name, option in options.items()
+        if values[name] is not None and values[name] is not False
+    }
     if not given:
         return {}
-    if key not in options:
-        return {key: [given]}
-    if len(given) > 1:
-        flags = " or ".join(f"`{options[name].flag}`" for name in given)
-        raise UsageError(f"give either {flags}, not both: each says the same.")
-    return {key: next(iter(given.values()))}
+    return {key: given[key]} if key in options else {key: [given]}
 
 
 def _as_given(value: object) -> object:
@@ -224,58 +302,7 @@ def _source(text: str) -> Path | dict[str, object]:
     return Path(text) if Path(text).is_dir() else source_named(text)
 
 
-def _parted(text: str) -> list[str]:
-    return [part.strip() for part in text.split(",")]
-
-
 def _curve(path: Path) -> list[list[float]]:
     from geoprint.config import read_curve
 
     return read_curve(path)
-
-
-def _rounds(step: str) -> int:
-    """Turn the paper's step of the normalised distance into rounds."""
-    top, _, bottom = step.partition("/")
-    try:
-        value = float(top) / float(bottom or 1)
-        count = round(1.0 / value)
-    except (ValueError, ZeroDivisionError, OverflowError):
-        count, value = 0, 0.0
-    if count < 1 or abs(count * value - 1.0) > 1e-6:
-        raise UsageError(f"`--step {step}` does not divide the distance into whole rounds; write 0.05 or 1/20.")
-    return count
-
-
-def _options_by_owner(texts: Sequence[str]) -> dict[str, dict[str, object]]:
-    """Return what texts such as lscm.resolution=500 say: values by name, by whose they are; a name alone gives none."""
-    found: dict[str, dict[str, object]] = {}
-    for text in texts:
-        named, equals, value = text.partition("=")
-        owner, dot, name = named.partition(".")
-        if owner.strip() and not dot and not equals:
-            found.setdefault(owner.strip(), {})
-            continue
-        if not (equals and owner.strip() and name.strip()):
-            lacking = "a dot between whose option it is and its name" if equals else "a '=' and a value"
-            raise UsageError(f"`--option {text}` lacks {lacking}; write it as lscm.resolution=500.")
-        found.setdefault(owner.strip(), {})[name.strip()] = _scalar(value.strip())
-    return found
-
-
-def _scalar(text: str) -> object:
-    """Return a value of TOML, or a bare word as it stands."""
-    try:
-        parsed = tomllib.loads(f"value = {text}")
-    except (ValueError, RecursionError):
-        return text
-    value = parsed["value"]
-    if len(parsed) > 1 or not isinstance(value, bool | int | float | str):
-        raise UsageError(f"the value `{text}` of an option is no number, true, false or text.")
-    return value
-
-
-# Other options that set a key.
-_OTHERS = {
-    "rounds": {"step": _Option("--step", str, "Step of the normalised distance, 0.05 or 1/20 for 20 rounds.", _rounds)}
-}

@@ -7,10 +7,11 @@ from typing import Annotated
 
 import typer
 
-from geoprint.cli.bounds import limit_memory
-from geoprint.cli.ending import error_object
+from geoprint.cli.bounds import CHECKING, limit_memory, planning_stages, watch
+from geoprint.cli.ending import error_object, wrote
 from geoprint.cli.options import AsJson, Keys, MaxMemory, Overwrite, Part, PartOrJob, job_asked, takes
-from geoprint.cli.terminal import columns, print_json, say
+from geoprint.cli.terminal import columns, print_json, result, say, show
+from geoprint.config.job import Job
 from geoprint.errors import UsageError, VerificationError
 
 
@@ -35,7 +36,8 @@ def inspect(
     from geoprint.workflow import inspect_file
 
     limit_memory(max_memory)
-    seen = inspect_file(surface, unit=unit, label=label, threshold=threshold, longest_hole=fill_holes)
+    with watch("inspecting"):
+        seen = inspect_file(surface, unit=unit, label=label, threshold=threshold, longest_hole=fill_holes)
     if picture is not None:
         if isinstance(seen, VolumeInspection):
             raise UsageError(f"{seen.name} gives no surface to draw; choose a label that does with `--label N`.")
@@ -43,12 +45,10 @@ def inspect(
         from geoprint.reporting import inspection_figure
 
         write_whole(picture, inspection_figure(seen.found, title=seen.name, landmarks=seen.landmarks))
-    if as_json:
-        print_json(inspection_summary(seen))
-    say(inspection_text(seen))
+    result(inspection_text(seen), lambda: inspection_summary(seen), as_json=as_json)
 
 
-@takes("unit", "label", "threshold", "patches")
+@takes("unit", "label", "threshold", "patches", rare=True)
 def patch(
     body: PartOrJob,
     *,
@@ -69,10 +69,13 @@ def patch(
     paths = [out.with_stem(f"{out.stem}-{number}") if several else out for number in range(1, len(job.patches) + 1)]
     for path in paths:
         _check_ply(path, overwrite=overwrite)
-    cut = patches_of(job, load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold))
+    with watch("cutting"):
+        cut = patches_of(job, load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold))
     for number, (one, path) in enumerate(zip(cut, paths, strict=True), start=1):
         save_ply(one.surface, path)
-        say(f"{f'{number}: ' if several else ''}{patch_text(one)}\nwritten: {path} (in mm)")
+        if not as_json:
+            show(f"{f'{number}: ' if several else ''}{patch_text(one)}")
+        wrote(path)
     if as_json:
         print_json([patch_summary(one) for one in cut] if several else patch_summary(cut[0]))
 
@@ -113,21 +116,21 @@ def remesh(
 
     limit_memory(max_memory)
     _check_ply(out, overwrite=overwrite)
-    found = remesh_file(
-        surface,
-        unit=unit,
-        label=label,
-        thin=thin,
-        threshold=threshold,
-        wavelength=smooth,
-        edge_length=edge_length,
-        faces=faces,
-        max_deviation=max_deviation,
-    )
+    with watch("remeshing"):
+        found = remesh_file(
+            surface,
+            unit=unit,
+            label=label,
+            thin=thin,
+            threshold=threshold,
+            wavelength=smooth,
+            edge_length=edge_length,
+            faces=faces,
+            max_deviation=max_deviation,
+        )
     save_ply(found.after, out)
-    if as_json:
-        print_json(remeshing_summary(found))
-    say(f"{remeshing_text(found)}\nwritten: {out} (in mm)")
+    result(remeshing_text(found), lambda: remeshing_summary(found), as_json=as_json)
+    wrote(out)
 
 
 def check(
@@ -155,16 +158,19 @@ def check(
     if record is None and (note or controller):
         raise UsageError("`--note` and `--controller` belong to what you saw: add `--record loaded`, dry or printed.")
     limit_memory(max_memory)
-    checked = check_folder(bundle, full=full)
+    with watch(CHECKING, expected=[CHECKING, *planning_stages([Job(surface=bundle)])] if full else []) as observe:
+        checked = check_folder(bundle, full=full, observe=observe)
     if record is not None:
         checked = also_seen(checked, record_seen(checked, record, note=note, controller=controller))
     found = VerificationError(
         f"{bundle} is not the plan that was made: {how_many(len(checked.findings), 'finding')}, listed above. Do not "
         "run its program; write it again with `geoprint plan`."
     )
-    if as_json:
-        print_json(check_summary(checked) | (error_object(found, found.exit_status) if checked.findings else {}))
-    say(check_text(checked, width=columns()))
+    result(
+        check_text(checked, width=columns()),
+        lambda: check_summary(checked) | (error_object(found, found.exit_status) if checked.findings else {}),
+        as_json=as_json,
+    )
     if checked.findings:
         say(f"geoprint: {found}")
         raise typer.Exit(found.exit_status)

@@ -5,14 +5,18 @@ from __future__ import annotations
 import os
 import sys
 import webbrowser
+from collections.abc import Sequence
 from importlib import resources
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from geoprint.cli.bounds import limit_memory, watch
+from geoprint.cli.bounds import COVERING, PREPARING, SEARCH, WITH_ROBOT, limit_memory, planning_stages, watch
+from geoprint.cli.ending import wrote
 from geoprint.cli.options import (
+    PATHS,
+    SETTINGS,
     AsJson,
     Figures,
     Keys,
@@ -26,10 +30,12 @@ from geoprint.cli.options import (
     Verbose,
     backends_of,
     job_asked,
+    settings_of,
     takes,
 )
-from geoprint.cli.terminal import columns, print_json, say
+from geoprint.cli.terminal import columns, result, say
 from geoprint.config.job import Job
+from geoprint.config.strict import key_at
 from geoprint.errors import UsageError
 
 # Backends are compared in two processes: each takes up to a gigabyte.
@@ -64,8 +70,8 @@ def _opened(page: Path) -> bool:
 def plan(
     surface: PartOrJobOrNone = None,
     *,
-    out: Out,
     keys: Keys,
+    out: Out = None,
     max_memory: MaxMemory = None,
     overwrite: Overwrite = False,
     verbose: Verbose = False,
@@ -87,22 +93,44 @@ def plan(
     changed = {name: value for name, value in keys.items() if name != "source"}
     job = asked or job_asked(job_file_of(again or Path()), changed)
     limit_memory(max_memory)
+    out = _stated([job], out, command="plan")
     check_writable(out, overwrite=overwrite)
     if job.layered and job.layer is None:
         _plan_stack(job, out, overwrite=overwrite, verbose=verbose, as_json=as_json)
         return
-    with watch() as observe, compiled_ahead():
+    with watch(expected=planning_stages([job])) as observe, compiled_ahead():
         planned = run(best_placed(job, observe=observe), observe=observe)
         observe("writing")
         record = save_plan(planned, out, overwrite=overwrite, report=True)
-    if as_json:
-        print_json(json_of(record) | json_of(record_timings(planned)))
-    say(f"{outcome_text(record, verbose=verbose)}\nwritten and verified: {out}")
+    text = outcome_text(record, verbose=verbose)
+    result(text, lambda: json_of(record) | json_of(record_timings(planned)), as_json=as_json)
+    wrote(out, "written and verified")
     if bundle is not None:
         differing = bundle.differing(out)
-        say(again_text(str(bundle.folder), written_by=bundle.version, differing=differing, changed=[*changed]))
+        say(again_text(str(bundle.folder), written_by=bundle.version, differing=differing, changed=_named(changed)))
     if record.feedback is not None:
         say(next_appraisal(str(out)))
+
+
+def _stated(jobs: Sequence[Job], out: Path | None, *, command: str) -> Path:
+    """Return the folder of a result, once nothing that jobs leave open is missing.
+
+    Raises:
+        UsageError: something is; one sentence names all of it.
+        InputError: a part cannot be planned on anyhow.
+    """
+    from geoprint.workflow import check_stated
+
+    proposed = Path(f"{jobs[0].surface.stem}-{command}")
+    with watch("reading"):
+        for job in jobs:
+            check_stated(job, proposed_folder=None if out is not None else str(proposed))
+    return out or proposed
+
+
+def _named(keys: Keys) -> list[str]:
+    """Return the names of keys that were given, those of `--set` too."""
+    return [*(name for name in keys if name != SETTINGS), *(key_at(place) for place, _ in settings_of(keys))]
 
 
 def _plan_stack(job: Job, out: Path, *, overwrite: bool, verbose: bool, as_json: bool) -> None:
@@ -112,24 +140,26 @@ def _plan_stack(job: Job, out: Path, *, overwrite: bool, verbose: bool, as_json:
 
     with watch() as observe:
         record = plan_stack(best_placed(job, observe=observe), out, overwrite=overwrite, observe=observe)
-    if as_json:
-        print_json(json_of(record))
-    say(f"{stack_text(record, verbose=verbose)}\nwritten and verified: {out}")
+    result(stack_text(record, verbose=verbose), lambda: json_of(record), as_json=as_json)
+    wrote(out, "written and verified")
 
 
-@takes(but=("backend",))
+@takes(but=("backend", "feedback"))
 def compare(
     surfaces: PartsOrJobs,
     *,
-    out: Out,
     backends: Annotated[
         str | None,
         typer.Option(
-            help="Backends to compare, with commas between them, or all.",
-            show_default="a chart, a mesh",
+            "--backend",
+            metavar="NAME,...",
+            help="Backends to compare: heat, fast-marching or lscm with commas between them, or all.",
+            show_default="lscm,heat",
+            rich_help_panel=PATHS,
         ),
     ] = None,
     keys: Keys,
+    out: Out = None,
     max_memory: MaxMemory = None,
     samples: Samples = False,
     figures: Figures = False,
@@ -139,11 +169,13 @@ def compare(
 ) -> None:
     """Plan parts with several backends and show which covers them more evenly, and whether they can be printed."""
     jobs = [job_asked(surface, keys) for surface in surfaces]
+    from geoprint.distance import compared_backends
     from geoprint.postprocessor import check_writable
     from geoprint.reporting import as_json as json_of, comparison_table
     from geoprint.workflow import beside, best_placed, compare_parts, compiled_ahead, save_comparisons
 
     limit_memory(max_memory)
+    out = _stated(jobs, out, command="compare")
     check_writable(out, overwrite=overwrite)
     if any(job.layered and job.layer is None for job in jobs):
         if samples or figures:
@@ -152,14 +184,16 @@ def compare(
             jobs, out, backends=backends_of(backends), overwrite=overwrite, verbose=verbose, as_json=as_json
         )
         return
-    with watch() as observe, compiled_ahead(), beside(PROCESSES - 1) as helper:
+    names = backends_of(backends)
+    expected = planning_stages(jobs, backends=-(-len(names or compared_backends()) // PROCESSES))
+    with watch(expected=expected) as observe, compiled_ahead(), beside(PROCESSES - 1) as helper:
         jobs = [best_placed(job, observe=observe) for job in jobs]
-        compared = compare_parts(jobs, backends=backends_of(backends), observe=observe, helper=helper)
+        compared = compare_parts(jobs, backends=names, observe=observe, helper=helper)
         observe("writing")
         record = save_comparisons(compared, out, samples=samples, figures=figures, overwrite=overwrite, helper=helper)
-    if as_json:
-        print_json(json_of(record.record))
-    say(f"{comparison_table(record, width=columns(), verbose=verbose)}\nwritten and verified: {out}")
+    text = comparison_table(record, width=columns(), verbose=verbose)
+    result(text, lambda: json_of(record.record), as_json=as_json)
+    wrote(out, "written and verified")
 
 
 def _compare_stacks(
@@ -178,18 +212,20 @@ def _compare_stacks(
         record = compare_stacks(
             best_placed(jobs[0], observe=observe), out, backends=backends, overwrite=overwrite, observe=observe
         )
-    if as_json:
-        print_json(json_of(record))
-    say(f"{stack_comparison_text(record, width=columns(), verbose=verbose)}\nwritten and verified: {out}")
+    text = stack_comparison_text(record, width=columns(), verbose=verbose)
+    result(text, lambda: json_of(record), as_json=as_json)
+    wrote(out, "written and verified")
 
 
-@takes(but=("place", "robot"))
+@takes(but=("place", "robot", "feedback"))
 def place(
     surface: PartOrJob,
     *,
     keys: Keys,
-    height: Annotated[float | None, typer.Option(help="Height of the part's centroid in mm; any if not given.")] = None,
-    tilt: Annotated[float, typer.Option(help="How far from upright the part may be tilted, in degrees.")] = 0.0,
+    height: Annotated[
+        float | None, typer.Option(metavar="MM", help="Height of the part's centroid; any if not given.")
+    ] = None,
+    tilt: Annotated[float, typer.Option(metavar="DEG", help="How far from upright the part may be tilted.")] = 0.0,
     verbose: Verbose = False,
     as_json: AsJson = False,
 ) -> None:
@@ -198,8 +234,6 @@ def place(
     from geoprint.workflow import propose_placement
 
     job = job_asked(surface, {**keys, "place": "demo"})
-    with watch() as observe:
+    with watch(expected=[*PREPARING, *COVERING, SEARCH, *WITH_ROBOT]) as observe:
         proposal = propose_placement(job, height=height, tilt_deg=tilt, observe=observe)
-    if as_json:
-        print_json(proposal_summary(proposal))
-    say(proposal_text(proposal, verbose=verbose))
+    result(proposal_text(proposal, verbose=verbose), lambda: proposal_summary(proposal), as_json=as_json)

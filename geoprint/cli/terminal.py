@@ -7,6 +7,8 @@ import os
 import re
 import sys
 import textwrap
+from collections.abc import Callable
+from itertools import groupby
 from typing import TextIO
 
 from geoprint.errors import ExportError
@@ -25,16 +27,36 @@ _LABEL = re.compile(r"\s*\S+(?: \S+)*? {2,}(?=\S)|\s*")
 
 
 def say(text: str) -> None:
-    """Tell a person."""
-    # What comes from files must not steer the terminal.
-    clean = "".join(sign if sign.isprintable() or sign == "\n" else "\N{REPLACEMENT CHARACTER}" for sign in text)
-    shown = fitted(clean, columns(sys.stderr))
+    """Tell a person on stderr what is no result."""
+    shown = fitted(_harmless(text), columns(sys.stderr))
     _write(coloured(shown) if has_colours(sys.stderr) else shown, sys.stderr)
+
+
+def result(text: str, value: Callable[[], object], *, as_json: bool) -> None:
+    """Print the result of a command on stdout, for people or for programs; its notes and warnings go to stderr.
+
+    Args:
+        text: of it, for people.
+        value: returns what programs get.
+        as_json: whether a program asks.
+    """
+    if as_json:
+        print_json(value())
+    for marked, lines in groupby(text.split("\n"), key=lambda line: _MARK.match(line) is not None):
+        if marked:
+            say("\n".join(lines))
+        elif not as_json:
+            show("\n".join(lines))
 
 
 def show(text: str) -> None:
     """Print the result of a command that tells a person on stdout."""
-    tell(fitted(text, columns(sys.stdout)))
+    tell(fitted(_harmless(text), columns(sys.stdout)))
+
+
+def _harmless(text: str) -> str:
+    """Return a text that does not steer the terminal, whatever file it comes from."""
+    return "".join(sign if sign.isprintable() or sign == "\n" else "\N{REPLACEMENT CHARACTER}" for sign in text)
 
 
 def tell(text: str) -> None:
@@ -55,16 +77,16 @@ def print_json(value: object) -> None:
 
 
 def columns(stream: TextIO | None = None) -> int | None:
-    """Return how many letters a line of a terminal has, by COLUMNS or by itself; None where no terminal shows them.
+    """Return how many letters a line has, by COLUMNS or by the terminal; None where neither says it.
 
     Args:
-        stream: that is written to; stderr if not given.
+        stream: that is written to; that of results if not given.
     """
-    stream = stream or sys.stderr
-    # Closed streams are None; programs read on where there is no terminal, and COLUMNS is left over from another.
-    if stream is None or not stream.isatty():  # pyright: ignore[reportUnnecessaryComparison]
-        return None
+    stream = stream or sys.stdout
     asked = os.environ.get("COLUMNS", "")
+    # Closed streams are None. A refusal is one line where programs read it, whatever a shell passes on.
+    if stream is None or (not stream.isatty() and (stream is sys.stderr or not asked.isdecimal())):  # pyright: ignore[reportUnnecessaryComparison]
+        return None
     wide = int(asked) if asked.isdecimal() else os.get_terminal_size(stream.fileno()).columns
     return max(wide or USUAL, NARROWEST)
 

@@ -111,7 +111,8 @@ def cell_text(path: Path | str) -> str:
     try:
         return text_of(Path(path))
     except (OSError, ValueError) as error:
-        raise UsageError(f"the cell file {path} cannot be read ({error}); `geoprint init` writes one.") from error
+        found = "does not exist" if isinstance(error, FileNotFoundError) else f"cannot be read ({error})"
+        raise UsageError(f"the cell file {path} {found}; `geoprint init` writes one.") from error
 
 
 def cell_of(text: str, *, name: str, folder: Path | str = Path()) -> Cell:

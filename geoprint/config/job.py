@@ -41,7 +41,7 @@ class LayerPattern:
     angle_deg: float | None = None
 
     def __str__(self) -> str:
-        """Return it as `--patterns` takes it."""
+        """Return it as `--pattern` takes it."""
         return self.name if self.angle_deg is None else f"{self.name}:{self.angle_deg:g}"
 
 
@@ -201,20 +201,26 @@ class PatchRegion(Table):
     at: Annotated[
         Triple | None,
         Key(
-            "Cut the part out of the file: the piece about the point X Y Z (mm) ...",
+            "Cut the part out of the file: the piece about this point in mm.",
             "[0.0, 0.0, 0.0] # point on or near the surface that the patch holds",
         ),
     ] = None
     radius: Annotated[
         PositiveFloat | None,
-        Key("... up to this far along the surface in mm ...", "10.0 # up to this far from it along the surface"),
+        Key(
+            "With `--at`: up to this far along the surface.",
+            "10.0 # up to this far from it along the surface",
+            shape="MM",
+        ),
     ] = None
     cone_deg: Annotated[
         Cone | None,
         Key(
-            "... and where its normal turns at most this far, in degrees.",
+            "With `--at`: where the normal turns at most this far.",
             "30.0 # where the normal turns at most this far from that at the point",
             option="cone",
+            shape="DEG",
+            rare=True,
         ),
     ] = None
     box: Annotated[
@@ -222,6 +228,7 @@ class PatchRegion(Table):
         Key(
             "Cut the part out of the file by a box: lowest and highest X Y Z in mm.",
             "[-10.0, -10.0, -10.0, 10.0, 10.0, 10.0] # lowest x, y, z and highest x, y, z",
+            rare=True,
         ),
     ] = None
     curve: Annotated[
@@ -231,6 +238,7 @@ class PatchRegion(Table):
             "it; `--at` says which side, by default the smaller.",
             "[[-8.0, 0.0, 30.0], [8.0, 0.0, 30.0], [0.0, 9.0, 29.0]] # points in order round it, "
             "joined by shortest lines",
+            rare=True,
         ),
     ] = None
     region: Annotated[
@@ -238,6 +246,7 @@ class PatchRegion(Table):
         Key(
             "Cut the part out of the file by a group, object or label of it; `geoprint inspect` lists them.",
             '"anterior" # name that the file gives to some of its faces; `geoprint inspect` lists them',
+            rare=True,
         ),
     ] = None
     source: Annotated[
@@ -273,6 +282,7 @@ GROUPS = {
     "part": "The part, or the body that patches are cut from: STL, OBJ, PLY, OFF, 3MF, STEP, IGES, NIfTI, NRRD, DICOM.",
     "spacing": "How closely the paths lie: one of",
     "paths": "",
+    "layers": "A device that is printed over the part, layer upon layer.",
     "robot": "",
     "source": "What distance is measured from: one of these; without any, the whole border.",
     "options": "What one backend, pattern or feature alone takes, a table each; that of a feature asks for it.",
@@ -292,14 +302,21 @@ class Job(Table):
     unit: Annotated[
         Literal["mm", "cm", "m", "um", "in"] | None,
         Key(
-            "Length unit of the file: mm, cm, m, um or in.",
+            "Length unit of the file.",
             '"mm" # of the file: mm, cm, m, um or in; leave it out where the file carries its unit',
             group="part",
             record="",
             shown=True,
         ),
     ] = None
-    backend: Annotated[str, Key("Planning backend.", "# heat, fast-marching or lscm", group="paths")] = "heat"
+    backend: Annotated[
+        str,
+        Key(
+            "Planning backend: heat, fast-marching or lscm (by a conformal map).",
+            "# heat, fast-marching or lscm",
+            group="paths",
+        ),
+    ] = "heat"
     compared: Annotated[
         list[str] | None,
         Key(
@@ -314,23 +331,14 @@ class Job(Table):
     pattern: Annotated[
         str,
         Key(
-            "How paths cover the surface.",
-            "# how paths cover the surface: contours, spiral, guided or fibres",
+            "How paths cover the surface: contours, spiral, guided or fibres. Layers of a thickness take several in "
+            "turn, from the lowest, as contours,guided:45,guided:-45 (angles of rows in degrees).",
+            "# contours, spiral, guided or fibres; of layers in turn as contours,guided:45,guided:-45",
             group="paths",
+            shape="NAME,...",
             always=False,
         ),
     ] = "contours"
-    patterns: Annotated[
-        list[str] | None,
-        Field(min_length=1),
-        Key(
-            "Patterns of the layers of a thickness in turn, from the lowest, with commas between them; with the angle "
-            "of straight rows in degrees, as contours,guided:45,guided:-45.",
-            '["contours", "guided:45", "guided:-45"] # of layers, in turn from the lowest',
-            group="paths",
-            always=False,
-        ),
-    ] = None
     middle: Annotated[
         Literal["best", "fitted", "plain"] | None,
         Key(
@@ -338,11 +346,18 @@ class Job(Table):
             "which covers better; by default the best.",
             '"plain" # contours where fronts meet: plain, fitted to the width that is there, or best of both',
             group="paths",
+            rare=True,
         ),
     ] = None
     contours: Annotated[
         NonNegativeInt | None,
-        Key("Contours around guided rows, so many.", "2 # contours around guided rows", group="paths", always=False),
+        Key(
+            "Contours around guided rows, so many.",
+            "2 # contours around guided rows",
+            group="paths",
+            always=False,
+            rare=True,
+        ),
     ] = None
     field: Annotated[
         Path | None,
@@ -357,15 +372,12 @@ class Job(Table):
     spacing: Annotated[
         Spacing | None,
         Key(
-            "Distance of neighbouring paths (stepover) in mm.", "1.0", group="spacing", record="spacing_mm", shown=True
-        ),
-    ] = None
-    resolution: Annotated[
-        PositiveInt | None,
-        Key(
-            "Pixels along the longer side of lscm's raster of its conformal map; by default 16 a spacing.",
-            "500 # pixels along the longer side of the raster of lscm",
-            group="paths",
+            "Distance of neighbouring paths (stepover).",
+            "1.0",
+            group="spacing",
+            record="spacing_mm",
+            shown=True,
+            shape="MM",
         ),
     ] = None
     rounds: Annotated[
@@ -379,21 +391,21 @@ class Job(Table):
     source: Annotated[
         SourceTable | None,
         Key(
-            f"What distance is measured from (source): {SHAPES}; by default the border. `geoprint plan --from BUNDLE` "
-            "without a part plans a bundle again.",
+            f"What distance is measured from (source): {SHAPES}. `geoprint plan --from BUNDLE` without a part plans a "
+            "bundle again.",
             "[source]",
             group="source",
             option="from",
+            shape="SOURCE",
         ),
     ] = None
     options: Annotated[
         dict[str, Options],
         Key(
-            "What one backend, pattern or feature alone takes, as lscm.resolution=500; its name alone asks for a "
-            "feature; may be given several times.",
+            "What one backend, pattern or feature alone takes.",
             "[options.lscm]\nresolution = 500",
             group="options",
-            option="option",
+            option="",
             always=False,
         ),
     ] = Field(default={})
@@ -412,6 +424,8 @@ class Job(Table):
             "0.5 # share from which on a voxel of resampled labels or probabilities belongs to a label",
             group="part",
             always=False,
+            shape="SHARE",
+            rare=True,
         ),
     ] = None
     patches: Annotated[list[PatchRegion], Field(max_length=MOST_PATCHES), Key("", "[[patches]]", group="patches")] = (
@@ -420,11 +434,12 @@ class Job(Table):
     thickness: Annotated[
         PositiveFloat | None,
         Key(
-            "Thickness in mm of a device that is printed over the part, layer upon layer.",
+            "Thickness of a device that is printed over the part, layer upon layer.",
             "3.0 # of a device that is printed over the part, layer upon layer",
-            group="part",
+            group="layers",
             record="thickness_mm",
             always=False,
+            shape="MM",
         ),
     ] = None
     feather: Annotated[
@@ -432,9 +447,11 @@ class Job(Table):
         Key(
             "Let the thickness rise from nothing at the rim to the whole of it so far in, in mm.",
             "2.0 # the thickness rises from nothing at the rim to the whole of it so far in",
-            group="part",
+            group="layers",
             record="feather_mm",
             always=False,
+            shape="MM",
+            rare=True,
         ),
     ] = None
     target: Annotated[
@@ -443,7 +460,7 @@ class Job(Table):
             "What the layers fill instead of one thickness: a closed mesh over the part, or a CSV file "
             "x,y,z,thickness (mm) of points on it.",
             '"device.stl" # what the layers fill instead: a closed mesh, or a CSV file x,y,z,thickness of points',
-            group="part",
+            group="layers",
             record="",
             always=False,
         ),
@@ -453,7 +470,7 @@ class Job(Table):
         Key(
             "Plan this layer of the thickness alone, from 1, the one on the part.",
             "1 # of the thickness this layer alone, from 1",
-            group="part",
+            group="layers",
             always=False,
         ),
     ] = None
@@ -464,6 +481,8 @@ class Job(Table):
             "2.0 # close holes whose border is up to this long",
             group="part",
             record="fill_holes_mm",
+            shape="MM",
+            rare=True,
         ),
     ] = None
     body: Annotated[
@@ -471,7 +490,7 @@ class Job(Table):
         Key(
             "Mesh of what the part lies on, same coordinates.",
             '"phantom.ply" # what the part lies on; what patches are cut from counts without being named',
-            group="robot",
+            group="part",
             record="",
         ),
     ] = None
@@ -481,12 +500,13 @@ class Job(Table):
     needle: Annotated[
         PositiveFloat | None,
         Key(
-            "Inner diameter in mm of the needle, one of the common ones or the cell's own: spacing, layer height, "
+            "Inner diameter of the needle, one of the common ones or the cell's own: spacing, layer height, "
             "stand-off and speed follow from it where they are not given.",
             "0.4 # inner diameter of the needle; given as an option it sets spacing, layer_height, standoff and speed",
             group="robot",
             record="",
             always=False,
+            shape="MM",
         ),
     ] = None
     layer_height: Annotated[
@@ -527,16 +547,19 @@ class Job(Table):
             "# how far the nozzle may lean from the surface normal",
             group="robot",
             record="max_tilt_deg",
+            shape="DEG",
+            rare=True,
         ),
     ] = 15.0
     speed: Annotated[
         PositiveFloat | None,
         Key(
-            "Print no faster than this in mm/s; the cell's speed_mm_s where left out.",
+            "Print no faster than this; the cell's speed_mm_s where left out.",
             "15.0 # print no faster than this; left out: the cell's speed_mm_s",
             group="robot",
             record="",
             always=False,
+            shape="MM/S",
         ),
     ] = None
     on_slowdown: Annotated[
@@ -546,6 +569,7 @@ class Job(Table):
             '# where joints cannot hold the speed: "auto" finds one at which a valve deposits what was planned, '
             '"follow" keeps it',
             group="robot",
+            rare=True,
         ),
     ] = "auto"
     accept_flow: Annotated[
@@ -555,6 +579,7 @@ class Job(Table):
             "# true writes a program even where a run gets less than 90 or more than 110 % of its volume",
             group="robot",
             always=False,
+            rare=True,
         ),
     ] = False
     feedback: Annotated[
@@ -569,7 +594,7 @@ class Job(Table):
     ] = None
     robot: Annotated[
         bool,
-        Key("Plan the robot too, or leave it out: paths only.", "# false leaves the robot out", group="robot"),
+        Key("Leave the robot out: plan paths only.", "# false leaves the robot out", group="robot"),
     ] = True
 
     @model_validator(mode="after")
@@ -588,10 +613,6 @@ class Job(Table):
 
     @model_validator(mode="after")
     def _patterns_of_layers(self) -> Self:
-        if self.patterns is None:
-            return self
-        if self.pattern != type(self).model_fields["pattern"].default:
-            raise ValueError("give either a pattern or patterns, not both: patterns say that of each layer")
         angles = [each.angle_deg for each in self.drawings]
         if self.source is not None and None not in angles:
             raise ValueError(
@@ -622,7 +643,7 @@ class Job(Table):
         Raises:
             ValueError: a text means none.
         """
-        return (LayerPattern(self.pattern),) if self.patterns is None else tuple(map(layer_pattern, self.patterns))
+        return tuple(map(layer_pattern, self.pattern.split(",")))
 
     @property
     def drawing(self) -> LayerPattern:

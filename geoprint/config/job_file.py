@@ -5,11 +5,13 @@ A job file has the keys of `Job` in TOML; the files that it names are found from
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from difflib import get_close_matches
 from pathlib import Path
-from typing import cast
+from typing import TypeAlias, cast
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from geoprint.config.cells import with_needle_settings
 from geoprint.config.job import GROUPS, Job
@@ -38,11 +40,17 @@ _PLANNED = """\
 # The job that these files were planned from; `geoprint plan --from` this folder plans it again.
 """
 # Keys that exclude each other: the one that is given replaces the one that is written.
-_EXCLUSIVE = ({"spacing", "rounds"}, {"pattern", "patterns"})
+_EXCLUSIVE = {"spacing", "rounds"}
 # What was set by the needle of a job file goes with it where another one is given.
 _OF_NEEDLE = ("spacing", "layer_height", "standoff", "speed")
 # Keys of a job that name files.
 _FILES = tuple(name for name, _, field in keys_of(Job) if option_type(field) is Path)
+# Where a key stands in a job, and its new value.
+Setting: TypeAlias = tuple[Place, object]
+# How an item of a list, and a name that is free, stand in the names of all keys.
+_ITEM, _OWNER = "1", "NAME"
+# A key of a backend that people look for by its name alone.
+_RESOLUTION = "options.lscm.resolution"
 
 
 def job_of(**values: object) -> Job:
@@ -60,17 +68,22 @@ def job_of(**values: object) -> Job:
     return job_named(values, named=key_at)
 
 
-def job_named(values: Mapping[str, object], *, named: Callable[[Place], str]) -> Job:
+def job_named(values: Mapping[str, object], *, named: Callable[[Place], str], settings: Sequence[Setting] = ()) -> Job:
     """Return what `job_of` does, with words of one's own for the keys.
 
     Args:
         values: as for `job_of`.
         named: what a message calls the place of a key.
+        settings: keys that are given besides, also within tables, as `setting` returns them.
 
     Raises:
         UsageError: as for `job_of`.
     """
     given = {name: value for name, value in values.items() if value is not None}
+    for place, value in settings:
+        if len(place) == 1 and place[0] in given:
+            raise UsageError(f"`{place[0]}` is given twice, as an option and by `--set`: leave one of them out.")
+        given |= {str(place[0]): value} if len(place) == 1 else {}
     if "patch" in given:
         given["patches"] = [given.pop("patch")]
     given = _with_paths(given)
@@ -78,14 +91,44 @@ def job_named(values: Mapping[str, object], *, named: Callable[[Place], str]) ->
     if isinstance(surface, Path) and surface.suffix.lower() == _JOB_SUFFIX:
         del given["surface"]
         written = _read_job_file(surface)
-        gone = {name for pair in _EXCLUSIVE if pair & given.keys() for name in pair}
+        gone = _EXCLUSIVE if _EXCLUSIVE & given.keys() else set[str]()
         gone |= set(_OF_NEEDLE) if "needle" in given else set()
         given = _joined({name: value for name, value in written.items() if name not in gone}, given)
+    for place, value in settings:
+        given = cast("dict[str, object]", _with(given, place, value)) if len(place) > 1 else given
     given = with_needle_settings(given)
     try:
         return Job.model_validate(given)
     except ValidationError as error:
         raise UsageError(f"{describe(error, named)}; `geoprint plan --help` lists what can be given.") from error
+
+
+def setting(text: str) -> Setting:
+    """Return the key of a job file that a text names, with its value: `max_tilt=5`, `patches.1.cone_deg=20`.
+
+    A value is one of TOML, or a bare word; `options.NAME` alone asks for a feature.
+
+    Raises:
+        UsageError: there is no such key, or no value; the sentence names the nearest key.
+
+    Examples:
+        >>> setting("max_tilt=5"), setting("patches.2.cone_deg=20"), setting("middle=plain")
+        ((('max_tilt',), 5), (('patches', 1, 'cone_deg'), 20), (('middle',), 'plain'))
+    """
+    name, equals, value = (part.strip() for part in text.partition("="))
+    parts = name.split(".")
+    within_options = parts[0] == "options" and 2 <= len(parts) <= 3 and all(parts)
+    known = {*_key_names(Job)}
+    if not within_options and ".".join(_ITEM if part.isdecimal() else part for part in parts) not in known:
+        raise UsageError(
+            f"`--set {text[:60]}`: a job has no key `{name[:60]}`{_nearest(name, known)} `geoprint init` writes a job "
+            "file with every key."
+        )
+    if within_options and len(parts) == 2 and not equals:
+        return tuple(parts), {}
+    if not equals or not value:
+        raise UsageError(f"`--set {text[:60]}` has no value: write it as `--set {name}=VALUE`.")
+    return tuple(int(part) - 1 if part.isdecimal() else part for part in parts), _value(value)
 
 
 def job_file_text(model: type[Table] = Job) -> str:
@@ -137,6 +180,57 @@ def _read_job_file(path: Path) -> dict[str, object]:
             f"{path.name}: surface: {surface.name} is a job file too; name the mesh of the part or its body."
         )
     return keys
+
+
+def _key_names(model: type[BaseModel], before: str = "") -> Iterator[str]:
+    """Yield the names of all keys of a table, those of its tables behind a dot."""
+    for name, key, field in keys_of(model):
+        listed, part = table_of(field), part_of(field)
+        if key.group == "options":
+            yield f"{before}{name}.{_OWNER}.KEY"
+        elif listed is not None:
+            yield from _key_names(listed, f"{before}{name}.{_ITEM}.")
+        else:
+            yield f"{before}{name}"
+        if part is not None:
+            yield from _key_names(part, f"{before}{name}.")
+
+
+def _nearest(name: str, known: set[str]) -> str:
+    """Return a question for the key whose name, or the end of it, is most like a name."""
+    ends = {each.rpartition(".")[2]: each for each in sorted(known, key=len, reverse=True)} | {
+        "resolution": _RESOLUTION
+    }
+    found = get_close_matches(name.rpartition(".")[2], ends, n=1, cutoff=0.5)
+    return f"; did you mean `{ends[found[0]]}`?" if found else "."
+
+
+def _value(text: str) -> object:
+    """Return a value of TOML, or a bare word as it stands."""
+    try:
+        parsed = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError):
+        return text
+    return parsed["value"] if len(parsed) == 1 else text
+
+
+def _with(values: object, place: Place, value: object) -> object:
+    """Return tables and lists with another value at a place.
+
+    Raises:
+        UsageError: it lies in an item of a list that does not follow on the others.
+    """
+    if not place:
+        return value
+    first, rest = place[0], place[1:]
+    if isinstance(first, str):
+        table = cast("dict[str, object]", values) if isinstance(values, dict) else {}
+        return {**table, first: _with(table.get(first), rest, value)}
+    items = [*cast("list[object]", values)] if isinstance(values, list) else []
+    if not 0 <= first <= len(items):
+        raise UsageError(f"`--set` names item {first + 1} of a list of {len(items)}: count them from 1.")
+    items[first : first + 1] = [_with(items[first] if first < len(items) else None, rest, value)]
+    return items
 
 
 def _joined(written: Mapping[str, object], given: Mapping[str, object]) -> dict[str, object]:

@@ -46,6 +46,27 @@ _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = MOST_SHOWN
 _SHORT.maxlist = MOST_ITEMS
 
 
+# What a value must be, by the kinds of errors that pydantic finds.
+_MUST_BE = {
+    "missing": "this key is missing",
+    "extra_forbidden": "there is no such key",
+    "unexpected_keyword_argument": "there is no such key",
+    "greater_than": "it must be greater than {gt:g}",
+    "greater_than_equal": "it must be at least {ge:g}",
+    "less_than": "it must be less than {lt:g}",
+    "less_than_equal": "it must be at most {le:g}",
+    "literal_error": "it must be {expected}",
+    "finite_number": "it must be a finite number",
+    "float_type": "it must be a number",
+    "int_type": "it must be a whole number",
+    "bool_type": "it must be true or false",
+    "string_type": "it must be a text in quotes",
+    "list_type": "it must be a list",
+    "path_type": "it must be the name of a file",
+    "too_short": "it must have at least {min_length} items",
+}
+
+
 class Table(BaseModel):
     """A table whose keys are all known and whose numbers are all finite."""
 
@@ -112,12 +133,18 @@ def describe(error: ValidationError, named: Callable[[Place], str] = key_at) -> 
     """
     first = _first(error)
     where = named(_place(first["loc"]))
-    message = first["msg"].removeprefix("Value error, ")
-    if first["type"] == "unexpected_keyword_argument":  # of a value in a record
-        message = "Extra inputs are not permitted"
     found = "" if first["type"] in {"missing", "value_error", "too_long"} else f", found {_SHORT.repr(first['input'])}"
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
-    return f"{where}{': ' if where else ''}{message[0].lower()}{message[1:]}{found}{more}"
+    return f"{where}{': ' if where else ''}{in_words(first)}{found}{more}"
+
+
+def in_words(problem: ErrorDetails) -> str:
+    """Return what a value must be, where it is wrong."""
+    bounds = problem.get("ctx", {})
+    if problem["type"] in _MUST_BE:
+        return _MUST_BE[problem["type"]].format(**bounds).replace(" 1 items", " 1 item")
+    message = problem["msg"].removeprefix("Value error, ").replace("Input should be", "it must be")
+    return f"{message[0].lower()}{message[1:]}"
 
 
 def line_of(error: ValidationError, text: str, *, name: str) -> str:
@@ -180,6 +207,8 @@ class Key:
         shown: whether that line counts; otherwise it is commented out.
         group: part of job.toml in which the line stands, by its name there.
         option: name of its option without dashes, where that is not the key's; none where it is empty.
+        shape: of the value of its option, as help shows it, where its type does not say it.
+        rare: whether commands that take all keys leave its option out: `--set` gives it there.
         record: name in the settings of plan.json, where that is not the key's: it ends with the unit; none where empty.
         always: whether it is told there with its default, too.
     """
@@ -189,6 +218,8 @@ class Key:
     shown: bool = False
     group: str = ""
     option: str | None = None
+    shape: str = ""
+    rare: bool = False
     record: str | None = None
     always: bool = True
 

@@ -30,5 +30,4 @@ from geoprint.distance.registry import (
     compared_backends as compared_backends,
     most_accurate_backend as most_accurate_backend,
     register as register,
-    with_option as with_option,
 )

@@ -105,7 +105,7 @@ class Lscm:
             raise FieldError(
                 f"a pixel of the chart of {self._surface.name} at resolution {resolution} is {pixel * stretch:.3g} mm "
                 f"on the surface at {self._tightest()}; for paths {spacing:g} mm apart it may be "
-                f"{spacing / FEWEST_PIXELS:.3g} mm: leave `--resolution` out, give at least "
+                f"{spacing / FEWEST_PIXELS:.3g} mm: leave `options.lscm.resolution` out, give at least "
                 f"{fewest}, or use `--backend heat`, which has no raster.",
                 spacing=spacing,
                 resolution=resolution,
@@ -184,7 +184,7 @@ class Lscm:
             f"paths {spacing:g} mm apart on {self._surface.name} need a raster of {needed} pixels across its chart, "
             f"whose scale at {self._tightest()} is {self._scales.min():.2g}; at most {LARGEST_RESOLUTION} are allowed: "
             f"choose a spacing of at least {finest:.3g} mm, "
-            + (f"take a coarser raster with `--resolution {LARGEST_RESOLUTION}`, " if coarser else "")
+            + (f"take a coarser raster with `--set options.lscm.resolution={LARGEST_RESOLUTION}`, " if coarser else "")
             + "or use `--backend heat`, which has no raster.",
             spacing=spacing,
             needed=needed,

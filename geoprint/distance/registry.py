@@ -79,11 +79,6 @@ def most_accurate_backend() -> Entry[BackendFactory]:
     return max(_KNOWN.own, key=accuracy)
 
 
-def with_option(name: str) -> tuple[str, ...]:
-    """Return the names of the backends that have an option; packages of others do not count."""
-    return tuple(entry.name for entry in _KNOWN.own if name in entry.options)
-
-
 def accuracy(entry: Entry[BackendFactory]) -> Accuracy:
     """Return what a backend states of its distances."""
     return entry.fact("accuracy", Accuracy.UNSTATED)

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from geoprint.cli.ending import wrote
 from geoprint.cli.options import Overwrite
-from geoprint.cli.terminal import columns, say, show, tell
+from geoprint.cli.terminal import columns, show, tell
 from geoprint.errors import UsageError
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ def guide(
         from geoprint.guide import html_guide
 
         _write(html, html_guide(shown), overwrite=overwrite)
-        say(f"written: {html}")
+        wrote(html)
     elif topic is None:
         names = max(len(page.name) for page in shown)
         lines = [f"{page.name:<{names}}  {page.title}: {page.summary[0].lower()}{page.summary[1:]}" for page in shown]

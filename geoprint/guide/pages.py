@@ -21,6 +21,7 @@ import inspect
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import cache
 from importlib import import_module, resources
 from importlib.resources.abc import Traversable
@@ -266,8 +267,10 @@ def page_named(name: str) -> Page:
     for page in pages():
         if page.name == name:
             return page
-    names = ", ".join(page.name for page in pages())
-    raise UsageError(f"the guide has no page `{name}`; choose one of: {names}.")
+    names = [page.name for page in pages()]
+    near = get_close_matches(name, names, n=1, cutoff=0.5)
+    meant = f"did you mean `geoprint guide {near[0]}`?" if near else f"choose one of: {', '.join(names)}."
+    raise UsageError(f"the guide has no page `{name}`; {meant}")
 
 
 def picture_bytes(name: str) -> bytes:

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Literal, final
 import typer
 
 from geoprint.cli.bounds import limit_memory, watch
+from geoprint.cli.ending import wrote
 from geoprint.cli.options import AsJson, MaxMemory, Overwrite
-from geoprint.cli.terminal import print_json, say
+from geoprint.cli.terminal import result, say
 from geoprint.errors import UsageError
 
 if TYPE_CHECKING:
@@ -169,11 +170,9 @@ def _tell(record: Record, text: str, *, plan: Path | None = None, out: Path | No
     from geoprint.reporting.prints import next_print
     from geoprint.reporting.records.inspection import AppraisalRecord, ScanAppraisalRecord
 
-    if as_json:
-        print_json(json_of(record))
-    say(text)
+    result(text, lambda: json_of(record), as_json=as_json)
     if out is not None:
-        say(f"written and verified: {out}")
+        wrote(out, "written and verified")
     if plan is not None and isinstance(record, AppraisalRecord | ScanAppraisalRecord):
         say(next_print(record, plan=str(plan), folder=None if out is None else str(out)))
 
@@ -321,8 +320,7 @@ def simulate(
         check_writable(out, overwrite=overwrite)
     faults = Faults(offset=offset, width_scale=spread, width_noise=noise, flow=flow)
     development = Development(exposure=exposure, tone=_gamma(tone), blur=blur, defocus=defocus)
-    with watch() as observe:
-        observe("program")
+    with watch("program") as observe:
         found = simulated_print(bundle, faults=faults, seed=seed)
         observe("writing")
         record = (

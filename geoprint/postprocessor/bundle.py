@@ -201,8 +201,6 @@ def _translated(directory: Path | str) -> Generator[None]:
 def _check_place(place: Path, *, overwrite: bool) -> None:
     if place.exists() and not place.is_dir():
         raise ExportError(f"{place} is a file, not a folder; choose another place for the result.")
-    if place.exists() and not overwrite:
-        raise UsageError(f"{place} exists; choose another folder, or replace it with --overwrite.")
     if place.exists():
         hashes = _listed(place / MANIFEST)
         known = _known(hashes)
@@ -213,6 +211,8 @@ def _check_place(place: Path, *, overwrite: bool) -> None:
                 f"in which everything is listed in the {MANIFEST} it left there. Choose another folder, or move that "
                 "file away."
             )
+        if not overwrite:
+            raise UsageError(f"{place} exists; choose another folder, or replace it with --overwrite.")
         edited = next((name for name, digest in hashes.items() if _is_edited(place / name, digest)), None)
         if edited is not None:
             raise UsageError(

@@ -7,8 +7,9 @@ from typing import Annotated
 
 import typer
 
+from geoprint.cli.bounds import watch
 from geoprint.cli.options import AsJson, Keys, job_asked, takes
-from geoprint.cli.terminal import print_json, say, tell
+from geoprint.cli.terminal import print_json, result, tell
 
 
 @takes("unit", "spacing", "rounds", "cell", "needle")
@@ -28,10 +29,9 @@ def recommend(
     from geoprint.process_fitting.text import recommendation_summary, recommendation_text
 
     job = job_asked(surface or Path(), keys)
-    found = recommendation(job, part=surface is not None, pressure_kpa=pressure, good=good)
-    if as_json:
-        print_json(recommendation_summary(found))
-    say(recommendation_text(found))
+    with watch("part"):
+        found = recommendation(job, part=surface is not None, pressure_kpa=pressure, good=good)
+    result(recommendation_text(found), lambda: recommendation_summary(found), as_json=as_json)
 
 
 @takes()

@@ -110,9 +110,7 @@ def _asked_spacing(job: Job, cell: Cell, *, depth: float | None) -> float | None
 
 def _beside_good_print(*, pressure_kpa: float, rounds: int | None, good: tuple[float, int]) -> Beside:
     if rounds is None:
-        raise UsageError(
-            "`--good` compares rounds with rounds: give `--rounds` or `--step` too, or process.rounds in the cell."
-        )
+        raise UsageError("`--good` compares rounds with rounds: give `--rounds` too, or process.rounds in the cell.")
     if good[0] <= 0.0 or good[1] < 1:
         raise UsageError(f"`--good {good[0]:g} {good[1]}` must be a pressure above 0 kPa and 1 round or more.")
     found = relative_setting(pressure=pressure_kpa, rounds=rounds, good_pressure=good[0], good_rounds=good[1])

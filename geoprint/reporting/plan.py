@@ -254,7 +254,7 @@ def _layer(layer: Layer, plan: Plan) -> LayerRecord:
         count=1 if place is None else place.count,
         bottom_mm=0.0 if place is None else place.bottom,
         height_mm=layer.height,
-        pattern=str(plan.job.drawing) if plan.job.patterns else None,
+        pattern=str(plan.job.drawing) if len(plan.job.drawings) > 1 else None,
         standoff_mm=plan.workpiece.cell.process.standoff,
         runs=(0, plan.toolpath.curves.count - 1),
     )

@@ -82,7 +82,7 @@ def middle_sentences(middles: Sequence[TriedMiddle], *, backend: str | None = No
     found = [f"{each[0].gap:.1%} + {each[0].overlap:.1%} in {each[0].runs} runs" for each in (taken, other)]
     whose = "" if backend is None else f" with {backend}"
     covered = f"area missed + covered twice: {found[0]}, {found[1]} if {other[0].middle}"
-    return [f"Where fronts meet, contours{whose} are {taken[0].middle}; {covered} (`--middle {other[0].middle}`)."]
+    return [f"Where fronts meet, contours{whose} are {taken[0].middle}; {covered} (`--set middle={other[0].middle}`)."]
 
 
 def _same_middle(order: Sequence[PlannedRecord]) -> list[str]:

@@ -133,7 +133,7 @@ class TriedMiddle:
     """What may become of contours where fronts meet, and how they cover then.
 
     Attributes:
-        middle: as `--middle` takes it.
+        middle: as the key `middle` of a job takes it.
         gap: share of the area that is missed.
         overlap: share of it that is covered twice.
         cv: variation of the thickness with constant flow.

@@ -376,7 +376,7 @@ class GuidedPattern:
 
     def __init__(self, *, contours: int = 0) -> None:
         if contours < 0:
-            raise UsageError(f"`--contours {contours}` is how many contours go around the rows: 0 or more.")
+            raise UsageError(f"`contours = {contours}` is how many contours go around the rows: 0 or more.")
         self._contours = contours
 
     def paths(self, surface: Surface, source: Source, *, backend: Backend, spacing: float | ScalarField) -> Paths:
@@ -419,7 +419,7 @@ class GuidedPattern:
         if not boundary_loops(surface):
             if self._contours:
                 raise UsageError(
-                    f"contours go along a rim, but {surface.name} is closed and has none: leave out `--contours`."
+                    f"contours go along a rim, but {surface.name} is closed and has none: leave out `contours`."
                 )
             return None
         border, depth = boundary_source(surface), (self._contours + 0.5) * spacing

@@ -22,3 +22,4 @@ from geoprint.workflow.replan import job_file_of as job_file_of, job_from as job
 from geoprint.workflow.saving import save as save, save_comparisons as save_comparisons, save_plan as save_plan
 from geoprint.workflow.stack_comparison import compare_stacks as compare_stacks
 from geoprint.workflow.stacking import plan_stack as plan_stack
+from geoprint.workflow.workpiece import check_stated as check_stated

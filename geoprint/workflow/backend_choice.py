@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from geoprint.config import Job, read_field
-from geoprint.distance import Backend, backend, backend_names, with_option
+from geoprint.distance import Backend, backend, backend_names
 from geoprint.errors import InputError, UsageError
 from geoprint.model import OptionValue, Surface
 from geoprint.registry import Entry, Titled
@@ -15,13 +15,10 @@ from geoprint.reporting.features import report, report_names
 from geoprint.results import StackPlace, Workpiece
 from geoprint.toolpath import Pattern, PatternFactory, pattern, pattern_names, runs_beside_line
 
-# The option that `--resolution` stands for, of whichever backend has it.
-RESOLUTION = "resolution"
-# The option that `--middle` stands for, of whichever pattern has it, and the middle that pipeline chooses.
+# The option that the key `middle` stands for, of whichever pattern has it, and the middle that pipeline chooses.
 MIDDLE, BEST_MIDDLE = "middle", "best"
-# The keys of a job that stand for an option of that name, and what those of patterns say.
+# The keys of a job that stand for an option of that name, and what they say.
 PATTERN_KEYS = {MIDDLE: "what becomes of contours where fronts meet", "contours": "how many contours go around rows"}
-KEYS = (RESOLUTION, *PATTERN_KEYS)
 # The option of a pattern whose lines a field file says, and the key of that.
 FIELD = "field"
 
@@ -41,24 +38,16 @@ def check_options(job: Job, backends: Sequence[str]) -> None:
 
     Raises:
         UsageError: a backend, a pattern or one of their options is unknown, an option is missing or of another type,
-            or the resolution means none of the backends, the middle or the contours none of the patterns, or an angle
-            not its pattern.
+            or the middle or the contours mean none of the patterns, or an angle not its pattern.
     """
-    chosen = [backend(name) for name in backends]
-    if job.resolution is not None and not any(RESOLUTION in entry.options for entry in chosen):
-        rastered = with_option(RESOLUTION)
-        raise UsageError(
-            f"`--resolution {job.resolution}` sets the raster of {', '.join(rastered)}, but {', '.join(backends)} has "
-            f"none: leave it out, or choose the backend {rastered[0]}."
-        )
-    for entry in chosen:
-        _options(job, entry)
+    for name in backends:
+        _options(job, backend(name))
     drawings = [pattern(each.name) for each in job.drawings]
     for key, said in (*PATTERN_KEYS.items(), (FIELD, "which lines fibres follow")):
         if getattr(job, key) is not None and not any(key in drawing.options for drawing in drawings):
             names = " and ".join(dict.fromkeys(drawing.name for drawing in drawings))
             raise UsageError(
-                f"`--{key} {getattr(job, key)}` says {said}, but the pattern {names} has none: leave it out."
+                f"`{key} = {getattr(job, key)}` says {said}, but the pattern {names} has none: leave it out."
             )
     for drawing in drawings:
         _options(job, drawing)
@@ -70,16 +59,16 @@ def check_options(job: Job, backends: Sequence[str]) -> None:
 
 def _check_angles(job: Job) -> None:
     """Check that layers whose rows run beside a line have one where patterns take turns, and others no angle."""
-    for each in job.drawings if job.patterns else ():
+    for each in job.drawings:
         beside = runs_beside_line(pattern(each.name))
         if each.angle_deg is not None and not beside:
             raise UsageError(
-                f"`--patterns`: {each} gives an angle, but rows of the pattern {each.name} run beside no line: write "
+                f"`--pattern`: {each} gives an angle, but rows of the pattern {each.name} run beside no line: write "
                 f"{each.name} alone."
             )
-        if each.angle_deg is None and beside and job.source is None:
+        if each.angle_deg is None and beside and job.source is None and len(job.drawings) > 1:
             raise UsageError(
-                f"`--patterns`: rows of {each.name} run beside a line: give their angle in degrees, as {each.name}:45, "
+                f"`--pattern`: rows of {each.name} run beside a line: give their angle in degrees, as {each.name}:45, "
                 "or a drawn curve with `--from curve.csv`."
             )
 
@@ -132,9 +121,8 @@ def seeks_middle(job: Job) -> bool:
 
 
 def with_backend(job: Job, name: str) -> Job:
-    """Return the same job for another backend; without the resolution where that has no raster."""
-    resolution = job.resolution if RESOLUTION in backend(name).options else None
-    return job.model_copy(update={"backend": name, "resolution": resolution})
+    """Return the same job for another backend."""
+    return job.model_copy(update={"backend": name})
 
 
 def _lines(
@@ -179,13 +167,13 @@ def _named(name: str) -> Entry[Titled]:
 
 def _options(job: Job, entry: Entry[Titled]) -> dict[str, OptionValue]:
     given = job.options.get(entry.name, {})
-    for key in KEYS:
+    for key in PATTERN_KEYS:
         asked = getattr(job, key)
         if asked is None or asked == BEST_MIDDLE or key not in entry.options:
             continue
         if key in given:
             raise UsageError(
-                f"the {key} of {entry.name} is given twice, as `--{key} {asked}` and as its option {given[key]}: leave "
+                f"the {key} of {entry.name} is given twice, as `{key} = {asked}` and as its option {given[key]}: leave "
                 "one of them out."
             )
         given = given | {key: asked}

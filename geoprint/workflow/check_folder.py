@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path, PurePosixPath
@@ -118,13 +118,16 @@ def stacks_findings(folder: Path, stacks: Sequence[tuple[str, CheckedComparison]
     yield from figures(STACKS, "", as_json(said), found)
 
 
-def check_folder(folder: Path | str, *, full: bool = False) -> Checked | CheckedComparison:
+def check_folder(
+    folder: Path | str, *, full: bool = False, observe: Callable[[str], None] = lambda _: None
+) -> Checked | CheckedComparison:
     """Check what a folder of geoprint holds: a bundle, or a comparison or a stack with all bundles in it.
 
     Args:
         folder: that geoprint wrote; of stacks that were compared, each is checked.
         full: whether collision check and evenness are measured again from the bundle's own files, and all of it is
             planned again and compared.
+        observe: called with the name of each stage as it starts.
 
     Returns:
         What was found; nothing is opened where a file is none.
@@ -135,17 +138,19 @@ def check_folder(folder: Path | str, *, full: bool = False) -> Checked | Checked
     folder = Path(folder)
     names = listed(folder)
     if PLAN in names:
-        return _check_plan(folder, full=full)
+        return _check_plan(folder, full=full, observe=observe)
     if found := foreign(folder, names):
         return CheckedComparison(folder, tuple(found), ())
     if STACKS in names:
-        return _check_stacks(folder, names, full=full)
+        return _check_stacks(folder, names, full=full, observe=observe)
     inner = bundles(names)
     own = _changes_beside(folder, names, inner)
     if STACK in names:
         order = sorted(map(str, inner))
         kept: dict[str, StackedLayer] = {}
-        checked = tuple((one, _check_inner(folder / one, full=full, kept=kept, name=one)) for one in order)
+        checked = tuple(
+            (one, _check_inner(folder / one, full=full, kept=kept, name=one)) for one in _observed(order, observe)
+        )
         found, stack = check_stack(folder, names, checked)
         found += finished_findings(folder, stack, [kept[one] for one in order if one in kept]) if full else []
         said = {finding.file for finding in found}
@@ -157,13 +162,27 @@ def check_folder(folder: Path | str, *, full: bool = False) -> Checked | Checked
         return CheckedComparison(folder, tuple(own), checked, stack)
     order = _order(folder, own)
     best_first = sorted(inner, key=lambda one: order.index(str(one)) if str(one) in order else len(order))
-    checked = tuple((str(one), _check_inner(folder / one, full=full)) for one in best_first)
+    checked = tuple((one, _check_inner(folder / one, full=full)) for one in _observed(map(str, best_first), observe))
     if COMPARISON in names:
         own += comparison_findings(folder, checked)
     return CheckedComparison(folder, tuple(own), checked)
 
 
-def _check_plan(folder: Path, *, full: bool, keep: Callable[[Plan], object] = lambda _: None) -> Checked:
+def _observed(names: Iterable[str], observe: Callable[[str], None]) -> Iterator[str]:
+    """Yield the names of bundles, and say which one is checked."""
+    listed_names = [*names]
+    for number, name in enumerate(listed_names, start=1):
+        observe(f"checking {name}, {number} of {len(listed_names)}")
+        yield name
+
+
+def _check_plan(
+    folder: Path,
+    *,
+    full: bool,
+    keep: Callable[[Plan], object] = lambda _: None,
+    observe: Callable[[str], None] = lambda _: None,
+) -> Checked:
     """Check one bundle, and where all of it is asked for, plan it again and compare."""
     checked = check_bundle(folder, full=full)
     if not full or checked.record is None:
@@ -171,7 +190,7 @@ def _check_plan(folder: Path, *, full: bool, keep: Callable[[Plan], object] = la
     if checked.record.version != version("geoprint"):
         # What another release plans differently is no damage.
         return checked
-    again = replanned(folder, listed(folder), keep=keep)
+    again = replanned(folder, listed(folder), keep=keep, observe=observe)
     said = {(finding.file, finding.reason) for finding in checked.findings}
     found = tuple(finding for finding in again if (finding.file, finding.reason) not in said)
     return replace(checked, findings=(*checked.findings, *found))
@@ -199,13 +218,15 @@ def _changes_beside(folder: Path, names: Mapping[str, str], inner: Sequence[Pure
     return [Finding(name, 1, reason) for name, reason in changes(folder, beside)]
 
 
-def _check_stacks(folder: Path, names: Mapping[str, str], *, full: bool) -> CheckedComparison:
+def _check_stacks(
+    folder: Path, names: Mapping[str, str], *, full: bool, observe: Callable[[str], None]
+) -> CheckedComparison:
     """Check stacks that were compared: each by itself, and what is said of all of them."""
     places = sorted(PurePosixPath(name).parent for name in names if PurePosixPath(name).name == STACK)
     own = _changes_beside(folder, names, places)
     stacks: list[tuple[str, CheckedComparison]] = []
     for place in places:
-        checked = check_folder(folder / place, full=full)
+        checked = check_folder(folder / place, full=full, observe=observe)
         assert isinstance(checked, CheckedComparison)  # noqa: S101  # It holds stack.json and no plan.json.
         stacks.append((str(place), checked))
     own += stacks_findings(folder, stacks)

@@ -37,7 +37,11 @@ SURFACE = "surface.ply"
 
 
 def replanned(
-    folder: Path, names: Mapping[str, str], *, keep: Callable[[Plan], object] = lambda _: None
+    folder: Path,
+    names: Mapping[str, str],
+    *,
+    keep: Callable[[Plan], object] = lambda _: None,
+    observe: Callable[[str], None] = lambda _: None,
 ) -> Iterator[Finding]:
     """Yield the files of a bundle that come out otherwise when it is planned again.
 
@@ -45,9 +49,10 @@ def replanned(
         folder: the bundle, every file of which may be opened.
         names: of its files.
         keep: called with the plan.
+        observe: called with the name of each stage as it starts.
     """
     try:
-        planned = plan(planned_job(folder, names))
+        planned = plan(planned_job(folder, names), observe=lambda name: observe(f"planned again: {name}"))
         record = record_plan(planned)
     except GeoprintError as error:
         yield Finding(JOB, 1, f"planned again: {error}")

@@ -29,7 +29,7 @@ def compare(
     whatever the robot says; what the cell cannot print carries the reason.
 
     Args:
-        job: what to plan; its backend is ignored, its resolution means the backends that have a raster.
+        job: what to plan; its backend is ignored.
         backends: which to compare, a name that comes twice counts once; those that say so of themselves by default.
         observe: called with the name of each stage as it starts.
 

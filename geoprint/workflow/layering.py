@@ -77,7 +77,7 @@ def target_over(job: Job, file: TargetFile | None, part: Surface) -> LayerTarget
     table = None if file is None else file.content
     if isinstance(table, Surface):
         if job.feather is not None:
-            raise UsageError(f"the target {table.name} ends as its shape says: leave `--feather` out.")
+            raise UsageError(f"the target {table.name} ends as its shape says: leave `feather` out.")
         return TargetShape(table, part)
     if table is None and job.feather is None:
         return None
@@ -118,9 +118,7 @@ def _from_rim(part: Surface) -> FloatArray:
     try:
         rim = boundary_source(part)
     except InputError as error:
-        raise UsageError(
-            f"{part.name} has no rim that the thickness could rise from: leave `--feather` out."
-        ) from error
+        raise UsageError(f"{part.name} has no rim that the thickness could rise from: leave `feather` out.") from error
     return Piecewise(part, most_accurate_backend().factory).distance(rim).values
 
 
@@ -197,7 +195,8 @@ def layer_of(job: Job, cell: Cell, part: Surface, file: TargetFile | None) -> tu
         FieldError: nothing of the part's outer side is so far away, or nothing of the target, or nothing lies below.
         MeshError: sheets of a level lie too close together.
     """
-    given = {f"--layer {job.layer}": job.layer, "--feather": job.feather, "--patterns": job.patterns}
+    turns = len(job.drawings) > 1
+    given = {f"--layer {job.layer}": job.layer, "--set feather": job.feather, f"--pattern {job.pattern}": turns or None}
     stray = [option for option, value in given.items() if value is not None]
     if stray and not job.layered:
         raise UsageError(

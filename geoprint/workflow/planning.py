@@ -357,11 +357,11 @@ def _check_deposit(poses: PoseStream, trajectory: Trajectory, switching: Timelin
     worst = int(np.abs(shares - 1.0).argmax())
     remedy = "a wider spacing or a larger part has longer runs, whose ramps count less"
     if cell.signals.mode == "io" and paths.job.on_slowdown != "auto":
-        remedy = "`--on-slowdown auto` finds the speed that deposits what was planned"
+        remedy = "`--set on_slowdown=auto` finds the speed that deposits what was planned"
     raise LimitError(
         f"the program would deposit {shares[worst]:.0%} of the volume of run {runs[worst] + 1}, allowed are "
         f"{LEAST_DEPOSITED:.0%} to {MOST_DEPOSITED:.0%} ({int(wrong.sum())} of {runs.size} runs): {remedy}; or accept "
-        "it with `--accept-flow`.",
+        "it with `--set accept_flow=true`.",
         run=int(runs[worst]), share=float(shares[worst]),
     )  # fmt: skip
 

@@ -200,7 +200,7 @@ def _result(waiting: Future[bytes]) -> object:
     except BrokenProcessPool as error:
         raise ResourceError(
             "a process that planned a backend was ended from outside, most likely for want of memory: each takes about "
-            "a gigabyte. Compare fewer backends at once with `--backends`, or choose a larger spacing. (A script calls "
+            "a gigabyte. Compare fewer backends at once with `--backend`, or choose a larger spacing. (A script calls "
             'this under `if __name__ == "__main__":`.)'
         ) from error
 

@@ -190,7 +190,7 @@ def _leans(paths: Plan) -> Iterator[Change]:
     for tilt in LARGER_TILTS:
         if tilt > paths.job.max_tilt:
             job = paths.job.model_copy(update={"max_tilt": tilt})
-            yield Change(LEAN, f"`--max-tilt {tilt:g}`", "", job, paths.workpiece.cell)
+            yield Change(LEAN, f"`--set max_tilt={tilt:g}`", "", job, paths.workpiece.cell)
 
 
 def _cells(paths: Plan) -> Iterator[Change]:

@@ -98,7 +98,8 @@ def finished_stack(job: Job, stack: Stack, layers: Sequence[StackedLayer]) -> Fi
     Raises:
         GeoprintError: as `read_part`.
     """
-    skin = job.model_copy(update={"thickness": None, "target": None, "feather": None, "layer": None, "patterns": None})
+    layered = dict.fromkeys(("thickness", "target", "feather", "layer"))
+    skin = job.model_copy(update={**layered, "pattern": job.drawing.name})
     read = read_part(skin)
     base = read.part
     feet, upright = column_feet(base, count=COLUMNS), upright_of(base)

@@ -33,7 +33,7 @@ from geoprint.geometry import (
     united,
     vertex_normals,
 )
-from geoprint.geometry.files import MeshFile, load_file
+from geoprint.geometry.files import MeshFile, load_file, load_likely, unit_readings
 from geoprint.model import Cell, FloatArray, Placement, Surface, TouchedPoints, frozen
 from geoprint.postprocessor.rapid import check_cell
 from geoprint.process import WidthRule, WidthsAbout, WidthsAlong, WidthsBetween, WidthsOver, strand_diameter
@@ -50,7 +50,7 @@ from geoprint.robot.placing import (
     refuse_uncertain,
 )
 from geoprint.transforms import apply
-from geoprint.workflow.backend_choice import backend_of, follows_field
+from geoprint.workflow.backend_choice import backend_of, check_part, follows_field
 from geoprint.workflow.feedback import feedback_text
 from geoprint.workflow.layering import Stack, check_on_part, even_stack, layer_of, read_target, stack_cell, stack_of
 from geoprint.workflow.number_tables import read_widths
@@ -286,6 +286,8 @@ def _along(base: Surface, direction: FloatArray, widths: FloatArray) -> WidthsAl
     return WidthsAlong(base.vertices[heights.argmin()], base.vertices[heights.argmax()], unit, widths)
 
 
+# Suffixes of files that may carry no unit, and are read at once.
+WITHOUT_UNIT = frozenset({".stl", ".obj", ".ply", ".off", ".zip"})
 # Resolution at which the largest distance is estimated before the spacing is known, in triangles across the part.
 TRIANGLES_ACROSS = 60
 # A mirrored part lies on the body but for this share of its size.
@@ -353,6 +355,57 @@ def _loaded(job: Job, cell: Cell) -> MeshFile:
         _wanted_spacing(job, loaded.surface if job.spacing is not None else prepared_part(job, loaded).surface)
     _require_placement(job, cell)
     return loaded
+
+
+def check_stated(job: Job, *, proposed_folder: str | None = None) -> None:
+    """Check that a job leaves nothing open that nobody can guess; its part is read only where something is missing.
+
+    Args:
+        job: what to plan.
+        proposed_folder: for the result, where none was given; None where one was.
+
+    Raises:
+        UsageError: unit, spacing, placement or folder are missing; one message names all of them, with what to add.
+        InputError: the part cannot be planned on, whatever else is said of it.
+    """
+    check_part(job)
+    cell = job_cell(job)
+    job = with_rounds(job, cell)
+    spaced = job.spacing is not None or job.rounds is not None
+    placed = not job.robot or job.place is not None or cell.fixture is not None
+    whole = spaced and placed and proposed_folder is None
+    if whole and (job.unit is not None or job.surface.suffix.lower() not in WITHOUT_UNIT):
+        return
+    file, guessed = load_likely(job.surface, unit=job.unit, label=job.label, threshold=job.threshold)
+    if whole and not guessed:
+        return
+    part = prepared_part(job, file).surface
+    missing: list[tuple[str, str, str]] = []
+    if guessed:
+        extents = np.ptp(file.vertices[file.faces.ravel()], axis=0)
+        missing.append(("--unit", file.unit, f"{unit_readings(file.name, extents)}."))
+    depth = None if spaced else largest_distance(job, part)
+    if depth is None:
+        source_of(job, part)
+    else:
+        rounds = f"10 rounds are about {depth / 10:.2g} mm apart on this part, 20 about {depth / 20:.2g} mm."
+        missing.append(("--spacing", f"{depth / 10:.2g}", rounds))
+    if not placed:
+        dry = f"The cell {cell.name} is not calibrated: `--place demo` runs only dry, `--no-robot` plans paths alone."
+        missing.append(("--place", "demo", dry))
+    if proposed_folder is not None:
+        missing.append(("--out", proposed_folder, ""))
+    raise UsageError(_missing(missing), depth_mm=depth)
+
+
+def _missing(missing: Sequence[tuple[str, str, str]]) -> str:
+    """Return what is missing of a job: options, what could be given for them, and what is to be said of each."""
+    flags = [f"`{flag}`" for flag, _, _ in missing]
+    named = " and ".join([", ".join(flags[:-1]), flags[-1]] if len(flags) > 1 else flags)
+    said = " ".join(sentence for *_, sentence in missing if sentence)
+    added = " ".join(f"{flag} {value}" for flag, value, _ in missing)
+    verb = "is" if len(missing) == 1 else "are"
+    return f"{named} {verb} missing. {f'{said} ' if said else ''}Add `{added}`, for example."
 
 
 def _turnable(job: Job, cell: Cell, sided: SidedPart) -> bool:

@@ -243,8 +243,8 @@ def test_what_the_recipes_made_works(tree: Path) -> None:
     commands = (
         "--help",
         "size part.tri",
-        f"plan {part} --place demo --option size --out plan",
-        f"compare {part} --no-robot --option size.scale=2.0 --out both",
+        f"plan {part} --place demo --set options.size --out plan",
+        f"compare {part} --no-robot --set options.size.scale=2.0 --out both",
         "check plan",
         "guide size",
     )
@@ -261,7 +261,7 @@ def test_what_the_recipes_made_works(tree: Path) -> None:
     (alone,) = json.loads((tree / "plan" / "plan.json").read_text(encoding="utf-8"))["features"]
     (figure,) = alone["figures"]
     assert 10.0 < figure["value"] < 8.0 * np.pi
-    assert f"size: longest run [mm] {figure['value']:.4g}\n" in done.stderr
+    assert f"size: longest run [mm] {figure['value']:.4g}\n" in done.stdout
     (part,) = json.loads((tree / "both" / "compare.json").read_text(encoding="utf-8"))["parts"]
     doubled = [row["features"][0]["figures"][0]["value"] for row in part["backends"]]
     assert doubled == pytest.approx([2.0 * figure["value"]] * len(doubled), rel=0.1)

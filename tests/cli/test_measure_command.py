@@ -56,8 +56,8 @@ def percent(cell: str) -> float:
 def test_several_files_stand_in_one_table_and_nothing_is_written(run: Run, folder: Path) -> None:
     before = sorted(folder.iterdir())
     status, stdout, stderr = run(f"even.csv shifted.csv half.csv {PART}")
-    assert (status, stdout) == (0, "")
-    heading, _, *rows = stderr.splitlines()[2:7]
+    assert (status, stderr) == (0, "")
+    heading, _, *rows = stdout.splitlines()[2:7]
     names = re.split(r"\s{2,}", heading)
     even, shifted, half = (dict(zip(names, re.split(r"\s{2,}", row), strict=True)) for row in rows)
     assert even["file"] == "even.csv"
@@ -78,19 +78,19 @@ def test_several_files_stand_in_one_table_and_nothing_is_written(run: Run, folde
     assert float(half["hole mm2"]) == pytest.approx(14.9 * 40.0, rel=0.01)
     # With as much as would cover all of it left on about half, it is as uneven as a layer and none.
     assert percent(half["thickness CV"]) > 90.0
-    assert "even.csv: no neighbour within three spacings for 6.7% of the path to the left and 6.7%" in stderr
-    assert "in brackets what 95 of 100 have; errors of the packaged cell, without a bent needle" in stderr
+    assert "even.csv: no neighbour within three spacings for 6.7% of the path to the left and 6.7%" in stdout
+    assert "in brackets what 95 of 100 have; errors of the packaged cell, without a bent needle" in stdout
     assert sorted(folder.iterdir()) == before
 
 
 def test_a_narrow_terminal_has_the_columns_that_decide(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("geoprint.cli.measuring.columns", lambda: 60)
-    _, _, stderr = run(f"even.csv {PART}")
-    heading = stderr.splitlines()[2]
+    _, stdout, _ = run(f"even.csv {PART}")
+    heading = stdout.splitlines()[2]
     assert len(heading) <= 60
     shown = [word in heading for word in ("thickness CV", "once", "gap", "overlap", "spacing CV", "length")]
     assert shown == [True, True, True, True, False, False]
-    assert "left out at this width, told with `--json` and `--out`: CPU s/m, off mm" in stderr
+    assert "left out at this width, told with `--json` and `--out`: CPU s/m, off mm" in stdout
     assert fitted(heading, 60) == heading
 
 
@@ -112,17 +112,17 @@ def test_json_has_every_figure_and_the_time(run: Run) -> None:
 
 def test_files_that_cover_alike_are_called_equal_and_where_none_covers_none_is_praised(run: Run, folder: Path) -> None:
     (folder / "again.csv").write_bytes((folder / "even.csv").read_bytes())
-    assert "even.csv and again.csv cover plate.ply equally well." in run(f"even.csv again.csv {PART}")[2]
-    said = run(f"even.csv shifted.csv again.csv {PART}")[2]
+    assert "even.csv and again.csv cover plate.ply equally well." in run(f"even.csv again.csv {PART}")[1]
+    said = run(f"even.csv shifted.csv again.csv {PART}")[1]
     assert "even.csv and again.csv cover plate.ply best of 3." in said
     (folder / "most.csv").write_bytes((folder / "half.csv").read_bytes())
-    assert "No file covers plate.ply: at best, with half.csv, 5" in run(f"half.csv most.csv {PART}")[2]
+    assert "No file covers plate.ply: at best, with half.csv, 5" in run(f"half.csv most.csv {PART}")[1]
 
 
 def test_a_folder_holds_page_picture_table_and_record(run: Run, folder: Path) -> None:
-    status, _, stderr = run(f"even.csv shifted.csv {PART} --out told")
+    status, stdout, stderr = run(f"even.csv shifted.csv {PART} --out told")
     assert status == 0, stderr
-    assert "even.csv covers plate.ply best of 2." in stderr
+    assert "even.csv covers plate.ply best of 2." in stdout
     written = folder / "told"
     assert sorted(path.name for path in written.iterdir()) == [
         "manifest.json", "measure.csv", "measure.json", "measure.png", "report.html",
@@ -158,16 +158,16 @@ def test_a_folder_holds_page_picture_table_and_record(run: Run, folder: Path) ->
         ("even.csv --part plate.ply --unit mm", 2, "give `--spacing`"),
         ("even.csv --part plate.ply --spacing 2", 2, "`plate.ply` has no unit"),
         ("even.csv --part nowhere.ply --unit mm --spacing 2", 3, "`nowhere.ply` does not exist; check the name"),
-        ("even.csv --unit mm --spacing 2", 2, "missing option '--part'"),
+        ("even.csv --unit mm --spacing 2", 2, "needs `--part FILE`: mesh of the part that they cover; "),
         (f"even.csv {PART} --offset-up-to 0", 2, "it must be a positive number of mm"),
-        (f"{PART}", 2, "missing argument 'PATHS'"),
+        (f"{PART}", 2, "`geoprint measure` needs `PATHS`: files of toolpaths; "),
     ],
 )
 def test_what_is_wrong_is_said_in_one_sentence(run: Run, line: str, status: int, complaint: str) -> None:
     ended, stdout, stderr = run(line)
     assert ended == status, stderr
     assert complaint in stderr
-    assert stdout == ""
+    assert status == 0 or stdout == ""
     assert "Traceback" not in stderr
 
 
@@ -181,4 +181,4 @@ def test_a_fit_says_what_it_moved(run: Run, folder: Path) -> None:
     fit = json.loads(stdout)["files"][0]["fit"]
     assert fit["residual_mm"] < 1e-3
     assert fit["before_mm"] > 60.0
-    assert "away.csv: laid onto the part by a turn of" in stderr
+    assert "away.csv: laid onto the part by a turn of" in run(f"away.csv {PART} --fit")[1]

@@ -40,13 +40,14 @@ def refused(monkeypatch: pytest.MonkeyPatch, folder: Path, *arguments: object) -
 # Everything is wrong; one after another is put right.
 WRONG = [
     ("plan nowhere.ply --cell nowhere.toml --backend magic", 3, "there is no file `nowhere.ply`"),
-    ("plan plate.ply --cell nowhere.toml", 2, "the cell file nowhere.toml cannot be read"),
+    ("plan plate.ply --cell nowhere.toml", 2, "the cell file nowhere.toml does not exist"),
     ("plan plate.ply --spacing 2", 2, "`plate.ply` has no unit"),
-    ("plan plate.ply --unit mm", 2, "give `--spacing` or `--rounds`; on this part 10 rounds are about 1.5 mm"),
+    ("plan plate.ply", 2, "`--unit`, `--spacing` and `--place` are missing. `plate.ply` has no unit"),
+    ("plan plate.ply --unit mm", 2, "10 rounds are about 1.5 mm apart on this part"),
     ("plan plate.ply --unit mm --spacing 2", 2, "irb120-bent45.toml is not calibrated"),
     ("plan plate.ply --unit mm --spacing 99 --place demo", 3, "the whole part is only 50 mm across"),
     ("compare plate.ply", 2, "`plate.ply` has no unit"),
-    ("compare plate.ply --unit mm", 2, "give `--spacing` or `--rounds`"),
+    ("compare plate.ply --unit mm", 2, "Add `--spacing 1.5 --place demo`"),
     ("place nowhere.ply --cell nowhere.toml", 3, "there is no file `nowhere.ply`"),
 ]
 
@@ -72,16 +73,19 @@ def test_what_a_person_thinks_of_first_is_asked_for_first(
 @pytest.mark.parametrize(
     ("line", "sentence"),
     [
-        ("plate.ply --unit inch", "geoprint: `--unit`: input should be 'mm', 'cm', 'm', 'um' or 'in', found 'inch'; "),
-        ("plate.ply --at 0 0 0 --radius -1", "geoprint: `--radius`: input should be greater than 0, found -1.0; "),
-        ("plate.ply --at 0 0 nan --radius 1", "geoprint: `--at`: input should be a finite number, found nan; "),
-        ("plate.ply --at 0 0 0 --cone 200", "geoprint: `--cone`: input should be less than 180, found 200.0; "),
+        ("plate.ply --unit inch", "geoprint: `--unit`: it must be 'mm', 'cm', 'm', 'um' or 'in', found 'inch'; "),
+        ("plate.ply --at 0 0 0 --radius -1", "geoprint: `--radius`: it must be greater than 0, found -1.0; "),
+        ("plate.ply --at 0 0 nan --radius 1", "geoprint: `--at`: it must be a finite number, found nan; "),
+        (
+            "plate.ply --at 0 0 0 --set patches.1.cone_deg=200",
+            "geoprint: `--set patches.1.cone_deg`: it must be less than 180, found 200; ",
+        ),
         ("plate.ply --radius 3", "geoprint: a radius or a cone needs the point that it is about"),
-        ("plate.ply --fill-holes 0", "geoprint: `--fill-holes`: input should be greater than 0, found 0.0; "),
-        ("job.toml --max-tilt 5", "geoprint: job.toml, line 3: spacing: input should be greater than or equal to"),
-        ("plate.ply --cell cell.toml --unit mm", "geoprint: cell.toml, line 106: process.rounds: input should be"),
-        ("plate.ply --spcing 3", "geoprint: no such option: --spcing"),
-        ("plate.ply --spacing x", "geoprint: invalid value for '--spacing': "),
+        ("plate.ply --set fill_holes=0", "geoprint: `--set fill_holes`: it must be greater than 0, found 0; "),
+        ("job.toml --set max_tilt=5", "geoprint: job.toml, line 3: spacing: it must be at least"),
+        ("plate.ply --cell cell.toml --unit mm", "geoprint: cell.toml, line 106: process.rounds: it must be"),
+        ("plate.ply --spcing 3", "geoprint: `geoprint plan` has no option `--spcing`; did you mean `--spacing`?"),
+        ("plate.ply --spacing x", "geoprint: `--spacing` takes a number in mm, found 'x'; "),
     ],
 )
 def test_an_error_names_what_was_typed(
@@ -187,7 +191,7 @@ def test_colours_are_for_terminals_that_want_them(
 def test_a_refusal_wraps_and_is_coloured_on_a_terminal_and_is_one_line_elsewhere() -> None:
     asked = [*GEOPRINT, "plan", "data/plate.ply", "--unit", "inch", "--spacing", "1", "--out", "nowhere"]
     shown = screen(asked, columns=60).splitlines()
-    assert shown[0].startswith("\x1b[1;31mgeoprint:\x1b[0m `--unit`: input should be")
+    assert shown[0].startswith("\x1b[1;31mgeoprint:\x1b[0m `--unit`: it must be")
     assert len(shown) > 1
     assert all(len(plain(line)) <= 60 for line in shown)
     assert all(line.startswith("  ") for line in shown[1:])
@@ -222,5 +226,6 @@ def test_an_interrupt_while_libraries_are_read_ends_in_a_sentence(tmp_path: Path
     )
     kept = os.environ | {"PYTHONPATH": str(tmp_path)}
     done = subprocess.run([*GEOPRINT, "plan", "--json"], capture_output=True, text=True, check=False, env=kept)
-    assert (done.returncode, done.stderr) == (130, "geoprint: stopped; nothing was written.\n")
+    kept = "geoprint: stopped; nothing was written, and what was there before is kept.\n"
+    assert (done.returncode, done.stderr) == (130, kept)
     assert '"exit_status": 130' in done.stdout

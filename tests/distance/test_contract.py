@@ -20,7 +20,6 @@ from geoprint.distance import (
     compared_backends,
     most_accurate_backend,
     register,
-    with_option,
 )
 from geoprint.distance.interface import diagnostics
 from geoprint.errors import FieldError, UsageError
@@ -232,7 +231,6 @@ def test_a_chart_and_a_mesh_are_compared_and_the_most_accurate_is_advised() -> N
     assert most_accurate_backend().name == "fast-marching"
     ranks = [accuracy(backend(name)) for name in ("lscm", "heat", "fast-marching")]
     assert ranks == sorted(set(ranks))
-    assert with_option("resolution") == ("lscm",)
 
 
 def test_a_name_that_is_built_in_cannot_be_registered_again() -> None:

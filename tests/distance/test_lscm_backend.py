@@ -289,8 +289,8 @@ def test_paths_too_fine_for_any_raster_are_refused_with_the_finest_that_fit() ->
         Lscm(surface).contours(boundary_source(surface), spacing=0.01)
     finest = float(str(found.value).split("at least ")[1].split(" ")[0])
     assert Lscm(surface).shown(spacing=finest).resolution <= 8192
-    assert "--resolution" not in str(found.value)
-    with pytest.raises(FieldError, match="take a coarser raster with `--resolution 8192`"):
+    assert "resolution=" not in str(found.value)
+    with pytest.raises(FieldError, match=r"take a coarser raster with `--set options\.lscm\.resolution=8192`"):
         Lscm(surface).shown(spacing=0.07)
     assert Lscm(surface, resolution=8192).shown(spacing=0.07).resolution == 8192
 

@@ -134,7 +134,7 @@ def test_a_mistake_ends_in_a_sentence_that_names_the_next_step(
 def test_an_option_that_holds_once_is_refused_where_it_is_given_twice(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(f"plan {PLATE} --from point:0,0,0 --spacing 5 --from point:5,0,0 --no-robot --out out") == 2
     assert "`--from` is given 2 times" in capsys.readouterr().err
-    assert run("plan missing.ply --option lscm.resolution=500 --option heat.time_factor=1 --out out") != 0
+    assert run("plan missing.ply --set options.lscm.resolution=500 --set options.heat.time_factor=1 --out out") != 0
     assert "times" not in capsys.readouterr().err
 
 

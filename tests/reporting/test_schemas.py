@@ -83,10 +83,13 @@ def with_an_unknown_key(record: dict[str, Any]) -> None:
 @pytest.mark.parametrize(
     ("edit", "sentence"),
     [
-        (without_poses, r"plan\.json: paths\.poses: field required; restore the file"),
-        (with_a_word, r"robot\.1\.motion\.duration_s: input should be a valid number, found '2\.5'"),
-        (of_another_version, r"plan\.json has layout 1 of another version of geoprint, this one reads 9; read it with"),
-        (with_an_unknown_key, r"surface\.side\.colour: extra inputs are not permitted, found 'red'"),
+        (without_poses, r"plan\.json: paths\.poses: this key is missing; restore the file"),
+        (with_a_word, r"robot\.1\.motion\.duration_s: it must be a number, found '2\.5'"),
+        (
+            of_another_version,
+            r"plan\.json has layout 1 of another version of geoprint, this one reads 10",
+        ),
+        (with_an_unknown_key, r"surface\.side\.colour: there is no such key, found 'red'"),
     ],
 )
 def test_a_wrong_plan_is_refused_with_file_key_found_and_allowed(

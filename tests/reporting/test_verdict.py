@@ -201,7 +201,7 @@ def test_on_a_comb_with_fingers_narrower_than_a_spacing_nothing_is_even_enough(t
 def test_the_middle_that_was_taken_is_told_with_the_one_that_was_not_and_nothing_where_there_is_no_choice() -> None:
     fitted = TriedMiddle(middle="fitted", gap=0.004, overlap=0.001, cv=0.01, runs=7, taken=True)
     plain = TriedMiddle(middle="plain", gap=0.02, overlap=0.013, cv=0.05, runs=9, taken=False)
-    said = "area missed + covered twice: 0.4% + 0.1% in 7 runs, 2.0% + 1.3% in 9 runs if plain (`--middle plain`)."
+    said = "area missed + covered twice: 0.4% + 0.1% in 7 runs, 2.0% + 1.3% in 9 runs if plain (`--set middle=plain`)."
     assert middle_sentences([plain, fitted]) == [f"Where fronts meet, contours are fitted; {said}"]
     assert middle_sentences([fitted, plain], backend="heat") == [
         f"Where fronts meet, contours with heat are fitted; {said}"

@@ -125,15 +125,17 @@ def test_the_command_prints_the_page_and_ends_with_5_where_something_is_wrong(
     copy: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert called(monkeypatch, "check", copy) == 0
-    assert "RUN SHEET  plate.ply" in capsys.readouterr().err
+    assert "RUN SHEET  plate.ply" in capsys.readouterr().out
     guard = copy / "rapid" / "GeoGuard.mod"
     guard.write_text(guard.read_text().replace("    SetDO doUV,0;\n", "", 1))
     assert called(monkeypatch, "check", copy, "--json") == 5
     printed = capsys.readouterr()
     line = guard.read_text().split("\n").index("    SetDO doValve,0;") + 2
-    assert f"rapid/GeoGuard.mod, line {line}: the guard must say 'SetDO doUV,0;'" in printed.err
     assert json.loads(printed.out)["findings"][0]["line"] == line
     assert "geoprint: " in printed.err.split("\n")[-2]
+    assert called(monkeypatch, "check", copy) == 5
+    found = f"rapid/GeoGuard.mod, line {line}: the guard must say 'SetDO doUV,0;'"
+    assert found in capsys.readouterr().out
 
 
 def test_a_cell_with_all_that_it_may_have_plans_and_passes(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ from geoprint.results import Plan
 from geoprint.toolpath.contours import ContourPattern
 from geoprint.toolpath.guided import GuidedPattern
 from geoprint.workflow import compare, plan
-from geoprint.workflow.backend_choice import backend_of, check_options, pattern_of, with_backend
+from geoprint.workflow.backend_choice import backend_of, check_options, pattern_of
 from geoprint.workflow.covering import Measured, taken_alike
 from tests.meshes import annulus, plate
 from tests.shared_data import shared
@@ -31,28 +31,18 @@ def job(**values: object) -> Job:
     return job_of(surface=Path("part.ply"), unit="mm", spacing=2.0, **values)
 
 
-@pytest.mark.parametrize(
-    "values", [{"resolution": 321}, {"options": {"lscm": {"resolution": 321}, "heat": {"time_factor": 1.0}}}]
-)
-def test_an_option_says_what_the_flag_says(values: dict[str, object]) -> None:
-    asked = job(backend="lscm", **values)
+def test_an_option_goes_to_its_backend() -> None:
+    asked = job(backend="lscm", options={"lscm": {"resolution": 321}, "heat": {"time_factor": 1.0}})
     check_options(asked, ["lscm", "heat"])
     built = backend_of(asked)(plate())
     assert isinstance(built, Lscm)
     assert built.shown(spacing=2.0).resolution == 321
 
 
-def test_the_flag_does_not_follow_to_a_backend_without_a_raster_but_options_stay() -> None:
-    asked = job(resolution=321, options={"heat": {"time_factor": 1.0}})
-    assert with_backend(asked, "lscm").resolution == 321
-    assert with_backend(asked, "heat").resolution is None
-    assert with_backend(asked, "heat").options == asked.options
-
-
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [
-        ({"resolution": 9, "options": {"lscm": {"resolution": 8}}}, r"given twice, as `--resolution 9` and .* 8"),
+        ({"middle": "plain", "options": {"contours": {"middle": "fitted"}}}, r"given twice, as `middle = plain` and"),
         ({"options": {"lcsm": {"resolution": 8}}}, r"'lcsm', but .* no backend, pattern or feature .* lscm, "),
         ({"options": {"lscm": {"pixels": 8}}}, r"lscm has no option 'pixels'; it takes resolution \(int \| None\)"),
         ({"options": {"lscm": {"resolution": "fine"}}}, r"`lscm.resolution`: .*valid integer, found 'fine'"),
@@ -72,23 +62,23 @@ def test_a_job_without_a_pattern_has_contours() -> None:
     assert isinstance(pattern_of(job()), ContourPattern)
 
 
-ALTERNATING = ["contours", "guided:45", "guided -45"]
+ALTERNATING = "contours,guided:45,guided -45"
 
 
 def test_patterns_take_turns_from_the_lowest_layer_and_one_layer_alone_has_its_own() -> None:
-    found = [job(thickness=3.0, patterns=ALTERNATING, layer=layer) for layer in range(1, 6)]
+    found = [job(thickness=3.0, pattern=ALTERNATING, layer=layer) for layer in range(1, 6)]
     assert [str(each.drawing) for each in found] == ["contours", "guided:45", "guided:-45", "contours", "guided:45"]
     assert [str(each.counted_from) for each in found[:3]] == ["None", "angle:45", "angle:-45"]
     assert isinstance(pattern_of(found[0]), ContourPattern)
     assert isinstance(pattern_of(found[4]), GuidedPattern)
     record = found[1].settings()
-    assert (record["pattern"], record["patterns"], str(record["source"])) == ("guided", ALTERNATING, "angle:45")
-    assert str(job(thickness=3.0, patterns=["contours", "guided:0"], source="loops:1").counted_from) == "loops:1"
+    assert (record["pattern"], str(record["source"])) == ("guided", "angle:45")
+    assert str(job(thickness=3.0, pattern="contours,guided:0", source="loops:1").counted_from) == "loops:1"
 
 
 def test_options_of_one_pattern_go_to_that_one_of_those_that_take_turns() -> None:
     for layer in (1, 2):
-        asked = job(thickness=3.0, patterns=["contours", "guided:0"], middle="plain", contours=2, layer=layer)
+        asked = job(thickness=3.0, pattern="contours,guided:0", middle="plain", contours=2, layer=layer)
         check_options(asked, ["heat"])
         pattern_of(asked)
 
@@ -96,18 +86,17 @@ def test_options_of_one_pattern_go_to_that_one_of_those_that_take_turns() -> Non
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [
-        ({"patterns": ALTERNATING, "thickness": 2.0, "pattern": "spiral"}, "either a pattern or patterns, not both"),
-        ({"patterns": ["guided:0"], "thickness": 2.0, "source": "loops:1"}, "the source loops:1 is of none"),
-        ({"patterns": [], "thickness": 2.0}, "at least 1 item"),
-        ({"patterns": ["guided:east"], "thickness": 2.0}, "'guided:east' is no pattern of a layer: give its name"),
-        ({"patterns": ["guided:270"], "thickness": 2.0}, "from -180 to 180 degrees"),
-        ({"patterns": ["guided:1:2"], "thickness": 2.0}, "'guided:1:2' is no pattern of a layer"),
-        ({"patterns": ["guided:nan"], "thickness": 2.0}, "'guided:nan' is no pattern of a layer"),
-        ({"patterns": ["contours", ""], "thickness": 2.0}, "'' is no pattern of a layer"),
-        ({"patterns": ["contours", "rows:4"], "thickness": 2.0}, "no pattern named 'rows'; choose one of: contours"),
-        ({"patterns": ["contours:45"], "thickness": 2.0}, "contours:45 gives an angle, but .* write contours alone"),
-        ({"patterns": ["guided"], "thickness": 2.0}, "rows of guided run beside a line: give their angle"),
-        ({"patterns": ["spiral"], "thickness": 2.0, "middle": "plain"}, "the pattern spiral has none"),
+        ({"pattern": "guided:0", "thickness": 2.0, "source": "loops:1"}, "the source loops:1 is of none"),
+        ({"pattern": "", "thickness": 2.0}, "'' is no pattern of a layer"),
+        ({"pattern": "guided:east", "thickness": 2.0}, "'guided:east' is no pattern of a layer: give its name"),
+        ({"pattern": "guided:270", "thickness": 2.0}, "from -180 to 180 degrees"),
+        ({"pattern": "guided:1:2", "thickness": 2.0}, "'guided:1:2' is no pattern of a layer"),
+        ({"pattern": "guided:nan", "thickness": 2.0}, "'guided:nan' is no pattern of a layer"),
+        ({"pattern": "contours,", "thickness": 2.0}, "'' is no pattern of a layer"),
+        ({"pattern": "contours,rows:4", "thickness": 2.0}, "no pattern named 'rows'; choose one of: contours"),
+        ({"pattern": "contours:45", "thickness": 2.0}, "contours:45 gives an angle, but .* write contours alone"),
+        ({"pattern": "contours,guided", "thickness": 2.0}, "rows of guided run beside a line: give their angle"),
+        ({"pattern": "spiral", "thickness": 2.0, "middle": "plain"}, "the pattern spiral has none"),
     ],
 )
 def test_patterns_of_layers_that_cannot_be_meant_are_refused(values: dict[str, object], sentence: str) -> None:
@@ -115,12 +104,12 @@ def test_patterns_of_layers_that_cannot_be_meant_are_refused(values: dict[str, o
         check_options(job(**values), ["heat"])
 
 
-def test_a_pattern_that_is_given_replaces_the_patterns_of_a_job_file(tmp_path: Path) -> None:
+def test_a_pattern_that_is_given_replaces_those_of_a_job_file(tmp_path: Path) -> None:
     path = tmp_path / "job.toml"
-    path.write_text('surface = "a.ply"\nthickness = 2.0\npatterns = ["contours", "guided:45"]\n')
-    assert job_of(surface=path).patterns == ["contours", "guided:45"]
-    assert job_of(surface=path, pattern="spiral").patterns is None
-    assert job_asked(path, {"patterns": ["guided:0", "guided:90"]}).drawings[1].angle_deg == 90.0
+    path.write_text('surface = "a.ply"\nthickness = 2.0\npattern = "contours,guided:45"\n')
+    assert [str(each) for each in job_of(surface=path).drawings] == ["contours", "guided:45"]
+    assert [str(each) for each in job_of(surface=path, pattern="spiral").drawings] == ["spiral"]
+    assert job_asked(path, {"pattern": "guided:0,guided:90"}).drawings[1].angle_deg == 90.0
 
 
 # Where fronts meet: plain and fitted contours are measured, the better ones taken, and both are told.
@@ -169,7 +158,7 @@ def test_the_better_middle_is_taken_and_both_are_told(tmp_path: Path) -> None:
     assert [each.middle for each in record.middles] == ["fitted", "plain"]
     (note,) = (note for note in record.details if "fronts meet" in note)
     assert "contours are fitted; area missed + covered twice: 0.0% + 0.0% in 5 runs" in note
-    assert "in 4 runs if plain (`--middle plain`)" in note
+    assert "in 4 runs if plain (`--set middle=plain`)" in note
 
 
 def test_plain_contours_stay_where_they_leave_next_to_nothing(tmp_path: Path) -> None:

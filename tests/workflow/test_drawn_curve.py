@@ -250,5 +250,5 @@ def test_a_part_that_faces_all_ways_has_no_angle() -> None:
 
 
 def test_an_angle_beyond_half_a_turn_is_refused() -> None:
-    with pytest.raises(UsageError, match=r"source.angle: input should be less than or equal to 180"):
+    with pytest.raises(UsageError, match=r"source.angle: it must be at most 180"):
         job_of(surface="a.ply", source="angle:200")

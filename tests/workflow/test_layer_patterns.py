@@ -43,7 +43,7 @@ def _rows(layer: int, backend: str) -> tuple[FloatArray, FloatArray]:
     """Return (k, 3) places on the straight rows of a layer [mm] and the unit vectors along these."""
     job = job_of(
         surface=FLAT, unit="mm", patches=[{"at": [41.7, 4.0, -6.4], "radius": 11.0}], spacing=2.0, thickness=1.0,
-        layer=layer, backend=backend, robot=False, patterns=["guided:0", "guided:90"],
+        layer=layer, backend=backend, robot=False, pattern="guided:0,guided:90",
     )  # fmt: skip
     stage = Stages(lambda _: None)
     workpiece = prepare_workpiece(job, stage, backends=[backend])
@@ -72,16 +72,16 @@ def test_layers_at_0_and_90_degrees_cross_square_whatever_backend_draws_them() -
 def test_a_stack_says_the_pattern_of_each_layer_and_a_layer_alone_has_its_own(tmp_path: Path) -> None:
     part = tmp_path / "plate.ply"
     save_ply(plate((12.0, 8.0), (12, 8)), part)
-    patterns = ["contours", "guided:-45"]
+    pattern = "contours,guided:-45"
     cell = tmp_path / "cell.toml"
     cell.write_text(packaged_cell_text("irb120-bent45") + MATERIAL, encoding="utf-8")
     asked = {
-        "surface": part, "unit": "mm", "spacing": 2.0, "thickness": 1.5, "robot": False, "patterns": patterns,
+        "surface": part, "unit": "mm", "spacing": 2.0, "thickness": 1.5, "robot": False, "pattern": pattern,
         "cell": cell,
     }  # fmt: skip
     with planning_here():
         record = plan_stack(job_of(**asked), tmp_path / "device")
-    assert [layer.pattern for layer in record.layers] == [*patterns, "contours"]
+    assert [layer.pattern for layer in record.layers] == ["contours", "guided:-45", "contours"]
     assert " 2 from 0.5 mm: guided:-45, " in stack_text(record)
     # The lamp's power, spread over speed times spacing, reaches through half a millimetre to the bottom. A layer whose
     # missing volume is made up is printed slower.
@@ -96,7 +96,7 @@ def test_a_stack_says_the_pattern_of_each_layer_and_a_layer_alone_has_its_own(tm
     assert first.whole_mj_cm2 == pytest.approx(doses @ np.exp(-np.arange(1.0, 4.0)), rel=1e-5)
     assert "warning: layers 1, 2, 3 are not cured through" in stack_text(record)
     again = job_of(surface=tmp_path / "device" / "layer-02" / "job.toml")
-    assert (again.patterns, again.layer) == (patterns, 2)
+    assert (again.pattern, again.layer) == (pattern, 2)
     alone = plan(job_of(**asked, layer=2))
     (layer,) = record_plan(alone).layers
     assert layer.pattern == "guided:-45"
@@ -108,8 +108,8 @@ def test_a_stack_says_the_pattern_of_each_layer_and_a_layer_alone_has_its_own(tm
 def test_what_is_wrong_with_patterns_is_said_before_any_layer_is_planned(tmp_path: Path) -> None:
     part = tmp_path / "plate.ply"
     save_ply(plate((20.0, 12.0), (20, 12)), part)
-    with pytest.raises(UsageError, match=r"^`--patterns`: spiral:30 gives an angle"):
-        plan_stack(job_of(surface=part, thickness=2.0, patterns=["contours", "spiral:30"]), tmp_path / "device")
+    with pytest.raises(UsageError, match=r"^`--pattern`: spiral:30 gives an angle"):
+        plan_stack(job_of(surface=part, thickness=2.0, pattern="contours,spiral:30"), tmp_path / "device")
 
 
 # Fibres of layers: lines of the part carried into its layers, turned from layer to layer, and planned again.

@@ -200,7 +200,6 @@ def test_the_command_writes_the_part_and_says_how_far_it_lies_off(run: Run, cap:
     assert found["steps"] == ["remeshed to edges of 4 mm"]
     assert found["after"]["edge_cv"] < 0.15
     assert found["deviation"]["old_to_new"]["max_bound_mm"] < found["deviation"]["allowed_mm"] == 0.3
-    assert "remeshed to edges of 4 mm" in stderr
     assert f"written: {out}" in stderr
     assert len(prepare(load(out, unit="mm"))[0].faces) == found["after"]["faces"]
 

@@ -129,7 +129,7 @@ def test_the_command_records_and_refuses(
     assert called(monkeypatch, "check", compared, "--record", "dry", "--note", "fine") == 2
     assert "holds several bundles: name the one" in capsys.readouterr().err
     assert called(monkeypatch, "check", copy, "--record", "dry", "--note", "fine", "--controller", "c/6.15") == 0
-    assert " on c/6.15: fine" in capsys.readouterr().err
+    assert " on c/6.15: fine" in capsys.readouterr().out
     assert json.loads((copy / "evidence.json").read_text())["seen"][0]["controller"] == "c/6.15"
 
 

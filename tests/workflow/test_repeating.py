@@ -139,7 +139,8 @@ def test_a_comparison_is_checked_bundle_by_bundle_the_best_first(
     # Neither as they were asked for, nor by their names.
     assert order[0] == record["best"] == "lscm"
     assert [one["program"] for one in found["bundles"]] == [False] * 2
-    assert printed.err.count("as planned; holds no program: ") == 2
+    assert called(monkeypatch, "check", whole) == 0
+    assert capsys.readouterr().out.count("as planned; holds no program: ") == 2
 
     (whole / "report.html").write_text("")
     (whole / "lscm" / "surface.ply").unlink()
@@ -148,8 +149,10 @@ def test_a_comparison_is_checked_bundle_by_bundle_the_best_first(
     found = json.loads(printed.out)
     assert [one["file"] for one in found["findings"]] == ["report.html"]
     assert {one["bundle"]: one["agrees"] for one in found["bundles"]} == {"lscm": False, "heat": True}
-    assert "lscm/surface.ply, line 1: " in printed.err
-    assert "  report.html, line 1: the file was changed" in printed.err
+    assert called(monkeypatch, "check", whole) == 5
+    said = capsys.readouterr().out
+    assert "lscm/surface.ply, line 1: " in said
+    assert "  report.html, line 1: the file was changed" in said
 
 
 def test_parts_of_a_comparison_are_in_folders_of_their_own(compared: Path, tmp_path: Path) -> None:
@@ -250,9 +253,9 @@ def test_the_command_says_whether_the_bytes_are_the_same(
     heat = Path(shutil.copytree(compared, tmp_path / "copy")) / "heat"
     out = tmp_path / "out"
     assert called(monkeypatch, "plan", "--from", heat, "--out", out) == 0
-    said = capsys.readouterr().err
+    said, noted = capsys.readouterr()
     assert "no program: the robot cannot print this: " in said
-    assert f"planned again from {heat}: all files have the same bytes" in said
+    assert f"planned again from {heat}: all files have the same bytes" in noted
     # Only `plan` writes a report of one plan.
     (out / "report.html").unlink()
     assert_same_but_for_the_manifest(contents(out), contents(heat))

@@ -222,7 +222,9 @@ def test_one_program_prints_two_patches_and_says_so(ball: Path, tmp_path: Path) 
 
 def test_the_report_names_every_patch_and_the_bundle_has_its_chart(ball: Path) -> None:
     regions = [disc_at(place, radius) for place, radius in zip(PLACES, RADII, strict=True)]
-    compared = compare(job(ball, *regions, spacing=2.5, resolution=100, middle="plain"), backends=["lscm"])
+    compared = compare(
+        job(ball, *regions, spacing=2.5, options={"lscm": {"resolution": 100}}, middle="plain"), backends=["lscm"]
+    )
     record, plans = recorded_comparison([compared]), [outcome.plan for _, outcome in compared.planned]
     (part,) = record.record.parts
     assert isinstance(part, PartRecord)

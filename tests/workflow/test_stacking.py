@@ -359,8 +359,8 @@ def test_what_is_no_layer_is_refused(tmp_path: Path) -> None:
         compare(job_of(**asked, thickness=2.0, layer=5))
     with pytest.raises(UsageError, match="`--layer 2` is of a thickness"):
         plan(job_of(**asked, layer=2))
-    with pytest.raises(UsageError, match="`--patterns` is of a thickness"):
-        plan(job_of(**asked, patterns=["contours"]))
+    with pytest.raises(UsageError, match="`--pattern contours,spiral` is of a thickness"):
+        plan(job_of(**asked, pattern="contours,spiral"))
     with pytest.raises(UsageError, match="over one patch"):
         job_of(**asked, thickness=2.0, patches=[{"at": [5, 5, 0], "radius": 2.0}, {"at": [15, 5, 0], "radius": 2.0}])
     with pytest.raises(UsageError, match="needs a thickness or a target and no layer"):

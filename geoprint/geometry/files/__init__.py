@@ -10,6 +10,7 @@ from geoprint.geometry.files.io import (
     save_ply as save_ply,
     suggested_unit as suggested_unit,
     unit_hint as unit_hint,
+    unit_readings as unit_readings,
     write_whole as write_whole,
 )
 from geoprint.geometry.files.mesh_file import (

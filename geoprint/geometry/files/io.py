@@ -429,13 +429,22 @@ def rebuilt_in_words(file: MeshFile) -> str | None:
     return f"a surface rebuilt from the points, which lie {mean} from it in the mean and {most} at most"
 
 
-def _missing_unit(name: str, extents: FloatArray) -> str:
-    size = float(extents.max())
-    unit = likely_unit(size)
+def unit_readings(name: str, extents: FloatArray) -> str:
+    """Return in words how large a part is in each unit.
+
+    Args:
+        name: of its file, which carries no unit.
+        extents: (3,) of the part, as numbers of the file.
+    """
     spans = " x ".join(f"{extent:.3g}" for extent in extents)
-    readings = ", ".join(f"{_in_words(size * scale)} as {key}" for key, scale in UNITS.items())
+    readings = ", ".join(f"{_in_words(float(extents.max()) * scale)} as {key}" for key, scale in UNITS.items())
+    return f"`{name}` has no unit; it spans {spans}: {readings}"
+
+
+def _missing_unit(name: str, extents: FloatArray) -> str:
+    unit = likely_unit(float(extents.max()))
     advice = f"run again with `--unit {unit or 'mm'}`" + ("" if unit else " once it has the size of a part")
-    return f"`{name}` has no unit; it spans {spans}: {readings}; {advice}."
+    return f"{unit_readings(name, extents)}; {advice}."
 
 
 def _check_size(name: str, extents: FloatArray, *, unit: str, carried: bool) -> None:

@@ -154,7 +154,7 @@ def _labels_of(data: bytes, kind: str, choice: Choice, *, name: str) -> LabelVol
     """Return the labels of a file of a kind, where it says they lie."""
     if kind == ".dcm":
         if choice.threshold is not None:
-            raise UsageError(f"`{name}` holds segments of yes and no, no shares; leave `--threshold` out.")
+            raise UsageError(f"`{name}` holds segments of yes and no, no shares; leave `threshold` out.")
         return read_dicom(data, label=choice.label, name=name)
     grid = read_nifti(data, name=name) if kind == ".nii" else read_nrrd(data, name=name)
     return labelled(grid, label=choice.label, threshold=choice.threshold, name=name)

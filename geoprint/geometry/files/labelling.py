@@ -141,7 +141,7 @@ def labelled(grid: GridFile, *, label: int | None, threshold: float | None, name
         UsageError: the threshold is not between 0 and 1, or given for a volume of whole numbers.
     """
     if threshold is not None and not 0.0 < threshold < 1.0:
-        raise UsageError(f"`--threshold {threshold:g}` is no share: give a number above 0 and below 1.")
+        raise UsageError(f"`threshold = {threshold:g}` is no share: give a number above 0 and below 1.")
     if len(grid.layers) > 1:
         return _of_layers(grid, label=label, threshold=threshold, name=name)
     values, outside = _finite(next(iter(grid.layers)), name=name)
@@ -260,7 +260,7 @@ def _of_layers(grid: GridFile, *, label: int | None, threshold: float | None, na
     if not kinds <= set("iu") or threshold is not None:
         raise InputError(
             f"`{name}` has {len(grid.layers)} layers of numbers that are thresholds or shares; segments in layers are "
-            "whole numbers, so export it so, without `--threshold`."
+            "whole numbers, so export it so, without `threshold`."
         )
     labels = np.zeros(grid.layers[0].shape, dtype=np.int64)
     for number in sorted(grid.segments, key=lambda one: (one == label, one)):
@@ -346,7 +346,7 @@ def _resolved(
     """Return the label of each voxel, those between labels if there are any, and what is assumed."""
     if whole.all():
         if threshold is not None:
-            raise UsageError(f"`{name}` holds whole numbers, no shares or probabilities; leave `--threshold` out.")
+            raise UsageError(f"`{name}` holds whole numbers, no shares or probabilities; leave `threshold` out.")
         if values.dtype.kind == "f" and float(np.abs(near).max(initial=0.0)) > np.iinfo(np.int32).max:
             raise _image(values, count=_different(values), name=name)
         return (near.astype(np.int32) if values.dtype.kind == "f" else values), None, ()
@@ -368,7 +368,7 @@ def _resolved(
             raise InputError(
                 f"`{name}` has numbers from {least:g} to {most:g} that may be probabilities of a label or an image of "
                 "intensities; where they are probabilities, say from which on a voxel belongs to the label with "
-                f"`--threshold {THRESHOLD:g}`, else segment it and export the segmentation."
+                f"`threshold = {THRESHOLD:g}`, else segment it and export the segmentation."
             )
         said = f"probabilities of one label, 1, from {limit:g} on"
         return (numbers >= limit).astype(np.int32), None, (said,)

@@ -97,7 +97,7 @@ class FailedRecord(Record):
 class ComparisonRecord(Record):
     """The content of compare.json."""
 
-    layout: Literal[9] = Field(alias="schema", description="version of this layout")
+    layout: Literal[10] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     parts: tuple[PartRecord | FailedRecord, ...] = Field(description="in the order of the command")
 

@@ -318,6 +318,7 @@ class SettingsRecord(create_model("AskedRecord", __base__=Record, **_asked())):
     backend: str | None = Field(default=None, description="that planned; left out where several are compared")
     spacing_mm: float = Field(description="wanted distance between neighbouring paths [mm]")
     patches: list[PatchRegion] = Field(description="where on the body the part lies")
+    robot: bool = Field(description="whether the robot is planned, too")
     cell: str = Field(description="name of the cell")
     speed_mm_s: float = Field(description="at which it prints [mm/s]")
     travel_speed_mm_s: float = Field(description="of the tip on travel [mm/s]")
@@ -523,7 +524,7 @@ class TimingsRecord(Record):
 class PlanRecord(Record):
     """The content of plan.json; what varies from run to run stands in timings.json."""
 
-    layout: Literal[9] = Field(alias="schema", description="version of this layout")
+    layout: Literal[10] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="of geoprint")
     input: InputRecord = Field(description="file of the part")
     settings: SettingsRecord = Field(description="what was asked for, and with which cell")

@@ -75,7 +75,7 @@ def test_a_nasty_file_name_is_harmless_in_every_file_that_is_written(
 ) -> None:
     save_ply(meshes.plate((8.0, 6.0), (4, 3), jitter_seed=1), tmp_path / NASTY)
     out = tmp_path / "out"
-    arguments = ("--unit", "mm", "--rounds", "2", "--place", "demo", "--backends", "heat", "--out", out)
+    arguments = ("--unit", "mm", "--rounds", "2", "--place", "demo", "--backend", "heat", "--out", out)
     status, record = run("compare", tmp_path / NASTY, *arguments)
     assert status == 0, record
     page = (out / "report.html").read_text(encoding="utf-8")

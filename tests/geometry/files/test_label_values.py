@@ -85,7 +85,7 @@ def test_intensities_from_0_to_1_are_probabilities_only_where_somebody_says_so(t
     even = np.random.default_rng(1).uniform(size=bump.shape)
     values = {"small": 0.03 * bump, "scaled": bump, "even": even}[kind]
     save_nifti(tmp_path / "p.nii", values.astype(np.float32), np.eye(4))
-    with pytest.raises(InputError, match=r"may be probabilities of a label or an image .* with `--threshold 0\.5`"):
+    with pytest.raises(InputError, match=r"may be probabilities of a label or an image .* with `threshold = 0\.5`"):
         load_file(tmp_path / "p.nii", unit=None)
     if kind == "scaled":
         # exp(-(r / 12)^2) is a half at 12 sqrt(ln 2) = 9.991.
@@ -109,7 +109,7 @@ def test_intensities_are_called_an_image(tmp_path: Path, kind: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("threshold", "sentence"), [(0.5, "holds whole numbers, no shares"), (1.0, "`--threshold 1` is no share")]
+    ("threshold", "sentence"), [(0.5, "holds whole numbers, no shares"), (1.0, "`threshold = 1` is no share")]
 )
 def test_a_threshold_that_nothing_takes_is_refused(tmp_path: Path, threshold: float, sentence: str) -> None:
     save_nifti(tmp_path / "a.nii", two_balls(), np.eye(4))
@@ -138,7 +138,7 @@ def test_inspecting_a_volume_lists_all_labels_and_succeeds(
     with pytest.raises(SystemExit) as ended:
         cli.main()
     assert not ended.value.code
-    assert "label 64: 64 voxels, 0.064 cm3, 8 x 4 x 2 mm from" in capsys.readouterr().err
+    assert "label 64: 64 voxels, 0.064 cm3, 8 x 4 x 2 mm from" in capsys.readouterr().out
     # A label without a surface is listed with the reason.
     thin = inspection_text(inspect_file(tmp_path / "many.nii", label=5))
     assert "about as thin as its voxels" in thin or "read: 64 voxels of label 5" in thin
