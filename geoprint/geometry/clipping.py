@@ -333,8 +333,13 @@ def extremes(surface: Surface) -> tuple[Landmark, ...]:
         if high[axis] - low[axis] <= level:
             continue
         for name, end in (("lowest", low[axis]), ("highest", high[axis])):
-            middle = used[np.abs(used[:, axis] - end) <= level].mean(axis=0)
+            ends = used[np.abs(used[:, axis] - end) <= level]
+            middle = ends.mean(axis=0)
             points, _ = closest_once(surface, middle[None])
+            if abs(positions(surface, points)[0, axis] - end) > level:
+                # Several ends, or a ring: between them the surface is not at its end.
+                nearest = ends[np.argmin(np.linalg.norm(ends - middle, axis=1))]
+                points, _ = closest_once(surface, nearest[None])
             corner = int(np.argmax(points.weights[0]))
             at_vertex = points.weights[0, corner] > 1.0 - LEVEL_SHARE
             faces = (

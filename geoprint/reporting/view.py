@@ -164,8 +164,21 @@ def _clustered(surface: Surface, kinds: IntArray, *, cell: float) -> ViewSurface
     faces = _without_folds(faces[whole])
     # Three vertices on a line show nothing, and have no normal.
     faces = faces[face_areas(Surface(surface.vertices[chosen], faces)) > FLAT_SHARE * cell**2]
+    faces = with_normals(surface.vertices[chosen], faces)
     used, faces = np.unique(faces, return_inverse=True)
     return ViewSurface(Surface(surface.vertices[chosen[used]], faces.reshape(-1, 3), name=surface.name), chosen[used])
+
+
+def with_normals(vertices: FloatArray, faces: IntArray) -> IntArray:
+    """Return faces without those around a vertex at which they cancel: a fan folded flat onto itself shows nothing.
+
+    Args:
+        vertices: (n, 3) places [mm].
+        faces: (m, 3).
+    """
+    while (cancelled := ~shading_normals(Surface(vertices, faces)).any(axis=1)[faces].all(axis=1)).any():
+        faces = faces[~cancelled]
+    return faces
 
 
 def _without_folds(faces: IntArray) -> IntArray:

@@ -135,6 +135,15 @@ def test_places_to_find_the_way_by_have_points_and_outward_normals(tmp_path: Pat
     assert plate["farthest from the border"].normal == pytest.approx((0.0, 0.0, 1.0))
 
 
+def test_the_lowest_place_is_lowest_where_a_part_stands_on_two_edges(tmp_path: Path) -> None:
+    flat = meshes.plate()
+    arched = flat.vertices - np.outer((flat.vertices[:, 1] - 15.0) ** 2 / 50.0, [0.0, 0.0, 1.0])
+    save_ply(replace(flat, vertices=arched), tmp_path / "arch.ply")
+    found = {one.name: one.place for one in inspected(tmp_path / "arch.ply", unit="mm").landmarks}
+    assert found["lowest z"][2] == pytest.approx(arched[:, 2].min(), abs=1e-6)
+    assert found["highest z"][2] == pytest.approx(arched[:, 2].max(), abs=0.1)
+
+
 def test_the_middle_of_each_loop_and_a_place_between_two_are_said(tmp_path: Path) -> None:
     save_ply(meshes.annulus(inner=8.0, outer=20.0, divisions=(60, 8)), tmp_path / "ring.ply")
     record = json.loads(json.dumps(inspection_summary(inspect_file(tmp_path / "ring.ply", unit="mm"))))

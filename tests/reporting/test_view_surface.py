@@ -11,6 +11,7 @@ from geoprint.geometry import boundary_half_edges, face_areas, half_edges
 from geoprint.geometry.files import load
 from geoprint.model import IntArray, Surface
 from geoprint.reporting import view_surface
+from geoprint.reporting.view import with_normals
 from tests.meshes import plate
 from tests.reporting.report_cases import RADIUS, dome
 
@@ -54,6 +55,14 @@ def test_all_but_a_few_small_faces_keep_their_outside() -> None:
     a, b, c = (view.surface.vertices[view.surface.faces[:, corner]] for corner in range(3))
     doubled = np.cross(b - a, c - a)[:, 2]
     assert -doubled[doubled < 0.0].sum() < 0.005 * doubled.sum()
+
+
+def test_a_fan_that_is_folded_flat_goes_and_its_neighbour_stays() -> None:
+    # Its rim is a line: what two of its faces add the third one takes away, and its hub has no normal.
+    vertices = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, -1.0, 0.0]])
+    fan, neighbour = [[0, 1, 3], [1, 2, 3], [0, 3, 2]], [0, 4, 2]
+    np.testing.assert_array_equal(with_normals(vertices, np.array([*fan, neighbour])), [neighbour])
+    np.testing.assert_array_equal(with_normals(vertices, np.array(fan[:2])), fan[:2])
 
 
 def test_a_closed_surface_stays_closed() -> None:
