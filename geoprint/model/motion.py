@@ -59,6 +59,8 @@ class JointPath:
         via_rows: (e,) places on the straight moves between poses that the timed path has to pass as well, rising: row
             of the pose before, and the share of the move.
         via_joints: (e, 6) angles there [rad].
+        bulges: (b, 2) how far the timed path is from the straight move to the next pose at most [mm and rad], of every
+            pose, or of none (b = 0) where nobody has looked.
     """
 
     poses: PoseStream
@@ -71,11 +73,12 @@ class JointPath:
     eased: tuple[Eased, ...] = ()
     via_rows: FloatArray = field(default_factory=lambda: np.empty(0))
     via_joints: FloatArray = field(default_factory=lambda: np.empty((0, 6)))
+    bulges: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
 
     def __post_init__(self) -> None:
         sizes = freeze_arrays(
             self, joints="float: p 6", configuration="int: p 4", rotations="float: p", leans="float: p 2",
-            T_base_work="float: 4 4", via_rows="float: e", via_joints="float: e 6",
+            T_base_work="float: 4 4", via_rows="float: e", via_joints="float: e 6", bulges="float: b 2",
         )  # fmt: skip
         if sizes["p"] != self.poses.count:
             raise InputError(f"JointPath has {sizes['p']} rows for {self.poses.count} poses.")
@@ -86,7 +89,7 @@ class JointPath:
         return replace(
             self, poses=self.poses.between(first, behind), joints=self.joints[rows],
             configuration=self.configuration[rows], rotations=self.rotations[rows], leans=self.leans[rows],
-            via_rows=self.via_rows[vias] - first, via_joints=self.via_joints[vias],
+            via_rows=self.via_rows[vias] - first, via_joints=self.via_joints[vias], bulges=self.bulges[rows],
         )  # fmt: skip
 
     @property

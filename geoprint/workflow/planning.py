@@ -234,7 +234,7 @@ def _with_robot(
         joint_path = held_straight(joint_path, arm, process=cell.process)
         constant_flow = cell.signals.mode == "io" and paths.job.on_slowdown == "auto"
         process, trajectory, targets = timed_print(
-            joint_path, cell.robot, process=cell.process, constant_flow=constant_flow, settle=cell.signals.settle
+            joint_path, arm, process=cell.process, constant_flow=constant_flow, settle=cell.signals.settle
         )
         ceiling, cell = cell.process.speed, printing_at(paths, process.speed)
         paths = replace(paths, workpiece=replace(workpiece, cell=cell))

@@ -71,7 +71,7 @@ def weighed(
     required: IntArray,
     *,
     allowed: FloatArray,
-    turn: float,
+    turns: FloatArray,
     tolerance: float,
     periods: tuple[float, float],
     known: Weighed | None = None,
@@ -84,7 +84,7 @@ def weighed(
         times: (p,) when they are passed [s].
         required: ascending poses that must be targets; the first and the last pose are among them.
         allowed: (p,) largest distance of each pose from the straight move past it [mm].
-        turn: largest angle of a pose from the attitude there [rad].
+        turns: (p,) largest angle of each pose from the attitude there [rad].
         tolerance: distance at which a move counts as wide [mm].
         periods: least time of a move [s], and the time that moves should have.
         known: the same poses weighed with other distances: moves past none that differs are not weighed again.
@@ -95,7 +95,7 @@ def weighed(
     else:
         costs, differs = known.costs.copy(), allowed != known.allowed
     before = np.append(0, np.cumsum(differs))
-    _weigh(tips, quaternions, times, allowed, lasts, before, costs, turn, tolerance, *periods)
+    _weigh(tips, quaternions, times, allowed, lasts, before, costs, turns, tolerance, *periods)
     return Weighed(allowed.copy(), lasts, costs)
 
 
@@ -107,9 +107,9 @@ def cheapest_chain(moves: Weighed, required: IntArray) -> IntArray:
     return np.concatenate(chosen)
 
 
-def chord_shares(tips: FloatArray, chosen: IntArray, *, tolerance: float) -> FloatArray:
-    """Return the largest distance of the poses left out from each straight move, by the tolerance [mm]."""
-    return _chord_shares(tips, chosen, tolerance)
+def chord_shares(tips: FloatArray, chosen: IntArray, *, allowed: FloatArray) -> FloatArray:
+    """Return the largest distance of the poses left out from each straight move, by what each of (p,) may be [mm]."""
+    return _chord_shares(tips, chosen, allowed)
 
 
 @njit
@@ -121,7 +121,7 @@ def _weigh(  # noqa: PLR0917
     lasts: IntArray,
     before: IntArray,
     costs: FloatArray,
-    turn: float,
+    turns: FloatArray,
     tolerance: float,
     shortest: float,
     period: float,
@@ -140,9 +140,9 @@ def _weigh(  # noqa: PLR0917
             if reach == NEAREST and last <= start + MOST:
                 # The whole rest at once, where it is straight.
                 costs[start, MOVES - 1] = _cost(
-                    tips, quaternions, times, allowed, start, last, turn, tolerance, shortest, period
+                    tips, quaternions, times, allowed, start, last, turns, tolerance, shortest, period
                 )
-            cost = _cost(tips, quaternions, times, allowed, start, end, turn, tolerance, shortest, period)
+            cost = _cost(tips, quaternions, times, allowed, start, end, turns, tolerance, shortest, period)
             costs[start, move] = cost
             tries = tries + 1 if cost == np.inf else 0
             move += 1
@@ -194,13 +194,13 @@ def _cost(  # noqa: PLR0917
     allowed: FloatArray,
     first: int,
     last: int,
-    turn: float,
+    turns: FloatArray,
     tolerance: float,
     shortest: float,
     period: float,
 ) -> float:
     """Return what a straight move costs, infinite where a pose past it may not be so far off."""
-    off = _deviation(tips, quaternions, allowed, first, last, turn, tolerance)
+    off = _deviation(tips, quaternions, allowed, first, last, turns, tolerance)
     if off == np.inf:
         return np.inf
     time = times[last] - times[first]
@@ -218,8 +218,9 @@ def _cost(  # noqa: PLR0917
 
 @inner
 def _deviation(  # noqa: PLR0917
-    tips: FloatArray, quaternions: FloatArray, allowed: FloatArray, first: int, last: int, turn: float, tolerance: float
-) -> float:
+    tips: FloatArray, quaternions: FloatArray, allowed: FloatArray, first: int, last: int, turns: FloatArray,
+    tolerance: float,
+) -> float:  # fmt: skip
     """Return the largest deviation of the poses between two from the straight move, by tolerance and turn.
 
     A pose belongs to the place of the move that is nearest to its tip; where the tip stays in place, to the one
@@ -250,7 +251,7 @@ def _deviation(  # noqa: PLR0917
         turned = 0.0
         for axis in range(4):
             turned += (quaternions[row, axis] - behind * start[axis] - ahead * end[axis]) ** 2
-        turned = 4.0 * turned / turn**2
+        turned = 4.0 * turned / turns[row] ** 2
         if turned > 1.0:
             return np.inf
         worst = max(worst, missed / tolerance**2, turned)
@@ -279,7 +280,7 @@ def _square_apart(one: FloatArray, other: FloatArray) -> float:
 
 
 @njit
-def _chord_shares(tips: FloatArray, chosen: IntArray, tolerance: float) -> FloatArray:
+def _chord_shares(tips: FloatArray, chosen: IntArray, allowed: FloatArray) -> FloatArray:
     shares = np.zeros(len(chosen) - 1)
     for move in range(len(chosen) - 1):
         first, last = chosen[move], chosen[move + 1]
@@ -292,5 +293,5 @@ def _chord_shares(tips: FloatArray, chosen: IntArray, tolerance: float) -> Float
             for axis in range(3):
                 offset = tips[row, axis] - tips[first, axis]
                 missed += (offset - share * (tips[last, axis] - tips[first, axis])) ** 2
-            shares[move] = max(shares[move], math.sqrt(missed) / tolerance)
+            shares[move] = max(shares[move], math.sqrt(missed) / allowed[row])
     return shares

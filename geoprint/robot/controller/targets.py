@@ -89,10 +89,6 @@ WIDEST = 8.0
 ABOUT = 3
 ROUNDS = 8
 
-# How far a pose may be turned from the move past it where that has a target beside the path [rad]: more than where
-# targets stand on it, and less than what the timed path may be off in all.
-MOST_TURNED = float(np.radians(0.15))
-
 # Where that is not enough, targets are tried at even times: so many periods apart, begun at so many shares of that.
 EVEN_PERIODS = (1.25, 1.0, 1.1, 1.45, 0.9, 1.7, 0.8, 0.95, 1.15, 0.85, 0.75, 0.7, 0.65, 0.61)
 EVEN_BEGINS = (0.0, 0.5, 0.25, 0.75, 0.125, 0.625, 0.375, 0.875)
@@ -118,8 +114,10 @@ class Course:
         runs: (k,) run of each.
         rests: (k,) where the tool stops.
         deposited: (k - 1,) whether material is deposited to the next row.
+        allowed: (k,) how far each may be off a move [mm]: by the tolerance, less what the timed path between the poses
+            is farther off.
+        turns: (k,) how far each may be turned from a move [rad], likewise.
         tolerance: of the path [mm].
-        turn: tolerance of the attitude [rad].
         periods: least time of a move, and the time that moves should have [s].
     """
 
@@ -130,14 +128,15 @@ class Course:
     runs: IntArray
     rests: BoolArray
     deposited: BoolArray
+    allowed: FloatArray
+    turns: FloatArray
     tolerance: float
-    turn: float
     periods: tuple[float, float]
 
     def weighed(self, allowed: FloatArray, required: IntArray, *, known: Weighed | None = None) -> Weighed:
         """Weigh the moves between rows through the required ones, given what each row may be off [mm]."""
         return weighed(
-            self.tips, self.quaternions, self.times, required, allowed=allowed, turn=self.turn,
+            self.tips, self.quaternions, self.times, required, allowed=allowed, turns=self.turns,
             tolerance=self.tolerance, periods=self.periods, known=known,
         )  # fmt: skip
 
@@ -161,7 +160,7 @@ class Course:
 
 def rounded_chain(course: Course) -> tuple[IntArray, FloatArray]:
     """Return (t,) rows that are targets, and (t, 3) where these stand [mm]."""
-    moves = course.weighed(np.full(len(course.tips), course.tolerance), course.required)
+    moves = course.weighed(course.allowed, course.required)
     rows = cheapest_chain(moves, course.required)
     if not course.soon(rows).size:
         return rows, course.tips[rows]
@@ -173,14 +172,14 @@ def rounded_chain(course: Course) -> tuple[IntArray, FloatArray]:
 
 def _relaxed(course: Course, rows: IntArray, moves: Weighed) -> tuple[IntArray, BoolArray]:
     """Let moves be wide about those that come too soon, where corners make up for it; return which rows are moved."""
-    last, allowed = rows.size - 1, np.full(len(course.tips), course.tolerance)
+    last, allowed = rows.size - 1, course.allowed.copy()
     for move in course.soon(rows).tolist():
         allowed[rows[max(move - ABOUT, 0)] : rows[min(move + 1 + ABOUT, last)] + 1] = WIDEST * course.tolerance
     moved = np.zeros(len(course.tips), dtype=np.bool_)
     for left in range(ROUNDS, -1, -1):
         moves = course.weighed(allowed, course.required, known=moves)
         rows = cheapest_chain(moves, course.required)
-        wide = chord_shares(course.tips, rows, tolerance=course.tolerance) > 1.0 + TIME_ROUNDING
+        wide = chord_shares(course.tips, rows, allowed=course.allowed) > 1.0 + TIME_ROUNDING
         moved[:] = False
         moved[rows] = (np.append(wide, np.False_) | np.insert(wide, 0, np.False_)) & ~course.resting(rows)
         off = _missing(course, rows, moved, wide=wide)
@@ -189,7 +188,8 @@ def _relaxed(course: Course, rows: IntArray, moves: Weighed) -> tuple[IntArray, 
         about, last = (ABOUT if left <= 1 else 1), rows.size - 1
         for move in off.tolist():
             near = slice(rows[max(move - about, 0)], rows[min(move + 1 + about, last)] + 1)
-            allowed[near] = np.maximum(allowed[near] / 2.0, course.tolerance) if left > 1 else course.tolerance
+            least = course.allowed[near]
+            allowed[near] = np.maximum(allowed[near] / 2.0, least) if left > 1 else least
     return rows, moved
 
 
@@ -199,7 +199,13 @@ def _missing(course: Course, rows: IntArray, moved: BoolArray, *, wide: BoolArra
     zones = zones_of(places, course.resting(rows))
     off = rounded_deviations(course.tips, rows, places, zones)
     touched = wide | moved[rows[1:]] | moved[rows[:-1]]
-    return np.flatnonzero(touched & ((off > course.tolerance) | (_turned(course, rows, places, zones) > MOST_TURNED)))
+    turned = _turned(course, rows, places, zones)
+    return np.flatnonzero(touched & ((off > _least(course.allowed, rows)) | (turned > _least(course.turns, rows))))
+
+
+def _least(values: FloatArray, rows: IntArray) -> FloatArray:
+    """Return (t - 1,) the least of the values of the rows of each move, both of its ends among them."""
+    return np.minimum(np.minimum.reduceat(values[: rows[-1]], rows[:-1]), values[rows[1:]])
 
 
 def _turned(course: Course, rows: IntArray, places: FloatArray, zones: FloatArray) -> FloatArray:
@@ -293,7 +299,7 @@ def _kept(course: Course, rows: IntArray) -> BoolArray:
     """Return which moves keep the tolerance where all targets are moved."""
     rests = np.zeros(rows.size, dtype=np.bool_)
     places = fitted_places(course.tips[rows], ~rests, rests)
-    return rounded_deviations(course.tips, rows, places, zones_of(places, rests)) <= course.tolerance
+    return rounded_deviations(course.tips, rows, places, zones_of(places, rests)) <= _least(course.allowed, rows)
 
 
 def _run_of(flags: BoolArray) -> int:
@@ -313,12 +319,13 @@ def _through(course: Course, part: IntArray, moved: BoolArray, pattern: IntArray
     fixed = part[moved[part] | course.rests[part]]
     left = int(fixed[fixed < first].max(initial=left))
     right = int(fixed[fixed > last].min(initial=right))
-    allowed = np.full(right + 1 - left, course.tolerance)
+    allowed = course.allowed[left : right + 1].copy()
     allowed[first - left : last + 1 - left] = WIDEST * course.tolerance
     cut = slice(left, right + 1)
     local = replace(
         course, tips=course.tips[cut], quaternions=course.quaternions[cut], times=course.times[cut],
         runs=course.runs[cut], rests=course.rests[cut], deposited=course.deposited[left:right],
+        allowed=course.allowed[cut], turns=course.turns[cut],
     )  # fmt: skip
     required = np.concatenate([[left], pattern, [right]]) - left
     rows = left + cheapest_chain(local.weighed(allowed, required), required)
@@ -331,7 +338,7 @@ def _through(course: Course, part: IntArray, moved: BoolArray, pattern: IntArray
 def _leaves(course: Course, parts: tuple[IntArray, IntArray, IntArray], moved: BoolArray) -> bool:
     """Say whether a stretch of a chain, with what is beside it, is off where it is wide or has moved targets."""
     rows = np.concatenate(parts)
-    wide = chord_shares(course.tips, rows, tolerance=course.tolerance) > 1.0 + TIME_ROUNDING
+    wide = chord_shares(course.tips, rows, allowed=course.allowed) > 1.0 + TIME_ROUNDING
     stays = wide & ~(moved[rows[:-1]] | moved[rows[1:]])
     # Ends of the stretch that are moved are not fitted here; what that changes dies away towards its middle.
     inner = slice(parts[0].size // 2, rows.size - 1 - parts[2].size // 2)
@@ -364,6 +371,8 @@ def _leaves(course: Course, parts: tuple[IntArray, IntArray, IntArray], moved: B
 # Largest angle [rad] between a pose left out and the attitude of the straight move past it: at the end of a 120 mm tool
 # it moves the flange by 0.2 mm.
 ANGLE_TOLERANCE = float(np.radians(0.1))
+# So much of both is left to the poses, however far the timed path is off between them.
+LEAST_SHARE = 0.3
 
 # No move that deposits material is shorter than this [s] where the path allows it: controllers answer shorter ones with
 # corner path failures.
@@ -415,10 +424,11 @@ def written_targets(
         )  # fmt: skip
     poses = joint_path.poses
     kept = np.flatnonzero(~_repeated(poses))
-    course = _course(poses, kept, trajectory.pose_times, tolerance=tolerance, period=period)
+    course = _course(joint_path, kept, trajectory.pose_times, tolerance=tolerance, period=period)
     rows, places = rounded_chain(course)
-    chosen, moved = kept[rows], np.flatnonzero((places != course.tips[rows]).any(axis=1))
-    zones = zones_of(places, course.resting(rows), moved=(places != course.tips[rows]).any(axis=1))
+    beside = (places != course.tips[rows]).any(axis=1)
+    chosen, moved = kept[rows], np.flatnonzero(beside)
+    zones = zones_of(places, course.resting(rows), moved=beside)
     lengths = rounded_lengths(course.tips, rows, places, zones)
     return Targets(
         poses=chosen,
@@ -430,8 +440,13 @@ def written_targets(
     )
 
 
-def _course(poses: PoseStream, kept: IntArray, times: FloatArray, *, tolerance: float, period: float) -> Course:
-    """Return the course of the poses of a stream that go somewhere."""
+def _course(joint_path: JointPath, kept: IntArray, times: FloatArray, *, tolerance: float, period: float) -> Course:
+    """Return the course of the poses of a path that go somewhere."""
+    poses, bulges = joint_path.poses, np.zeros((kept.size + 1, 2))
+    if len(joint_path.bulges):
+        bulges[1:] = np.maximum.reduceat(joint_path.bulges, kept)
+    # On both sides of a pose.
+    bulges = np.maximum(bulges[:-1], bulges[1:])
     return Course(
         tips=poses.tips[kept],
         quaternions=same_sign(poses.quaternions)[kept],
@@ -440,8 +455,9 @@ def _course(poses: PoseStream, kept: IntArray, times: FloatArray, *, tolerance: 
         runs=poses.runs[kept],
         rests=(poses.stops | _switches(poses))[kept],
         deposited=poses.deposited[kept[:-1]],
+        allowed=np.maximum(tolerance - bulges[:, 0], LEAST_SHARE * tolerance),
+        turns=np.maximum(ANGLE_TOLERANCE - bulges[:, 1], LEAST_SHARE * ANGLE_TOLERANCE),
         tolerance=tolerance,
-        turn=ANGLE_TOLERANCE,
         periods=(min(SHORTEST_TIME, period), period),
     )
 

@@ -309,13 +309,29 @@ def off_moves(trajectory: Trajectory, written: JointPath, targets: Targets, arm:
     return found
 
 
-def strays(knots: Knots, joint_path: JointPath, arm: Arm) -> tuple[FloatArray, FloatArray]:
+def with_bulges(joint_path: JointPath, arm: Arm, *, process: Process) -> JointPath:
+    """Return a joint path that says how far the timed path is off behind each pose, at a speed.
+
+    With and without what the arm rounds within its response, which grows with the square of the speed.
+    """
+    knots, bulges = path_knots(joint_path, process=process), np.zeros((joint_path.poses.count, 2))
+    for shares, response in ((SHARES, 0.0), ((0.0, *SHARES), arm.robot.response)):
+        found = strays(knots, joint_path, arm, shares=shares, response=response)
+        np.maximum.at(bulges, knots.starts.astype(np.int64), np.column_stack(found))
+    return replace(joint_path, bulges=bulges)
+
+
+def strays(
+    knots: Knots, joint_path: JointPath, arm: Arm, *, shares: tuple[float, ...] = SHARES, response: float = 0.0
+) -> tuple[FloatArray, FloatArray]:
     """Return how far the spline that is timed is at most off the straight moves on the way to each next knot.
 
     Args:
         knots: n knots of the joint path.
         joint_path: p poses with their joints.
         arm: that follows it, with its tool.
+        shares: of the way from one knot to the next, where it is looked at.
+        response: time over which the arm rounds on deposit, at the highest speed [s].
 
     Returns:
         (n - 1,) distances of the tip [mm], and (n - 1,) turns [rad].
@@ -323,18 +339,18 @@ def strays(knots: Knots, joint_path: JointPath, arm: Arm) -> tuple[FloatArray, F
     from scipy.interpolate import CubicSpline
 
     count = knots.lengths.size - 1
-    joints = np.empty((count, len(SHARES), knots.joints.shape[1]))
+    joints = np.empty((count, len(shares), knots.joints.shape[1]))
     for first, last in knots.legs:
         lengths = knots.lengths_of(first, last)
-        at = lengths[:-1, None] + np.array(SHARES) * np.diff(lengths)[:, None]
-        joints[first:last] = CubicSpline(lengths, knots.joints[first : last + 1])(at)
+        at = lengths[:-1, None] + np.array(shares) * np.diff(lengths)[:, None]
+        joints[first:last] = CubicSpline(lengths, knots.driven_joints(first, last, response=response))(at)
     T_work_base = transforms.inverse(joint_path.T_base_work)
     found = T_work_base @ arm.tool_poses(joints.reshape(-1, knots.joints.shape[1]))
-    rows = (knots.starts[:, None] + np.array(SHARES) * (knots.rows[1:] - knots.starts)[:, None]).ravel()
+    rows = (knots.starts[:, None] + np.array(shares) * (knots.rows[1:] - knots.starts)[:, None]).ravel()
     moves = _on_moves(joint_path.poses, rows, found[:, :3, 3])
     tips = np.linalg.norm(found[:, :3, 3] - moves[:, :3, 3], axis=1)
     turned = transforms.rotation_angle(np.swapaxes(moves[:, :3, :3], 1, 2) @ found[:, :3, :3])
-    tips, turned = (each.reshape(count, len(SHARES)).max(axis=1) for each in (tips, turned))
+    tips, turned = (each.reshape(count, len(shares)).max(axis=1) for each in (tips, turned))
     return tips, turned
 
 

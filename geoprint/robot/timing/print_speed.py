@@ -19,8 +19,10 @@ from geoprint.model import (
     Targets,
     Trajectory,
 )
+from geoprint.robot.arm import Arm
 from geoprint.robot.controller import SHORTEST_TIME, written_targets
 from geoprint.robot.reach import bead_steps
+from geoprint.robot.timing.knots import with_bulges
 from geoprint.robot.timing.retiming import Known, retime
 from geoprint.robot.timing.slowdown import EVEN_SHARE
 
@@ -140,13 +142,13 @@ class TimedPrint(NamedTuple):
 
 
 def timed_print(
-    joint_path: JointPath, robot: Robot, *, process: Process, constant_flow: bool, settle: float = 0.0
+    joint_path: JointPath, arm: Arm, *, process: Process, constant_flow: bool, settle: float = 0.0
 ) -> TimedPrint:
     """Time a joint path, at the speed that deposits what was planned where the flow cannot follow.
 
     Args:
         joint_path: p poses with their joints.
-        robot: limits, home and the period of its targets.
+        arm: that follows it, with its tool.
         process: its speed is not exceeded.
         constant_flow: whether the same volume flows in every second; else the speed stays.
         settle: how long the flow rises evenly, until it is that of the print, while the tip waits at each start [s].
@@ -156,7 +158,7 @@ def timed_print(
         LimitError: a limit cannot be kept.
         VerificationError: the result does not pass the poses.
     """
-    search = _Search(joint_path, robot, process, settle, {})
+    search = _Search(joint_path, arm, process, settle, {})
     if not constant_flow:
         return search.timed(process.speed)
     return search.even(search.highest_with_targets(search.highest_of_joints()))
@@ -168,7 +170,7 @@ class _Search:
     """Looks for the highest speed at which a joint path deposits what was planned; motions are timed only once."""
 
     joint_path: JointPath
-    robot: Robot
+    arm: Arm
     process: Process
     settle: float
     known: Known
@@ -176,14 +178,15 @@ class _Search:
     def timed(self, speed: float) -> TimedPrint:
         """Return the print at a speed [mm/s]."""
         process = replace(self.process, speed=speed)
-        return TimedPrint(process, *timed_targets(self.joint_path, self.robot, process=process, known=self.known))
+        joint_path = with_bulges(self.joint_path, self.arm, process=process)
+        return TimedPrint(process, *timed_targets(joint_path, self.arm.robot, process=process, known=self.known))
 
     def highest_of_joints(self) -> float:
         """Return the highest speed that the joints allow, whatever targets are written [mm/s]."""
         speed = self.process.speed
         for _ in range(MOST_TRIES):
             process = replace(self.process, speed=speed)
-            lower = self._lower(speed, retime(self.joint_path, self.robot, process=process, known=self.known))
+            lower = self._lower(speed, retime(self.joint_path, self.arm.robot, process=process, known=self.known))
             if lower is None:
                 break
             speed = lower

@@ -27,7 +27,7 @@ def chain(
     wanted = np.union1d(np.array([0, count - 1]), np.array(required, dtype=np.int64))
     moves = weighed(
         tips, np.tile(DOWN, (count, 1)) if quaternions is None else quaternions, times, wanted,
-        allowed=np.full(count, 1.0), turn=0.01, tolerance=1.0, periods=PERIODS,
+        allowed=np.full(count, 1.0), turns=np.full(count, 0.01), tolerance=1.0, periods=PERIODS,
     )  # fmt: skip
     return cheapest_chain(moves, wanted).tolist()
 
@@ -47,8 +47,8 @@ def test_moves_that_are_weighed_again_cost_what_they_cost_weighed_afresh(seed: i
 
     def of(allowed: FloatArray, known: Weighed | None = None) -> Weighed:
         return weighed(
-            tips, np.tile(DOWN, (count, 1)), np.linspace(0.0, 10.0, count), required, allowed=allowed, turn=0.01,
-            tolerance=0.1, periods=PERIODS, known=known,
+            tips, np.tile(DOWN, (count, 1)), np.linspace(0.0, 10.0, count), required, allowed=allowed,
+            turns=np.full(count, 0.01), tolerance=0.1, periods=PERIODS, known=known,
         )  # fmt: skip
 
     before = of(np.full(count, 0.1))
@@ -145,7 +145,8 @@ def course(times: FloatArray, *, deposited: bool = True, rests: tuple[int, ...] 
     return Course(
         tips=np.linspace([0.0, 0.0, 0.0], [float(count - 1), 0.0, 0.0], count), quaternions=np.tile(DOWN, (count, 1)),
         times=times, required=np.array([0, count - 1]), runs=np.zeros(count, dtype=np.int64), rests=resting,
-        deposited=np.full(count - 1, deposited), tolerance=1.0, turn=0.01, periods=PERIODS,
+        deposited=np.full(count - 1, deposited), allowed=np.full(count, 1.0), turns=np.full(count, 0.01), tolerance=1.0,
+        periods=PERIODS,
     )  # fmt: skip
 
 

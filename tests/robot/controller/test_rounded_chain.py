@@ -23,8 +23,8 @@ def course(tips: FloatArray, times: FloatArray, *, rests: tuple[int, ...] = ()) 
     return Course(
         tips=tips, quaternions=np.tile(DOWN, (count, 1)), times=times, required=np.flatnonzero(resting),
         runs=np.zeros(count, dtype=np.int64), rests=resting, deposited=np.full(count - 1, fill_value=True),
-        tolerance=0.01,
-        turn=0.01, periods=(0.012, 0.024),
+        allowed=np.full(count, 0.01), turns=np.full(count, np.radians(0.15)), tolerance=0.01,
+        periods=(0.012, 0.024),
     )  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from geoprint.errors import LimitError
 from geoprint.model import FloatArray, JointPath, Targets, Trajectory
 from geoprint.robot.controller import written_targets
 from geoprint.robot.timing import held_straight, off_moves, retime
-from geoprint.robot.timing.knots import MOST_ROUNDED, Knots, path_knots
+from geoprint.robot.timing.knots import MOST_ROUNDED, Knots, path_knots, with_bulges
 from tests.robot.cells import bent_cell
 from tests.robot.joint_paths import arc, arm_of, line, solved, stream, tilted
 
@@ -95,6 +95,21 @@ def test_what_is_off_the_written_moves_is_found_all_along_and_refused() -> None:
     loose = timed(path)
     with pytest.raises(LimitError, match=r"run 1: at .* the timed path is .* mm and .* degrees from the move"):
         off_moves(loose, path, written_targets(path, loose, process=CELL.process), ARM)
+
+
+def test_what_the_timed_path_bulges_is_taken_off_what_targets_may_leave_out() -> None:
+    radius, step = 10.0, 0.31
+    path = solved(stream(arc(radius=radius, step=step, angle=1.5)), ARM)
+    bulged = with_bulges(path, ARM, process=CELL.process)
+    # Poses past a move of three steps are within 0.01 mm of it, and the circle is not.
+    # The timed path goes round the circle, the moves along its chords: but for ends that is step^2 / (8 radius).
+    inner = slice(4, -5)
+    np.testing.assert_allclose(bulged.bulges[inner, 0], step**2 / (8.0 * radius), rtol=0.1)
+    trajectory = timed(path)
+    without, targets = (written_targets(each, trajectory, process=CELL.process) for each in (path, bulged))
+    before, found = (off_moves(trajectory, path, each, ARM) for each in (without, targets))
+    assert found.distance < 0.01 < before.distance
+    assert targets.poses.size > without.poses.size
 
 
 def test_a_motion_is_off_by_as_much_as_its_targets_are_moved() -> None:
