@@ -49,8 +49,8 @@ def test_what_checks_takes_no_name_from_the_writer_through_a_package_either() ->
 
 
 def test_a_name_that_comes_through_a_package_is_seen(tmp_path: Path) -> None:
-    (tmp_path / "borrowed.py").write_text("from geoprint.postprocessor import Orders, orders_of, switching_events\n")
+    (tmp_path / "borrowed.py").write_text("from geoprint.postprocessor import Orders, orders_of, waits\n")
     assert writers(tmp_path / "borrowed.py", contract()[1]) == [
         "borrowed.py: orders_of of geoprint.postprocessor.ordering",
-        "borrowed.py: switching_events of geoprint.postprocessor.switching",
+        "borrowed.py: waits of geoprint.postprocessor.switching",
     ]
