@@ -176,9 +176,12 @@ def with_normals(vertices: FloatArray, faces: IntArray) -> IntArray:
         vertices: (n, 3) places [mm].
         faces: (m, 3).
     """
-    while (cancelled := ~shading_normals(Surface(vertices, faces)).any(axis=1)[faces].all(axis=1)).any():
-        faces = faces[~cancelled]
-    return faces
+    while True:
+        lengths: FloatArray = np.linalg.norm(shading_normals(Surface(vertices, faces)), axis=1)
+        kept = (lengths[faces] > 0.0).all(axis=1)
+        if kept.all():
+            return faces
+        faces = faces[kept]
 
 
 def _without_folds(faces: IntArray) -> IntArray:
