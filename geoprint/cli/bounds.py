@@ -187,15 +187,18 @@ def _on_terminal(progress: Progress) -> Generator[Callable[[str], None]]:
 
     record = list[str]()
 
-    def observe(name: str) -> None:
+    def leave() -> None:
         if progress.seconds > QUICK_STAGE:
             record.append(progress.stage)
             console.print(f"  {progress.stage:<34}{progress.seconds:6.1f} s")
+
+    def observe(name: str) -> None:
+        leave()
         progress.begin(name)
 
     with Live(console=console, get_renderable=drawn, transient=True, refresh_per_second=8):
         yield observe
-        observe("done")
+        leave()
     if record:
         console.print()
 

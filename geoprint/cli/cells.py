@@ -41,20 +41,27 @@ def calibrate(
     ] = None,
     *,
     model: Annotated[
-        Path | None, typer.Option(help="Table of the fixture's points: name,x,y,z in mm, its own frame.")
+        Path | None,
+        typer.Option(metavar="FILE", help="Table of the fixture's points: name,x,y,z in mm, its own frame."),
     ] = None,
     tcp: Annotated[
         Path | None,
         typer.Option(
-            help="Instead: table of poses in which the tip touched one point, x,y,z,q1,q2,q3,q4 or j1,...,j6."
+            metavar="FILE",
+            help="Instead: table of poses in which the tip touched one point, x,y,z,q1,q2,q3,q4 or j1,...,j6.",
         ),
     ] = None,
-    part: Annotated[Path | None, typer.Option(help="Mesh of the part at which the uncertainty matters.")] = None,
+    part: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Mesh of the part at which the uncertainty matters.")
+    ] = None,
     unit: str | None = None,
     cell: Path | None = None,
-    out: Annotated[Path | None, typer.Option(help="Cell file to write; without it nothing is written.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Cell file to write; without it nothing is written.")
+    ] = None,
     noise_mm: Annotated[
-        float | None, typer.Option(help="Standard deviation of a touch in each direction; estimated if not given.")
+        float | None,
+        typer.Option(metavar="MM", help="Standard deviation of a touch in each direction; estimated if not given."),
     ] = None,
     overwrite: Overwrite = False,
     as_json: AsJson = False,

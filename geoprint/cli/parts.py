@@ -23,7 +23,7 @@ def inspect(
     label: int | None = None,
     threshold: float | None = None,
     fill_holes: float | None = None,
-    picture: Annotated[Path | None, typer.Option(help="Draw the findings into this PNG file.")] = None,
+    picture: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the findings into this PNG file.")] = None,
     max_memory: MaxMemory = None,
     as_json: AsJson = False,
 ) -> None:
@@ -52,7 +52,7 @@ def inspect(
 def patch(
     body: PartOrJob,
     *,
-    out: Annotated[Path, typer.Option(help="PLY file for the patch, in mm.", show_default=False)],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="PLY file for the patch, in mm.", show_default=False)],
     keys: Keys,
     overwrite: Overwrite = False,
     as_json: AsJson = False,
@@ -84,7 +84,7 @@ def patch(
 def remesh(
     surface: Part,
     *,
-    out: Annotated[Path, typer.Option(help="PLY file for the new mesh, in mm.", show_default=False)],
+    out: Annotated[Path, typer.Option(metavar="FILE", help="PLY file for the new mesh, in mm.", show_default=False)],
     unit: str | None = None,
     label: int | None = None,
     thin: Annotated[
@@ -93,17 +93,22 @@ def remesh(
     ] = False,
     threshold: float | None = None,
     edge_length: Annotated[
-        float | None, typer.Option(help="Give it even triangles with edges of about so many mm, finer or coarser.")
+        float | None,
+        typer.Option(metavar="MM", help="Give it even triangles with edges of about so many mm, finer or coarser."),
     ] = None,
     faces: Annotated[
-        int | None, typer.Option(help="Instead: take triangles away down to so many, where it changes least.")
+        int | None,
+        typer.Option(metavar="N", help="Instead: take triangles away down to so many, where it changes least."),
     ] = None,
     smooth: Annotated[
-        float | None, typer.Option(help="First take away noise and ripples shorter than so many mm; holds creases.")
+        float | None,
+        typer.Option(metavar="MM", help="First take away noise and ripples shorter than so many mm; holds creases."),
     ] = None,
     max_deviation: Annotated[
         float | None,
-        typer.Option(help="Refuse a result farther off than so many mm; by default 1/500 of the part's diagonal."),
+        typer.Option(
+            metavar="MM", help="Refuse a result farther off than so many mm; by default 1/500 of the part's diagonal."
+        ),
     ] = None,
     max_memory: MaxMemory = None,
     overwrite: Overwrite = False,
@@ -141,11 +146,14 @@ def check(
     ] = False,
     record: Annotated[
         str | None,
-        typer.Option(help="Record what you saw its program do: loaded (on a virtual controller), dry or printed."),
+        typer.Option(
+            metavar="loaded|dry|printed",
+            help="Record what you saw its program do: loaded (on a virtual controller), dry or printed.",
+        ),
     ] = None,
-    note: Annotated[str, typer.Option(help="With `--record`: what you saw, in your words.")] = "",
+    note: Annotated[str, typer.Option(metavar="TEXT", help="With `--record`: what you saw, in your words.")] = "",
     controller: Annotated[
-        str | None, typer.Option(help="With `--record`: the controller's name and RobotWare release.")
+        str | None, typer.Option(metavar="TEXT", help="With `--record`: the controller's name and RobotWare release.")
     ] = None,
     max_memory: MaxMemory = None,
     as_json: AsJson = False,

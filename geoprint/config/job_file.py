@@ -27,6 +27,7 @@ from geoprint.config.strict import (
     part_of,
     table_of,
     text_of,
+    unknown_key,
 )
 from geoprint.errors import UsageError
 
@@ -100,7 +101,8 @@ def job_named(values: Mapping[str, object], *, named: Callable[[Place], str], se
     try:
         return Job.model_validate(given)
     except ValidationError as error:
-        raise UsageError(f"{describe(error, named)}; `geoprint plan --help` lists what can be given.") from error
+        near = _nearest(unknown_key(error)) or ";"
+        raise UsageError(f"{describe(error, named)}{near} `geoprint plan --help` lists what can be given.") from error
 
 
 def setting(text: str) -> Setting:
@@ -121,7 +123,7 @@ def setting(text: str) -> Setting:
     known = {*_key_names(Job)}
     if not within_options and ".".join(_ITEM if part.isdecimal() else part for part in parts) not in known:
         raise UsageError(
-            f"`--set {text[:60]}`: a job has no key `{name[:60]}`{_nearest(name, known)} `geoprint init` writes a job "
+            f"`--set {text[:60]}`: a job has no key `{name[:60]}`{_nearest(name) or '.'} `geoprint init` writes a job "
             "file with every key."
         )
     if within_options and len(parts) == 2 and not equals:
@@ -173,7 +175,8 @@ def _read_job_file(path: Path) -> dict[str, object]:
         Job.model_validate(keys)
     except ValidationError as error:
         where = line_of(error, text, name=path.name)
-        raise UsageError(f"{where}: {describe(error)}; `geoprint init` writes a job with every key.") from error
+        near = _nearest(unknown_key(error)) or ";"
+        raise UsageError(f"{where}: {describe(error)}{near} `geoprint init` writes a job with every key.") from error
     surface = keys["surface"]
     if isinstance(surface, Path) and surface.suffix.lower() == _JOB_SUFFIX:
         raise UsageError(
@@ -196,13 +199,12 @@ def _key_names(model: type[BaseModel], before: str = "") -> Iterator[str]:
             yield from _key_names(part, f"{before}{name}.")
 
 
-def _nearest(name: str, known: set[str]) -> str:
-    """Return a question for the key whose name, or the end of it, is most like a name."""
-    ends = {each.rpartition(".")[2]: each for each in sorted(known, key=len, reverse=True)} | {
-        "resolution": _RESOLUTION
-    }
+def _nearest(name: str) -> str:
+    """Return a question for the key whose name, or the end of it, is most like a name; nothing where none is."""
+    known = sorted(_key_names(Job), key=len, reverse=True)
+    ends = {each.rpartition(".")[2]: each for each in known} | {"resolution": _RESOLUTION}
     found = get_close_matches(name.rpartition(".")[2], ends, n=1, cutoff=0.5)
-    return f"; did you mean `{ends[found[0]]}`?" if found else "."
+    return f"; did you mean `{ends[found[0]]}`?" if found else ""
 
 
 def _value(text: str) -> object:

@@ -138,6 +138,12 @@ def describe(error: ValidationError, named: Callable[[Place], str] = key_at) -> 
     return f"{where}{': ' if where else ''}{in_words(first)}{found}{more}"
 
 
+def unknown_key(error: ValidationError) -> str:
+    """Return the path of the first key that a table does not have, or nothing where something else is wrong."""
+    first = _first(error)
+    return key_at(_place(first["loc"])) if first["type"] == "extra_forbidden" else ""
+
+
 def in_words(problem: ErrorDetails) -> str:
     """Return what a value must be, where it is wrong."""
     bounds = problem.get("ctx", {})

@@ -27,7 +27,8 @@ def guide(
     ] = None,
     *,
     html: Annotated[
-        Path | None, typer.Option(help="Write the whole guide, or the page that is named, as one HTML file.")
+        Path | None,
+        typer.Option(metavar="FILE", help="Write the whole guide, or the page that is named, as one HTML file."),
     ] = None,
     overwrite: Overwrite = False,
 ) -> None:

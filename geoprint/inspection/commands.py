@@ -69,6 +69,7 @@ Threshold = Annotated[
     float | None,
     typer.Option(
         "--threshold",
+        metavar="RATIO",
         help="Contrast from which on it is a bead, over the spread of the grey values around it.",
         show_default="Otsu's",
     ),
@@ -92,9 +93,15 @@ PoseTable = Annotated[
 Features = Annotated[
     bool, typer.Option("--features", help="The scan may lie anywhere: look for features of the part in it.")
 ]
-ScanUnit = Annotated[str | None, typer.Option("--scan-unit", help="Of the scan's coordinates.", show_default="mm")]
+ScanUnit = Annotated[
+    str | None,
+    typer.Option("--scan-unit", metavar="mm|cm|m|um|in", help="Of the scan's coordinates.", show_default="mm"),
+]
 PartUnit = Annotated[
-    str | None, typer.Option("--unit", help="Of the file of --part, where it does not say it.", show_default=False)
+    str | None,
+    typer.Option(
+        "--unit", metavar="mm|cm|m|um|in", help="Of the file of --part, where it does not say it.", show_default=False
+    ),
 ]
 MostOffset = Annotated[
     float | None,
@@ -122,7 +129,9 @@ def appraise(
     lens: Lenses = None,
     corners: Corners = None,
     reach: Reach = None,
-    shade: Annotated[BeadShade, typer.Option(help="What beads are, beside what they lie on.")] = BeadShade.LIGHTER,
+    shade: Annotated[
+        BeadShade, typer.Option(metavar="lighter|darker", help="What beads are, beside what they lie on.")
+    ] = BeadShade.LIGHTER,
     width: Width = None,
     contrast: Threshold = None,
     pose: PoseTable = None,
@@ -269,20 +278,30 @@ SimulatedBundle = Annotated[
     Path, typer.Argument(help="Folder that `geoprint plan` or `compare` wrote.", show_default=False)
 ]
 Spread = Annotated[
-    float, typer.Option(help="Width of beads over what their flow asks for, as much lower: below 1 they stand apart.")
+    float,
+    typer.Option(
+        metavar="RATIO", help="Width of beads over what their flow asks for, as much lower: below 1 they stand apart."
+    ),
 ]
 Flow = Annotated[
-    float, typer.Option(help="Volume that flows, over that of the plan; 1 over the viscosity if that differs.")
+    float,
+    typer.Option(
+        metavar="RATIO", help="Volume that flows, over that of the plan; 1 over the viscosity if that differs."
+    ),
 ]
-WidthNoise = Annotated[float, typer.Option(help="Standard deviation of the width along a bead, over its mean.")]
+WidthNoise = Annotated[
+    float, typer.Option(metavar="RATIO", help="Standard deviation of the width along a bead, over its mean.")
+]
 Offset = Annotated[float, typer.Option(metavar="MM", help="By which all beads lie to the left of their paths.")]
 Tone = Annotated[
     str, typer.Option(metavar="GAMMA", help="Tone curve of the photograph: its gamma, 1 for none, or srgb.")
 ]
-Exposure = Annotated[float, typer.Option(help="Of the photograph: what comes to more than white is cut off.")]
+Exposure = Annotated[
+    float, typer.Option(metavar="RATIO", help="Of the photograph: what comes to more than white is cut off.")
+]
 Blur = Annotated[float, typer.Option(metavar="PX", help="Of the photograph (standard deviation).")]
 Defocus = Annotated[float, typer.Option(metavar="PX", help="Of the photograph: the circle that a point is seen as.")]
-RandomSeed = Annotated[int, typer.Option(min=0, help="Of all noise.")]
+RandomSeed = Annotated[int, typer.Option(min=0, metavar="N", help="Of all noise.")]
 SimulationOut = Annotated[
     Path | None,
     typer.Option(

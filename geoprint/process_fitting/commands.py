@@ -16,11 +16,13 @@ from geoprint.cli.terminal import print_json, result, tell
 def recommend(
     surface: Annotated[Path | None, typer.Argument(metavar="PART", help="Mesh of a part, for rounds and mass.")] = None,
     *,
-    pressure: Annotated[float | None, typer.Option(help="Air pressure in kPa; that of the cell if not given.")] = None,
+    pressure: Annotated[
+        float | None, typer.Option(metavar="KPA", help="Air pressure in kPa; that of the cell if not given.")
+    ] = None,
     keys: Keys,
     good: Annotated[
         tuple[float, int] | None,
-        typer.Option(help="Pressure (kPa) and rounds of a print that worked, to compare with."),
+        typer.Option(metavar="KPA N", help="Pressure (kPa) and rounds of a print that worked, to compare with."),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -44,8 +46,13 @@ def fit_flow(
         ),
     ],
     *,
-    density: Annotated[float, typer.Option(help="Density of the material in g/cm3.", show_default=False)],
-    model: Annotated[str, typer.Option(help="newtonian, power-law or herschel-bulkley.")] = "power-law",
+    density: Annotated[
+        float, typer.Option(metavar="G/CM3", help="Density of the material in g/cm3.", show_default=False)
+    ],
+    model: Annotated[
+        str,
+        typer.Option(metavar="newtonian|power-law|herschel-bulkley", help="newtonian, power-law or herschel-bulkley."),
+    ] = "power-law",
     cell: Path | None = None,
     as_json: AsJson = False,
 ) -> None:
