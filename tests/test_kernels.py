@@ -147,3 +147,24 @@ def test_where_the_file_system_knows_no_locks_nobody_waits(monkeypatch: pytest.M
     monkeypatch.setattr(fcntl, "lockf", no_locks)
     monkeypatch.setattr(time, "sleep", waiting)
     assert taken("a loop") is None
+
+
+# Compares backends on a part, and names each loop that was called with more than one kind of arrays.
+ONCE = """
+import gc
+import sys
+from numba.core.registry import CPUDispatcher
+from geoprint.config import job_of
+from geoprint.workflow import compare
+compare(job_of(surface=sys.argv[1], unit="mm", spacing=6.0, place="demo"))
+loops = [each for each in gc.get_objects() if isinstance(each, CPUDispatcher) and each.signatures]
+ours = [each for each in loops if each.py_func.__module__.startswith("geoprint.")]
+print(len(ours) > 20, *[f"{each.py_func.__qualname__}: {each.signatures}" for each in ours if len(each.signatures) > 1])
+"""
+
+
+def test_a_comparison_calls_each_loop_with_one_kind_of_arrays() -> None:
+    # numba compiles a loop anew for int32 beside int64, read-only beside writable and columns beside rows.
+    part = Path(geoprint.__file__).parents[1] / "data" / "plate.ply"
+    run = subprocess.run([sys.executable, "-c", ONCE, str(part)], capture_output=True, text=True, check=True)
+    assert run.stdout.split(maxsplit=1) == ["True"], run.stdout

@@ -173,11 +173,11 @@ def _on_terminal(progress: Progress) -> Generator[Callable[[str], None]]:
     from rich.live import Live
     from rich.spinner import Spinner
 
-    from geoprint.geometry.halfedges import matched
+    from geoprint.geometry.rays import nearest_triangles
     from geoprint.kernels import is_kept
 
     console = Console(stderr=True, highlight=False)
-    if progress.share is not None and not is_kept(matched):
+    if progress.share is not None and not is_kept(nearest_triangles):
         console.print("compiling the numerical kernels, once: later runs start faster")
     spinner = Spinner("dots")
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from geoprint.errors import FieldError, InputError
 from geoprint.geometry import closest, face_areas, in_words, sum_around_vertices
-from geoprint.kernels import njit
+from geoprint.kernels import njit, writable
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface, SurfacePoints, freeze_arrays, frozen
 
 # Which triangle of a flat mesh holds a point: bins over the plane, exact barycentric weights, a numba kernel.
@@ -67,7 +67,7 @@ def _nearest_held(chart: Surface, places: FloatArray) -> tuple[IntArray, FloatAr
     last = np.floor((corners.max(axis=1) - low) / side).astype(np.int64)
     faces, offsets = binned(first, last, columns, rows)
     boxes = np.clip(np.floor((places - low) / side).astype(np.int64), 0, [columns - 1, rows - 1])
-    return held(corners, faces, offsets, boxes[:, 1] * columns + boxes[:, 0], places)
+    return held(corners, faces, offsets, boxes[:, 1] * columns + boxes[:, 0], writable(places))
 
 
 @njit

@@ -171,7 +171,8 @@ def _flip_all(
     # From the end, so that the first edges come first: neighbours in the numbering are then warm in the cache.
     for half in range(corners.size - 1, -1, -1):
         if twins[half] > half:
-            size = _push(stack, stacked, size, half)
+            stack[size], stacked[half] = half, True
+            size += 1
     flips = 0
     while size > 0:
         size -= 1

@@ -18,7 +18,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from geoprint.kernels import inner, njit
+from geoprint.kernels import inner, uncounted, writable
 from geoprint.model import FloatArray, IntArray
 
 ByteArray: TypeAlias = NDArray[np.uint8]
@@ -54,7 +54,8 @@ def point_distances(segments: FloatArray, points: FloatArray) -> FloatArray:
     offsets = np.concatenate([[0], np.cumsum(counts)])
     distances = np.empty(len(points))
     held = (counts > 0).astype(np.uint8).reshape(shape)
-    measure_points(counted_everywhere((segments - low) / pixel), held, offsets, scaled[order], distances)
+    everywhere = counted_everywhere((segments - low) / pixel)
+    _measure_points(_whole_image(everywhere, held, 0, ALL, spread=1.0), offsets, scaled[order], distances)
     return distances[np.argsort(order)] * pixel
 
 
@@ -76,7 +77,7 @@ def counted(segments: FloatArray, sides: ByteArray) -> CountedSegments:
     along: FloatArray = segments[:, 1] - segments[:, 0]
     squares = (along**2).sum(axis=1)
     return CountedSegments(
-        np.hstack([segments[:, 0], along, along / np.where(squares > 0.0, squares, 1.0)[:, None]]), sides
+        np.hstack([segments[:, 0], along, along / np.where(squares > 0.0, squares, 1.0)[:, None]]), writable(sides)
     )
 
 
@@ -109,7 +110,6 @@ class Search(NamedTuple):
     waiting: IntArray
 
 
-@njit
 def measure_pixels(
     segments: CountedSegments, pixels: ByteArray, first: int, asked: FloatArray, distances: FloatArray
 ) -> None:
@@ -125,38 +125,44 @@ def measure_pixels(
         asked: (l,) rising distances, or `ALL`.
         distances: (rows, columns) in pixels, changed in place.
     """
-    search = whole_image(segments, pixels, first, asked, 0.0)
-    top = next_pixel(search, 1)
-    while top >= 0:
-        row, column = search.waiting[top, 0], search.waiting[top, 1]
-        distances[row, column] = distance_to(search, top, float(column), float(row + first))
+    _measure_pixels(_whole_image(segments, pixels, first, asked, spread=0.0), distances)
+
+
+@uncounted
+def _measure_pixels(search: Search, distances: FloatArray) -> None:
+    """Write the distances of the centres of wanted pixels."""
+    top = 1
+    while True:
         top = next_pixel(search, top)
+        if top < 0:
+            return
+        row, column = search.waiting[top, 0], search.waiting[top, 1]
+        distances[row, column] = distance_to(search, top, float(column), float(row + search.first))
 
 
-@njit
-def measure_points(
-    segments: CountedSegments, pixels: ByteArray, offsets: IntArray, points: FloatArray, distances: FloatArray
-) -> None:
+@uncounted
+def _measure_points(search: Search, offsets: IntArray, points: FloatArray, distances: FloatArray) -> None:
     """Write the distances of points in pixels.
 
     Args:
-        segments: in pixels; all count everywhere.
-        pixels: (rows, columns) marks: those that hold points are wanted.
+        search: of the pixels that hold points.
         offsets: (rows * columns + 1,) where the points of each pixel begin.
         points: (k, 2), pixel after pixel.
         distances: (k,), changed in place.
     """
-    search = whole_image(segments, pixels, 0, np.empty(0), 1.0)
-    top = next_pixel(search, 1)
-    while top >= 0:
-        pixel = search.waiting[top, 0] * pixels.shape[1] + search.waiting[top, 1]
+    top = 1
+    while True:
+        top = next_pixel(search, top)
+        if top < 0:
+            return
+        pixel = search.waiting[top, 0] * search.pixels.shape[1] + search.waiting[top, 1]
         for point in range(offsets[pixel], offsets[pixel + 1]):
             distances[point] = distance_to(search, top, points[point, 0], points[point, 1])
-        top = next_pixel(search, top)
 
 
-@njit
-def whole_image(segments: CountedSegments, pixels: ByteArray, first: int, asked: FloatArray, spread: float) -> Search:
+def _whole_image(
+    segments: CountedSegments, pixels: ByteArray, first: int, asked: FloatArray, *, spread: float
+) -> Search:
     """Return the search in which one square around the image waits, with all segments."""
     size, depth = 1, 1
     while size < max(pixels.shape):
@@ -165,8 +171,8 @@ def whole_image(segments: CountedSegments, pixels: ByteArray, first: int, asked:
     near = np.empty((depth + 1) * count, dtype=np.int64)
     near[:count] = np.arange(count)
     waiting = np.empty((4 * depth, 5), dtype=np.int64)
-    waiting[0] = np.array([0, 0, size, 0, count])
-    return Search(segments, pixels, first, asked, spread, near, np.empty(near.size), waiting)
+    waiting[0] = 0, 0, size, 0, count
+    return Search(segments, writable(pixels), first, asked, spread, near, np.empty(near.size), waiting)
 
 
 @inner
@@ -245,7 +251,13 @@ def keep_near(search: Search, place: int) -> int:
 @inner
 def holds_between(rising: FloatArray, low: float, high: float) -> bool:
     """Tell whether one of (l,) rising numbers lies between two."""
-    following = int(np.searchsorted(rising, low))
+    following, end = 0, rising.size
+    while following < end:
+        middle = (following + end) // 2
+        if rising[middle] < low:
+            following = middle + 1
+        else:
+            end = middle
     return bool(following < rising.size and rising[following] <= high)
 
 

@@ -16,7 +16,7 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
 from geoprint.errors import FieldError
-from geoprint.kernels import inner, njit
+from geoprint.kernels import inner, njit, writable
 from geoprint.model import FloatArray, IntArray
 from geoprint.threads import single_threaded_blas
 
@@ -33,7 +33,6 @@ SideArray: TypeAlias = NDArray[np.int8]
 ComplexArray: TypeAlias = NDArray[np.complex128]
 # Solutions are of the kind of their right-hand side: complex where the matrix is.
 Values = TypeVar("Values", FloatArray, ComplexArray)
-Number = TypeVar("Number", np.float64, np.complex128)
 
 
 class Factor(Protocol):
@@ -103,29 +102,33 @@ def superlu(matrix: csc_array) -> Factor:
 
 def picked(matrix: csc_array, chosen: IntArray) -> csc_array:
     """Return the (k, k) rows and columns of (n, n) that (k,) different numbers choose, in their order."""
-    starts, rows, values = _picked((matrix.indptr, matrix.indices), matrix.data, chosen)
-    return csc_array((values, rows, starts), shape=(chosen.size, chosen.size))
+    starts, rows, entries = _picked(_graph(matrix), chosen)
+    return csc_array((matrix.data[entries], rows, starts), shape=(chosen.size, chosen.size))
 
 
 @njit
-def _picked(
-    graph: Graph, values: NDArray[Number], chosen: IntArray
-) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[Number]]:
-    """Return where columns start, the rows of their entries and the entries; only each column is looked through."""
+def _picked(graph: Graph, chosen: IntArray) -> tuple[NDArray[np.int32], NDArray[np.int32], IntArray]:
+    """Return where columns start, and the rows and numbers of their entries; only each column is looked through."""
     starts, rows = graph
     places = np.full(starts.size - 1, -1, np.int32)
     for k in range(chosen.size):
         places[chosen[k]] = k
-    new_starts, new_rows, new_values = np.empty(chosen.size + 1, np.int32), np.empty_like(rows), np.empty_like(values)
+    new_starts, new_rows = np.empty(chosen.size + 1, np.int32), np.empty(rows.size, np.int32)
+    entries = np.empty(rows.size, np.int64)
     count = 0
     for k in range(chosen.size):
         new_starts[k] = count
         for entry in range(starts[chosen[k]], starts[chosen[k] + 1]):
             if places[rows[entry]] >= 0:
-                new_rows[count], new_values[count] = places[rows[entry]], values[entry]
+                new_rows[count], entries[count] = places[rows[entry]], entry
                 count += 1
     new_starts[chosen.size] = count
-    return new_starts, new_rows[:count].copy(), new_values[:count].copy()
+    return new_starts, new_rows[:count].copy(), entries[:count].copy()
+
+
+def _graph(matrix: csc_array) -> Graph:
+    """Return where the columns of a matrix start and the rows of its entries, as loops are compiled for them."""
+    return matrix.indptr.astype(np.int32), matrix.indices.astype(np.int32)
 
 
 def _singular(matrix: csc_array, error: Exception) -> FieldError:
@@ -148,7 +151,7 @@ def nested_dissection(matrix: csc_array, *, coordinates: FloatArray) -> IntArray
     Returns:
         (n,) a permutation of 0 ... n - 1, separators after the halves they part.
     """
-    return _dissected((matrix.indptr, matrix.indices), coordinates)
+    return _dissected(_graph(matrix), writable(coordinates))
 
 
 @njit

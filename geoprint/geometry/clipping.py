@@ -13,6 +13,7 @@ from geoprint.errors import InputError
 from geoprint.geometry.operators import doubled_area_vectors, face_areas
 from geoprint.geometry.points import closest, closest_in_triangles, positions, triple
 from geoprint.geometry.topology import boundary_half_edges, component_labels, edges, half_edges, used_vertices
+from geoprint.geometry.triangle_sizes import nearest_middle, reaching
 from geoprint.model import (
     BoolArray,
     FloatArray,
@@ -87,8 +88,6 @@ def piece_at(surface: Surface, xyz: FloatArray) -> Surface:
 
 def faces_within(surface: Surface, centre: FloatArray, *, radius: float) -> BoolArray:
     """Return (m,) which faces may reach into a ball about a (3,) position: all that do, and few others."""
-    from geoprint.geometry.triangle_sizes import reaching  # here, because Numba takes half a second to load
-
     return reaching(surface.vertices, surface.faces, centre, radius)
 
 
@@ -98,8 +97,6 @@ def closest_once(surface: Surface, xyz: FloatArray) -> tuple[SurfacePoints, Floa
     Only the faces about them are sorted: what is closest to a place in a ball about the middle of all lies no farther
     from that place than whatever point of the surface is nearest to the middle.
     """
-    from geoprint.geometry.triangle_sizes import nearest_middle  # as in `faces_within`
-
     if not np.isfinite(xyz).all():
         # It refuses them, in its own words.
         return closest(surface, xyz)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geoprint.kernels import inlined, inner, njit
+from geoprint.kernels import inlined, inner
 from geoprint.model import IntArray
 
 # What `matched` says of half-edges that have no twin, and of those whose edge has more than two faces.
@@ -34,12 +34,11 @@ def next_halves(halves: IntArray) -> IntArray:
     return halves + np.where(halves % 3 < 2, 1, -2)
 
 
-@njit
 def matched(starts: IntArray, vertices: int) -> IntArray:
     """Return the twin of every half-edge, however the faces beside an edge are wound.
 
-    Half-edges are sorted by their larger vertex and then by their smaller one, both times by counting, so that those
-    of one edge stand together.
+    Half-edges are sorted by their smaller vertex and then by their larger one, so that those of one edge stand
+    together.
 
     Args:
         starts: (3 m,) vertex at which each half-edge starts.
@@ -48,36 +47,15 @@ def matched(starts: IntArray, vertices: int) -> IntArray:
     Returns:
         (3 m,) the other half-edge of the same edge; BORDER where there is none, CROWDED where there are several.
     """
-    count = starts.size
-    lows, highs = np.empty(count, np.int64), np.empty(count, np.int64)
-    for half in range(count):
-        start, end = starts[half], starts[next_half(half)]
-        lows[half], highs[half] = min(start, end), max(start, end)
-    order = counted(lows, counted(highs, np.arange(count), vertices), vertices)
-    twins = np.full(count, BORDER)
-    first = 0
-    while first < count:
-        half, last = order[first], first + 1
-        while last < count and lows[order[last]] == lows[half] and highs[order[last]] == highs[half]:
-            last += 1
-        if last == first + 2:
-            twins[half], twins[order[first + 1]] = order[first + 1], half
-        elif last > first + 2:
-            twins[order[first:last]] = CROWDED
-        first = last
+    corners = starts.reshape(-1, 3)
+    ends = corners[:, [1, 2, 0]]
+    edges = (np.minimum(corners, ends) * vertices + np.maximum(corners, ends)).ravel()
+    order = np.argsort(edges, kind="stable")
+    edges = edges[order]
+    first = np.flatnonzero(np.diff(edges, prepend=-1))
+    counts = np.diff(first, append=edges.size)
+    twins = np.full(edges.size, BORDER)
+    one, other = order[first[counts == 2]], order[first[counts == 2] + 1]
+    twins[one], twins[other] = other, one
+    twins[order[np.repeat(counts > 2, counts)]] = CROWDED
     return twins
-
-
-@njit
-def counted(keys: IntArray, order: IntArray, bound: int) -> IntArray:
-    """Return an order of keys from 0 to below a bound sorted by them; equal ones keep their places."""
-    places = np.zeros(bound + 1, np.int64)
-    for key in keys:
-        places[key + 1] += 1
-    for key in range(bound):
-        places[key + 1] += places[key]
-    result = np.empty(order.size, np.int64)
-    for item in order:
-        result[places[keys[item]]] = item
-        places[keys[item]] += 1
-    return result

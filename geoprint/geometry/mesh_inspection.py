@@ -23,7 +23,6 @@ from geoprint.geometry.topology import (
     twins,
 )
 from geoprint.geometry.triangle_sizes import thinness
-from geoprint.kernels import writable
 from geoprint.model import FloatArray, IntArray, Rounded, Surface, comparable, frozen, recorded
 
 # Staircases: surfaces that a program put around voxels, whose steps are the grid's and not the part's.
@@ -267,7 +266,7 @@ def _flips(surface: Surface) -> Defect:
 
 def _slivers(surface: Surface) -> FloatArray:
     """Return the (k, 3) middles of very thin faces, the thinnest first."""
-    doubled, squares = thinness(writable(surface.vertices), writable(surface.faces))
+    doubled, squares = thinness(surface.vertices, surface.faces)
     heights = doubled / squares
     thin = np.flatnonzero(heights < SLIVER_SHARE)
     return surface.vertices[surface.faces[thin[np.argsort(heights[thin], kind="stable")]]].mean(axis=1)

@@ -13,7 +13,6 @@ from scipy.spatial import KDTree
 
 from geoprint.errors import MeshError
 from geoprint.geometry.crossings import crossings
-from geoprint.geometry.halfedges import counted
 from geoprint.geometry.manifold import check_connected, check_edges, split_vertices, turned_faces
 from geoprint.geometry.operators import face_areas, signed_volume
 from geoprint.geometry.points import in_words, triple
@@ -31,7 +30,7 @@ from geoprint.geometry.topology import (
     used_vertices,
 )
 from geoprint.geometry.triangle_sizes import side_lengths, thinness
-from geoprint.kernels import inner, njit, writable
+from geoprint.kernels import inner, njit
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface, comparable, frozen
 
 # What was repaired on a mesh, counted once: repairs of several steps add up, and each kind is named in its place.
@@ -549,16 +548,14 @@ def _check_crossings(surface: Surface, *, depth: float) -> bool:
 
 def _degenerate(vertices: FloatArray, faces: IntArray) -> BoolArray:
     """Return (m,) whether a face has no area: a corner twice, or a height lost in rounding."""
-    doubled, squares = thinness(writable(vertices), writable(faces))
+    doubled, squares = thinness(vertices, faces)
     return doubled <= DEGENERATE_SHARE * squares
 
 
 def _first_of_each(faces: IntArray) -> IntArray:
     """Return the first of each set of faces with the same corners, ascending."""
     corners = np.sort(faces, axis=1)
-    order = np.arange(len(faces))
-    for corner in (2, 1, 0):
-        order = counted(np.ascontiguousarray(corners[:, corner]), order, int(faces.max(initial=0)) + 1)
+    order = np.lexsort((corners[:, 2], corners[:, 1], corners[:, 0]))
     ordered = corners[order]
     starts = np.concatenate([np.ones(min(len(order), 1), dtype=np.bool_), (ordered[1:] != ordered[:-1]).any(axis=1)])
     return np.sort(order[starts])

@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from geoprint.errors import MeshError
 from geoprint.model import FloatArray, IntArray, Surface
@@ -106,9 +108,9 @@ def connected_nodes(first: IntArray, second: IntArray, *, nodes: int) -> IntArra
         second: (k,) its other end.
         nodes: how many there are.
     """
-    from geoprint.geometry.linking import linked  # here, because Numba takes half a second to load
-
-    return linked(np.ascontiguousarray(first), np.ascontiguousarray(second), nodes)
+    links = coo_array((np.ones(first.size), (first, second)), shape=(nodes, nodes))
+    _, labels = connected_components(links, directed=False)
+    return labels.astype(np.int64)
 
 
 def face_counts(side_edge: IntArray) -> IntArray:
@@ -267,10 +269,9 @@ def kind_of(euler: int, *, loops: int) -> str:
 
 def _matched(faces: IntArray) -> IntArray:
     """Return the (3 m,) twins of half-edges, -1 on the border and -2 where an edge has more than two faces."""
-    from geoprint.geometry.halfedges import matched
-    from geoprint.kernels import writable  # here, because Numba takes half a second to load
+    from geoprint.geometry.halfedges import matched  # here, because Numba takes half a second to load
 
-    return matched(writable(faces.ravel()), int(faces.max(initial=-1)) + 1)
+    return matched(faces.ravel(), int(faces.max(initial=-1)) + 1)
 
 
 def _crowded(counts: IntArray) -> MeshError:

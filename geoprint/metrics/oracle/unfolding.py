@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from geoprint.geometry import boundary_half_edges, twins
 from geoprint.geometry.halfedges import next_half, previous_half
-from geoprint.kernels import inlined, inner, uncounted
+from geoprint.kernels import inlined, inner, uncounted, writable
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface, SurfacePoints
 
 # Triangles flattened one by one: the plane coordinates in which geodesics are unfolded.
@@ -114,7 +114,7 @@ def flat_mesh(surface: Surface) -> FlatMesh:
 def flat_places(mesh: FlatMesh, points: SurfacePoints) -> Places:
     """Return points of the surface in the planes of their faces."""
     flat = (points.weights * mesh.corners.reshape(-1, 3)[points.faces]).sum(axis=1)
-    return Places(points.faces, flat)
+    return Places(writable(points.faces), flat)
 
 
 def spatial(mesh: FlatMesh, places: Places) -> FloatArray:

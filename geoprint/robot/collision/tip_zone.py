@@ -32,7 +32,7 @@ Corners: TypeAlias = tuple[Point, Point, Point]
 def raise_tops(
     tops: FloatArray,
     pairs: tuple[IntArray, IntArray],
-    triangles: FloatArray,
+    corners: FloatArray,
     placements: tuple[FloatArray, FloatArray],
     heights: tuple[float, float],
 ) -> None:
@@ -41,34 +41,34 @@ def raise_tops(
     Args:
         tops: (k,) heights over the tip planes, raised here [mm].
         pairs: (n,) placement and (n,) triangle of each pair.
-        triangles: (m, 3, 3) corners in the frame of the poses [mm].
+        corners: (3 m, 3) of the triangles in the frame of the poses [mm].
         placements: (k, 4, 4) poses of the tool, whose z leads into the surface, and (k,) radii about it [mm].
         heights: triangles wholly below the first and above the second are left out, and points below the first [mm].
     """
     (rows, chosen), (poses, radii), (lowest, highest) = pairs, placements, heights
     for pair in range(rows.size):
-        row, triangle = rows[pair], chosen[pair]
-        corners = (
-            _into_tool(triangles, triangle, 0, poses, row),
-            _into_tool(triangles, triangle, 1, poses, row),
-            _into_tool(triangles, triangle, 2, poses, row),
+        row, first = rows[pair], 3 * chosen[pair]
+        triangle = (
+            _into_tool(corners, first, poses, row),
+            _into_tool(corners, first + 1, poses, row),
+            _into_tool(corners, first + 2, poses, row),
         )
-        low = min(corners[0][2], corners[1][2], corners[2][2])
-        high = max(corners[0][2], corners[1][2], corners[2][2])
+        low = min(triangle[0][2], triangle[1][2], triangle[2][2])
+        high = max(triangle[0][2], triangle[1][2], triangle[2][2])
         if low > highest or high < lowest or high <= tops[row]:
             continue
         radius = float(radii[row])
-        top = max(_top_of_sides(corners, radius), _top_of_plane(corners, radius))
+        top = max(_top_of_sides(triangle, radius), _top_of_plane(triangle, radius))
         if top >= lowest:
             tops[row] = max(tops[row], top)
 
 
 @inner
-def _into_tool(triangles: FloatArray, triangle: int, corner: int, poses: FloatArray, row: int) -> Point:
+def _into_tool(corners: FloatArray, corner: int, poses: FloatArray, row: int) -> Point:
     """Return a corner of a triangle as a pose of the tool sees it, its height away from the surface."""
-    x = triangles[triangle, corner, 0] - poses[row, 0, 3]
-    y = triangles[triangle, corner, 1] - poses[row, 1, 3]
-    z = triangles[triangle, corner, 2] - poses[row, 2, 3]
+    x = corners[corner, 0] - poses[row, 0, 3]
+    y = corners[corner, 1] - poses[row, 1, 3]
+    z = corners[corner, 2] - poses[row, 2, 3]
     return (
         x * poses[row, 0, 0] + y * poses[row, 1, 0] + z * poses[row, 2, 0],
         x * poses[row, 0, 1] + y * poses[row, 1, 1] + z * poses[row, 2, 1],
@@ -190,7 +190,7 @@ class TipZone:
             block = KDTree(centres[first : first + PLACEMENTS_AT_A_TIME])
             near = block.sparse_distance_matrix(tree, reach, output_type="ndarray")
             rows, chosen = (np.array(near[key], dtype=np.int64) for key in ("i", "j"))
-            raise_tops(tops, (rows + first, chosen), fragments, (poses, radii), (lowest, TIP_ZONE))
+            raise_tops(tops, (rows + first, chosen), fragments.reshape(-1, 3), (poses, radii), (lowest, TIP_ZONE))
         return -tops
 
     def _around(self, points: FloatArray, *, reach: float) -> FloatArray:
