@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from geoprint.config import common_needles
 from geoprint.distance import accuracy, backend, most_accurate_backend
@@ -250,7 +251,8 @@ def _inside(patches: Sequence[PatchRecord]) -> list[str]:
 def _repairs(workpiece: Workpiece) -> Iterator[str]:
     """Say what preparing changed, patch by patch."""
     for number, preparation in enumerate(workpiece.preparations, start=1):
-        if changes := preparation.repairs.changes():
+        # Every STL has the corners of its faces one by one: to join those that coincide repairs nothing.
+        if changes := replace(preparation.repairs, welded_vertices=0).changes():
             yield f"{_which(number, workpiece)}the mesh was repaired: {'; '.join(changes)}."
 
 

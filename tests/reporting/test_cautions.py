@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from geoprint.config import load_cell
+from geoprint.geometry import Repairs
 from geoprint.model import Cell, Fluid, Material
 from geoprint.reporting import Checked, record_plan, run_sheet
 from geoprint.reporting.cautions import details_of, notes_of, warnings_of, wide_needle_notes
@@ -50,6 +51,15 @@ def test_a_needle_wider_than_the_spacing_is_said_with_one_that_is_not(
 @pytest.fixture(scope="module")
 def planned(shared_plans: SharedPlans) -> Plan:
     return shared_plans.plan(plate((12.0, 12.0), (8, 8)), spacing=3.0, place="demo")
+
+
+def test_corners_that_every_stl_has_apart_are_no_repair_and_faces_turned_are(planned: Plan) -> None:
+    (prepared,) = planned.workpiece.preparations
+    for repairs, noted in ((Repairs(welded_vertices=300), 0), (Repairs(welded_vertices=300, flipped_faces=2), 1)):
+        workpiece = replace(planned.workpiece, preparations=(replace(prepared, repairs=repairs),))
+        notes = notes_of(replace(planned, workpiece=workpiece), record_plan(planned))
+        assert sum("was repaired: 2 faces turned" in note for note in notes) == noted
+        assert sum("was repaired" in note for note in notes) == noted
 
 
 @pytest.mark.parametrize(
