@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import logging
 import multiprocessing
 import os
@@ -38,6 +39,8 @@ LAST_STAGE = "program"
 SIDE, DIVISIONS = 8.0, 4
 # Distance between its paths [mm].
 SPACING = 2.0
+# Objects between two searches for cycles while loops are compiled: some tens of megabytes.
+GARBAGE = 100_000
 
 
 @contextmanager
@@ -54,7 +57,8 @@ def compiled_ahead() -> Generator[None]:
         with stopped_later():
             ahead.start()
         try:
-            yield
+            with _collected_seldom():
+                yield
         finally:
             ahead.terminate()
             ahead.join()
@@ -72,6 +76,19 @@ def compile_later_stages(folder: Path) -> None:
     save_ply(plate, path)
     with suppress(_EnoughError):
         plan(job_of(surface=path, unit="mm", spacing=SPACING, place="demo"), observe=_until_last_stage)
+
+
+@contextmanager
+def _collected_seldom() -> Generator[None]:
+    """Let Python look for cycles less often: numba makes many objects that stay, and each search goes through all."""
+    before = gc.get_threshold()
+    gc.freeze()
+    gc.set_threshold(GARBAGE, *before[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
+        gc.unfreeze()
 
 
 class _EnoughError(Exception):
@@ -106,5 +123,5 @@ def _quietly(folder: Path) -> None:
     end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     logging.disable()
-    with suppress(Exception):
+    with _collected_seldom(), suppress(Exception):
         compile_later_stages(folder)
