@@ -22,7 +22,7 @@ from typing import NoReturn, final
 
 import numpy as np
 
-from geoprint.errors import InputError
+from geoprint.errors import InputError, how_many
 from geoprint.model import FloatArray, Reading, frozen, reading
 
 # Letters of one line, and bytes of a file that a person or a script of one's own has written.
@@ -110,7 +110,7 @@ def text_lines(
                 if len(line) > most_line:
                     refuse(path.name, number, f"it is longer than {most_line} bytes, which no program writes")
                 if "\0" in line:
-                    refuse(path.name, number, "it holds a zero byte, so that this is no text; export it as text")
+                    refuse(path.name, number, "it holds a zero byte, so it is not text; export it as text")
                 yield number, line.rstrip("\r\n").lstrip("\ufeff") if number == 1 else line.rstrip("\r\n")
     except OSError as error:
         raise InputError(f"`{path}` cannot be read as {what} ({error.strerror}); give a file of text.") from error
@@ -222,7 +222,7 @@ class Delimited:
                 names = f"the header names {self.width} columns"
                 wanted = f"without a header there are {self.width}" if self.header is None else names
                 also = "; decimal commas need semicolons or tabs between columns" if self.separator == "," else ""
-                found = f"found {len(cells)} cells parted by {PARTED_BY[self.separator]}"
+                found = f"found {how_many(len(cells), 'cell')} separated by {PARTED_BY[self.separator]}"
                 refuse(self.name, number, f"{found}, but {wanted}{also}")
             yield number, cells, broken
             begun, broken = True, False
@@ -294,7 +294,7 @@ class Delimited:
         if self._points and self._commas:
             raise InputError(
                 f"{self.name} has decimal points in line {self._points} and decimal commas in line {self._commas}, so "
-                "that 1.234 may be a thousand; export it with one of them and without marks between thousands."
+                "1.234 may mean a thousand. Export it with one kind and without thousands separators."
             )
 
     def unused(self, used: Iterable[int]) -> dict[str, int]:
@@ -423,8 +423,9 @@ def _layout(table: Delimited, layouts: Sequence[tuple[str, ...]], *, bare: bool)
         if bare and table.width == len(layouts[0]):
             return layouts[0], list(range(table.width))
         refuse(
-            table.name, table.header_line, f"found {table.width} cells parted by {PARTED_BY[table.separator]} and no "
-            f"header; name the columns {' or '.join(','.join(names) for names in layouts)} in the first row"
+            table.name, table.header_line,
+            f"found {table.width} cells separated by {PARTED_BY[table.separator]} and no header; name the columns "
+            f"{' or '.join(','.join(names) for names in layouts)} in the first row"
             + ("; decimal commas need semicolons or tabs between columns" if table.separator == "," else ""),
         )  # fmt: skip
     for names in layouts:
@@ -433,7 +434,7 @@ def _layout(table: Delimited, layouts: Sequence[tuple[str, ...]], *, bare: bool)
             return names, [found[name] for name in names]
     wanted = " or ".join(",".join(names) for names in layouts)
     shown = ",".join(table.header)[:SHOWN]
-    also = f", or leave the header out of a table with {len(layouts[0])} columns" if bare else ""
+    also = f", or leave the header out of a table with {how_many(len(layouts[0]), 'column')}" if bare else ""
     refuse(
         table.name, table.header_line, f"the first row must name the columns {wanted}, found {shown!r}; name them{also}"
     )

@@ -93,6 +93,22 @@ class ExportError(GeoprintError):
     exit_status: ClassVar[int] = 7
 
 
+def reason_of(error: Exception) -> str:
+    """Return what went wrong in words: of an error of the system without its number and its file."""
+    return (isinstance(error, OSError) and error.strerror) or str(error)
+
+
+def how_many(count: int, noun: str, plural: str = "") -> str:
+    """Return a number of things in words: '1 run', '2 runs'.
+
+    Args:
+        count: of them.
+        noun: for one.
+        plural: for several, where it takes more than an s.
+    """
+    return f"{count} {noun}" if count == 1 else f"{count} {plural or f'{noun}s'}"
+
+
 @contextmanager
 def naming(what: str) -> Generator[None]:
     """Say of what an error inside is: its sentence begins with these words; its class and numbers stay.

@@ -74,7 +74,7 @@ def loaded(point: EntryPoint, noun: str) -> Any:
         return point.load()
     except Exception as error:  # whatever another's package raises when it is imported
         raise UsageError(
-            f"the {noun} '{point.name}' from {origin_of(point)} cannot be loaded ({type(error).__name__}: {error}): "
+            f"the {noun} '{point.name}' from {origin_of(point)} cannot be loaded ({error}): "
             "fix or uninstall that package."
         ) from error
 

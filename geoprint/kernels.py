@@ -118,7 +118,7 @@ S = TypeVar("S", bound=np.generic)
 _LOG = logging.getLogger(__name__)
 # What numba says where it can keep nothing.
 _NOWHERE = "no locator available"
-_WHY = "because neither geoprint's folder nor a home can be written; NUMBA_CACHE_DIR names another place"
+_WHY = "because neither geoprint's folder nor the home folder is writable; set NUMBA_CACHE_DIR to another folder"
 
 
 def njit(function: Callable[P, R]) -> Callable[P, R]:
@@ -231,9 +231,9 @@ def _may_keep() -> bool:
         usable = known = False
         folder = Path()
     if not usable:
-        _LOG.warning("note: compiled loops cannot be kept, so that each run compiles them anew, %s.", _WHY)
+        _LOG.warning("note: compiled loops cannot be cached, so each run compiles them, %s.", _WHY)
         return False
     if not known:
-        _LOG.warning("note: compiled loops are kept in %s, %s.", folder, _WHY)
+        _LOG.warning("note: compiled loops are cached in %s, %s.", folder, _WHY)
     numba.config.CACHE_DIR = str(folder)
     return True

@@ -69,9 +69,7 @@ class Entry(Generic[FactoryT_co]):
         """
         stated: object = getattr(self.factory, name, default)
         if not isinstance(stated, type(default)):
-            raise UsageError(
-                f"`{name}` of {self.origin} is {stated!r}; it must be {type(default).__name__}, as {default!r} is."
-            )
+            raise UsageError(f"`{name}` of {self.origin} is {stated!r}; it must be of the same kind as {default!r}.")
         return stated
 
     @property
@@ -161,7 +159,7 @@ class Registry(Generic[FactoryT]):
             UsageError: the name is taken or no name, or what is given cannot be an entry.
         """
         if name in self._own:
-            raise UsageError(f"there is a {self._noun} named '{name}' already: choose another name.")
+            raise UsageError(f"a {self._noun} named '{name}' exists already: choose another name.")
         self._own[name] = self._entry(name, factory, f"the {self._noun} '{name}' that was registered")
 
     def find(self, name: str) -> Entry[FactoryT]:

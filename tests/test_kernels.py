@@ -70,7 +70,7 @@ def test_two_first_runs_share_a_folder_of_their_own_where_package_and_home_canno
     record = [run.communicate(timeout=120) for run in both]
     assert [stdout for stdout, _ in record] == ["3 3 True\n"] * 2, record
     folder = tmp_path / f"geoprint-{os.getuid()}"
-    assert any(f"note: compiled loops are kept in {folder}, because" in stderr for _, stderr in record)
+    assert any(f"note: compiled loops are cached in {folder}, because" in stderr for _, stderr in record)
     assert stat.S_IMODE(folder.stat().st_mode) == 0o700
 
     assert started(locked, tmp_path, "int64").communicate(timeout=120) == ("3 True\n", "")
@@ -81,7 +81,7 @@ def test_a_folder_that_others_may_write_is_not_trusted(locked: Path, tmp_path: P
     (tmp_path / f"geoprint-{os.getuid()}").chmod(0o777)
     stdout, stderr = started(locked, tmp_path, "int64").communicate(timeout=120)
     assert stdout == "3 False\n"
-    assert "note: compiled loops cannot be kept, so that each run compiles them anew" in stderr
+    assert "note: compiled loops cannot be cached, so each run compiles them" in stderr
     assert len(stderr.splitlines()) == 1
 
 

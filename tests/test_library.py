@@ -366,9 +366,9 @@ def test_a_plan_answers_what_it_is_asked(planned: Plan) -> None:
 
 
 def test_a_plan_without_a_robot_or_a_measurement_says_so(planned: Plan) -> None:
-    with pytest.raises(InputError, match=r"this plan has 0 trajectories, not one: .* where the robot was left out"):
+    with pytest.raises(InputError, match=r"this plan has 0 trajectories, not one: .* without the robot"):
         _ = replace(planned, robot=()).trajectory
-    with pytest.raises(InputError, match="how even these paths are was not measured"):
+    with pytest.raises(InputError, match="the evenness of these paths was not measured"):
         _ = replace(planned, uniformity=None).evenness
 
 

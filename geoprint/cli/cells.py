@@ -10,7 +10,7 @@ import typer
 from geoprint.cli.ending import wrote
 from geoprint.cli.options import AsJson, Overwrite, takes
 from geoprint.cli.terminal import columns, result, show
-from geoprint.errors import ExportError, UsageError
+from geoprint.errors import ExportError, UsageError, reason_of
 
 
 def init(
@@ -31,7 +31,9 @@ def init(
             path.write_text(text, encoding="utf-8")
             wrote(path)
     except OSError as error:
-        raise ExportError(f"the files cannot be written to {folder} ({error}); choose another folder.") from error
+        raise ExportError(
+            f"the files cannot be written to {folder} ({reason_of(error)}); choose another folder."
+        ) from error
 
 
 @takes()
@@ -57,7 +59,7 @@ def calibrate(
     unit: str | None = None,
     cell: Path | None = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Cell file to write; without it nothing is written.")
+        Path | None, typer.Option(metavar="FILE", help="Cell file to write; omitted: only print the result.")
     ] = None,
     noise_mm: Annotated[
         float | None,

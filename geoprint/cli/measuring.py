@@ -32,13 +32,15 @@ OffsetUpTo = Annotated[
         show_default="a tenth of the spacing",
     ),
 ]
-Fit = Annotated[bool, typer.Option("--fit", help="First lay the paths onto the part by a rigid motion.")]
+Fit = Annotated[bool, typer.Option("--fit", help="First fit the paths to the part by a rigid motion.")]
 Deposit = Annotated[
     str | None,
     typer.Option(
         metavar="NAME",
-        help="What deposits, where a file does not tell: an output's name in RAPID; in G-code two M-codes, as M3/M5 "
-        "or M42 P4 S255/S0, or the letter of an axis that extrudes, as A.",
+        help=(
+            "What deposits, if the file does not say. RAPID: an output's name. G-code: two M-codes, as M3/M5 or M42 "
+            "P4 S255/S0, or the extruder's axis, as A."
+        ),
     ),
 ]
 Dialect = Annotated[

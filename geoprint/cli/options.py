@@ -23,8 +23,8 @@ from geoprint.errors import UsageError
 
 
 _PARTS = (
-    "File of the part: STL, OBJ, PLY, OFF or 3MF, or one of these in a ZIP; with the extras also STEP, IGES, label "
-    "volumes and point clouds"
+    "File of the part: STL, OBJ, PLY, OFF, 3MF, or a ZIP of one; with extras also STEP, IGES, label volumes and point "
+    "clouds"
 )
 Part = Annotated[
     Path,

@@ -12,7 +12,7 @@ from geoprint.cli.ending import error_object, wrote
 from geoprint.cli.options import AsJson, Keys, MaxMemory, Overwrite, Part, PartOrJob, job_asked, takes
 from geoprint.cli.terminal import columns, print_json, result, say, show
 from geoprint.config.job import Job
-from geoprint.errors import UsageError, VerificationError
+from geoprint.errors import UsageError, VerificationError, how_many
 
 
 @takes()
@@ -160,7 +160,6 @@ def check(
 ) -> None:
     """Read a bundle back, whoever has edited it since, compare it with its plan and print the run sheet."""
     from geoprint.reporting import also_seen, check_summary, check_text
-    from geoprint.reporting.records.rounding import how_many
     from geoprint.workflow import check_folder, record_seen
 
     if record is None and (note or controller):

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from itertools import groupby
 from typing import TextIO
 
-from geoprint.errors import ExportError
+from geoprint.errors import ExportError, reason_of
 
 # A terminal is not narrower than this.
 NARROWEST = 20
@@ -68,7 +68,9 @@ def tell(text: str) -> None:
     try:
         _write(text, sys.stdout)
     except OSError as error:
-        raise ExportError(f"the result cannot be printed on stdout ({error}); give it another place.") from error
+        raise ExportError(
+            f"the result cannot be printed on stdout ({reason_of(error)}); give it another place."
+        ) from error
 
 
 def print_json(value: object) -> None:

@@ -12,6 +12,7 @@ from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
 from scipy.spatial.transform import Rotation
 
 from geoprint.config.strict import Rounds, Table, Triple
+from geoprint.errors import how_many
 from geoprint.model import (
     PASCAL_PER_KPA,
     Box,
@@ -145,9 +146,9 @@ class TiltTurnTable(Table):
     def _names_what_drives_it(self) -> Self:
         driven = self.control == "external axes"
         if driven and self.mechanical_unit is None:
-            raise ValueError('control is "external axes": name the mechanical_unit that the controller knows them by')
+            raise ValueError('control = "external axes" needs mechanical_unit, its name on the controller')
         if not driven and self.mechanical_unit is not None:
-            raise ValueError('mechanical_unit is named, which only control = "external axes" moves: state that too')
+            raise ValueError('mechanical_unit needs control = "external axes": state that too')
         return self
 
     @model_validator(mode="after")
@@ -159,12 +160,12 @@ class TiltTurnTable(Table):
         lowest = self.plate_thickness_mm + self.stand_diameter_mm / 2
         if self.axis_depth_mm < lowest:
             raise ValueError(
-                f"axis_depth_mm is {self.axis_depth_mm:g}, so that the beam of {self.stand_diameter_mm:g} mm about the "
+                f"axis_depth_mm is {self.axis_depth_mm:g}, and the beam of {self.stand_diameter_mm:g} mm about the "
                 f"tilting axis passes through the plate: it must be at least {lowest:g}"
             )
         if self.stand_distance_mm <= (self.plate_diameter_mm + self.stand_diameter_mm) / 2:
             raise ValueError(
-                f"stand_distance_mm is {self.stand_distance_mm:g}, so that the turning plate of "
+                f"stand_distance_mm is {self.stand_distance_mm:g}, and the turning plate of "
                 f"{self.plate_diameter_mm:g} mm meets the post of {self.stand_diameter_mm:g} mm"
             )
         return self
@@ -241,7 +242,7 @@ class RobotTable(Table):
     @model_validator(mode="after")
     def _one_arm_with_its_load(self) -> Self:
         if (self.model is None) == (self.urdf is None):
-            raise ValueError("give either model, an arm that geoprint brings, or urdf, the file of your own")
+            raise ValueError("give either model, an arm of geoprint, or urdf, your own file")
         if (self.payload_kg is None) != (self.wrist_inertia_kg_m2 is None):
             raise ValueError("payload_kg and wrist_inertia_kg_m2 (about axes 5 and 6) belong together: give both")
         return self
@@ -328,12 +329,13 @@ class WorkTable(Table):
     def _touched_when_calibrated(self) -> Self:
         if len(self.model_mm) != len(self.touched_mm):
             raise ValueError(
-                f"model_mm lists {len(self.model_mm)} points and touched_mm {len(self.touched_mm)}: they must be pairs"
+                f"model_mm lists {how_many(len(self.model_mm), 'point')} and touched_mm {len(self.touched_mm)}: "
+                "they must be pairs"
             )
         if self.source == "calibrated" and not self.touched_mm:
             raise ValueError('source = "calibrated" needs the points that were touched: model_mm and touched_mm')
         if self.part_mm is None and self.part_rpy_deg is not None:
-            raise ValueError("part_rpy_deg turns the part on its fixture, but part_mm does not say where it stands")
+            raise ValueError("part_rpy_deg needs part_mm, the position of the part on its fixture")
         return self
 
 
@@ -358,7 +360,7 @@ class ProcessTable(Table):
         needed = self.clearance_mm + self.layer_height_mm
         if self.retract_mm < needed:
             raise ValueError(
-                f"retract_mm is {self.retract_mm:g}, but between runs the tip must pass over what was laid: at least "
+                f"retract_mm is {self.retract_mm:g}, but the tip must clear the deposit between runs: at least "
                 f"clearance_mm + layer_height_mm = {needed:g} mm"
             )
         return self
@@ -382,8 +384,8 @@ class MaterialTable(Table):
         missing = [name for name in FLOW_KEYS if getattr(self, name) is None]
         if missing and self.model_fields_set != {"overhang_deg"}:
             raise ValueError(
-                f"{', '.join(missing)} missing; `geoprint fit-flow` writes {', '.join(FLOW_KEYS)} together, only "
-                "overhang_deg may stand without them"
+                f"{', '.join(missing)} missing; `geoprint fit-flow` writes {', '.join(FLOW_KEYS)} together; only "
+                "overhang_deg may stand alone"
             )
         return self
 
@@ -428,13 +430,13 @@ class SignalsTable(Table):
     def _has_a_flow_to_follow(self) -> Self:
         if self.mode == "analog" and (self.flow is None) != (self.flow_per_mm3_s is None):
             raise ValueError(
-                'mode "analog" needs both flow, the analog output, and flow_per_mm3_s, its value for 1 mm3/s; without '
-                "either a program runs only dry"
+                'mode "analog" needs both flow, the analog output, and flow_per_mm3_s, its value for 1 mm3/s; '
+                "otherwise programs only run dry"
             )
         if self.mode == "analog" and self.settle_ms > 0.0:
             raise ValueError(
-                f'settle_ms is {self.settle_ms:g}, but in mode "analog" nothing flows while the tip rests: take it out '
-                "and say with flow_lag_s how late the flow follows"
+                f'settle_ms is {self.settle_ms:g}, but in mode "analog" nothing flows while the tip rests: remove it, '
+                "and state the delay of the flow as flow_lag_s"
             )
         return self
 

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from geoprint.config.job import Job
 from geoprint.config.strict import describe, line_of, parsed_toml, text_of
-from geoprint.errors import InputError, UsageError
+from geoprint.errors import InputError, UsageError, reason_of
 from geoprint.model import Cell, FloatArray, Tool, comparable
 from geoprint.transforms import inverse, rigid
 
@@ -31,8 +31,7 @@ _NEEDLE = {"inner": "0.6", "outer": "0.91", "needle": "25.4", "standoff": "0.3"}
 # What each cell that comes with geoprint says where `geoprint/robots/irb120.toml.in` leaves it open, the default first.
 _PACKAGED = {
     "irb120-bent45": {
-        "about": "nozzle on a bracket bent by 45 degrees: the default, because the wrist stays far from its "
-        "singularity.",
+        "about": "nozzle on a bracket bent by 45 degrees: the default, which keeps the wrist far from its singularity.",
         "home": "[0, 28, 20, 0, 87, 180]",
         "reach": "40 mm flange piece, then 120 mm along the bent nozzle.",
         "tcp": "[84.8528137, 0, 124.8528137]",
@@ -111,7 +110,7 @@ def cell_text(path: Path | str) -> str:
     try:
         return text_of(Path(path))
     except (OSError, ValueError) as error:
-        found = "does not exist" if isinstance(error, FileNotFoundError) else f"cannot be read ({error})"
+        found = "does not exist" if isinstance(error, FileNotFoundError) else f"cannot be read ({reason_of(error)})"
         raise UsageError(f"the cell file {path} {found}; `geoprint init` writes one.") from error
 
 
@@ -222,8 +221,8 @@ def needle_with_bore(bore: float, tool: Tool) -> Needle:
     if abs(found.inner - bore) > SAME_BORE:
         bores = ", ".join(f"{needle.inner:g} ({needle.gauge} gauge)" for needle in common)
         raise UsageError(
-            f"no needle has an inner diameter of {bore:g} mm: `--needle` takes {bores}, or {own.inner:g} of the cell; "
-            "describe another one under [nozzle] of the cell file."
+            f"no needle has an inner diameter of {bore:g} mm: `--needle` takes {bores}, or {own.inner:g} of the cell. "
+            "Describe another one under [nozzle] of the cell file."
         )
     return found
 

@@ -14,7 +14,7 @@ from typing import Annotated, Literal, Self, final
 from pydantic import Field, PositiveFloat, PositiveInt, ValidationError, model_validator
 
 from geoprint.config.strict import Table, Triple, describe, line_of, parsed_toml, text_of
-from geoprint.errors import UsageError
+from geoprint.errors import UsageError, reason_of
 
 # A line turns by half turns; more than four whole ones about a vertex are no field that anybody draws.
 MOST_TURNS = 4.0
@@ -69,7 +69,7 @@ weight = 100.0
 
 # How wide fibres are, which lie as far from one another, where that is not `--spacing` everywhere: from a table, or
 # along a direction from where the part begins to where it ends, or at places and fading to the spacing around them. A
-# cell lays from least_flow_share to most_flow_share of the spacing, and flow that follows takes its mode "analog".
+# cell deposits least_flow_share to most_flow_share of the spacing, and flow that follows takes its mode "analog".
 # [width]
 # table = "widths.csv"        # beside this file: x,y,z,width in mm of points on the part
 # direction = [0.0, 0.0, 1.0]
@@ -206,11 +206,11 @@ class FieldFile(Table):
     def _says_something(self) -> Self:
         designed = bool(self.preferences or self.singularities)
         if self.wall is not None and (designed or self.helix or self.through):
-            raise ValueError("a wall says every line through it: leave out all tables but the width, or the wall")
+            raise ValueError("a wall defines every line through it: remove all tables but the width, or the wall")
         if designed and self.helix is not None:
-            raise ValueError("a helix says every line: leave out the preferences and singularities, or the helix")
+            raise ValueError("a helix defines every line: remove the preferences and singularities, or the helix")
         if not designed and self.helix is None and self.wall is None:
-            raise ValueError("it says no line: give a preference, a singularity, a helix or a wall")
+            raise ValueError("it defines no line: give a preference, a singularity, a helix or a wall")
         return self
 
 
@@ -223,7 +223,9 @@ def _text(path: Path | str) -> str:
     try:
         return text_of(Path(path))
     except (OSError, ValueError) as error:
-        raise UsageError(f"the field file {path} cannot be read ({error}); `geoprint init` writes one.") from error
+        raise UsageError(
+            f"the field file {path} cannot be read ({reason_of(error)}); `geoprint init` writes one."
+        ) from error
 
 
 def read_field(path: Path | str) -> FieldFile:
@@ -255,7 +257,7 @@ def _beside(path: Path | str, table: str, key: str, named: str) -> str:
     """
     file = Path(path).parent / named
     if not file.is_file():
-        raise UsageError(f"{Path(path).name}: [{table}] names the {key} {named}, but there is no file {file}.")
+        raise UsageError(f"{Path(path).name}: [{table}] names the {key} {named}, but the file {file} does not exist.")
     return str(file)
 
 
@@ -291,5 +293,5 @@ def stored_field(path: Path | str) -> StoredField:
         try:
             found[table, key] = Path(each).name, Path(each).read_bytes()
         except OSError as error:
-            raise UsageError(f"the {key} {each} of {Path(path).name} cannot be read ({error}).") from error
+            raise UsageError(f"the {key} {each} of {Path(path).name} cannot be read ({reason_of(error)}).") from error
     return StoredField(_text(path), found)

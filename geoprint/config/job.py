@@ -62,8 +62,8 @@ def layer_pattern(text: str) -> LayerPattern:
         value = math.nan
     if not name or (value is not None and not abs(value) <= HALF_TURN):
         raise ValueError(
-            f"{text[:60]!r} is no pattern of a layer: give its name, and behind a colon the angle of its rows from "
-            "-180 to 180 degrees, as guided:45"
+            f"{text[:60]!r} is not a pattern of a layer: give its name, and after a colon the angle of its rows (-180 "
+            "to 180), as guided:45"
         )
     return LayerPattern(name, value)
 
@@ -161,7 +161,7 @@ def _keys_of(text: str) -> dict[str, object]:
     try:
         return {"loops" if kind == "loop" else kind: READERS[kind](rest)}
     except (KeyError, ValueError) as error:
-        raise ValueError(f"{text[:60]!r} is no source, and no file: give one of {SHAPES}") from error
+        raise ValueError(f"{text[:60]!r} is neither a source nor a file: give one of {SHAPES}") from error
 
 
 def _numbers(text: str) -> list[int]:
@@ -201,14 +201,14 @@ class PatchRegion(Table):
     at: Annotated[
         Triple | None,
         Key(
-            "Cut the part out of the file: the piece about this point in mm.",
+            "Cut the part out of the file: the surface around this point in mm.",
             "[0.0, 0.0, 0.0] # point on or near the surface that the patch holds",
         ),
     ] = None
     radius: Annotated[
         PositiveFloat | None,
         Key(
-            "With `--at`: up to this far along the surface.",
+            "With `--at`: up to this distance along the surface.",
             "10.0 # up to this far from it along the surface",
             shape="MM",
         ),
@@ -216,7 +216,7 @@ class PatchRegion(Table):
     cone_deg: Annotated[
         Cone | None,
         Key(
-            "With `--at`: where the normal turns at most this far.",
+            "With `--at`: up to this turn of the normal.",
             "30.0 # where the normal turns at most this far from that at the point",
             option="cone",
             shape="DEG",
@@ -234,8 +234,8 @@ class PatchRegion(Table):
     curve: Annotated[
         list[Triple] | None,
         Key(
-            "Cut the part out of the file along a closed curve: a CSV file x,y,z (mm) of points in order round "
-            "it; `--at` says which side, by default the smaller.",
+            "Cut the part out along a closed curve: a CSV file x,y,z (mm) of points in order. `--at` chooses the "
+            "side, by default the smaller.",
             "[[-8.0, 0.0, 30.0], [8.0, 0.0, 30.0], [0.0, 9.0, 29.0]] # points in order round it, "
             "joined by shortest lines",
             rare=True,
@@ -244,7 +244,7 @@ class PatchRegion(Table):
     region: Annotated[
         str | None,
         Key(
-            "Cut the part out of the file by a group, object or label of it; `geoprint inspect` lists them.",
+            "Cut the part out by a group, object or label of the file; `geoprint inspect` lists them.",
             '"anterior" # name that the file gives to some of its faces; `geoprint inspect` lists them',
             rare=True,
         ),
@@ -256,11 +256,11 @@ class PatchRegion(Table):
     @model_validator(mode="after")
     def _is_bounded(self) -> Self:
         if self.at is None and (self.radius is not None or self.cone_deg is not None):
-            raise ValueError("a radius or a cone needs the point that it is about: give `at` (--at X Y Z) too")
+            raise ValueError("a radius or a cone needs its point: give `at` (--at X Y Z) too")
         if all(bound is None for bound in (self.radius, self.cone_deg, self.box, self.curve, self.region)):
             raise ValueError("a patch needs a bound: give a radius, a cone, a box, a curve or a region")
         if self.box is not None and not all(low < high for low, high in zip(self.box[:3], self.box[3:], strict=True)):
-            raise ValueError("a box is its lowest x y z and then its highest x y z")
+            raise ValueError("a box is its lowest x y z, then its highest x y z")
         if self.curve is not None and not 3 <= len(self.curve) <= MOST_CURVE_POINTS:
             raise ValueError(f"a curve has 3 to {MOST_CURVE_POINTS} points, found {len(self.curve)}")
         return self
@@ -342,8 +342,7 @@ class Job(Table):
     middle: Annotated[
         Literal["best", "fitted", "plain"] | None,
         Key(
-            "What becomes of contours where fronts meet: plain ones, fitted to the width that is there, or the best, "
-            "which covers better; by default the best.",
+            "Contours at the medial axis: plain, fitted to the local width, or best (default), which covers better.",
             '"plain" # contours where fronts meet: plain, fitted to the width that is there, or best of both',
             group="paths",
             rare=True,
@@ -352,7 +351,7 @@ class Job(Table):
     contours: Annotated[
         NonNegativeInt | None,
         Key(
-            "Contours around guided rows, so many.",
+            "Number of contours around guided rows.",
             "2 # contours around guided rows",
             group="paths",
             always=False,
@@ -372,7 +371,7 @@ class Job(Table):
     spacing: Annotated[
         Spacing | None,
         Key(
-            "Distance of neighbouring paths (stepover).",
+            "Distance between neighbouring paths (stepover).",
             "1.0",
             group="spacing",
             record="spacing_mm",
@@ -402,7 +401,7 @@ class Job(Table):
     options: Annotated[
         dict[str, Options],
         Key(
-            "What one backend, pattern or feature alone takes.",
+            "Options of one backend, pattern or feature.",
             "[options.lscm]\nresolution = 500",
             group="options",
             option="",
@@ -420,7 +419,7 @@ class Job(Table):
     threshold: Annotated[
         Annotated[float, Field(gt=0.0, lt=1.0)] | None,
         Key(
-            "Of resampled labels or probabilities: share from which on a voxel belongs to a label; by default 0.5.",
+            "Least share of a voxel that belongs to a label, for resampled labels or probabilities; by default 0.5.",
             "0.5 # share from which on a voxel of resampled labels or probabilities belongs to a label",
             group="part",
             always=False,
@@ -434,7 +433,7 @@ class Job(Table):
     thickness: Annotated[
         PositiveFloat | None,
         Key(
-            "Thickness of a device that is printed over the part, layer upon layer.",
+            "Thickness of a device printed over the part in layers.",
             "3.0 # of a device that is printed over the part, layer upon layer",
             group="layers",
             record="thickness_mm",
@@ -445,7 +444,7 @@ class Job(Table):
     feather: Annotated[
         PositiveFloat | None,
         Key(
-            "Let the thickness rise from nothing at the rim to the whole of it so far in, in mm.",
+            "Width in mm over which the thickness rises from zero at the rim.",
             "2.0 # the thickness rises from nothing at the rim to the whole of it so far in",
             group="layers",
             record="feather_mm",
@@ -457,8 +456,8 @@ class Job(Table):
     target: Annotated[
         Path | None,
         Key(
-            "What the layers fill instead of one thickness: a closed mesh over the part, or a CSV file "
-            "x,y,z,thickness (mm) of points on it.",
+            "Shape that the layers fill instead of one thickness: a closed mesh over the part, or a CSV file "
+            "x,y,z,thickness (mm).",
             '"device.stl" # what the layers fill instead: a closed mesh, or a CSV file x,y,z,thickness of points',
             group="layers",
             record="",
@@ -468,7 +467,7 @@ class Job(Table):
     layer: Annotated[
         PositiveInt | None,
         Key(
-            "Plan this layer of the thickness alone, from 1, the one on the part.",
+            "Plan only this layer of the thickness; 1 lies on the part.",
             "1 # of the thickness this layer alone, from 1",
             group="layers",
             always=False,
@@ -477,7 +476,7 @@ class Job(Table):
     fill_holes: Annotated[
         PositiveFloat | None,
         Key(
-            "Close holes whose border is up to this long in mm; by default missing triangles.",
+            "Close holes with a border up to this length in mm; by default only missing triangles.",
             "2.0 # close holes whose border is up to this long",
             group="part",
             record="fill_holes_mm",
@@ -488,7 +487,7 @@ class Job(Table):
     body: Annotated[
         Path | None,
         Key(
-            "Mesh of what the part lies on, same coordinates.",
+            "Mesh of the body under the part, in the same coordinates.",
             '"phantom.ply" # what the part lies on; what patches are cut from counts without being named',
             group="part",
             record="",
@@ -500,8 +499,8 @@ class Job(Table):
     needle: Annotated[
         PositiveFloat | None,
         Key(
-            "Inner diameter of the needle, one of the common ones or the cell's own: spacing, layer height, "
-            "stand-off and speed follow from it where they are not given.",
+            "Inner diameter of the needle, a common one or the cell's. It sets spacing, layer height, stand-off and "
+            "speed where these are not given.",
             "0.4 # inner diameter of the needle; given as an option it sets spacing, layer_height, standoff and speed",
             group="robot",
             record="",
@@ -520,8 +519,7 @@ class Job(Table):
     place: Annotated[
         Literal["demo", "best"] | None,
         Key(
-            "'demo': at demo_position_mm of the cell; 'best': where `geoprint place` puts it; the program runs only "
-            "dry.",
+            "'demo': at demo_position_mm of the cell; 'best': where `geoprint place` puts it; programs only run dry.",
             '"demo" # at demo_position_mm of the cell, "best" where the arm prints it best, for a program that runs '
             "only dry; else it must be calibrated",
             group="robot",
@@ -543,7 +541,7 @@ class Job(Table):
         float,
         Field(ge=0.0, le=45.0),
         Key(
-            "How far the nozzle may lean from the surface normal, in degrees.",
+            "Largest lean of the nozzle from the surface normal, in degrees.",
             "# how far the nozzle may lean from the surface normal",
             group="robot",
             record="max_tilt_deg",
@@ -554,7 +552,7 @@ class Job(Table):
     speed: Annotated[
         PositiveFloat | None,
         Key(
-            "Print no faster than this; the cell's speed_mm_s where left out.",
+            "Largest print speed; by default speed_mm_s of the cell.",
             "15.0 # print no faster than this; left out: the cell's speed_mm_s",
             group="robot",
             record="",
@@ -565,7 +563,7 @@ class Job(Table):
     on_slowdown: Annotated[
         OnSlowdown,
         Key(
-            "Where joints cannot hold the speed: 'auto' finds one that deposits what was planned, 'follow' keeps it.",
+            "If joints cannot hold the speed: 'auto' finds one that deposits the planned volume, 'follow' keeps it.",
             '# where joints cannot hold the speed: "auto" finds one at which a valve deposits what was planned, '
             '"follow" keeps it',
             group="robot",
@@ -575,7 +573,7 @@ class Job(Table):
     accept_flow: Annotated[
         bool,
         Key(
-            "Write a program even where a run gets less than 90 or more than 110 % of its volume.",
+            "Write a program even if a run gets less than 90 or more than 110 % of its volume.",
             "# true writes a program even where a run gets less than 90 or more than 110 % of its volume",
             group="robot",
             always=False,
@@ -585,7 +583,7 @@ class Job(Table):
     feedback: Annotated[
         Path | None,
         Key(
-            "The appraisal.json of a scan of this plan's last print: flow and valve are corrected by it.",
+            "The appraisal.json of this plan's last print: it corrects flow and valve.",
             '"appraisal.json" # of a scan of the last print of this plan: corrects flow and valve',
             group="robot",
             record="",
@@ -608,7 +606,7 @@ class Job(Table):
         if self.layered and len(self.patches) > 1:
             raise ValueError("a thickness is printed over one patch: plan the patches one by one")
         if self.thickness is not None and self.target is not None:
-            raise ValueError("give either a thickness or a target, not both: a target says how thick it is")
+            raise ValueError("give either a thickness or a target, not both: a target defines the thickness")
         return self
 
     @model_validator(mode="after")
@@ -616,7 +614,7 @@ class Job(Table):
         angles = [each.angle_deg for each in self.drawings]
         if self.source is not None and None not in angles:
             raise ValueError(
-                f"the source {self.source} is of none of the patterns, which all have an angle: leave out one of both"
+                f"the source {self.source} does not apply, because all patterns have an angle: remove one of them"
             )
         return self
 
@@ -626,8 +624,8 @@ class Job(Table):
         everywhere = source is None or source.border or source.best or source.angle is not None
         if len(self.patches) > 1 and not everywhere:
             raise ValueError(
-                f"the source {source} lies on one patch, but there are {len(self.patches)}: give each its own, as "
-                "`source` in its table, or take border, best or an angle for all"
+                f"the source {source} lies on one of {len(self.patches)} patches: give each patch its own `source` in "
+                "its table, or use border, best or an angle"
             )
         return self
 

@@ -29,7 +29,7 @@ from geoprint.config.strict import (
     text_of,
     unknown_key,
 )
-from geoprint.errors import UsageError
+from geoprint.errors import UsageError, reason_of
 
 _JOB_SUFFIX = ".toml"
 _HEAD = """\
@@ -169,7 +169,9 @@ def _read_job_file(path: Path) -> dict[str, object]:
     try:
         text = text_of(path)
     except (OSError, ValueError) as error:
-        raise UsageError(f"the job file {path} cannot be read ({error}); `geoprint init` writes one.") from error
+        raise UsageError(
+            f"the job file {path} cannot be read ({reason_of(error)}); `geoprint init` writes one."
+        ) from error
     keys = _with_paths(parsed_toml(text, name=path.name), folder=path.parent)
     try:
         Job.model_validate(keys)

@@ -98,7 +98,7 @@ def check_plain(path: Path, *, most: int = MOST_BYTES) -> None:
     """
     # Reading a pipe or a device might never end.
     if path.exists() and not path.is_file():
-        raise ValueError("it is no plain file")
+        raise ValueError("it is not a regular file")
     if path.stat().st_size > most:
         raise ValueError(f"it is larger than {most / 1e6:g} MB")
 

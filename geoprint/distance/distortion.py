@@ -262,16 +262,16 @@ def _refuse_unlike(surface: Surface, chart: Surface) -> None:
     """Refuse a chart of another surface, or one with triangles that have no stretch to measure."""
     if len(surface.faces) != len(chart.faces):
         raise InputError(
-            f"the chart has {len(chart.faces)} faces and {surface.name} {len(surface.faces)}; "
-            "they must be the same, in the same order."
+            f"the UV map of {surface.name} must have the same faces in the same order: it has {len(chart.faces)}, the "
+            f"surface {len(surface.faces)}."
         )
     flat = signed_areas(chart.vertices, chart.faces)
     count = int((flat <= 0.0).sum())
     if count:
         place = in_words(surface.vertices[surface.faces[int(np.argmax(flat <= 0.0))]].mean(axis=0))
         raise FieldError(
-            f"{count} of {flat.size} triangles of {surface.name} are flipped or collapsed in the "
-            f"chart, the first at {place}: it has no stretch to measure; choose another backend, or a smaller patch.",
+            f"{count} of {flat.size} triangles of {surface.name} are flipped or collapsed in the UV map, the first at "
+            f"{place}. Choose another backend or a smaller patch.",
             count=count,
         )
 

@@ -491,7 +491,7 @@ class FastMarching:
     """
 
     title: ClassVar[str] = "fast marching on the mesh"
-    summary: ClassVar[str] = "Sweeps a front over the surface that carries the direction of the shortest ways."
+    summary: ClassVar[str] = "Sweeps a front over the surface, with the direction of the shortest paths."
     accuracy: ClassVar[Accuracy] = Accuracy.NEARLY_EXACT
 
     def __init__(self, surface: Surface) -> None:
@@ -563,16 +563,16 @@ class FastMarching:
     def _require_reached(self, front: Front) -> None:
         if not front.distances.max() > 0.0:
             raise FieldError(
-                "every vertex of the surface belongs to the source, so there is no distance to compute: refine the "
-                "mesh or choose a smaller spacing."
+                "every vertex of the surface belongs to the source, so there is no distance to compute: choose a "
+                "smaller spacing."
             )
         missed = np.flatnonzero(np.isinf(front.distances))
         if missed.size:
             place = in_words(self._surface.vertices[missed[0]])
             raise FieldError(
                 f"{missed.size} of {front.distances.size} vertices of {self._surface.name} have no connection to the "
-                f"source, the first at {place}: give a source on every part "
-                "of the surface, or remove what is not wanted.",
+                f"source, the first at {place}. Put a source on every part of the surface, or remove what is not "
+                "wanted.",
                 vertex=int(missed[0]),
             )
 

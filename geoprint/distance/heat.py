@@ -197,7 +197,7 @@ class Heat:
     """
 
     title: ClassVar[str] = "heat method on the mesh"
-    summary: ClassVar[str] = "Lets heat flow over the surface and fits a distance to its directions."
+    summary: ClassVar[str] = "Diffuses heat over the surface and fits a distance to its gradient."
     accuracy: ClassVar[Accuracy] = Accuracy.EDGE_LENGTH
     compared: ClassVar[bool] = True
 
@@ -275,8 +275,8 @@ class _Held:
         known[held] = True
         if known.all():
             raise FieldError(
-                "every vertex of the surface belongs to the source, so there is no distance to compute: refine the "
-                "mesh or choose a smaller spacing."
+                "every vertex of the surface belongs to the source, so there is no distance to compute: choose a "
+                "smaller spacing."
             )
         free = np.flatnonzero(~known)
         self._free, self._coupling = free, csc_array(elements.stiffness[:, held][free])
@@ -327,8 +327,8 @@ class _Held:
         warm = heat > COLDEST
         if not warm.any():
             raise FieldError(
-                f"heat does not reach {free.size} of {known.size} vertices, because nothing connects them to the "
-                "source: give a source on every part of the surface."
+                f"heat does not reach {free.size} of {known.size} vertices, which are not connected to the source: "
+                "put a source on every part of the surface."
             )
         reach[free[warm]] = nearest - width * np.log(heat[warm])
         known[free[warm]] = True

@@ -42,8 +42,8 @@ def level_distances(field: ScalarField, *, spacing: float) -> FloatArray:
     count = int(np.ceil(field.maximum / spacing - 0.5))
     if count < 1:
         raise FieldError(
-            f"spacing is {spacing:g} mm, but no point of the surface is farther than {field.maximum:.3g} mm from the "
-            f"source: choose a spacing below {2 * field.maximum:.3g} mm."
+            f"spacing is {spacing:g} mm, but the surface ends {field.maximum:.3g} mm from the source: choose a "
+            f"spacing below {2 * field.maximum:.3g} mm."
         )
     return (np.arange(count, dtype=np.float64) + 0.5) * spacing
 

@@ -77,16 +77,16 @@ def intrinsic_triangulation(surface: Surface) -> IntrinsicTriangulation:
         clash = clashes[0]
         first, second = corners[clash // 3, clash % 3], corners[clash // 3, (clash + 1) % 3]
         raise MeshError(
-            f"{surface.name}: the edge between vertices {first} and {second} has more than two faces, or two that are "
-            "wound against each other; prepare the surface first, which says where.",
+            f"{surface.name}: the edge between vertices {first} and {second} has more than two faces, or two with "
+            "opposite winding. Prepare the surface first.",
             face=int(clash // 3),
         )
     lengths = side_lengths(surface.vertices, surface.faces)
     if lengths.min() <= 0.0:
         face = int(np.argmin(lengths.min(axis=1)))
         raise MeshError(
-            f"{surface.name}: face {face} at {surface.vertices[corners[face, 0]].tolist()} has two corners at the same "
-            "place; prepare the surface first, which merges them.",
+            f"{surface.name}: face {face} at {surface.vertices[corners[face, 0]].tolist()} has two corners at the "
+            "same point: prepare the surface first, which merges them.",
             face=face,
         )
     return _frozen(corners, lengths, twins.reshape(-1, 3), vertex_count=len(surface.vertices))

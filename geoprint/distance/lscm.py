@@ -56,7 +56,7 @@ class Lscm:
     """
 
     title: ClassVar[str] = "flattened, planned in 2D"
-    summary: ClassVar[str] = "Flattens the surface by a conformal map and takes straight distances in the plane."
+    summary: ClassVar[str] = "Flattens the surface with a conformal map and measures distances in the plane."
     accuracy: ClassVar[Accuracy] = Accuracy.CHART
     compared: ClassVar[bool] = True
 
@@ -103,10 +103,10 @@ class Lscm:
         pixel = self._size / resolution
         if pixel * stretch > spacing / FEWEST_PIXELS:
             raise FieldError(
-                f"a pixel of the chart of {self._surface.name} at resolution {resolution} is {pixel * stretch:.3g} mm "
-                f"on the surface at {self._tightest()}; for paths {spacing:g} mm apart it may be "
-                f"{spacing / FEWEST_PIXELS:.3g} mm: leave `options.lscm.resolution` out, give at least "
-                f"{fewest}, or use `--backend heat`, which has no raster.",
+                f"a pixel of the UV map of {self._surface.name} at resolution {resolution} is {pixel * stretch:.3g} "
+                f"mm on the surface at {self._tightest()}. Paths {spacing:g} mm apart allow "
+                f"{spacing / FEWEST_PIXELS:.3g} mm: omit `options.lscm.resolution`, give at least {fewest}, or use "
+                "`--backend heat`, which has no raster.",
                 spacing=spacing,
                 resolution=resolution,
             )
@@ -144,7 +144,7 @@ class Lscm:
         if not lines:
             raise FieldError(
                 f"no level curve of {self._surface.name} at {spacing / 2:g} mm from the source is longer than a pixel "
-                f"of {region.pixel:.3g} mm: choose a smaller spacing than {spacing:g} mm."
+                f"of {region.pixel:.3g} mm: choose a spacing below {spacing:g} mm."
             )
         levels = np.repeat(np.arange(distances.size), [len(level) for level in found])
         return Contours(self._lifted(lines), levels, spacing, field)
@@ -181,9 +181,9 @@ class Lscm:
         finest = 1.005 * spacing * needed / LARGEST_RESOLUTION
         coarser = needed * FEWEST_PIXELS <= LARGEST_RESOLUTION * PIXELS_PER_SPACING
         return FieldError(
-            f"paths {spacing:g} mm apart on {self._surface.name} need a raster of {needed} pixels across its chart, "
-            f"whose scale at {self._tightest()} is {self._scales.min():.2g}; at most {LARGEST_RESOLUTION} are allowed: "
-            f"choose a spacing of at least {finest:.3g} mm, "
+            f"paths {spacing:g} mm apart on {self._surface.name} need a raster of {needed} pixels across its UV map "
+            f"(scale {self._scales.min():.2g} at {self._tightest()}), at most {LARGEST_RESOLUTION} are allowed. "
+            f"Choose a spacing of at least {finest:.3g} mm, "
             + (f"take a coarser raster with `--set options.lscm.resolution={LARGEST_RESOLUTION}`, " if coarser else "")
             + "or use `--backend heat`, which has no raster.",
             spacing=spacing,

@@ -124,8 +124,8 @@ def _enclosed(polygon: FloatArray) -> float:
 
 def _overlap(what: str, place: FloatArray, count: int) -> FieldError:
     return FieldError(
-        f"{what} in the chart, the first at {in_words(place)}: the flattened part would overlap itself. "
-        "Use `--backend heat`, or a smaller patch.",
+        f"{what} in the UV map, the first at {in_words(place)}: the flattened part would overlap itself. Use "
+        "`--backend heat`, or a smaller patch.",
         place=triple(place),
         count=count,
     )
@@ -316,7 +316,6 @@ def _require_planar(surface: Surface, loops: tuple[IntArray, ...]) -> None:
     if loops and euler_characteristic(surface) == 2 - len(loops) and not component_labels(surface).any():
         return
     raise FieldError(
-        f"{surface.name} ({describe(surface)}) cannot be flattened without a cut; the backend 'lscm' needs one "
-        "component with a border and without handles: give a smaller open patch, or use `--backend heat`, which plans "
-        "on any surface."
+        f"{surface.name} ({describe(surface)}) cannot be flattened: 'lscm' needs one component with a border and no "
+        "handles. Give a smaller open patch, or use `--backend heat`, which plans on any surface."
     )

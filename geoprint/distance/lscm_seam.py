@@ -12,7 +12,7 @@ from geoprint.distance.distortion import signed_areas
 from geoprint.distance.lscm_chart import PinnedMap, conformal_chart, conformal_energy, refuse_overlaps, turning_pull
 from geoprint.distance.segment_distance import point_distances
 from geoprint.distance.sparse_solver import ComplexArray, SymmetricSolver, nested_dissection
-from geoprint.errors import FieldError
+from geoprint.errors import FieldError, how_many
 from geoprint.geometry import (
     arc_lengths,
     boundary_loops,
@@ -461,8 +461,8 @@ def _following(stretches: list[ChartStretch], *, largest_gap: float, whole: floa
     lost = alone[np.minimum(alone, whole - alone) > largest_gap]
     if lost.size:
         raise FieldError(
-            f"{lost.size} level curves end at the cut of the chart, the first {lost[0]:.3g} mm along it, and none goes "
-            f"on there within {largest_gap:.3g} mm: choose another spacing, or use `--backend heat`.",
+            f"{how_many(lost.size, 'level curve')} end at the cut of the UV map, the first {lost[0]:.3g} mm along it, "
+            f"with no continuation within {largest_gap:.3g} mm. Choose another spacing, or use `--backend heat`.",
             count=int(lost.size),
         )
     return dict(zip(ended.tolist(), begun.tolist(), strict=True))

@@ -133,8 +133,8 @@ def _graph(matrix: csc_array) -> Graph:
 
 def _singular(matrix: csc_array, error: Exception) -> FieldError:
     return FieldError(
-        f"the linear system of {matrix.shape[0]} unknowns is singular ({error}); part of the surface has no connection "
-        "to the source or degenerate triangles: check the mesh, or choose another source."
+        f"the linear system of {matrix.shape[0]} unknowns is singular ({error}). Check the mesh for degenerate "
+        "triangles and for parts not connected to the source."
     )
 
 

@@ -11,7 +11,7 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from geoprint.distance.intrinsic import intrinsic_triangulation
-from geoprint.errors import InputError, UsageError
+from geoprint.errors import InputError, UsageError, how_many
 from geoprint.geometry import (
     boundary_half_edges,
     boundary_loops,
@@ -210,7 +210,9 @@ class DirectionField:
         axes = {} if self.axes is None else {"axes": "float: m 2 3"}
         faces = freeze_arrays(self, angles="float: m", turning="float: m 3", **axes)["m"]
         if faces != len(self.surface.faces):
-            raise InputError(f"{self.surface.name} has {len(self.surface.faces)} faces, but the field has {faces}.")
+            raise InputError(
+                f"{self.surface.name} has {how_many(len(self.surface.faces), 'face')}, but the field has {faces}."
+            )
         over, turning = connection(self.surface), self.turning.ravel()
         inner = over.inner
         apart = np.abs(turning[inner] + turning[over.twins[inner]]).max(initial=0.0)
@@ -219,8 +221,8 @@ class DirectionField:
         off = float(max(apart, missed, beyond))
         if off > ANGLE_TOLERANCE:
             raise InputError(
-                f"by what a field on {self.surface.name} turns over a side does not lead to the direction beyond: off "
-                f"by {off:.3g} rad; `nearest_field` makes a field of directions alone.",
+                f"the turn of the field on {self.surface.name} across a side misses its direction beyond by {off:.3g} "
+                "rad: `nearest_field` makes a field from directions alone.",
                 off=off,
             )
 
@@ -360,7 +362,9 @@ def carried_field(
     """
     count = len(level.faces)
     if feet.faces.size != count:
-        raise InputError(f"{level.name} has {count} faces, but {feet.faces.size} feet are given: give that of each.")
+        raise InputError(
+            f"{level.name} has {how_many(count, 'face')}, but {feet.faces.size} feet are given: give one for each face."
+        )
     upright, above = face_normals(field.surface)[feet.faces], face_normals(level)
     cosines = np.einsum("mx,mx->m", upright, above)
     if cosines.min(initial=1.0) < OPPOSITE:

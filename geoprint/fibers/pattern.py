@@ -8,7 +8,7 @@ from typing import ClassVar, final
 import numpy as np
 
 from geoprint.distance import Backend
-from geoprint.errors import FieldError, InputError, UsageError
+from geoprint.errors import FieldError, InputError, UsageError, how_many
 from geoprint.fibers.field_lines import LINES, lines_of
 from geoprint.fibers.fields import DirectionField
 from geoprint.fibers.net import LineNet, net_of, places_of, surface_points
@@ -78,7 +78,7 @@ class FibrePattern:
 
     def __init__(self, *, field: Callable[[Surface], DirectionField] = lines_along_rim, laying: str = STRIPES) -> None:
         if laying not in LAYINGS:
-            raise UsageError(f"fibres have no laying '{laying[:40]}'; choose one of: {', '.join(LAYINGS)}.")
+            raise UsageError(f"fibres have no placement '{laying[:40]}'; choose one of: {', '.join(LAYINGS)}.")
         self._field, self._laying = field, laying
 
     def paths(
@@ -107,8 +107,8 @@ class FibrePattern:
             paths, too_short = self._deposited(piece.surface, net, piece.own(source.curves))
             if not paths:
                 raise FieldError(
-                    f"no stroke along the field on {surface.name} is {SHORTEST:g} spacings of {wanted.min():g} mm "
-                    "long: choose a smaller spacing."
+                    f"no path along the field on {surface.name} is {SHORTEST:g} spacings of {wanted.min():g} mm long: "
+                    "choose a smaller spacing."
                 )
             curves += [piece.on_whole(_curve(net, stroke)) for stroke in paths]
             rows += [_rows(stroke) for stroke in paths]
@@ -137,8 +137,8 @@ def _at_vertices(spacing: float | ScalarField, surface: Surface) -> FloatArray:
     values, count = spacing.values, len(surface.vertices)
     if values.size != count or values.min(initial=1.0) <= 0.0:
         raise InputError(
-            f"a spacing at each vertex of {surface.name} is {count} numbers above 0 mm, found {values.size} from "
-            f"{values.min(initial=np.inf):g}."
+            f"a spacing at each vertex of {surface.name} is {how_many(count, 'number')} above 0 mm, found "
+            f"{values.size} from {values.min(initial=np.inf):g}."
         )
     return values
 

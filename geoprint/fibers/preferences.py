@@ -110,7 +110,7 @@ class AlongStroke:
         lines = [self.curves.xyz(surface, curve) for curve in range(self.curves.count)]
         cut = [even_points(line, step=step) for line in lines if len(line) > 1]
         if not cut:
-            raise FieldError(f"no stroke on {surface.name} has two points: a stroke needs them to have a direction.")
+            raise FieldError(f"every line drawn on {surface.name} has one point: a direction needs two.")
         along = np.concatenate([np.diff(line, axis=0) for line in cut])
         middles = np.concatenate([(line[1:] + line[:-1]) / 2 for line in cut])
         return _wishes(surface, closest(surface, middles)[0].faces, along, weight=self.weight, what="no stroke")
@@ -133,7 +133,7 @@ class AlongDirection:
         freeze_arrays(self, direction="float: 3")
         _check_weight(self.weight)
         if not self.direction.any():
-            raise InputError("AlongDirection.direction must have a length; (1, 0, 0) is the part's x axis.")
+            raise InputError("a direction must have a length; (1, 0, 0) is the part's x axis.")
 
     def wishes(self, surface: Surface, *, symmetry: int) -> Wishes:  # noqa: ARG002  (a direction has a sense)
         """Return the projection in every face, weighted by area and the square of its length.
@@ -172,9 +172,7 @@ class AlongRim:
         """
         halves = boundary_half_edges(surface.faces)
         if halves.size == 0:
-            raise FieldError(
-                f"{surface.name} is closed, so that no field can follow its rim: leave out that preference."
-            )
+            raise FieldError(f"{surface.name} is closed and has no rim to follow: remove that preference.")
         starts, ends = half_edges(surface.faces)[halves].T
         along = surface.vertices[ends] - surface.vertices[starts]
         return _wishes(surface, halves // 3, along, weight=self.weight, what="no rim")
@@ -212,8 +210,8 @@ class AlongCurvature:
         """
         if symmetry == 1:
             raise UsageError(
-                "a principal direction of curvature is a line without a sense, which a field of vectors cannot follow: "
-                "make a field of 2 directions, or of 4."
+                "a principal direction of curvature has no sense, so a field of vectors cannot follow it: make a "
+                "field of 2 or 4 directions."
             )
         normals = vertex_normals(surface)
         along, across = face_axes(surface)
@@ -237,7 +235,7 @@ def _wishes(surface: Surface, faces: IntArray, vectors: FloatArray, *, weight: f
     lengths = np.linalg.norm(tangent, axis=1)
     if lengths.sum() <= DIRECTIONLESS * np.linalg.norm(vectors, axis=1).sum():
         raise FieldError(
-            f"{what} lies within {surface.name} but across it everywhere, so that it has no direction there."
+            f"{what} lies within {surface.name} but is perpendicular to it everywhere, so it has no direction there."
         )
     return Wishes(faces, angles_in_faces(surface, faces, vectors), weight * lengths / lengths.sum())
 
@@ -245,5 +243,5 @@ def _wishes(surface: Surface, faces: IntArray, vectors: FloatArray, *, weight: f
 def _check_weight(weight: float) -> None:
     if not 0.0 < weight < np.inf:
         raise UsageError(
-            f"the weight of a preference is {weight}; it must be positive, leave out what shall not count."
+            f"the weight of a preference is {weight}; it must be positive: remove preferences that should not count."
         )

@@ -12,7 +12,7 @@ from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 from scipy.spatial import KDTree
 
 from geoprint.distance.sparse_solver import ComplexArray, SymmetricSolver, nested_dissection
-from geoprint.errors import FieldError, InputError, MeshError, naming
+from geoprint.errors import FieldError, InputError, MeshError, how_many, naming
 from geoprint.fibers.fields import (
     Connection,
     DirectionField,
@@ -112,7 +112,7 @@ def face_tree(over: Connection, node: IntArray) -> FaceTree:
     shut[trunk] = shut[over.twins[trunk]] = True
     order, entries = _spread(over.twins, shut)
     if order.min() < 0:
-        raise MeshError("a tree over faces reaches only one piece of a surface; take its pieces one by one.")
+        raise MeshError("a tree over faces reaches only one component of a surface: take its components one by one.")
     used = entries[entries >= 0]
     shut[used] = shut[over.twins[used]] = True
     return FaceTree(order, entries, inner[~shut[inner]])
@@ -359,8 +359,9 @@ def singularities_near(surface: Surface, places: FloatArray, *, indices: FloatAr
     inside = np.flatnonzero(_inside(surface, boundary_loops(surface)))
     if places.shape != (len(indices), 3) or inside.size == 0:
         raise InputError(
-            f"singularities need an index and (x, y, z) each, and a vertex inside of {surface.name}: found "
-            f"{len(indices)} indices, places of shape {places.shape} and {inside.size} such vertices."
+            f"each singularity needs an index, (x, y, z) and a vertex inside {surface.name}: found "
+            f"{how_many(len(indices), 'index', 'indices')}, places of shape {places.shape} and "
+            f"{how_many(inside.size, 'such vertex', 'such vertices')}."
         )
     nearest = inside[np.asarray(KDTree(surface.vertices[inside]).query(places)[1], dtype=np.int64)]
     vertices, first, counts = np.unique(nearest, return_index=True, return_counts=True)
@@ -386,10 +387,10 @@ def _piece_field(
     missed = rest - float(turnings.sum())
     if abs(missed) > WHOLE:
         raise FieldError(
-            f"the indices of the singularities of {surface.name} add up to {turns.sum():g}"
-            f"{f' and the turnings of its rims to {turnings.sum():g}' if loops else ''}, but its Euler characteristic "
-            f"is {euler_characteristic(surface)}: they miss it by {missed:g}; add singularities with indices that add "
-            f"up to {missed:g}.",
+            f"the indices of the singularities of {surface.name} add up to "
+            f"{turns.sum():g}{f' and the turnings of its rims to {turnings.sum():g}' if loops else ''}; its Euler "
+            f"characteristic is {euler_characteristic(surface)}. Add singularities with indices that add up to "
+            f"{missed:g}.",
             missed=missed,
         )
     for loop, turned in zip(loops, turnings.tolist(), strict=True):
@@ -468,8 +469,8 @@ def _indices(surface: Surface, loops: Sequence[IntArray], singularities: Singula
     for vertex, index in zip(singularities.vertices.tolist(), singularities.indices.tolist(), strict=True):
         if not 0 <= vertex < inside.size or not inside[vertex]:
             raise InputError(
-                f"vertex {vertex} lies on a rim of {surface.name} or on none of its faces, so that nothing can turn "
-                "around it: name a vertex inside, or the turning of the rim.",
+                f"vertex {vertex} is on a rim of {surface.name} or on none of its faces, so the field cannot turn "
+                "there. Name a vertex inside, or the turning of the rim.",
                 vertex=vertex,
             )
         _check_multiple(index, symmetry=symmetry, what=f"the index at vertex {vertex} of {surface.name}")
@@ -489,8 +490,8 @@ def _inside(surface: Surface, loops: Sequence[IntArray]) -> BoolArray:
 def _check_turnings(surface: Surface, loops: Sequence[IntArray], turnings: Sequence[float], *, symmetry: int) -> None:
     if len(turnings) != len(loops):
         raise FieldError(
-            f"{surface.name} has {len(loops)} rims, but {len(turnings)} turnings are given: give one a rim, the "
-            "longest first, or none."
+            f"{surface.name} has {how_many(len(loops), 'rim')} and {how_many(len(turnings), 'turning')}: give one for "
+            "each rim, the longest first, or none."
         )
     for number, turned in enumerate(turnings, start=1):
         _check_multiple(turned, symmetry=symmetry, what=f"the turning of rim {number} of {surface.name}")
@@ -513,8 +514,8 @@ def _verify(field: DirectionField, asked: Singularities, turnings: Sequence[floa
     same = np.array_equal(found.vertices, wanted) and np.allclose(found.indices, asked.indices[asked.indices != 0.0])
     if not same or (turnings is not None and not np.allclose(field.turnings(), turnings)):
         raise FieldError(
-            f"the field on {field.surface.name} was to turn around {wanted.size} vertices, but turns around "
-            f"{found.vertices.size}: triangles without height spoil it, prepare or remesh the surface."
+            f"the field on {field.surface.name} should turn around {how_many(wanted.size, 'vertex', 'vertices')}, but "
+            f"turns around {found.vertices.size}: remesh the surface to remove triangles without height."
         )
 
 
@@ -607,8 +608,8 @@ class _Sides:
                 _, vectors = eigsh(matrix, 1, sigma=-shift, OPinv=inverse, v0=start, ncv=HELD, tol=ACCURACY)
         except ArpackError as error:
             raise FieldError(
-                f"no smoothest field is found on {self._surface.name} ({error}): check the mesh for triangles without "
-                "height, or give a preference."
+                f"{self._surface.name} has no smoothest field ({error}): check the mesh for triangles without height, "
+                "or give a preference."
             ) from error
         return vectors[:, 0] / root
 

@@ -13,7 +13,7 @@ from scipy.sparse.linalg import cg
 from scipy.spatial import KDTree
 
 from geoprint.distance.sparse_solver import SymmetricSolver, nested_dissection
-from geoprint.errors import FieldError, InputError, UsageError
+from geoprint.errors import FieldError, InputError, UsageError, how_many
 from geoprint.fibers.fields import DirectionField, angles_in_faces, connection, nearest_field
 from geoprint.geometry import (
     closest,
@@ -118,8 +118,8 @@ def harmonic_in(voxels: WallVoxels) -> tuple[_Smooth, _Smooth]:
     for kind, what in ((0, "the outside"), (1, "the cavity"), (2, "the base")):
         if not ((links.kinds == kind) & ~inside).any():
             raise FieldError(
-                f"{voxels.name}: nothing of the wall is beside {what}: check which labels are of the wall, the cavity "
-                "and the base."
+                f"{voxels.name}: the wall does not touch {what}: check which labels are the wall, the cavity and the "
+                "base."
             )
     at_side, at_cavity = ~inside & (links.kinds != 2), (links.kinds == 1).astype(np.float64)
     depths = _solved(voxels, len(cells), links, at_side, at_cavity)
@@ -137,7 +137,7 @@ def _linked(voxels: WallVoxels) -> tuple[IntArray, _Links]:
     """Return the (c, 3) voxels of the wall's largest piece, and what is beside them."""
     pieces, count = ndimage.label(voxels.wall)
     if count == 0:
-        raise FieldError(f"{voxels.name}: no voxel is of the wall: check its labels.")
+        raise FieldError(f"{voxels.name}: no voxel belongs to the wall: check its labels.")
     wall = np.pad(pieces == 1 + np.argmax(np.bincount(pieces.ravel())[1:]), 1)
     cavity, base = np.pad(voxels.cavity, 1), np.pad(voxels.base, 1)
     widths = SMOOTHING * voxels.sides.min() / voxels.sides
@@ -275,8 +275,8 @@ class HelixRule:
         """
         if not heights.shape == depths.shape == (len(surface.vertices),) or not np.isfinite(heights).all():
             raise InputError(
-                f"{surface.name} has {len(surface.vertices)} vertices and takes a finite height and a depth at each, "
-                f"not {heights.shape} and {depths.shape}."
+                f"{surface.name} has {how_many(len(surface.vertices), 'vertex', 'vertices')} and takes a finite "
+                f"height and a depth at each, not {heights.shape} and {depths.shape}."
             )
         upwards = gradient(surface, heights)
         rise = np.linalg.norm(upwards, axis=1) * np.sqrt(face_areas(surface))
@@ -322,7 +322,9 @@ def apex_to_base(surface: Surface, *, apex: IntArray, base: IntArray) -> FloatAr
         raise InputError(f"apex and base are vertices of faces of {surface.name}, and none is both.")
     for piece in pieces(surface):
         if not (np.isin(apex, piece.vertices).any() and np.isin(base, piece.vertices).any()):
-            raise FieldError(f"a piece of {surface.name} has no apex or no base: name vertices of both on each piece.")
+            raise FieldError(
+                f"a component of {surface.name} has no apex or no base: name vertices of both on each component."
+            )
     heights = np.zeros(len(surface.vertices))
     heights[base] = 1.0
     free = np.setdiff1d(used, np.concatenate([apex, base]))
@@ -349,8 +351,8 @@ def _filled(surface: Surface, angles: FloatArray, missing: BoolArray) -> FloatAr
         found = known.any(axis=1)
         if not found.any():
             raise FieldError(
-                f"the height is the same all over a piece of {surface.name}, so that nothing points from apex to base: "
-                "choose an axis that is not across it."
+                f"the height is constant over a component of {surface.name}, so the direction from apex to base is "
+                "undefined: choose another axis."
             )
         angles[faces[found]] = np.angle(lines[found].sum(axis=1)) / 2
         missing[faces[found]] = False
@@ -490,8 +492,8 @@ class WallCoordinates:
         if off.any():
             place = places[int(np.argmax(off))]
             raise FieldError(
-                f"{in_words(place)} lies off the wall of {self._voxels.name}, farther than {REACH:g} voxels: plan "
-                "within the wall, in the coordinates of its labels, and let a `--target` cut layers off where it ends."
+                f"{in_words(place)} lies off the wall of {self._voxels.name}, by more than {REACH:g} voxels. Plan "
+                "within the wall, in the coordinates of its labels; a `--target` ends layers where the wall ends."
             )
         return found
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geoprint.errors import MeshError
+from geoprint.errors import MeshError, how_many
 from geoprint.geometry.halfedges import next_halves
 from geoprint.geometry.points import in_words, triple
 from geoprint.geometry.topology import (
@@ -64,8 +64,8 @@ def turned_faces(surface: Surface) -> BoolArray:
     if (as_is == turned).any():
         place = surface.vertices[surface.faces[np.argmax(as_is == turned), 0]]
         raise MeshError(
-            f"{surface.name} is not orientable: like a Moebius strip it has one side only, so 'outside' has no meaning "
-            f"for the piece at {in_words(place)}; cut it open.",
+            f"{surface.name} is not orientable: like a Moebius strip, the component at {in_words(place)} has one side "
+            "only. Cut it open.",
             place=triple(place),
         )
     agreeing = np.bincount(as_is, minlength=int(sheets.max()) + 1)
@@ -116,9 +116,9 @@ def check_connected(surface: Surface, labels: IntArray) -> None:
         smallest = pieces[np.argmin(sizes)]
         place = surface.vertices[surface.faces[np.argmax(labels == smallest), 0]]
         raise MeshError(
-            f"{surface.name} consists of {sizes.size} pieces that no edge joins, the largest with {sizes.max()} faces "
-            f"and the smallest with {sizes.min()} at {in_words(place)}; plan one at a time: delete the others, "
-            "or cut a patch out by a point on it (`--at`), several with a job file (`geoprint init` writes one).",
+            f"{surface.name} has {how_many(sizes.size, 'separate component')}, the largest with {sizes.max()} faces, "
+            f"the smallest with {sizes.min()} at {in_words(place)}. Delete all but one, or cut a patch out at a point "
+            "(`--at`), several with a job file (`geoprint init` writes one).",
             pieces=int(sizes.size),
             place=triple(place),
         )

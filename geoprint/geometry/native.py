@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from geoprint.errors import InputError, ResourceError, UsageError
+from geoprint.errors import InputError, ResourceError, UsageError, how_many
 from geoprint.geometry import native_child
 
 # Limits of the process [s, bytes of addresses].
@@ -55,8 +55,8 @@ def run_worker(script: Path, arguments: Sequence[str], *, data: bytes, work: str
         )
     if ended.returncode != 0 or not ended.stdout:
         raise InputError(
-            f"`{name}` cannot be {work}: the process for it ended with status {ended.returncode} and "
-            f"{len(ended.stdout)} bytes; the file is damaged or not what its suffix says, so export it again.",
+            f"`{name}` cannot be {work}: the reader ended with status {ended.returncode} and "
+            f"{how_many(len(ended.stdout), 'byte')}. The file is damaged or has the wrong suffix: export it again.",
             status=ended.returncode,
         )
     return ended.stdout

@@ -265,8 +265,8 @@ def _check_count(surface: Surface, faces: float, *, edge_length: float) -> None:
     # Twice the expected count leaves room for uneven triangles.
     possible = edge_length * max(math.sqrt(2 * by_area / FACE_LIMIT), 2 * by_sides / FACE_LIMIT)
     raise ResourceError(
-        f"{surface.name}: an edge length of {edge_length:g} mm needs more than {FACE_LIMIT:,} faces, which is the "
-        f"limit; {possible:.2g} mm is possible, so ask for a wider spacing or cut out a smaller part.",
+        f"{surface.name}: an edge length of {edge_length:g} mm needs more than the limit of {FACE_LIMIT:,} faces; "
+        f"{possible:.2g} mm is possible. Choose a wider spacing, or cut out a smaller part.",
         edge_length=edge_length,
         possible_edge_length=possible,
         limit=FACE_LIMIT,

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
-from geoprint.errors import InputError, ResourceError
+from geoprint.errors import InputError, ResourceError, how_many
 from geoprint.geometry.clipping import part_of
 from geoprint.geometry.creases import INSIDE, ON_CREASE, ON_RIM, creases, edges_alone
 from geoprint.geometry.native import missing
@@ -381,8 +381,8 @@ def decimate(surface: Surface, *, faces: int) -> Surface:
     """
     if not 0 < faces < len(surface.faces):
         raise InputError(
-            f"{surface.name} has {len(surface.faces)} faces, so that it cannot be decimated to {faces}; ask for fewer "
-            "than it has and more than none, or for an edge length.",
+            f"{surface.name} has {how_many(len(surface.faces), 'face')}, so it cannot be decimated to {faces}: ask "
+            "for 1 to that number, or give an edge length.",
             faces=len(surface.faces),
         )
     try:
@@ -403,8 +403,8 @@ def decimate(surface: Surface, *, faces: int) -> Surface:
     vertices, found, _ = work.getMesh()
     if abs(len(found) / faces - 1.0) > COUNT_TOLERANCE:
         raise InputError(
-            f"{surface.name}: the fewest faces it can be decimated to is {len(found)}, asked for {faces}; its rims "
-            "keep their vertices, so ask for more faces, or for an edge length.",
+            f"{surface.name} can be decimated to {how_many(len(found), 'face')} at least, asked for {faces}, because "
+            "its rims keep their vertices. Ask for more faces, or give an edge length.",
             faces=len(found),
         )
     return Surface(vertices=vertices * scale, faces=found.astype(np.int64), name=surface.name)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from geoprint.errors import MeshError
+from geoprint.errors import MeshError, how_many
 from geoprint.geometry.crossings import crossings
 from geoprint.geometry.manifold import check_connected, check_edges, split_vertices, turned_faces
 from geoprint.geometry.operators import face_areas, signed_volume
@@ -308,8 +308,9 @@ def _endless(surface: Surface, vertices: IntArray) -> MeshError:
     """Return the refusal of a surface in which cutting edges does not come to an end."""
     place = surface.vertices[vertices[0]]
     return MeshError(
-        f"{surface.name}: vertices that lie on an edge they do not belong to (T-junctions): {vertices.size}, the first "
-        f"at {in_words(place)}; cutting the edges there makes new ones, so remesh the part there.",
+        f"{surface.name}: {how_many(vertices.size, 'vertex', 'vertices')} lie on an edge that they do not belong to "
+        f"(T-junctions), the first at {in_words(place)}. Cutting the edges there makes new ones: remesh the part "
+        "there.",
         vertices=int(vertices.size),
         place=triple(place),
     )
@@ -435,7 +436,7 @@ def join(surface: Surface) -> Joined:
     whole = joined[~_degenerate(surface.vertices, joined)]
     single = whole[_first_of_each(whole)]
     if len(single) == 0:
-        raise MeshError(f"{surface.name}: none of its {len(surface.faces)} faces has an area; export the mesh again.")
+        raise MeshError(f"{surface.name}: every face is degenerate ({len(surface.faces)}); export the mesh again.")
     return Joined(
         surface=replace(surface, faces=single),
         tolerance=weld_tolerance(surface.vertices, single),
@@ -538,8 +539,8 @@ def _check_crossings(surface: Surface, *, depth: float) -> bool:
         place = surface.vertices[surface.faces[pairs[0, 0]]].mean(axis=0)
         number = f"{len(pairs)}" if complete else f"at least {len(pairs)}"
         raise MeshError(
-            f"{surface.name} passes through itself: pairs of faces that cross or lie on each other: {number}, the "
-            f"first at {in_words(place)}; no nozzle can follow it there, so cut or remesh the part there.",
+            f"{surface.name} intersects itself: {number} pairs of faces cross or overlap, the first at "
+            f"{in_words(place)}. Cut or remesh the part there.",
             pairs=len(pairs),
             place=triple(place),
         )

@@ -98,7 +98,7 @@ def _loops(surface: Surface) -> tuple[IntArray, ...]:
     loops = boundary_loops(surface)
     if not loops:
         raise FieldError(
-            f"{surface.name} is closed, so there is no rim to start from; give a point on it with `--from point:X,Y,Z`."
+            f"{surface.name} is closed and has no rim to start from; give a point on it with `--from point:X,Y,Z`."
         )
     return loops
 

@@ -77,7 +77,7 @@ def planned_runs(poses: PoseStream, *, spacing: float) -> PlannedRuns:
     rows = np.flatnonzero(poses.deposit)
     numbers = np.unique(poses.runs[rows])
     if not numbers.size:
-        raise InputError("the plan deposits nothing, so that no print can be held against it.")
+        raise InputError("the plan has no deposit to compare a print with.")
     cut = [_cut(poses.surface_points[own], poses.normals[own], poses.flow[own], step=STRETCH_SHARE * spacing)
            for own in (rows[poses.runs[rows] == number] for number in numbers)]  # fmt: skip
     runs = np.repeat(numbers, [len(each[0]) for each in cut])

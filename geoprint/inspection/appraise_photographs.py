@@ -197,8 +197,8 @@ def _on_plan(photograph: Photograph, camera: Camera, against: _Against, *, shade
     if measured.darker != (shade == "darker"):
         found, other = ("darker", "lighter") if measured.darker else ("lighter", "darker")
         raise InputError(
-            f"along the runs of the plan the picture is {found} than beside them, not {other}: give `--shade {found}` "
-            "if beads are, as in a negative; else the print lies between its runs, or the fiducials are wrong."
+            f"along the runs the picture is {found} than beside them, not {other}: give `--shade {found}` if beads "
+            "are, as in a negative. Otherwise the print lies between its runs, or the fiducials are wrong."
         )
     held = held_against(
         runs, measured, visible=visible, height=plan.height, pose_deviation=camera.deviation * measured.scale,
@@ -218,9 +218,8 @@ def _read(asked: PlanAsked, photographs: Sequence[Photograph]) -> _Against:
     """
     if not asked.lens:
         raise UsageError(
-            "a plan needs `--lens`, a file or photographs of a checkerboard, and the whole outline of the part in the "
-            "photograph, or `--fiducials`, a table of four places or more that it shows: else nobody knows where the "
-            "camera stood."
+            "a plan needs the camera: give `--lens`, a file or photographs of a checkerboard. Also show the whole "
+            "outline of the part, or give `--fiducials`, a table of at least four points."
         )
     if len(asked.fiducials) not in {0, 1, len(photographs)}:
         raise UsageError(
@@ -262,8 +261,8 @@ def _photographs(paths: Sequence[Path | str]) -> list[Photograph]:
     for other in photographs[1:]:
         if other.size != first.size:
             raise InputError(
-                f"`{first.name}` has {first.size[0]} x {first.size[1]} pixels and `{other.name}` "
-                f"{other.size[0]} x {other.size[1]}, so that distances between them mean nothing; take all with a "
-                "camera that stands still, or appraise them one by one."
+                f"`{first.name}` has {first.size[0]} x {first.size[1]} pixels and `{other.name}` {other.size[0]} x "
+                f"{other.size[1]}, so distances between them are meaningless. Keep the camera fixed, or appraise them "
+                "one by one."
             )
     return photographs

@@ -81,9 +81,8 @@ def appraise_scan(
     found = _registered(scan, plan.surface, deposit, asked)
     if len(found.loose) and asked.pose is None:
         raise InputError(
-            f"`{scan.name}`: {len(found.loose)} of six directions of its pose are fixed by nothing in the scan, "
-            f"because {plan.part} and its print are alike there, so that nobody knows which run is which; give the "
-            "pose from a calibration with `--pose`.",
+            f"`{scan.name}`: {len(found.loose)} of six directions of its pose are free, because {plan.part} and its "
+            "print are symmetric there. Give the pose from a calibration with `--pose`.",
             loose=len(found.loose),
         )
     observe("thickness")

@@ -98,8 +98,8 @@ def paired_edges(
     """
     if not NARROWEST <= width <= _widest(grey):
         raise InputError(
-            f"beads of {width:.3g} pixels cannot be looked for in a photograph of {grey.shape[1]} x {grey.shape[0]}: "
-            f"allowed are {NARROWEST:g} to {_widest(grey):.3g}; take the photograph from another distance.",
+            f"beads of {width:.3g} pixels cannot be found in a photograph of {grey.shape[1]} x {grey.shape[0]}: "
+            f"allowed are {NARROWEST:g} to {_widest(grey):.3g}. Change the distance of the camera.",
             width=width,
         )
     shown = 1.0 if shade == "lighter" else -1.0
@@ -111,9 +111,9 @@ def paired_edges(
     found = PairedEdges(width, scale, contrast.astype(np.float64), spreads, limit, threshold is None)
     if not found.beads.any() or limit < LEAST_LINE_CONTRAST:
         raise InputError(
-            f"nothing looks like a bead {shade} than what it lies on and {width:.3g} pixels wide: the contrast is at "
-            f"most {float(contrast.max()):.2g}, the threshold {limit:.2g}, needed are {LEAST_LINE_CONTRAST:g}; light "
-            "the print from the side, or state the beads' shade and width.",
+            f"no bead {shade} than its ground and {width:.3g} pixels wide: the contrast is at most "
+            f"{float(contrast.max()):.2g}, the threshold {limit:.2g}, at least {LEAST_LINE_CONTRAST:g} is needed. "
+            "Light the print from the side, or state shade and width of the beads.",
             contrast=float(contrast.max()),
         )
     return found
@@ -287,8 +287,8 @@ def beads_of(grey: FloatArray, found: PairedEdges, *, shade: Shade = "lighter") 
     beads = [bead for line in long if (bead := _bead(height, line, found)) is not None]
     if not beads:
         raise InputError(
-            f"no line of beads {found.width:.3g} pixels wide is {SHORTEST_LINE_SHARE:g} widths long, of "
-            f"{len(lines)} that were looked at; light the print from the side, or state the beads' shade and width.",
+            f"none of {len(lines)} lines of beads {found.width:.3g} pixels wide is {SHORTEST_LINE_SHARE:g} widths "
+            "long. Light the print from the side, or state shade and width of the beads.",
             lines=len(lines),
         )
     return tuple(sorted(beads, key=lambda bead: -bead.length))

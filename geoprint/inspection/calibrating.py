@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
-from geoprint.errors import InputError, UsageError
+from geoprint.errors import InputError, UsageError, how_many
 from geoprint.geometry.native import missing
 from geoprint.inspection.camera import Camera, Lens
 from geoprint.inspection.photograph import Photograph
@@ -84,8 +84,8 @@ def lens_of(boards: Sequence[Photograph], *, corners: tuple[int, int]) -> Lens:
     residual, matrix, bending, _, _ = cv2.calibrateCamera([flat] * len(found), found, size, None, None, flags=flags)
     if not np.isfinite(residual) or residual > WORST_LENS:
         raise InputError(
-            f"no lens fits the {len(boards)} checkerboards: corners are {residual:.2g} pixels off, allowed are "
-            f"{WORST_LENS:g}; take sharper photographs of a flat board.",
+            f"no lens fits the {how_many(len(boards), 'checkerboard')}: corners are {residual:.2g} pixels off, "
+            f"allowed are {WORST_LENS:g}. Take sharper photographs of a flat board.",
             residual=float(residual),
         )
     bent = np.asarray(bending, dtype=np.float64).ravel()
@@ -127,9 +127,8 @@ def camera_by(fiducials: Fiducials, lens: Lens) -> Camera:
         misses = np.linalg.norm(camera.seen(fiducials.places) - fiducials.pixels, axis=1)
         worst = fiducials.names[int(np.argmax(misses))]
         raise InputError(
-            f"no place of the camera sees the {len(fiducials.names)} fiducials where they are: they are "
-            f"{residual:.3g} pixels off, allowed are {WORST_POSE:g}, and `{worst}` is the worst; check its row, and "
-            "the lens.",
+            f"no camera position fits the {how_many(len(fiducials.names), 'fiducial')}: they are {residual:.3g} "
+            f"pixels off, allowed are {WORST_POSE:g}. The worst is `{worst}`: check its row, and the lens.",
             residual=residual,
         )
     return camera
@@ -139,12 +138,12 @@ def _check(fiducials: Fiducials) -> None:
     """Refuse fiducials from which no pose follows."""
     if len(fiducials.names) < FEWEST_FIDUCIALS:
         raise InputError(
-            f"a camera is placed by {FEWEST_FIDUCIALS} fiducials or more, found {len(fiducials.names)}; add places of "
-            "the part that the photograph shows."
+            f"a camera needs at least {FEWEST_FIDUCIALS} fiducials, found {len(fiducials.names)}; add points of the "
+            "part that the photograph shows."
         )
     extents = np.linalg.svd(fiducials.places - fiducials.places.mean(axis=0), compute_uv=False)
     if extents[1] < LEAST_BREADTH * extents[0]:
-        raise InputError("all fiducials lie in a line, so that the camera may turn about it; add one beside it.")
+        raise InputError("all fiducials lie on a line, so the camera may turn about it; add one off the line.")
 
 
 def _opencv() -> Any:

@@ -13,7 +13,7 @@ from geoprint.cli.bounds import limit_memory, watch
 from geoprint.cli.ending import wrote
 from geoprint.cli.options import AsJson, MaxMemory, Overwrite
 from geoprint.cli.terminal import result, say
-from geoprint.errors import UsageError
+from geoprint.errors import UsageError, how_many
 
 if TYPE_CHECKING:
     from geoprint.inspection.appraise_photographs import PlanAsked
@@ -25,8 +25,10 @@ Files = Annotated[
     list[Path],
     typer.Argument(
         metavar="FILES",
-        help="Photographs of prints: JPEG, PNG, TIFF or BMP; several are of one camera that stood still, and are also "
-        "held against each other. Or one scan: a cloud (.ply, .xyz, .pwn, .txt, .pts, .csv) or a mesh.",
+        help=(
+            "Photographs of prints (JPEG, PNG, TIFF or BMP); several from one fixed camera are also compared. Or one "
+            "scan: a cloud (.ply, .xyz, .pwn, .txt, .pts, .csv) or a mesh."
+        ),
         show_default=False,
     ),
 ]
@@ -39,7 +41,7 @@ FiducialTables = Annotated[
     typer.Option(
         "--fiducials",
         metavar="FILE",
-        help="Table of places that the photograph shows: name,u,v,x,y,z in pixels and mm; for all, or once for each.",
+        help="Table of points in the photograph: name,u,v,x,y,z in pixels and mm; once for all, or once for each.",
         show_default="the part's outline places the camera",
     ),
 ]
@@ -48,7 +50,7 @@ Lenses = Annotated[
     typer.Option(
         "--lens",
         metavar="FILE",
-        help="Lens of the camera: a .toml file, or three photographs of a checkerboard or more, one option each.",
+        help="Lens of the camera: a .toml file, or at least three photographs of a checkerboard, one option each.",
         show_default=False,
     ),
 ]
@@ -58,7 +60,7 @@ Corners = Annotated[
 Reach = Annotated[
     float | None,
     typer.Option(
-        metavar="MM", help="How far from a run its material may lie.", show_default="half the spacing of the plan"
+        metavar="MM", help="Largest distance of material from its run.", show_default="half the spacing of the plan"
     ),
 ]
 Width = Annotated[
@@ -70,7 +72,7 @@ Threshold = Annotated[
     typer.Option(
         "--threshold",
         metavar="RATIO",
-        help="Contrast from which on it is a bead, over the spread of the grey values around it.",
+        help="Least contrast of a bead, over the spread of the grey values around it.",
         show_default="Otsu's",
     ),
 ]
@@ -90,9 +92,7 @@ PoseTable = Annotated[
         show_default="the scan stands in these",
     ),
 ]
-Features = Annotated[
-    bool, typer.Option("--features", help="The scan may lie anywhere: look for features of the part in it.")
-]
+Features = Annotated[bool, typer.Option("--features", help="The scan may lie anywhere: match features of the part.")]
 ScanUnit = Annotated[
     str | None,
     typer.Option("--scan-unit", metavar="mm|cm|m|um|in", help="Of the scan's coordinates.", show_default="mm"),
@@ -105,7 +105,7 @@ PartUnit = Annotated[
 ]
 MostOffset = Annotated[
     float | None,
-    typer.Option("--most", metavar="MM", help="Farthest that the part may lie off its file.", show_default="2"),
+    typer.Option("--most", metavar="MM", help="Largest distance of the part from its file.", show_default="2"),
 ]
 OutOrNone = Annotated[
     Path | None,
@@ -160,7 +160,7 @@ def appraise(
         check_writable(out, overwrite=overwrite)
     if kind == "photographs":
         _refuse({**scanned, **lying}, "is for a scan, and these are photographs")
-        _refuse(seen if plan is None else {}, "needs `--plan`: without a plan nothing is placed on a part")
+        _refuse(seen if plan is None else {}, "needs `--plan`, which places the part")
         asked = None if plan is None else PlanAsked(plan, tuple(fiducials or ()), tuple(lens or ()), corners, reach)
         record, text = _of_photographs(files, asked, (shade.value, width, contrast), out=out, overwrite=overwrite)
     else:
@@ -192,7 +192,9 @@ def _kind(files: list[Path], *, before: bool) -> Literal["photographs", "print",
 
     scans = [path for path in files if is_scan(path.name)]
     if scans and len(files) > 1:
-        raise UsageError(f"`{scans[0].name}` is a scan: one is appraised at a time, alone; found {len(files)} files.")
+        raise UsageError(
+            f"`{scans[0].name}` is a scan: one is appraised at a time, alone; found {how_many(len(files), 'file')}."
+        )
     if before:
         return "part"
     return "print" if scans else "photographs"
@@ -279,9 +281,7 @@ SimulatedBundle = Annotated[
 ]
 Spread = Annotated[
     float,
-    typer.Option(
-        metavar="RATIO", help="Width of beads over what their flow asks for, as much lower: below 1 they stand apart."
-    ),
+    typer.Option(metavar="RATIO", help="Width of beads over that of their flow; below 1 they are separate."),
 ]
 Flow = Annotated[
     float,

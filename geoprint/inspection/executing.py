@@ -154,14 +154,14 @@ def _of_attitudes(
 ) -> DepositedPieces:
     if faults.breaks:
         raise UsageError(
-            f"breaks are of runs of one program, and {folder} has one for each of {len(record.robot)} attitudes of a "
-            "table; plan the part without a table to break its runs."
+            f"breaks need one program, and {folder} has one for each of {len(record.robot)} table attitudes: plan the "
+            "part without a table to break its runs."
         )
     joined = {name: digest for name, digest in listed_bundle(folder).items() if name.startswith(f"{RAPID_FOLDER}/")}
     for name, reason in changes(folder, joined):
         raise VerificationError(
-            f"{folder / name}: {reason}; over a table the programs of the attitudes by themselves are laid: restore "
-            f"this file, and change what is below {folder / PART}1, and so on."
+            f"{folder / name}: {reason}. Over a table, the attitudes' own programs are deposited: restore this file, "
+            f"and change those below {folder / PART}1, and so on."
         )
     deposited: list[DepositedPieces] = []
     for number in range(1, len(record.robot) + 1):
@@ -223,9 +223,8 @@ def _program(folder: Path) -> tuple[Dispensing, Dispenser]:
     setup = read_setup(folder / "setup.json")
     if setup.cell.signals.flow_unstated:
         raise InputError(
-            f'{folder}: its cell has mode "analog" and no output that sets the flow, so its program commands no '
-            "volume; state signals.flow and signals.flow_per_mm3_s in a cell file, then `geoprint plan --from "
-            f"{folder} --cell CELL --out next`."
+            f'{folder}: its cell has mode "analog" and no output that sets the flow. State signals.flow and '
+            f"signals.flow_per_mm3_s in a cell file, then run `geoprint plan --from {folder} --cell CELL --out next`."
         )
     poses = read_poses_table(folder / "poses.csv")
     table = read_trajectory_table(folder / "trajectory.csv")

@@ -293,7 +293,7 @@ def held_against(
     if there.any() and not near.any():
         raise InputError(
             f"no material lies within {within:.3g} mm of a run of the plan, the nearest is "
-            f"{float(np.abs(offsets[there]).min()):.3g} mm away; check the fiducials, or allow more with `--reach`.",
+            f"{float(np.abs(offsets[there]).min()):.3g} mm away. Check the fiducials, or allow more with `--reach`.",
             nearest_mm=float(np.abs(offsets[there]).min()),
         )
     seen = measured.present & visible & (near | ~there)
@@ -344,22 +344,22 @@ def doubts(held: Held) -> list[str]:
     unknown = 1.0 - float(held.sized.sum() / max(int(measurable.sum()), 1))
     if unknown > 0.1:
         said.append(
-            f"width and offset of {unknown:.0%} of what is straight and alone are not given, since its edges are not "
-            f"known to {WORST_EDGES:.0%} of a width: {_why_unknown(held, measurable & ~held.sized)}"
+            f"width and offset are omitted for {unknown:.0%} of the straight and separate beads, whose edges are "
+            f"uncertain by more than {WORST_EDGES:.0%} of a width: {_why_unknown(held, measurable & ~held.sized)}"
         )
     alone = 1.0 - float(((held.relative > 0.0) & measurable).sum() / max(int(measurable.sum()), 1))
     if alone > 0.1:
         said.append(
-            f"widths of {alone:.0%} of what is straight and alone are too noisy to compare, so that only gaps are "
-            "looked for there; go nearer, or expose more"
+            f"widths are too noisy to compare for {alone:.0%} of the straight and separate beads, so only gaps count "
+            "there: go nearer, or expose more"
         )
     bent = float((held.judged & ~found.lone).sum() / max(int(held.judged.sum()), 1))
     if bent > 0.1:
-        said.append(f"along {bent:.0%} of the plan, at corners and where lines join, only gaps are looked for")
+        said.append(f"only gaps are judged along {bent:.0%} of the plan, at corners and joints")
     if len(held.comparable) < FEWEST_RUNS:
         said.append(_too_few(held))
     if found.alike:
-        said.append(f"the plan looks alike if the picture is {found.alike}, so nobody could tell")
+        said.append(f"the plan looks the same if the picture is {found.alike}")
     return said
 
 
@@ -404,7 +404,7 @@ def _why_unknown(held: Held, unknown: BoolArray) -> str:
         else "edges are noisy or lie among such; expose more, or go nearer"
     )
     shares = {
-        "beads are seen aslant, so that one edge hides behind the crest; look straight down on them": aslant,
+        "beads are seen at an angle, with one edge hidden behind the crest; look straight down on them": aslant,
         "one flank of the beads is as dark as what they lie on; light the print from where the camera stands": dark,
         tone: ~aslant & ~dark,
     }

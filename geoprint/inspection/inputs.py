@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import Field, ValidationError
 
 from geoprint.config.strict import Table, describe, line_of, parsed_toml, text_of
-from geoprint.errors import InputError, UsageError, VerificationError
+from geoprint.errors import InputError, UsageError, VerificationError, how_many, reason_of
 from geoprint.geometry import join
 from geoprint.geometry.files import load, load_file
 from geoprint.inspection.calibrating import Fiducials, lens_of
@@ -156,7 +156,9 @@ def read_fiducials(path: Path) -> Fiducials:
     try:
         rows = list(csv.reader(text_of(path).splitlines()))
     except (OSError, ValueError, csv.Error) as error:
-        raise InputError(f"`{path}` cannot be read as a table of fiducials ({error}); give a CSV file.") from error
+        raise InputError(
+            f"`{path}` cannot be read as a table of fiducials ({reason_of(error)}); give a CSV file."
+        ) from error
     header = [cell.strip().lower() for cell in rows[0]] if rows else []
     if not set(COLUMNS) <= set(header):
         raise InputError(
@@ -171,8 +173,9 @@ def read_fiducials(path: Path) -> Fiducials:
             continue
         if len(row) <= max(places) or len(names) >= MOST_FIDUCIALS:
             raise InputError(
-                f"{path.name}, line {line}: found {len(row)} cells in the row of fiducial {len(names) + 1}; the header "
-                f"names {len(header)} columns, and at most {MOST_FIDUCIALS} fiducials are read."
+                f"{path.name}, line {line}: found {how_many(len(row), 'cell')} in the row of fiducial "
+                f"{len(names) + 1}; the header names {how_many(len(header), 'column')}, and at most {MOST_FIDUCIALS} "
+                "fiducials are read."
             )
         names.append(row[places[0]].strip())
         cells = zip(COLUMNS[1:], places[1:], strict=True)
@@ -217,7 +220,9 @@ def _stated(path: Path) -> Lens:
     try:
         text = text_of(path)
     except (OSError, ValueError) as error:
-        raise InputError(f"`{path}` cannot be read as a lens ({error}); give a TOML file or checkerboards.") from error
+        raise InputError(
+            f"`{path}` cannot be read as a lens ({reason_of(error)}); give a TOML file or checkerboards."
+        ) from error
     try:
         table = LensTable.model_validate(parsed_toml(text, name=path.name))
     except ValidationError as error:

@@ -144,8 +144,8 @@ def measured_stretches(
     usable = present & levels.found
     if not usable.any():
         raise InputError(
-            "nothing looks like a bead where the plan has its runs; check the fiducials and the plan, light the print "
-            "from the side, or expose it otherwise."
+            "no beads are visible along the planned runs. Check the fiducials and the plan, light the print from the "
+            "side, or change the exposure."
         )
     half = _half_widths(levels, profiles, usable)
     outline = OutlinedPart(surface).under(camera, places=SOME_RIM)
@@ -219,9 +219,9 @@ def _held_otherwise(grey: FloatArray, seen: LookedAt, plan: PlannedRuns, camera:
     best = max(shown, key=lambda how: shown[how][0])
     if shown[best][0] > CLEARER * shown[""][0]:
         raise InputError(
-            f"the picture shows {shown[best][0]:.0%} of the plan if it is {best}, else {shown[''][0]:.0%}: it was "
-            "turned or mirrored after the fiducials were taken, or their columns u and v are swapped; give it as the "
-            "camera wrote it."
+            f"the picture shows {shown[best][0]:.0%} of the plan if it is {best}, otherwise {shown[''][0]:.0%}. It "
+            "was turned or mirrored after the fiducials were taken, or their columns u and v are swapped: give the "
+            "original picture."
         )
     own, darker = shown[""]
     others = [how for how, (share, other) in shown.items() if how and share * ALIKE > own and other == darker]

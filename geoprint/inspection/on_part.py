@@ -92,8 +92,8 @@ def place_beads(beads: tuple[BeadLine, ...], camera: Camera, surface: Surface) -
     there = np.all([each[1] for each in places], axis=0)
     if not there.any():
         raise InputError(
-            f"none of the {len(beads)} beads in the photograph lies on {surface.name} where the camera looks at it by "
-            "the fiducials; check these, their unit and their order."
+            f"no bead in the photograph (of {len(beads)}) lies on {surface.name}, seen as the "
+            "fiducials place the camera. Check the fiducials, their unit and their order."
         )
     middles, lefts, rights = (each[0][there] for each in places)
     scale = float(np.linalg.norm(lefts - rights, axis=1).sum() / _widths(beads)[there].sum())

@@ -166,8 +166,8 @@ def picture_outline(grey: FloatArray) -> PictureOutline:
             shifts, there = _edges(values, least=least, inward=inward)
     if there.mean() < LEAST_SHARP:
         raise InputError(
-            f"only {there.mean():.0%} of the outline of what stands out from the rim of the picture is a sharp edge, "
-            f"needed are {LEAST_SHARP:.0%}; light the part, lay it on something even, or give `--fiducials`.",
+            f"only {there.mean():.0%} of the outline of the part is a sharp edge, needed are {LEAST_SHARP:.0%}. Light "
+            "the part, use an even background, or give `--fiducials`.",
             sharp=float(there.mean()),
         )
     sharp = line[there] + step * shifts[there, None] * outward[there]
@@ -189,20 +189,20 @@ def _part(coarse: FloatArray) -> tuple[BoolArray, float]:
     largest = int(np.argmax(sizes))
     if sizes[largest] < LEAST_PART * coarse.size:
         raise InputError(
-            "no part stands out from the rim of the picture, so that no outline places the camera; lay it on something "
-            "even that is lighter or darker, or give `--fiducials`, four places of the part or more."
+            "no part is visible against the rim of the picture. Use an even background that is lighter or darker, or "
+            "give `--fiducials`, at least four points of the part."
         )
     part = labels == largest
     if (part & frame).any():
         raise InputError(
-            "what stands out from the rim of the picture reaches it, so that no whole outline of the part is seen; "
-            "show all of the part before something even, or give `--fiducials`."
+            "the part reaches the rim of the picture, so its outline is incomplete. Show the whole part before an "
+            "even background, or give `--fiducials`."
         )
     others = np.sort(sizes)[-2] if count > 1 else 0
     if others > MOST_OTHER * sizes[largest]:
         raise InputError(
-            f"beside the largest thing in the picture lies another of {others / sizes[largest]:.0%} of its size, so "
-            "that nobody knows which is the part; take it away, or give `--fiducials`."
+            f"the picture shows a second object, {others / sizes[largest]:.0%} of the size of the largest. Remove it, "
+            "or give `--fiducials`."
         )
     return np.asarray(part), spread
 

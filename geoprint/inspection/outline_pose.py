@@ -15,7 +15,7 @@ from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 from scipy.stats import t as student
 
-from geoprint.errors import InputError
+from geoprint.errors import InputError, how_many
 from geoprint.geometry import mean_normal, united
 from geoprint.inspection.against_plan import PlannedRuns
 from geoprint.inspection.beads import BeadLine
@@ -480,18 +480,18 @@ def camera_by_outline(
     best, off, clearer = _decided([alike[0], *others], fit, lines)
     if off > MOST_LINES_OFF:
         raise InputError(
-            f"seen as the outline of {printed.name} has it, the printed lines lie {off:.0%} of the spacing beside the "
-            f"runs in the mean, allowed are {MOST_LINES_OFF:.1%}: it may be another plan or part, lines found with a "
-            "wrong `--width`, or a print far off its path; give `--fiducials`, four places of the part or more.",
+            f"placed by the outline of {printed.name}, the printed lines lie {off:.0%} of the spacing off the runs on "
+            f"average, allowed are {MOST_LINES_OFF:.1%}. Check plan, part and `--width`, or give `--fiducials`, at "
+            "least four points of the part.",
             lines_off=off,
         )
     spread = max(apart for each in alike if (apart := fit.apart(best, each)) <= allowed)
     within = float(np.hypot(fit.within(best, places=FINE_PLACES), spread))
     if not within <= allowed:
         raise InputError(
-            f"the outline of {printed.name} leaves open where the camera stood: places of the part are seen within "
-            f"{within:.3g} pixels only (95 %), allowed are {allowed:.3g}; give `--fiducials`, four places of the part "
-            "or more.",
+            f"the outline of {printed.name} leaves the camera uncertain: points of the part are seen within "
+            f"{within:.3g} pixels (95 %), allowed are {allowed:.3g}. Give `--fiducials`, at least four points of the "
+            "part.",
             within=within,
         )
     camera = Camera(lens, best.T_camera_work, best.off, 0)
@@ -531,9 +531,9 @@ def _alike(found: Sequence[FittedPose], fit: OutlineFit) -> list[FittedPose]:
     if not found or found[0].off > allowed:
         off = f"; the nearest is {found[0].off:.2g} pixels off, allowed are {allowed:.2g}" if found else ""
         raise InputError(
-            f"no place of the camera shows the outline of {fit.outlined.surface.name} as the photograph does{off}; "
-            "check the lens, and that the part, with the body of the plan, and nothing else stands out in it, or give "
-            "`--fiducials`, four places of the part or more.",
+            f"no camera position shows the outline of {fit.outlined.surface.name} as in the photograph{off}. Check "
+            "the lens, and that only the part and its body are visible, or give `--fiducials`, at least four points "
+            "of the part.",
         )
     squares = [STRETCHES * (each.off / found[0].off) ** 2 for each in found]
     return [each for each, square in zip(found, squares, strict=True) if square - STRETCHES < LEAST_WORSE]
@@ -554,10 +554,9 @@ def _decided(
     if clearer < CLEARLY:
         turn = np.degrees(rotation_angle(best.T_camera_work[:3, :3] @ rest[0][1].T_camera_work[:3, :3].T))
         raise InputError(
-            f"the outline of {fit.outlined.surface.name} looks alike from {len(alike)} places of the camera, two of "
-            f"them {float(turn):.0f} degrees apart, and the printed lines do not tell which: they lie {clearer:.2g} "
-            f"times nearer to the plan from one than from the other, needed are {CLEARLY:g} times; give "
-            "`--fiducials`, four places of the part or more.",
+            f"the outline of {fit.outlined.surface.name} fits {how_many(len(alike), 'camera position')}, two of them "
+            f"{float(turn):.0f} degrees apart. The printed lines are {clearer:.2g} times nearer to the plan from one "
+            f"of them, needed are {CLEARLY:g} times. Give `--fiducials`, at least four points of the part.",
             alike=len(alike),
             clearer=clearer,
         )

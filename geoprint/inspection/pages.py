@@ -142,7 +142,7 @@ def _photograph(
 ) -> Markup:
     """Return what the page shows of one photograph."""
     on_plan, faults, widths = record.on_plan, fault_rows(each), _widths(each)
-    bare = "No stretch of the plan in sight is without material, a blob or thin." if on_plan else "No line is broken."
+    bare = "All visible runs have material, and none is too wide or too thin." if on_plan else "No line is broken."
     wrong = row_table(PLAN_COLUMNS if on_plan else LINE_COLUMNS, faults, label=f"Faults in {record.file}")
     note = "Share of the length by its width; shaded: within 5% of the mean." if widths.size else "No width is known."
     spread = histograms([(record.file, widths)], of="length", axis="width / mean width [1]") if widths.size else ""
@@ -215,7 +215,7 @@ def _distances(record: AppraisalRecord) -> PathDistances:
 def _photograph_settings(
     record: AppraisalRecord, printed_with: tuple[tuple[str, str], ...]
 ) -> tuple[tuple[str, str], ...]:
-    unknown = (("cell, needle, layer height", "not known without a plan"),)
+    unknown = (("cell, needle, layer height", "needs a plan"),)
     return (
         *(unknown if record.plan is None else (("plan", record.plan), *printed_with)),
         ("beads are", f"{record.shade} than what they lie on"),

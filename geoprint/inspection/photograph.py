@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from geoprint.errors import InputError
+from geoprint.errors import InputError, reason_of
 from geoprint.model import FloatArray, freeze_arrays, frozen
 
 if TYPE_CHECKING:
@@ -87,11 +87,13 @@ def read_photograph(path: Path | str) -> Photograph:
     except Image.DecompressionBombError as error:
         raise InputError(f"`{path.name}` is too large to be opened ({error}); scale it down.") from error
     except UnidentifiedImageError as error:
-        raise InputError(f"`{path.name}` is no image that is read; {_WHAT_TO_GIVE}.") from error
+        raise InputError(f"`{path.name}` is not a readable image; {_WHAT_TO_GIVE}.") from error
     except InputError:
         raise
     except (OSError, SyntaxError, ValueError, TypeError, KeyError, EOFError, ArithmeticError) as error:
-        raise InputError(f"`{path.name}` is cut short or damaged ({error}); copy it from the camera again.") from error
+        raise InputError(
+            f"`{path.name}` is cut short or damaged ({reason_of(error)}); copy it from the camera again."
+        ) from error
     # A turn by any multiple of 90 degrees leaves the values and moves the first one, or swaps the sides.
     turned = _orientation(image) not in {0, 1}
     return Photograph(path.name, grey, hashlib.sha256(data).hexdigest(), turned)
@@ -147,8 +149,8 @@ def _check_mode(name: str, image: Image) -> None:
         raise InputError(f"`{name}` has the colours of print (CMYK), which no camera writes; save it as RGB.")
     if image.mode in {"I", "F", "LAB", "HSV", "YCbCr"}:
         raise InputError(
-            f"`{name}` has values of the kind {image.mode}, whose black and white nobody states; {_WHAT_TO_GIVE}, of "
-            "8 or 16 bits."
+            f"`{name}` has values of the kind {image.mode}, without a stated black and white; {_WHAT_TO_GIVE}, of 8 "
+            "or 16 bits."
         )
 
 
@@ -159,9 +161,7 @@ def _grey(image: Image) -> FloatArray:
     if image.mode in {"P", "PA"}:
         image = image.convert("RGBA")
     if image.mode in {"RGBA", "LA"} and image.getchannel("A").getextrema()[0] != _EIGHT:
-        raise InputError(
-            "the image is transparent in places, where nobody can tell its grey; save it without transparency."
-        )
+        raise InputError("the image is partly transparent; save it without transparency.")
     return np.asarray(image.convert("L"), dtype=np.float64) / _EIGHT
 
 

@@ -98,7 +98,7 @@ def read_scan(path: Path | str, *, unit: str, least: int) -> Scan:
     if wrong.any():
         raise InputError(
             f"`{path.name}` has {int(wrong.sum())} points with NaN or infinite coordinates, the first is point "
-            f"{int(np.argmax(wrong))}; leave out what the scanner did not see.",
+            f"{int(np.argmax(wrong))}; remove them.",
             points=int(wrong.sum()),
         )
     if held < least:
@@ -114,8 +114,8 @@ def _check_size(path: Path) -> None:
     most = LARGEST_TEXT if path.suffix.lower() in CLOUDS else LARGEST_SCAN
     if size > most:
         raise InputError(
-            f"`{path.name}` is {size} bytes large, scans of up to {most} are read; thin it out to {MOST_POINTS} points "
-            "in the scanner's program, more tell nothing.",
+            f"`{path.name}` is {size} bytes large, scans of up to {most} are read; thin it out to {MOST_POINTS} "
+            "points in the scanner's program, which is enough.",
             bytes=size,
         )
 

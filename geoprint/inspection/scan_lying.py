@@ -158,8 +158,8 @@ def _check(nominal: Surface, fitted: FloatArray, seen: BoolArray, *, most: float
     share = float(lumped_mass(nominal)[seen].sum() / lumped_mass(nominal).sum())
     if share < LEAST_SEEN:
         raise InputError(
-            f"`{name}` shows {share:.0%} of {nominal.name}, at least {LEAST_SEEN:.0%} is needed to tell how it lies; "
-            "scan or touch more of it.",
+            f"`{name}` shows {share:.0%} of {nominal.name}, at least {LEAST_SEEN:.0%} is needed for its pose; scan or "
+            "touch more of it.",
             seen=share,
         )
     worst = int(np.argmax(np.abs(np.where(seen, fitted, 0.0))))
@@ -167,6 +167,6 @@ def _check(nominal: Surface, fitted: FloatArray, seen: BoolArray, *, most: float
         x, y, z = nominal.vertices[worst].tolist()
         raise InputError(
             f"{nominal.name} lies {fitted[worst]:+.3g} mm off its file at ({x:.1f}, {y:.1f}, {z:.1f}) by `{name}`, "
-            f"allowed are {most:.3g} mm; check that it is this part, or allow more with `--most`.",
+            f"allowed are {most:.3g} mm. Check that it is this part, or allow more with `--most`.",
             offset_mm=float(fitted[worst]),
         )

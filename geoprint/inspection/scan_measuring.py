@@ -240,8 +240,8 @@ def measured_print(
     parts, crests = _parts(over, registration, deposit, random=random)
     if not parts.seen.any():
         raise InputError(
-            f"`{name}` shows no run of the plan: of {len(points)} points {len(over.heights)} lie over the part, and "
-            f"fewer than {LEAST_POINTS} along every part of a run; scan closer, or check that it is of this print."
+            f"`{name}` shows no run of the plan. {len(over.heights)} of {len(points)} points lie over the part, and "
+            f"fewer than {LEAST_POINTS} along every stretch. Scan closer, or check that it shows this print."
         )
     cells = _cells(over, registration, surface, deposit)
     bare = float((over.planned < BARE_SHARE * deposit.height).mean())

@@ -511,7 +511,7 @@ def _near(points: FloatArray, target: ScanTarget, start: FloatArray, *, features
         reaches=REACHES, feature=FEATURE_SHARE * target.size if features else 0.0,
     )  # fmt: skip
     written = run_worker(
-        Path(registration_worker.__file__), [], data=given.getvalue(), work="laid onto its part", name=name
+        Path(registration_worker.__file__), [], data=given.getvalue(), work="fitted to its part", name=name
     )
     poses: FloatArray = np.load(BytesIO(written), allow_pickle=False)
     return list(poses)
@@ -553,19 +553,19 @@ def _check(found: Adjusted, target: ScanTarget, *, name: str) -> None:
     most = MOST_BARE_NOISE_SHARE * target.size if deposit is None else MOST_NOISE_SHARE * deposit.height
     if found.used < LEAST_USED:
         raise InputError(
-            f"`{name}` does not lie on {target.surface.name}: of its points {found.used:.0%} do, at least "
-            f"{LEAST_USED:.0%} must; cut away what is not the part, check the unit, or give its pose with `--pose`.",
+            f"`{name}` does not match {target.surface.name}: {found.used:.0%} of its points lie on it, at least "
+            f"{LEAST_USED:.0%} must. Cut away other objects, check the unit, or give its pose with `--pose`.",
             used=found.used,
         )
     if found.noise > most:
         raise InputError(
-            f"`{name}` lies {found.noise:.3g} mm off {target.surface.name} where it fits best, at most {most:.3g} mm "
-            "is a fit; check that it is of this part and print, its unit, or give its pose with `--pose`.",
+            f"`{name}` is {found.noise:.3g} mm off {target.surface.name} at its best fit, at most {most:.3g} mm are "
+            "allowed. Check part, print and unit, or give its pose with `--pose`.",
             noise_mm=found.noise,
         )
     if _scale_error(found) > MOST_SCALE:
         raise InputError(
-            f"`{name}` fits {target.surface.name} only if its coordinates are multiplied by {found.shares[-1]:.3f}, at "
-            f"most {MOST_SCALE:.0%} can be a scanner's error; check its unit, and that it is of this part and print.",
+            f"`{name}` fits {target.surface.name} only when scaled by {found.shares[-1]:.3f}, at most "
+            f"{MOST_SCALE:.0%} can be a scanner's error. Check its unit, and that it shows this part and print.",
             scale=float(found.shares[-1]),
         )

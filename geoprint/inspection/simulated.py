@@ -48,9 +48,9 @@ def simulated_text(record: SimulatedRecord) -> str:
     ]  # fmt: skip
     share = record.laid_mm3 / record.wanted_mm3
     by = (
-        "by its program, executed as it stands in the folder, with the lags of its cell"
+        "by its program, executed from the folder with the delays of its cell"
         if record.laid_by == "program"
-        else "by its paths, because it has no program"
+        else "by its paths, without a program"
     )
     put_in = (
         f"put in: flow x {record.flow:g}, width of beads x {record.spread:g} +/- "
@@ -60,7 +60,7 @@ def simulated_text(record: SimulatedRecord) -> str:
         [
             *grid(COLUMNS, rows),
             "",
-            f"{record.plan}: {record.laid_mm3:.1f} mm3 laid in silico, {share:.3f} of what its paths ask for, {by}",
+            f"{record.plan}: {record.laid_mm3:.1f} mm3 deposited in simulation, {share:.3f} of the planned, {by}",
             put_in,
         ]
     )

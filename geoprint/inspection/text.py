@@ -94,17 +94,17 @@ def looked_for(record: AppraisalRecord, each: PhotographRecord) -> list[str]:
 def plan_sentences(each: PhotographRecord, found: OnPlanRecord) -> list[str]:
     """Return how a photograph shows its plan in sentences, then notes and warnings."""
     said = (
-        f"{each.file}: of the plan {found.judged:.1%} is in sight and judged, of that {found.missing:.2%} has "
-        "no material"
+        f"{each.file}: {found.judged:.1%} of the plan is visible and judged, {found.missing:.2%} of that has no "
+        "material"
     )
     if found.width_mean_mm is None or found.width_cv is None or found.offset_mean_mm is None or found.usual is None:
-        covered = f"{said}; no width and no offset is known well enough to be given"
+        covered = f"{said}; width and offset are too uncertain to state"
     else:
         covered = (
-            f"{said}; beads are {found.width_mean_mm:.3f} mm wide (CV {found.width_cv:.1%}), planned are "
-            f"{found.width_planned_mm:.3f} mm, usual in this print is {found.usual:.2f} of that; they lie "
-            f"{found.offset_mean_mm:+.3f} mm to the left of their runs ({found.offset_rms_mm or 0.0:.3f} root "
-            "mean square)"
+            f"{said}. Beads are {found.width_mean_mm:.3f} mm wide (CV {found.width_cv:.1%}), planned "
+            f"{found.width_planned_mm:.3f} mm, typical {found.usual:.2f} of that. They lie "
+            f"{found.offset_mean_mm:+.3f} mm to the left of their runs ({found.offset_rms_mm or 0.0:.3f} root mean "
+            "square)"
         )
     apart = f"{each.file}: plan to print and back: {_apart_text(found.apart_mm)} mm"
     tone = f"the tone curve of gamma {found.gamma:.2g}"
@@ -133,9 +133,9 @@ def shift_sentences(file: str, shift: ShiftRecord | None) -> list[str]:
     x, y, z = shift.by_mm
     length = float(np.linalg.norm(shift.by_mm))
     said = (
-        f"warning: {file}: the whole print lies {length:.2f} mm (+/- {shift.deviation_mm:.2f}) beside its plan, by "
-        f"({x:+.2f}, {y:+.2f}, {z:+.2f}) mm in the part's coordinates: touch the part again, since feedback moves no "
-        "path"
+        f"warning: {file}: the whole print lies {length:.2f} mm (+/- {shift.deviation_mm:.2f}) off its plan, by "
+        f"({x:+.2f}, {y:+.2f}, {z:+.2f}) mm in the part's coordinates. Touch the part again: feedback cannot move "
+        "paths"
     )
     return [said]
 
@@ -147,16 +147,14 @@ def _placed_camera(each: PhotographRecord, camera: CameraRecord) -> list[str]:
         off = f"the {camera.fiducials} fiducials are {camera.residual_px:.2g} pixels off where the camera sees them"
         return [f"{covers}; {off}"]
     placed = (
-        f"{covers}; the part's outline, not fiducials, placed the camera: it is {camera.residual_px:.2g} pixels "
-        f"off, and places of the part are seen within {outline.within_px:.2g} pixels, "
-        f"{outline.within_mm:.2g} mm, of where they are (95 %)"
+        f"{covers}. The part's outline, not fiducials, places the camera: its residual is {camera.residual_px:.2g} "
+        f"pixels, and points of the part are within {outline.within_px:.2g} pixels, {outline.within_mm:.2g} mm (95 %)"
     )
     if outline.clearer is None:
         return [placed]
     decided = (
-        f"note: {each.file}: the outline looks alike from {outline.alike} places of the camera; that one was taken "
-        f"from which the lines lie nearest to the plan, {outline.clearer:.2g} times nearer than from the next: give "
-        "`--fiducials` if the print may lie far off its paths"
+        f"note: {each.file}: the outline fits {outline.alike} camera positions. From the chosen one, the lines are "
+        f"{outline.clearer:.2g} times nearer to the plan: give `--fiducials` if the print may lie far off"
     )
     return [placed, decided]
 
@@ -169,7 +167,7 @@ def verdict_on_photographs(record: AppraisalRecord) -> str:
         return plan_sentences(*plans[0])[0]
     if plans:
         missing = listed([f"{found.missing:.2%} in {each.file}" for each, found in plans])
-        return f"of what is judged of the plan there is no material on {missing}"
+        return f"{missing} of the judged plan has no material"
     if not others:
         return (
             f"{first.file} shows {_counted(len(first.lines), 'line')} of material, {first.length_px:.0f} pixels long "
@@ -303,27 +301,27 @@ def scan_sentences(record: ScanAppraisalRecord) -> list[str]:
     """Return what a scan shows of a print in sentences, then notes and warnings."""
     off, ratio = record.from_plan, record.volume_ratio
     volume = (
-        f"{record.scan.file}: the print has {_said(ratio, '{:.1%}')} of the planned volume where it is seen, and is "
-        f"{_said(record.thickness_mm, '{:.3f}')} mm thick in the mean"
+        f"{record.scan.file}: the print has {_said(ratio, '{:.1%}')} of the planned volume in the visible area, and "
+        f"is {_said(record.thickness_mm, '{:.3f}')} mm thick on average"
     )
     covered = (
-        f"of the area to be covered {record.seen:.1%} is seen, and {_said(record.covered, '{:.1%}')} of that has "
-        f"material: "
-        f"{_said(record.volume_seen_mm3, '{:.0f}')} mm3 of {record.volume_planned_mm3:.0f} mm3 planned in all"
+        f"{record.seen:.1%} of the area to cover is visible, and {_said(record.covered, '{:.1%}')} of that has "
+        f"material: {_said(record.volume_seen_mm3, '{:.0f}')} mm3 of {record.volume_planned_mm3:.0f} mm3 planned in "
+        "all"
     )
     thickness = (
-        f"thickness minus the planned one: {_said(off.mean, '{:+.3f}')} mm in the mean, {off.rms_mm:.3f} mm root mean "
-        f"square ({off.noise_mm:.3f} mm of it by the scan), 90 % between {off.p5_mm:+.3f} and {off.p95_mm:+.3f} mm"
+        f"thickness error: {_said(off.mean, '{:+.3f}')} mm on average, {off.rms_mm:.3f} mm root mean square "
+        f"({off.noise_mm:.3f} mm from the scan), 90 % between {off.p5_mm:+.3f} and {off.p95_mm:+.3f} mm"
     )
     beads = (
-        f"beads are {record.registration.bead_width:.2f} times as wide as their flow over the layer's height, and lie "
+        f"bead width: {record.registration.bead_width:.2f} of flow over layer height; beads lie "
         f"{record.registration.offset_mm:+.3f} mm to the left of their paths"
     )
     lines = [volume, covered, thickness, *_placed(record.scan, record.registration), beads]
     if record.bare < LEAST_BARE:
         lines.append(
-            f"note: only {record.bare:.1%} of the points show the part bare, so that thickness hangs on beads being "
-            "parabolas across; scan what lies around the print as well, or leave a margin"
+            f"note: only {record.bare:.1%} of the points show the bare part, so thickness assumes parabolic beads. "
+            "Scan the surroundings of the print too, or leave a margin"
         )
     if abs(ratio.value - 1.0) > max(NOTABLE_VOLUME, TWO_SIDED * ratio.deviation):
         lines.append(
@@ -336,17 +334,16 @@ def scan_sentences(record: ScanAppraisalRecord) -> list[str]:
 def lying_text(record: LyingRecord) -> str:
     """Return sentences on a part before it is printed on."""
     lies = (
-        f"{record.part} lies {record.offset_mean_mm:+.3f} mm off its file in the mean, {record.offset_rms_mm:.3f} "
-        f"mm root "
-        f"mean square, {record.offset_least_mm:+.3f} to {record.offset_most_mm:+.3f} mm (+/- "
-        f"{TWO_SIDED * record.deviation_mm:.3f}), over {record.seen:.0%} of its area; allowed are "
-        f"{record.allowed_mm:g} mm"
+        f"{record.part} lies {record.offset_mean_mm:+.3f} mm off its file on average, {record.offset_rms_mm:.3f} mm "
+        f"root mean square. Range: {record.offset_least_mm:+.3f} to {record.offset_most_mm:+.3f} mm (+/- "
+        f"{TWO_SIDED * record.deviation_mm:.3f}), over {record.seen:.0%} of its area; allowed: {record.allowed_mm:g} "
+        "mm"
     )
     fitted = (
         f"fitted smoothly over {record.smoothing_mm:.2g} mm, from which {record.scan.used} points are off by "
         f"{record.residual_mm:.3f} mm (standard deviation)"
     )
-    mesh = f"{record.mesh} is the surface that is there: plan on it with `geoprint plan {record.mesh} --unit mm`"
+    mesh = f"{record.mesh} is the measured surface: plan on it with `geoprint plan {record.mesh} --unit mm`"
     return "\n".join([lies, fitted, *_placed(record.scan, record.registration), mesh])
 
 
@@ -359,8 +356,8 @@ def _placed(scan: ScanFileRecord, found: RegistrationRecord) -> list[str]:
     """Return how well a scan lies on its part."""
     shift, turn = TWO_SIDED * found.shift_deviation_mm, TWO_SIDED * found.turn_deviation_deg
     placed = (
-        f"{scan.file}: {scan.used} points lie over the part, {scan.points} are in the file; they have "
-        f"{found.noise_mm:.3f} mm noise, and their pose is known to {shift:.3f} mm and {turn:.3f} degrees"
+        f"{scan.file}: {scan.used} of {scan.points} points lie over the part; noise {found.noise_mm:.3f} mm, pose "
+        f"known within {shift:.3f} mm and {turn:.3f} degrees"
     )
     lines = [placed]
     if found.scale is not None:

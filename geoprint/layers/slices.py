@@ -179,7 +179,7 @@ def whole_layers(thickness: float, *, height: float) -> tuple[int, float]:
     count = max(round(thickness / height), 1)
     if count > MOST_LAYERS:
         raise InputError(
-            f"{thickness:g} mm in layers of {height:g} mm are {count:,} layers, at most {MOST_LAYERS} are planned: "
+            f"{thickness:g} mm in layers of {height:g} mm need {count:,} of them, but {MOST_LAYERS} is the limit: "
             "check thickness and height, both in mm."
         )
     return count, thickness / count

@@ -86,8 +86,8 @@ class TargetShape:
         loops = boundary_loops(shape)
         if loops:
             raise MeshError(
-                f"the target {shape.name} is open: it has {len(loops)} border{'s' if len(loops) > 1 else ''}, so that "
-                "nobody can say what lies within it. Close it, or give a `--thickness`."
+                f"the target {shape.name} is open: it has {len(loops)} border{'s' if len(loops) > 1 else ''}. Close "
+                "it, or give a `--thickness`."
             )
         volume = signed_volume(shape)
         self._part, self._shape = part, shape if volume > 0.0 else turned_over(shape)
@@ -144,8 +144,8 @@ class TargetShape:
         over = ground.feet(_standing_on(ground, looked_at))[1]
         if over.max(initial=0.0) <= 0.0:
             raise FieldError(
-                f"nothing of the target {self._shape.name} is over the outer side of {part.name}: check that both are "
-                "in the same coordinates and unit, and which side is printed on (`--flip`)."
+                f"no part of the target {self._shape.name} lies over the outer side of {part.name}. Check "
+                "coordinates, unit and printed side (`--flip`)."
             )
         return float(over.max())
 
@@ -165,7 +165,7 @@ class TargetThickness:
     def __init__(self, part: Surface, thickness: FloatArray) -> None:
         self.thickness = float(thickness.max())
         if self.thickness <= 0.0:
-            raise FieldError(f"the thickness over {part.name} is 0 everywhere: nothing is left to print.")
+            raise FieldError(f"the thickness over {part.name} is 0 everywhere: increase it.")
         self._part, self._thickness = part, thickness
 
     @property
@@ -250,7 +250,7 @@ def without_crumbs(surface: Surface, *, spacing: float) -> tuple[Surface, float]
     """
     wide = np.array([_is_wide(piece.surface, spacing=spacing) for piece in pieces(surface)])
     if not wide.any():
-        raise FieldError(f"nothing of it is as wide as the spacing of {spacing:g} mm: choose a smaller one.")
+        raise FieldError(f"all of it is narrower than the spacing of {spacing:g} mm: choose a smaller one.")
     if wide.all():
         return surface, 0.0
     kept = wide[component_labels(surface)]
@@ -278,8 +278,8 @@ def area_standing_out(part: Surface, surface: Surface, target: LayerTarget, *, b
     for number, piece in enumerate(pieces(surface)):
         if not held[labels == number].any():
             raise FieldError(
-                f"about {in_words(middle_of(piece.surface))} it would hang in the air: nothing of the target lies "
-                "below. Print that piece by itself, or turn the target."
+                f"about {in_words(middle_of(piece.surface))} it would hang in the air, with no target below. Print "
+                "that component by itself, or turn the target."
             )
     if held.all() or depths.max() <= 0.0:
         return float(face_areas(surface)[~held].sum())

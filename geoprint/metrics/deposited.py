@@ -191,7 +191,7 @@ def deposited_path(
         worst = int(np.argmax(misses))
         raise FieldError(
             f"the path is {misses[worst]:.3g} mm away from {surface.name} in run {poses.runs[rows[worst]] + 1}, "
-            f"allowed are {OFF_SURFACE_SHARE * spacing:.3g} mm: measure a path on the surface that it was planned on.",
+            f"allowed are {OFF_SURFACE_SHARE * spacing:.3g} mm. Measure a path on the surface that it was planned on.",
             distance_mm=float(misses[worst]),
         )
     gaps = np.linalg.norm(points[ends] - points[starts], axis=1)

@@ -80,9 +80,9 @@ def finely(curves: Polylines, *, spacing: float, area: float) -> Polylines:
     times = max(length * spacing / area, 1.0)
     if total * times > MOST_POINTS:
         raise FieldError(
-            f"the paths are {length:.3g} mm long, {total:.3g} points at a spacing of {spacing:.3g} mm, which cover the "
-            f"part {times:.2g} times: at most {MOST_POINTS / times:.3g} are measured; give the spacing that they were "
-            "meant to have, or fewer paths.",
+            f"the paths are {length:.3g} mm long and cover the part {times:.2g} times: {total:.3g} points at a spacing "
+            f"of {spacing:.3g} mm, at most {MOST_POINTS / times:.3g} are measured. Give their intended spacing, or "
+            "fewer paths.",
             points=int(total),
         )
     parts = np.append(parts, 1.0).astype(np.int64)
@@ -118,9 +118,9 @@ def laid_path(
         x, y, z = curves.points[worst].tolist()
         raise FieldError(
             f"the paths lie up to {distances[worst]:.3g} mm off the part, farthest in run "
-            f"{int(curves.runs[worst]) + 1} at ({x:.3f}, {y:.3f}, {z:.3f}) mm, allowed are {allowed:.3g} mm: give the "
-            "paths in the part's own coordinates and unit, let `--fit` lay them onto it, or allow it with "
-            f"`--offset-up-to {1.1 * distances[worst]:.2g}`.",
+            f"{int(curves.runs[worst]) + 1} at ({x:.3f}, {y:.3f}, {z:.3f}) mm, allowed are {allowed:.3g} mm. Give "
+            "them in the part's coordinates and unit, fit them with `--fit`, or allow it with `--offset-up-to "
+            f"{1.1 * distances[worst]:.2g}`.",
             distance_mm=float(distances[worst]),
             allowed_mm=allowed,
         )
@@ -128,7 +128,7 @@ def laid_path(
     lengths = _moved(flat, curves)
     kept = lengths > SAME_SHARE * spacing
     if not kept.any():
-        raise FieldError("no path is long enough to be measured: every run is a point on the part.")
+        raise FieldError("all paths are too short to measure: every run is a point on the part.")
     chosen = kept[curves.runs]
     runs = np.cumsum(kept)[curves.runs[chosen]] - 1
     firsts, lasts = curves.offsets[:-1][kept], curves.offsets[1:][kept] - 1

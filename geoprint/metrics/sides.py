@@ -67,7 +67,7 @@ class SideSpacing:
 
     def __post_init__(self) -> None:
         if self.ratios.shape != (len(self.places), 2) or not self.places.size:
-            raise InputError("SideSpacing needs two ratios a sample, and at least one sample.")
+            raise InputError("the spacing to both sides needs two ratios a sample, and at least one sample.")
         freeze_arrays(self, places="float: k 3", normals="float: k 3", ahead="float: k 3", offsets="int: o",
                       kinds="int: k 2", nearest="int: k 2")  # fmt: skip
         self.ratios.setflags(write=False)

@@ -223,9 +223,9 @@ class Placement:
     def missing(self) -> tuple[str, ...]:
         """What nobody has stated, in words; a program may deposit only where that is nothing."""
         stated = {
-            "where the fixture stands (touched points)": self.calibrated,
-            "where the part stands on the fixture (part_mm)": self.part_stated,
-            "what sets the flow (signals.flow and flow_per_mm3_s)": not self.flow_unstated,
+            "the pose of the fixture (touched points)": self.calibrated,
+            "the pose of the part on the fixture (part_mm)": self.part_stated,
+            "the flow output (signals.flow and flow_per_mm3_s)": not self.flow_unstated,
         }
         return tuple(what for what, known in stated.items() if not known)
 

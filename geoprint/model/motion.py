@@ -7,7 +7,7 @@ from typing import Literal, final
 
 import numpy as np
 
-from geoprint.errors import InputError
+from geoprint.errors import InputError, how_many
 from geoprint.model.path import PoseStream
 from geoprint.model.values import (
     BoolArray,
@@ -81,7 +81,7 @@ class JointPath:
             T_base_work="float: 4 4", via_rows="float: e", via_joints="float: e 6", bulges="float: b 2",
         )  # fmt: skip
         if sizes["p"] != self.poses.count:
-            raise InputError(f"JointPath has {sizes['p']} rows for {self.poses.count} poses.")
+            raise InputError(f"the joint path has {sizes['p']} rows for {how_many(self.poses.count, 'pose')}.")
 
     def between(self, first: int, behind: int) -> JointPath:
         """Return the poses from row `first` to before row `behind`."""

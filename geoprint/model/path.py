@@ -101,9 +101,9 @@ class PoseStream:
         for name in ("quaternions", "normals"):
             lengths = np.linalg.norm(getattr(self, name), axis=1)
             if np.abs(lengths - 1.0).max(initial=0.0) > QUATERNION_TOLERANCE:
-                raise InputError(f"PoseStream.{name} must have unit length.")
+                raise InputError(f"{name} of the poses must have unit length.")
         if self.runs.size and np.diff(self.runs).min(initial=0) < 0:
-            raise InputError("PoseStream.runs must not fall: runs are printed in their order.")
+            raise InputError("the run numbers of the poses must not fall: runs are printed in their order.")
 
     @property
     def count(self) -> int:

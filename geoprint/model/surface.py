@@ -7,7 +7,7 @@ from typing import TypeAlias, final
 
 import numpy as np
 
-from geoprint.errors import InputError
+from geoprint.errors import InputError, how_many
 from geoprint.model.values import BoolArray, Count, FloatArray, IntArray, freeze_arrays, frozen, recorded
 
 # The surface and what lies on it: points, curves, sources, distance fields and contours.
@@ -59,11 +59,11 @@ class SurfacePoints:
     def __post_init__(self) -> None:
         freeze_arrays(self, faces="int: k", weights="float: k 3")
         if self.faces.size and self.faces.min() < 0:
-            raise InputError("SurfacePoints.faces must not be negative.")
+            raise InputError("the faces of points must not be negative.")
         if self.faces.size and (
             self.weights.min() < -WEIGHT_TOLERANCE or np.abs(self.weights.sum(axis=1) - 1.0).max() > WEIGHT_TOLERANCE
         ):
-            raise InputError("SurfacePoints.weights must lie in [0, 1] and sum to 1.")
+            raise InputError("the weights of points must lie in [0, 1] and sum to 1.")
 
     def corners(self, surface: Surface) -> IntArray:
         """Return the (k, 3) vertices of the triangles that the points lie in.
@@ -132,7 +132,7 @@ class SurfaceCurves:
             InputError: there is no such curve, or a point names a face that the surface does not have.
         """
         if not 0 <= curve < self.count:
-            raise InputError(f"there are {self.count} curves, numbered from 0; found {curve}.")
+            raise InputError(f"there are {how_many(self.count, 'curve')}, numbered from 0; found {curve}.")
         held = slice(*self.offsets[curve : curve + 2])
         return SurfacePoints(self.points.faces[held], self.points.weights[held]).xyz(surface)
 
@@ -193,7 +193,10 @@ class Contours:
     def __post_init__(self) -> None:
         freeze_arrays(self, levels="int: c")
         if self.levels.size != self.curves.count:
-            raise InputError(f"Contours need one level a curve: {self.levels.size} levels, {self.curves.count} curves.")
+            raise InputError(
+                f"contours need one level a curve: {how_many(self.levels.size, 'level')}, "
+                f"{how_many(self.curves.count, 'curve')}."
+            )
 
     @property
     def point_levels(self) -> IntArray:
@@ -252,9 +255,12 @@ class Paths:
         promised = {} if self.promised is None else {"promised": "float: k"}
         count = freeze_arrays(self, row="float: k", spacing="float: k", width="float: k", **promised)["k"]
         if count != self.curves.points.faces.size:
-            raise InputError(f"paths need one row a point: {count} rows, {self.curves.points.faces.size} points.")
+            raise InputError(
+                f"paths need one row a point: {how_many(count, 'row')}, "
+                f"{how_many(self.curves.points.faces.size, 'point')}."
+            )
         if self.spacing.min(initial=1.0) <= 0.0 or self.width.min(initial=1.0) <= 0.0:
-            raise InputError("Strokes.spacing and Paths.width must be positive.")
+            raise InputError("spacing and width of paths must be positive.")
 
     @property
     def levels(self) -> IntArray:

@@ -625,7 +625,7 @@ def gathered(
     """
     if not len(normals) or {len(normals)} != {len(runs), len(layers), len(lengths)}:
         raise InputError(
-            f"a table tilts along poses with a normal, a run, a layer and a length each, found {len(normals)}, "
+            f"a table tilts along poses with one normal, run, layer and length each, found {len(normals)}, "
             f"{len(runs)}, {len(layers)} and {len(lengths)}: give those that deposit."
         )
     nearest = within.nearest(normals)

@@ -278,8 +278,8 @@ class HexapodMachine:
         share = float(self._smallest(legs)[0]) / self._stiffness
         if share < SINGULAR_SHARE:
             raise ReachError(
-                f"{self.name}: with legs of {axes.round(2).tolist()} mm the plate is singular: they hold it with "
-                f"{share:.2g} of what they do at rest, allowed is {SINGULAR_SHARE:g}; keep to poses with a margin.",
+                f"{self.name}: with legs of {axes.round(2).tolist()} mm the plate is nearly singular: stiffness is "
+                f"{share:.2g} of that at rest, at least {SINGULAR_SHARE:g} is needed. Keep to poses with a margin.",
                 share=share,
             )
 

@@ -216,8 +216,8 @@ def _check_place(place: Path, *, overwrite: bool) -> None:
         edited = next((name for name, digest in hashes.items() if _is_edited(place / name, digest)), None)
         if edited is not None:
             raise UsageError(
-                f"{place} holds {edited}, which somebody changed after geoprint wrote it, and --overwrite would lose "
-                "that: copy it elsewhere, then remove it here; or choose another folder."
+                f"{place} holds {edited}, changed after geoprint wrote it, and --overwrite would lose that change. "
+                "Copy it elsewhere and remove it here, or choose another folder."
             )
 
 

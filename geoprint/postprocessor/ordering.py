@@ -114,7 +114,7 @@ def _check_targets(poses: PoseStream, targets: Targets) -> None:
     wrong = np.flatnonzero((poses.deposit & ~after & ~before) | ((after ^ before) & ~rests))
     if wrong.size:
         raise InputError(
-            f"pose {wrong[0]} of run {poses.runs[wrong[0]] + 1} begins or ends a deposit, but is no target with zone 0 "
-            "or is the only pose of its deposit; outputs are switched where the tool rests. Thin the stream again.",
+            f"pose {wrong[0]} of run {poses.runs[wrong[0]] + 1} begins or ends a deposit, but is not a target with "
+            "zone 0 (or is alone in its deposit). Outputs switch where the tool rests: thin the stream again.",
             pose=int(wrong[0]),
         )

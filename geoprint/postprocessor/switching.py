@@ -142,21 +142,20 @@ def _check_spans(
         if closes <= opens:
             raise UsageError(
                 f"signals.valve_close_s is {signals.valve_close:g} s, but a run at {start:.1f} s takes only "
-                f"{end - start:.2f} s: the valve would close before it opens. Leave such short runs out with a wider "
+                f"{end - start:.2f} s: the valve would close before it opens. Omit such short runs with a wider "
                 "spacing, or print slower."
             )
     for (_, end), (start, _) in pairwise([(0.0, float(orders.times[0])), *spans]):
         if start - signals.valve_open < end - SAME_MOMENT:
             raise UsageError(
                 f"signals.valve_open_s is {signals.valve_open:g} s, longer than the approach to a run at {start:.1f} "
-                "s takes: the valve would be told to open in the run before, and is shut where a run begins. Raise "
-                "retract_mm or lower travel_speed_mm_s."
+                "s: the valve would open in the previous run. Raise retract_mm or lower travel_speed_mm_s."
             )
     if lamp[0][0] < orders.times[0] - SAME_MOMENT or lamp[-1][1] > orders.times[-1] + SAME_MOMENT:
         raise UsageError(
-            f"signals.uv_lead_s and uv_tail_s are {signals.uv_lead:g} and {signals.uv_tail:g} s, but the approach to "
-            f"the first run takes {spans[0][0] - orders.times[0]:.2f} s and the last retract "
-            f"{orders.times[-1] - spans[-1][1]:.2f} s: shorten them, or raise retract_mm."
+            f"signals.uv_lead_s and uv_tail_s are {signals.uv_lead:g} and {signals.uv_tail:g} s, but the first "
+            f"approach takes {spans[0][0] - orders.times[0]:.2f} s and the last retract "
+            f"{orders.times[-1] - spans[-1][1]:.2f} s. Shorten them, or raise retract_mm."
         )
 
 

@@ -8,7 +8,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.errors import InputError, VerificationError
+from geoprint.errors import InputError, VerificationError, how_many
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Trajectory, frozen
 from geoprint.postprocessor.orders import Orders
 
@@ -267,7 +267,9 @@ def _require(fit: BoolArray, values: FloatArray, *, name: str, path: Path | str,
 def _verify(path: Path | str, rows: FloatArray, *, columns: tuple[str, ...], decimals: tuple[int, ...]) -> None:
     found = read_columns(path, columns=columns)
     if len(found) != len(rows):
-        raise VerificationError(f"{path} has {len(found)} rows, the plan has {len(rows)}; write the table again.")
+        raise VerificationError(
+            f"{path} has {how_many(len(found), 'row')}, the plan has {len(rows)}; write the table again."
+        )
     halves = 0.5 * 10.0 ** -np.array(decimals, dtype=np.float64) * np.array([places > 0 for places in decimals])
     for start in range(0, len(rows), _BLOCK_ROWS):
         read, planned = found[start : start + _BLOCK_ROWS], rows[start : start + _BLOCK_ROWS]
@@ -359,7 +361,7 @@ def _check_rows(chosen: IntArray, deposited: BoolArray, *, path: Path | str, las
             f"{path}: the poses do not rise from 0 to {last}, the last row of poses.csv; write the plan again."
         )
     if not deposited.any() or deposited[-1]:
-        what = "material is laid after the last target" if deposited.any() else "no material is laid"
+        what = "material is deposited after the last target" if deposited.any() else "no material is deposited"
         raise VerificationError(f"{path}: {what}; write the plan again.")
 
 
@@ -401,8 +403,8 @@ def read_wanted_flow(path: Path | str, poses: PoseStream) -> FloatArray:
     same = len(data) == np.count_nonzero(there) and np.array_equal(data[:, 0], poses.runs[there])
     if not same or not np.allclose(data[:, 3], poses.flow[there], rtol=0.0, atol=1e-8) or (data[:, 2] < 0.0).any():
         raise VerificationError(
-            f"{path}: its {len(data)} rows are not the {np.count_nonzero(there)} poses that deposit by poses.csv, with "
-            "their flow; write the plan again."
+            f"{path}: its {how_many(len(data), 'row')} are not the {np.count_nonzero(there)} poses that deposit by "
+            "poses.csv, with their flow; write the plan again."
         )
     flow = np.zeros(poses.count)
     flow[there] = data[:, 2]

@@ -40,7 +40,7 @@ def bead_width(*, flow: float, speed: float, standoff: float) -> float:
     if strand_diameter(area) < standoff:
         raise InputError(
             f"{flow:.3g} mm3/s at {speed:g} mm/s make a strand of {strand_diameter(area):.3g} mm, thinner than the "
-            f"stand-off of {standoff:g} mm: it is not pressed on. Print slower, with more pressure, or nearer.",
+            f"stand-off of {standoff:g} mm, so it is not pressed on. Print slower, with more pressure, or nearer.",
             strand=strand_diameter(area),
             standoff=standoff,
         )
@@ -75,8 +75,8 @@ def segment_width(area: float, *, height: float) -> float:
 
     if not _area(np.pi, height) * (1.0 - 1e-12) <= area <= _area(FLATTEST, height):
         raise InputError(
-            f"no bead of {height:g} mm height has a cross-section of {area:g} mm2: it is at least that of a circle, "
-            f"{_area(np.pi, height):.3g} mm2, and at most {_area(FLATTEST, height):.3g} mm2.",
+            f"a bead of {height:g} mm height cannot have a cross-section of {area:g} mm2: a circle has "
+            f"{_area(np.pi, height):.3g} mm2, the flattest bead {_area(FLATTEST, height):.3g} mm2.",
             area=area,
             height=height,
         )

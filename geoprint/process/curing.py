@@ -88,9 +88,9 @@ class Exposure:
         if self.wanted is None or self.fastest is None or self.one_pass >= self.wanted:
             return None
         flooded = (
-            "no final exposure is named ([flood])"
+            "add a final exposure ([flood])"
             if self.flood is None
-            else f"the final exposure of {self.flood:g} s must do the rest"
+            else f"the final exposure of {self.flood:g} s must add the rest"
         )
         return (
             f"one pass of the lamp gives {self.one_pass:.3g}, all passes together {self.all_passes:.3g} of "

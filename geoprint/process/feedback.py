@@ -57,7 +57,7 @@ class FlowBounds:
     def __post_init__(self) -> None:
         if not (0.0 < self.least <= 1.0 <= self.most < np.inf and min(self.earliest, self.latest) >= 0.0):
             raise InputError(
-                f"bounds of a flow are about 1 and those of a valve about 0, found {self.least:g} to {self.most:g} and "
+                f"bounds of a flow must enclose 1 and those of a valve 0, found {self.least:g} to {self.most:g}, and "
                 f"{self.earliest:g} mm earlier to {self.latest:g} mm later."
             )
 

@@ -51,8 +51,8 @@ class Bore:
     def __post_init__(self) -> None:
         if not (0.0 < self.radius < self.wide_radius and self.length > 0.0 and 0.0 < self.half_angle < np.pi / 2):
             raise InputError(
-                f"a bore needs a needle with a radius and a length above 0, found {self.radius:g} and {self.length:g} "
-                f"mm, and a taper that widens to more, found {self.wide_radius:g} mm at {self.half_angle:g} rad."
+                f"a bore needs a radius and a length above 0, found {self.radius:g} and {self.length:g} mm. Its taper "
+                f"must widen, found {self.wide_radius:g} mm at {self.half_angle:g} rad."
             )
 
 

@@ -197,15 +197,15 @@ def _require_enough(measured: MeasuredFlow, model: FluidModel) -> None:
     pressures = 1 + int((np.diff(logs) > SAME_PRESSURE).sum())
     if pressures == 1:
         raise InputError(
-            "all lines were laid at one pressure: a Newtonian fluid and one that thins with shear fit them equally "
-            "well; measure at two pressures at least, one twice the other.",
+            "all lines were deposited at one pressure, which Newtonian and shear-thinning fluids fit equally well. "
+            "Measure at two or more pressures, one twice the other.",
             pressures=1,
         )
     if pressures < FEWEST_PRESSURES[model] or lines <= parameters:
         raise InputError(
-            f"the model {model} has {parameters} parameters and needs {FEWEST_PRESSURES[model]} different pressures "
-            f"and {parameters + 1} lines at least, found {pressures} and {lines}: measure more, or choose a model "
-            "with fewer parameters.",
+            f"the model {model} has {parameters} parameters and needs at least {FEWEST_PRESSURES[model]} pressures "
+            f"and {parameters + 1} lines, found {pressures} and {lines}. Measure more, or choose a model with fewer "
+            "parameters.",
             pressures=pressures,
             lines=lines,
         )
@@ -372,7 +372,7 @@ def _flow_at(pressure: float, *, fluid: Fluid, bore: Bore, start: float) -> floa
     if flow <= 0.0:
         raise InputError(
             f"nothing flows at {pressure / PASCAL_PER_KPA:g} kPa: the yield stress holds the material in this nozzle "
-            f"up to {start / PASCAL_PER_KPA:.3g} kPa; raise the pressure or take a wider or shorter needle.",
+            f"up to {start / PASCAL_PER_KPA:.3g} kPa. Raise the pressure, or use a wider or shorter needle.",
             starting_pressure=start,
         )
     return flow
@@ -470,15 +470,15 @@ def _verdict(layer: tuple[float, float], *, spacing: float) -> str:
         return "as the good print: the same material on the same paths." if spacing == 1.0 else "fits the good print."
     if low >= 1.0 - FITTING_SHARE:
         return (
-            f"over-dispensing, unless the material is Newtonian: at least {low:.2f} times the material, more the more "
-            f"it thins with shear; and beads {spacing:.2g} times as far apart."
+            f"over-dispensing, unless the material is Newtonian: at least {low:.2f} times the material, more if it is "
+            f"shear-thinning, in beads {spacing:.2g} times as far apart."
         )
     if high <= 1.0 + FITTING_SHARE:
         return (
-            f"too little, unless the material is Newtonian: at most {high:.2f} times the material, less the more it "
-            f"thins with shear; and beads {spacing:.2g} times as far apart."
+            f"too little, unless the material is Newtonian: at most {high:.2f} times the material, less if it is "
+            f"shear-thinning, in beads {spacing:.2g} times as far apart."
         )
-    return "cannot be told without the material: measure it (`geoprint fit-flow`)."
+    return "unknown for this material: measure it (`geoprint fit-flow`)."
 
 
 # Settings that fit a pressure, for a material that is known or beside a print that worked.

@@ -120,9 +120,9 @@ def _beside_good_print(*, pressure_kpa: float, rounds: int | None, good: tuple[f
 def _material(cell: Cell, pressure_kpa: float) -> Material:
     if cell.material is None:
         raise UsageError(
-            f"the cell {cell.name} names no [material], so nobody knows how much flows at {pressure_kpa:g} kPa: weigh "
-            "a few lines and let `geoprint fit-flow` write the table, or compare with a print that worked: `--good KPA "
-            "ROUNDS`, or [good_print] in the cell."
+            f"the cell {cell.name} has no [material], so the flow at {pressure_kpa:g} kPa is unknown. Weigh a few "
+            "lines and run `geoprint fit-flow`, or compare with a good print: `--good KPA ROUNDS`, or [good_print] in "
+            "the cell."
         )
     return cell.material
 

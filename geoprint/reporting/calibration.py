@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from geoprint.errors import how_many
 from geoprint.model import DECIMALS, Rounded
 from geoprint.postprocessor import Json
 from geoprint.reporting.records.rounding import Record, as_json
@@ -219,18 +220,18 @@ def _fixture_lines(found: CalibratedFixture, *, width: int | None) -> Iterator[s
     position, turn, following = record.position, record.attitude, record.touch_next
     yield (
         f"fixture: at ({_listed((row[3] for row in record.T_base_fixture[:3]), 3)}) mm, roll, pitch, yaw "
-        f"({_listed(rpy.tolist(), 3)}) degrees in the base frame, from {len(found.names)} touched points"
+        f"({_listed(rpy.tolist(), 3)}) degrees in the base frame, from {how_many(len(found.names), 'touched point')}"
     )
     yield _noise_line(record.touches)
     yield from _touch_lines(record.touches, what="point", width=width)
     where = record.part or "the fixture's points"
     yield (
-        f"position: at the corners of the box about {where} at worst "
-        f"{position.deviation_mm:.3f} mm (standard deviation) along ({_listed(position.along, 2)}) at "
-        f"({_listed(position.at_mm, 1)}); within {position.within_mm:.3f} mm in 95 of 100 calibrations"
+        f"position, worst corner of the box around {where}: {position.deviation_mm:.3f} mm (standard deviation) along "
+        f"({_listed(position.along, 2)}) at ({_listed(position.at_mm, 1)}); within {position.within_mm:.3f} mm in 95 "
+        "of 100 calibrations"
     )
     yield (
-        f"attitude: at worst {turn.deviation_deg:.3f} degrees about ({_listed(turn.about, 2)}); within "
+        f"attitude, worst axis: {turn.deviation_deg:.3f} degrees about ({_listed(turn.about, 2)}); within "
         f"{turn.within_deg:.3f} degrees in 95 of 100"
     )
     if record.surface is not None:
@@ -241,9 +242,8 @@ def _fixture_lines(found: CalibratedFixture, *, width: int | None) -> Iterator[s
         f"{following.deviation:.3f} mm at worst, within {following.bound:.3f} mm"
     )
     stated = (
-        f"{record.cell} does not state where the part stands on the fixture: write part_mm under [work] (and "
-        "part_rpy_deg where the part's axes are turned). Until then programs run only dry, with the part's origin at "
-        "the fixture's."
+        f"{record.cell} does not state where the part stands on the fixture: add part_mm under [work] (and "
+        "part_rpy_deg if it is turned). Until then, programs only run dry, with the part's origin at the fixture's."
     )
     yield from _mind(found.calibration.statistics, found.names, [] if record.part_stated else [stated])
 
@@ -251,8 +251,9 @@ def _fixture_lines(found: CalibratedFixture, *, width: int | None) -> Iterator[s
 def _tool_lines(found: CalibratedTool, *, width: int | None) -> Iterator[str]:
     record, calibration = tool_record(found), found.calibration
     yield (
-        f"tool centre point: ({_listed(record.tcp_mm, 3)}) mm in the flange frame, from {len(record.touches.points)} "
-        f"poses; {np.linalg.norm(calibration.tip - found.before):.3f} mm from where the cell had it"
+        f"tool centre point: ({_listed(record.tcp_mm, 3)}) mm in the flange frame, from "
+        f"{how_many(len(record.touches.points), 'pose')}; {np.linalg.norm(calibration.tip - found.before):.3f} mm "
+        "from the cell's old value"
     )
     yield _noise_line(record.touches)
     yield from _touch_lines(record.touches, what="pose", width=width)
@@ -268,7 +269,7 @@ def _tool_lines(found: CalibratedTool, *, width: int | None) -> Iterator[str]:
 def _noise_line(touches: TouchesRecord) -> str:
     low, high = touches.noise_between_mm
     record = "as given" if touches.noise_given else f"estimated; between {low:.3f} and {high:.3f} in 95 of 100"
-    return f"RMS: {touches.rms_mm:.3f} mm; noise of a touch in each direction: {touches.noise_mm:.3f} mm ({record})"
+    return f"RMS {touches.rms_mm:.3f} mm; noise of a touch in each direction: {touches.noise_mm:.3f} mm ({record})"
 
 
 def _touch_lines(touches: TouchesRecord, *, what: str, width: int | None) -> Iterator[str]:
@@ -276,7 +277,7 @@ def _touch_lines(touches: TouchesRecord, *, what: str, width: int | None) -> Ite
     names = max(len(what), *(len(touch.name) for touch in touches.points))
     full = [_touch_line(touch, names=names, directed=True) for touch in touches.points]
     directed = width is None or max(map(len, full)) <= width
-    yield "residual of each touch, its length, and how far it lies from where the others put it, mm:"
+    yield "residual of each touch, its length, and its distance from the fit of the others [mm]:"
     axes = "      x       y       z  " if directed else ""
     yield f"  {what:<{names}}  {axes}length  others"
     yield from full if directed else (_touch_line(touch, names=names, directed=False) for touch in touches.points)
@@ -290,11 +291,11 @@ def _touch_line(touch: TouchRecord, *, names: int, directed: bool) -> str:
 
 
 def _surface_line(surface: SurfaceUncertaintyRecord) -> str:
-    verdict = "a plan will warn" if surface.warned else "good enough"
+    verdict = "plans will carry a warning" if surface.warned else "good enough"
     if surface.refused:
-        verdict = "too much: no plan will be made"
+        verdict = "too much: plans will be refused"
     return (
-        f"surface: along its normal within {surface.within_mm:.3f} mm in 95 of 100, at worst at "
+        f"surface: along its normal within {surface.within_mm:.3f} mm in 95 of 100, worst at "
         f"({_listed(surface.at_mm, 1)}); the stand-off is {surface.standoff_mm:g} mm: {verdict}"
     )
 
@@ -309,8 +310,8 @@ def _mind(statistics: TouchStatistics, names: tuple[str, ...], warnings: list[st
             f"{odd}: by chance a good touch looks this odd in fewer than 1 of 100 calibrations; touch {which} again.",
         ]
     estimated = (
-        "the residuals are larger than the noise given explains (by chance in fewer than 1 of 100 calibrations), so "
-        "the noise was estimated from them instead."
+        "the residuals exceed the given noise (by chance in fewer than 1 of 100 calibrations), so the noise is "
+        "estimated from them."
     )
     surprising = statistics.excess is not None and not statistics.noise.given
     return marked_lines(warnings=warnings, notes=[estimated] if surprising else [])

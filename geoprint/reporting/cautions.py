@@ -12,13 +12,13 @@ from dataclasses import replace
 
 from geoprint.config import common_needles
 from geoprint.distance import accuracy, backend, most_accurate_backend
+from geoprint.errors import how_many
 from geoprint.geometry import face_areas
 from geoprint.geometry.files import rebuilt_in_words, unit_hint
 from geoprint.model import Cell
 from geoprint.reporting.metrics import cover_text
 from geoprint.reporting.prints import feedback_notes, made_up_notes
 from geoprint.reporting.records.plan import FibresRecord, MotionRecord, PatchRecord, PlanRecord, RobotRecord
-from geoprint.reporting.records.rounding import how_many
 from geoprint.reporting.verdict import coverage_advice, covering, middle_sentences
 from geoprint.results import Plan, Side, Workpiece
 from geoprint.robot.placing import NOTABLE_SHARE
@@ -68,8 +68,8 @@ def _unchanging(workpiece: Workpiece) -> Iterator[str]:
     """Yield that the cell cannot lay beads of more than one width, where they are wanted."""
     if workpiece.widths is not None and workpiece.cell.signals.mode != "analog":
         yield (
-            f"the cell {workpiece.cell.name} can only open and shut its valve, and these paths are of more than one "
-            'width: a program for them needs a cell with signals.mode "analog".'
+            f"these paths have several widths, and the cell {workpiece.cell.name} can only open and shut its valve: "
+            'use a cell with signals.mode "analog".'
         )
 
 
@@ -130,10 +130,8 @@ def said_once(texts: Mapping[str, Sequence[str]]) -> list[str]:
 def placement_texts(robots: Sequence[RobotRecord]) -> list[str]:
     """Return what a person should know of where the part stands, if anything."""
     missing = dict.fromkeys(what for robot in robots for what in robot.motion.placement_missing)
-    unknown = "placement" if any(what.startswith("where") for what in missing) else "flow"
-    return [f"{unknown} not known: programs run only dry, until somebody states {' and '.join(missing)}."][
-        : len(missing)
-    ]
+    unknown = "placement" if any(what.startswith("the pose") for what in missing) else "flow"
+    return [f"{unknown} unknown: programs only run dry until you state {' and '.join(missing)}."][: len(missing)]
 
 
 def orientation_notes(motion: MotionRecord) -> list[str]:
@@ -144,8 +142,8 @@ def orientation_notes(motion: MotionRecord) -> list[str]:
     rpy = ", ".join(f"{angle:g}" for angle in turned.rpy_deg)
     return [
         (
-            f"turned by demo_rpy_deg = [{rpy}], its mean normal {turned.tilt_deg:g} degrees from upright, which "
-            f"serves, of {turned.tried} orientations; with its mean normal up: {turned.start_refused}"
+            f"part turned by demo_rpy_deg = [{rpy}], mean normal {turned.tilt_deg:g} degrees from upright: the first "
+            f"of {turned.tried} orientations that works. Upright: {turned.start_refused}"
         )
     ]
 
@@ -158,11 +156,9 @@ def near_borders(motion: MotionRecord) -> list[str]:
     least = min(near, key=lambda axis: axis.nearest_deg)
     place = ", ".join(f"{mm:.1f}" for mm in least.place_mm)
     axes = ", ".join(f"axis {axis.axis} at {axis.targets_near} targets" for axis in near)
-    record = f"{axes}, nearest axis {least.axis} in run {least.run + 1} at ({place}) mm"
-    risk = (
-        "an arm calibrated otherwise has another configuration there: where its controller stops, move or turn the part"
-    )
-    return [f"within 1 degree of a border of quadrants on deposit: {record}; {risk}."]
+    record = f"{axes}, the nearest on axis {least.axis} in run {least.run + 1} at ({place}) mm"
+    risk = "Another arm may need another configuration there: if its controller stops, move or turn the part"
+    return [f"within 1 degree of a quadrant border on deposit: {record}. {risk}."]
 
 
 def _near_borders(robots: Sequence[RobotRecord]) -> Iterator[str]:
@@ -191,11 +187,11 @@ def wide_needle_notes(cell: Cell, spacing: float, *, standoff: float) -> list[st
         return []
     passes = f"{height:.2g} mm above" if height > 0.0 else f"{-height:.2g} mm within" if height else "along the top of"
     narrow = next((needle for needle in common_needles() if needle.outer <= spacing), None)
-    other = f"one of {narrow.gauge} gauge ({narrow.outer:g} mm) does not" if narrow else "no common one is thinner"
+    other = f"use {narrow.gauge} gauge ({narrow.outer:g} mm)" if narrow else "no common needle is thinner"
     return [
         (
             f"the needle is {width:g} mm wide and the paths are {spacing:g} mm apart: its rim passes {passes} the "
-            f"beads beside its own; {other} (`geoprint guide fine-lines`)."
+            f"neighbouring beads. {other.capitalize()} (`geoprint guide fine-lines`)."
         )
     ]
 
@@ -212,7 +208,7 @@ def coverage_warnings(record: PlanRecord) -> list[str]:
 def fibres_text(record: FibresRecord) -> str:
     """Return what is said of the angles of fibres."""
     off = (
-        f"{record.off_mean_deg:.1f} degrees off the field's lines in the mean, 95 % of their length within "
+        f"{record.off_mean_deg:.1f} degrees off the field's lines on average, 95 % of their length within "
         f"{record.off_p95_deg:.1f}"
     )
     if record.helix_mean_deg is None or record.helix_deg is None:
@@ -268,10 +264,7 @@ def _unsearched(workpiece: Workpiece) -> Iterator[str]:
     """Say where nobody knows whether the surface passes through itself."""
     for number, preparation in enumerate(workpiece.preparations, start=1):
         if not preparation.crossings_checked:
-            yield (
-                f"{_which(number, workpiece)}not checked: whether the surface passes through itself, because its "
-                "triangles are so thin."
-            )
+            yield (f"{_which(number, workpiece)}self-intersection not checked: the triangles are too thin.")
 
 
 def _which(number: int, workpiece: Workpiece) -> str:
@@ -303,9 +296,8 @@ def _close_targets(robots: Sequence[RobotRecord], *, digested: bool) -> Iterator
         return
     whose = f" in attitude {soonest}" if len(robots) > 1 else ""
     yield (
-        f"{count} target{'s follow' if count > 1 else ' follows'} the one before sooner than the controller digests "
-        f"{'them' if count > 1 else 'it'} (robot.target_period_ms is {targets.period_ms:g}; the soonest comes after "
-        f"{targets.shortest_ms:.1f} ms{whose}): the arm may slow down there."
+        f"{count} target{'s are' if count > 1 else ' is'} less than {targets.period_ms:g} ms after the previous one "
+        f"(robot.target_period_ms), the closest {targets.shortest_ms:.1f} ms{whose}: the arm may slow down there."
     )
 
 
@@ -317,8 +309,8 @@ def _pressure(record: PlanRecord) -> Iterator[str]:
         return
     fitted = "" if flow.valve_kpa is None else f", by [material] {flow.valve_kpa:.3g} kPa"
     yield (
-        f"the cell's {settings.pressure_kpa:g} kPa are for {ceiling:g} mm/s and this prints at "
-        f"{settings.speed_mm_s:g}: set the pressure that lets {flow.valve_mm3_s:.4g} mm3/s through{fitted}."
+        f"the cell's {settings.pressure_kpa:g} kPa suit {ceiling:g} mm/s, and this prints at {settings.speed_mm_s:g} "
+        f"mm/s: set the pressure for {flow.valve_mm3_s:.4g} mm3/s{fitted}."
     )
 
 
@@ -328,18 +320,17 @@ def _bends(record: RobotRecord) -> Iterator[str]:
     rounded = [bend for bend in bends if bend.kind == "rounded"]
     if rounded:
         yield (
-            f"in {how_many(len(rounded), 'tight bend')} targets stand up to "
-            f"{max(bend.offset_mm for bend in rounded):.2f} mm outside of the path, so "
-            "that the controller's rounded corners follow it (plan.json lists them)."
+            f"in {how_many(len(rounded), 'tight bend')}, targets lie up to "
+            f"{max(bend.offset_mm for bend in rounded):.2f} mm outside the path, so that the controller's rounded "
+            "corners follow it (listed in plan.json)."
         )
     close = [bend for bend in bends if bend.kind == "close"]
     if close:
         worst = min(close, key=lambda bend: bend.shortest_ms)
         x, y, z = worst.place_mm
         yield (
-            f"in {how_many(len(close), 'place')} moves that lay material are shorter than "
-            f"{record.motion.targets.least_ms:g} ms, the shortest {worst.shortest_ms:.1f} ms in run "
-            f"{worst.run + 1} at ({x:.1f}, {y:.1f}, {z:.1f}) mm."
+            f"in {how_many(len(close), 'bend')}, depositing moves are shorter than {record.motion.targets.least_ms:g} "
+            f"ms, the shortest {worst.shortest_ms:.1f} ms in run {worst.run + 1} at ({x:.1f}, {y:.1f}, {z:.1f}) mm."
         )
 
 
@@ -347,8 +338,8 @@ def _uncertain(workpiece: Workpiece) -> Iterator[str]:
     uncertainty, standoff = workpiece.uncertainty, workpiece.cell.process.standoff
     if uncertainty is not None and uncertainty.bound > NOTABLE_SHARE * standoff:
         yield (
-            f"by the touched points the surface may lie {uncertainty.bound:.2f} mm off along its normal (95 % bound), "
-            f"{uncertainty.bound / standoff:.0%} of the stand-off: `geoprint calibrate --part` says which point to "
+            f"the touched points locate the surface within {uncertainty.bound:.2f} mm along its normal (95 % bound), "
+            f"{uncertainty.bound / standoff:.0%} of the stand-off. `geoprint calibrate --part` says which point to "
             "touch next."
         )
 
@@ -361,8 +352,8 @@ def _inaccurate(record: PlanRecord, *, least: float, below: float = math.inf) ->
     if found is not None and least <= share < below:
         yield (
             f"the arm keeps the stand-off of {found.wanted_mm:g} mm within {found.within_mm:.2f} mm (95 % bound), "
-            f"{share:.0%} of it: raise `standoff_mm`, or measure how far the paths of yours lie off "
-            "(`path_accuracy_mm` in [errors])."
+            f"{share:.0%} of it. Raise `standoff_mm`, or measure your arm's path accuracy (`path_accuracy_mm` in "
+            "[errors])."
         )
 
 
@@ -373,11 +364,11 @@ def _unheld(workpiece: Workpiece) -> Iterator[str]:
         return
     if place.standing_out > LEAST_STANDING_OUT * float(face_areas(workpiece.part).sum()):
         yield (
-            f"{place.standing_out:.3g} mm2 of the layer stand out over the one below by more than {place.height:.3g} "
-            "mm, its own height: material may sag there."
+            f"{place.standing_out:.3g} mm2 of the layer overhang the one below by more than its height of "
+            f"{place.height:.3g} mm: material may sag there."
         )
     if place.left_out > 0.0:
-        yield f"pieces too narrow for a path are left out, {place.left_out:.3g} mm2: choose a smaller spacing."
+        yield f"{place.left_out:.3g} mm2 are too narrow for a path and left out: choose a smaller spacing."
 
 
 def _sources(record: PlanRecord) -> Iterator[str]:
@@ -390,7 +381,9 @@ def _sources(record: PlanRecord) -> Iterator[str]:
         )
         of = f" of patch {number}" if record.sources[-1].patch > 1 else ""
         (taken,) = (source.source for source in tried if source.taken)
-        yield f"measured from {taken}, which covers best{of}; area missed + covered twice: {', '.join(each)}."
+        yield (
+            f"distance is measured from {taken}, which covers best{of}. Area missed + covered twice: {', '.join(each)}."
+        )
 
 
 def _paths(record: PlanRecord) -> Iterator[str]:
@@ -398,17 +391,17 @@ def _paths(record: PlanRecord) -> Iterator[str]:
     paths = record.paths
     if paths.dropped_runs:
         yield (
-            f"runs too short to be worth a start were left out: {paths.dropped_runs}, {paths.dropped_mm:.2f} mm and "
-            f"{paths.dropped_mm2:.2g} mm2 in all."
+            f"{how_many(paths.dropped_runs, 'run')} too short to print {'was' if paths.dropped_runs == 1 else 'were'} "
+            f"left out: {paths.dropped_mm:.2f} mm, {paths.dropped_mm2:.2g} mm2 in all."
         )
     if paths.corners_split:
         yield (
-            f"runs are split at {how_many(paths.corners_split, 'corner')} too sharp to be rounded at speed: the bead "
-            "ends and begins there."
+            f"runs are split at {how_many(paths.corners_split, 'corner')} too sharp to round at speed: the bead stops "
+            "and restarts there."
         )
     lean = paths.largest_lean_deg
     if lean >= NOTABLE_LEAN:
-        yield f"the nozzle leans up to {lean:.0f} degrees from the surface normal where the part bends fast."
+        yield f"the nozzle leans up to {lean:.0f} degrees from the surface normal where the part curves sharply."
 
 
 def evener_backends(record: PlanRecord) -> Iterator[str]:
@@ -419,7 +412,7 @@ def evener_backends(record: PlanRecord) -> Iterator[str]:
     spacing, nearest = None if levels is None else levels.spacing, most_accurate_backend()
     cv = 0.0 if spacing is None or meant else spacing.cv
     if cv > NOTABLE_CV and accuracy(nearest) > accuracy(backend(record.settings.backend or nearest.name)):
-        yield f"spacing varies by {cv:.1%}; `--backend {nearest.name}` is nearer to the true distance."
+        yield f"spacing varies by {cv:.1%}: `--backend {nearest.name}` is closer to the true distance."
 
 
 def _creases(plan: Plan) -> Iterator[str]:
@@ -430,8 +423,8 @@ def _creases(plan: Plan) -> Iterator[str]:
     nearest = int(found.distances.argmin())
     row, distance = int(found.poses[nearest]), float(found.distances[nearest])
     place, run = ", ".join(f"{mm:.1f}" for mm in plan.poses.tips[row]), int(plan.poses.runs[row]) + 1
-    close = f"; it comes as near as {distance:.2f} mm in run {run} at ({place}) mm"
+    close = f", at least {distance:.2f} mm above the surface (run {run} at ({place}) mm)"
     yield (
-        f"runs cross creases too narrow for the stand-off of {standoff:g} mm, {found.count} times: the tip is led over "
-        f"them along smoothed normals{close if distance < NOTABLE_HEIGHT * standoff else ''}."
+        f"runs cross {how_many(found.count, 'crease')} too narrow for the stand-off of {standoff:g} mm: the tip "
+        f"crosses them along smoothed normals{close if distance < NOTABLE_HEIGHT * standoff else ''}."
     )

@@ -103,7 +103,7 @@ def chart_figure(
     _draw_distances(figure, axes[1], flattened, spacing=spacing)
     draw_part(axes[2], part, R_view_work, shades=PART_SHADES)
     _draw_curves(figure, axes[2], flattened, (flattened.places @ R_view_work.T)[:, :2], spacing=spacing)
-    for axis, name in zip(axes, ("chart", "distance in the chart", "curves on the surface"), strict=True):
+    for axis, name in zip(axes, ("chart", "distance in the UV map", "curves on the surface"), strict=True):
         axis.set_title(name, fontsize=13, loc="left")
     add_title(figure, title)
     return png_bytes(figure)
@@ -128,7 +128,7 @@ def _draw_scales(figure: Figure, axis: Axes, flattened: FlattenedPart) -> None:
     scale.ax.xaxis.set_major_locator(FixedLocator(ticks))
     scale.ax.xaxis.set_minor_locator(NullLocator())
     scale.ax.xaxis.set_major_formatter(FixedFormatter([f"{tick:.2f}" for tick in ticks]))
-    scale.set_label("chart area / surface area, 1 on average", fontsize=10)
+    scale.set_label("UV area / surface area, 1 on average", fontsize=10)
     _plain(axis)
     add_ruler(axis)
 

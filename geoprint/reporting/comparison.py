@@ -231,7 +231,7 @@ def _table(parts: Sequence[_Rows], *, width: int | None, columns: Sequence[str])
     yield from grid(names, [part.cells for part in parts], titles=titles, left=LEFT_ALIGNED)
     if names != columns:
         gone = left_out(columns, names, COLUMNS)
-        yield from ("", f"left out at this width, told in compare.json and timings.json: {gone}")
+        yield from ("", f"columns left out at this width, see compare.json and timings.json: {gone}")
 
 
 def _lines(parts: Sequence[_Rows]) -> Iterator[str]:
@@ -296,7 +296,7 @@ def _reasons(part: PartRecord | FailedRecord) -> list[str]:
     unprinted = [row for row in part.planned if row.not_printable is not None]
     return [
         *(f"{row.backend} could not plan: {row.refused}" for row in part.refused),
-        *(f"{row.backend} cannot be printed: {row.not_printable}" for row in unprinted),
+        *(f"the robot cannot print {row.backend}: {row.not_printable}" for row in unprinted),
     ]
 
 

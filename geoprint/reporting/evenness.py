@@ -7,6 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
+from geoprint.errors import how_many
 from geoprint.metrics import (
     DistanceErrors,
     LevelSpacings,
@@ -34,7 +35,7 @@ from geoprint.reporting.records.evenness import (
     TableRecord,
     VarianceRecord,
 )
-from geoprint.reporting.records.rounding import how_many, listed, place_of
+from geoprint.reporting.records.rounding import listed, place_of
 from geoprint.reporting.values import Row
 from geoprint.results import Plan, Tilting
 
@@ -104,12 +105,12 @@ def _levels(found: LevelSpacings, *, spacing: float) -> LevelSpacingsRecord:
 
 # What each error is in words, by its key in the cell without the unit.
 WORDS: Mapping[str, str] = {
-    "run_flow": "how the flow differs from run to run (`run_flow_share`)",
-    "repeatability": "how the arm repeats from run to run (`repeatability_mm`)",
-    "path_repeatability": "how the arm strays along a run (`path_repeatability_mm`)",
-    "placement": "where the part stands (`placement_mm`, or touched points)",
-    "needle_runout": "how the needle is bent (`needle_runout_mm`)",
-    "path_accuracy": "how far the arm's paths lie off (`path_accuracy_mm`)",
+    "run_flow": "flow differences between runs (`run_flow_share`)",
+    "repeatability": "repeatability of the arm between runs (`repeatability_mm`)",
+    "path_repeatability": "path repeatability of the arm (`path_repeatability_mm`)",
+    "placement": "placement of the part (`placement_mm`, or touched points)",
+    "needle_runout": "runout of the needle (`needle_runout_mm`)",
+    "path_accuracy": "path accuracy of the arm (`path_accuracy_mm`)",
 }
 
 
@@ -164,17 +165,18 @@ def expected_rows(every: Sequence[PrintedRecord | None]) -> list[Row]:
     """Return the rows of the report on thickness and stand-off in print."""
     rows = [
         Row(
-            "Evenness", "printed, expected variation (CV)", f"what 95 of 100 prints have; {_whose(every)}",
+            "Evenness", "printed, expected variation (CV)", f"95% interval in brackets; {_whose(every)}",
             tuple(unbroken(expected_text(record)) for record in every), decides=True,
         ),
         Row(
-            "Evenness", "printed, made by", "shares of the variance: plan / flow / arm / placement and needle",
+            "Evenness", "printed, sources of variation",
+            "shares of the variance: plan / flow / arm / placement and needle",
             tuple(_shares(record) for record in every),
         ),
     ]  # fmt: skip
     if any(record is not None and record.standoff is not None for record in every):
-        meaning = "95 of 100 places keep within, by the arm alone; of the stand-off"
-        rows.append(Row("Evenness", "printed, stand-off off by [mm]", meaning, tuple(map(_standoff, every))))
+        meaning = "by the arm alone, at 95 of 100 points; share of the stand-off"
+        rows.append(Row("Evenness", "printed, stand-off error [mm]", meaning, tuple(map(_standoff, every))))
     return rows
 
 
@@ -195,22 +197,25 @@ def in_print(order: Sequence[PlannedRecord], apart: Sequence[PrintedApartRecord]
     if len(record) > 1:
         which = "they" if len(same) == len(record) else listed(same)
         verdict = (
-            f": {which} are indistinguishable on this cell"
+            f". On this cell, {which} are indistinguishable"
             if len(same) > 1
-            else f": {best} can be told from {'the others' if len(record) > 2 else 'the other'}"
+            else f". {best} differs measurably from {'the others' if len(record) > 2 else 'the other'}"
         )
     return (
-        f"In print the thickness is expected to vary by {varies}, in brackets what 95 of 100 prints have{verdict}.",
+        f"In print, thickness is expected to vary by {varies} (95% interval in brackets){verdict}.",
         _fix(best, of_best),
     )
 
 
 def _fix(name: str, record: PrintedRecord) -> str:
-    whose = "" if record.errors == "cell" else " Errors are those of the packaged cell; give yours in its [errors]."
+    whose = "" if record.errors == "cell" else " These are errors of the packaged cell: state yours in [errors]."
     if record.mend_first is None:
-        return f"What varies in print is the plan of {name}: {record.shares.plan:.0%} of the variance.{whose}"
+        return (
+            f"Largest error source: the plan of {name} itself, {record.shares.plan:.0%} of its variance in "
+            f"print.{whose}"
+        )
     share = dict(record.shares)[record.mend_first]
-    return f"To mend first: {WORDS[record.mend_first]}, {share:.0%} of the variance of {name} in print.{whose}"
+    return f"Largest error source: {WORDS[record.mend_first]}, {share:.0%} of the variance of {name} in print.{whose}"
 
 
 def _apart(one: tuple[str, Printed], other: tuple[str, Printed]) -> PrintedApartRecord:
@@ -321,12 +326,12 @@ def overhang_lines(record: OverhangRecord, *, verbose: bool) -> list[str]:
 
 def table_text(record: TableRecord) -> str:
     """Return the line on the attitudes of a table, and what still overhangs with them."""
-    left = "nothing overhangs then"
+    left = "nothing overhangs"
     if record.length_mm > 0.0:
-        left = f"{record.length_mm:.0f} mm overhang still, by up to {record.missing_deg:.0f} degrees more"
+        left = f"{record.length_mm:.0f} mm still overhang, by up to {record.missing_deg:.0f} degrees more"
     count = how_many(len(record.attitudes), "attitude")
-    order = f"pieces of runs gathered by attitude; {record.moves_kept} in their own order"
-    kept = f"runs in their own order; {record.moves_gathered} with pieces of them gathered"
+    order = f"parts of runs grouped by attitude; {record.moves_kept} in their own order"
+    kept = f"runs in their own order; {record.moves_gathered} with parts of runs grouped"
     return (
         f"{record.name}: {count}, {order if record.order == 'gathered' else kept}; {left}; "
         f"moves take {sum(one.move_s for one in record.attitudes):.0f} s at least"
@@ -337,7 +342,10 @@ def table_sentences(rows: Sequence[PlannedRecord]) -> list[str]:
     """Return the sentence on what overhangs of each backend's paths, at rest and over the table; none without one."""
     record = [(row.backend, row.overhang) for row in rows if row.overhang is not None]
     with_tables = [(backend, one.length_mm, one.table) for backend, one in record if one.table is not None]
-    each = [f"{length:.0f} mm at rest with {backend} and {_left(table)}" for backend, length, table in with_tables]
+    each = [
+        f"{length:.0f} mm without the table, with {backend} and {_left(table)}"
+        for backend, length, table in with_tables
+    ]
     return [f"Overhang: {'; '.join(each)}."] if each else []
 
 
@@ -365,7 +373,7 @@ def overhang_rows(rows: Sequence[PlannedRecord]) -> list[Row]:
         _row(rows, "steepest bead [degrees]", "0 on level ground, 90 on a wall", lambda one: f"{one.largest_deg:.1f}"),
     ]
     if record[0].table is not None:
-        tilted = f"with the {record[0].table.name}: attitudes, and what overhangs still"
+        tilted = f"with the {record[0].table.name}: attitudes, and what still overhangs"
         found.append(_row(rows, "attitudes of the table", tilted, _with_table))
     return found
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from geoprint.errors import how_many
 from geoprint.reporting.records.evidence import STAGES, EvidenceRecord, ExecutedRecord, ParsedRecord, SeenRecord, Stage
 
 # What each stage is called.
@@ -27,7 +28,13 @@ def evidence_rows(record: EvidenceRecord, seen: Sequence[SeenRecord], *, program
     """
     parsed, executed = record.parsed, record.executed
     rows = [
-        ("parsed", f"here: {parsed.modules} files, {parsed.lines} lines, {parsed.targets} targets as planned"),
+        (
+            "parsed",
+            (
+                f"by geoprint: {parsed.modules} files, {parsed.lines} lines, {how_many(parsed.targets, 'target')} as "
+                "planned"
+            ),
+        ),
         *([("executed", "not yet")] if executed is None else _executed(executed)),
     ]
     return [*rows, *seen_rows(seen, program_sha256=program_sha256)]
@@ -65,7 +72,7 @@ def seen_rows(seen: Sequence[SeenRecord], *, program_sha256: str) -> list[tuple[
     others = [one for one in seen if one.program_sha256 != program_sha256]
     if others:
         listed = "; ".join(f"{WORDS[one.stage]} {_said(one)}" for one in others)
-        rows.append(("does not count", f"seen of another program: {listed}"))
+        rows.append(("does not count", f"reported for another program: {listed}"))
     return rows
 
 
@@ -74,7 +81,7 @@ def _executed(found: ExecutedRecord) -> list[tuple[str, str]]:
     missed = sum(len(each.lines) for each in found.not_executed)
     left = f", not executed {missed} (plan.json says why)" if missed else ""
     lines = f"{found.lines_executed} of {found.lines} lines{left}"
-    how = f"here, on no controller, in {len(found.scenarios)} scenarios: {lines}"
+    how = f"by geoprint, without a controller, in {how_many(len(found.scenarios), 'scenario')}: {lines}"
     off = (
         f"at most {found.largest_motion_mm:.4f} mm, outputs {found.largest_output_mm:.4f} mm, a move "
         f"{found.largest_move_time_s * 1e3:.2f} ms, a run {found.largest_run_time_share:.2%} of its time"

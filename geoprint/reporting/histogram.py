@@ -108,7 +108,7 @@ def _row(name: str, ratios: FloatArray, axis: RatioAxis, *, of: str) -> Markup:
     height = element("span", f"{highest:.0%}", class_="height", aria_hidden="true")
     plot = element(
         "div", band, drawing, height, class_="histogram-plot", role="img",
-        aria_label=f"Histogram of {name}: {spread}; the fullest bin holds {highest:.0%} of the {of}.",
+        aria_label=f"Histogram of {name}: {spread}; the largest bin holds {highest:.0%} of the {of}.",
     )  # fmt: skip
     return element("div", said, plot, class_="histogram")
 

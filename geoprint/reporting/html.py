@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from typing import TypeAlias, final
 
-from geoprint.errors import InputError
+from geoprint.errors import InputError, how_many
 from geoprint.model import frozen
 from geoprint.reporting.values import PathDistances, Picture
 
@@ -122,7 +122,7 @@ class Document:
 
     def __post_init__(self) -> None:
         if not self.verdict:
-            raise InputError(f"the page on {self.name} needs a verdict.")
+            raise InputError(f"the page of {self.name} needs a verdict.")
 
     def section(self, *, key: str, heading: str = "") -> Markup:
         """Return it as a section of a page.
@@ -224,7 +224,7 @@ def scene_block(
         element("div", *controls, class_="controls"),
         element("p", note, class_="note") if note else "",
         element(
-            "p", "Until the 3D view is loaded, and where it cannot be drawn, a still picture stands here.",
+            "p", "A still picture, shown until the 3D view has loaded or where it cannot be drawn.",
             class_="status", role="status",
         ),
         class_="scene", data_part=key,
@@ -243,7 +243,7 @@ def row_table(columns: Sequence[str], rows: Sequence[Sequence[str]], *, label: s
         InputError: a row has not a cell for each column.
     """
     if any(len(row) != len(columns) for row in rows):
-        raise InputError(f"a table of {', '.join(columns)} needs {len(columns)} cells in every row.")
+        raise InputError(f"a table of {', '.join(columns)} needs {how_many(len(columns), 'cell')} in every row.")
     head = element("tr", *(element("th", name, scope="col") for name in columns))
     body = [
         element("tr", element("th", row[0], scope="row"), *(element("td", cell) for cell in row[1:])) for row in rows

@@ -131,7 +131,7 @@ def measure_table(
     title = f"{record.part.name}, {record.area_mm2:.4g} mm2, paths {record.spacing_mm:.3g} mm apart"
     lines = [title, "", *grid(names, [rows], left={"file"}), ""]
     if names != every:
-        lines += [f"left out at this width, told with `--json` and `--out`: {left_out(every, names, COLUMNS)}", ""]
+        lines += [f"columns left out at this width, see `--json` and `--out`: {left_out(every, names, COLUMNS)}", ""]
     sentences = [measure_verdict(record)[0]] if len(record.files) > 1 else []
     sentences += [sentence for each in record.files for sentence in _minded(each)]
     return "\n".join([*lines, *sentences, *_expected(record)]).rstrip()
@@ -175,9 +175,9 @@ def measure_verdict(record: MeasurementRecord) -> tuple[str, ...]:
     """Return in words which file is most even, the deciding sentence first."""
     order = ranked_files(record)
     said = [
-        f"{row.file}: with a constant flow the thickness of its layer varies by {THICKNESS.text(row.uniformity)} "
-        f"(standard deviation over mean), in print by {expected_text(row.uniformity.printed)}, what 95 of 100 prints "
-        f"have in brackets; {cover_text(row.uniformity, digits=2)}."
+        f"{row.file}: with constant flow, layer thickness varies by {THICKNESS.text(row.uniformity)} (standard "
+        f"deviation over mean), in print by {expected_text(row.uniformity.printed)}(95% interval in brackets); "
+        f"{cover_text(row.uniformity, digits=2)}."
         for row in order
     ]
     if len(order) == 1:
@@ -185,7 +185,7 @@ def measure_verdict(record: MeasurementRecord) -> tuple[str, ...]:
     coverings = [covering(row.uniformity) for row in order]
     if not coverings[0].covers:
         missed = cover_text(order[0].uniformity)
-        return (f"No file covers {record.part.name}: at best, with {order[0].file}, {missed}.", *said)
+        return (f"No file covers {record.part.name}. The best, {order[0].file}: {missed}.", *said)
     leading = [row.file for row in order[: equally_good(coverings)]]
     if len(leading) == len(order):
         return (f"{listed(leading)} cover {record.part.name} equally well.", *said)
@@ -212,23 +212,22 @@ def _row(row: MeasuredRecord) -> dict[str, str]:
 def _minded(row: MeasuredRecord) -> list[str]:
     """Return what a file was read as, and what its figures leave out."""
     even, found = row.uniformity, [f"{row.file}: {row.format}, deposit by {row.deposit}"]
-    found[0] += f"; {row.off_mean_mm:.3g} mm off the part in the mean, {row.off_max_mm:.3g} mm at most"
+    found[0] += f"; {row.off_mean_mm:.3g} mm off the part on average, {row.off_max_mm:.3g} mm at most"
     found.append(f"{row.file}: {row.reading.text}")
     if row.fit is not None:
         x, y, z = row.fit.translation_mm
         found.append(
-            f"{row.file}: laid onto the part by a turn of {row.fit.rotation_deg:.3f} degrees and a shift of "
-            f"({x:.3f}, {y:.3f}, {z:.3f}) mm; {row.fit.residual_mm:.3g} mm are left (root mean square), "
-            f"{row.fit.before_mm:.3g} mm before"
+            f"{row.file}: fitted to the part, turned by {row.fit.rotation_deg:.3f} degrees, moved by ({x:.3f}, "
+            f"{y:.3f}, {z:.3f}) mm; residual {row.fit.residual_mm:.3g} mm (root mean square), before "
+            f"{row.fit.before_mm:.3g} mm"
         )
     found.append(
-        f"{row.file}: no neighbour within three spacings for {even.left.none:.1%} of the path to the left and "
-        f"{even.right.none:.1%} to the right; only an oblique one for {even.left.oblique:.1%} and "
-        f"{even.right.oblique:.1%}"
+        f"{row.file}: no neighbour within three spacings along {even.left.none:.1%} (left) and {even.right.none:.1%} "
+        f"(right) of the path; an oblique one along {even.left.oblique:.1%} and {even.right.oblique:.1%}"
     )
     if even.both.unknown > 0.0 or even.area_unknown > 0.0:
         found.append(
-            f"warning: {row.file}: the budget of work left {even.both.unknown:.1%} of the path and "
+            f"warning: {row.file}: the limit of work left {even.both.unknown:.1%} of the path and "
             f"{even.area_unknown:.1%} of the area unmeasured"
         )
     return found
@@ -237,5 +236,5 @@ def _minded(row: MeasuredRecord) -> list[str]:
 def _expected(record: MeasurementRecord) -> list[str]:
     """Return what the printed CV is, and whose errors it is with."""
     whose = next((each.uniformity.printed.errors for each in record.files if each.uniformity.printed is not None), None)
-    what = "expected of prints, in brackets what 95 of 100 have"
+    what = "expected in print, 95% interval in brackets"
     return [] if whose is None else [f"printed CV: {what}; errors of the {whose}, without a bent needle"]

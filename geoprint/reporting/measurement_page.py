@@ -47,7 +47,7 @@ def measure_report(found: Measurement, record: MeasurementRecord) -> bytes:
     page = PartReport(
         name=record.part.name,
         verdict=measure_verdict(record),
-        cautions=tuple(f"Note: {row.file} was laid onto the part by a fit." for row in record.files if row.fit),
+        cautions=tuple(f"Note: {row.file} was fitted to the part." for row in record.files if row.fit),
         overview=(),
         surface=view.surface,
         R_view_work=found.upright,
@@ -61,7 +61,7 @@ def measure_report(found: Measurement, record: MeasurementRecord) -> bytes:
         pictures=(),
         settings=(
             *settings_facts({"spacing_mm": record.spacing_mm, "cell": found.cell}),
-            ("needle, layer height", "not known: paths alone are measured"),
+            ("needle, layer height", "unknown: only the paths are measured"),
             ("area of the part [mm2]", f"{record.area_mm2:.1f}"),
         ),
         inputs=((record.part.name, record.part.sha256),),
@@ -143,7 +143,7 @@ def _table(rows: tuple[MeasuredRecord, ...]) -> tuple[Row, ...]:
         *_side_rows("right", [each.right for each in even]),
         _row(path, "runs", "each starts and stops", [str(r.runs) for r in rows]),
         _row(path, "length [mm]", "on the part", [f"{r.length_mm:.0f}" for r in rows]),
-        _row(path, "off the part, mean / largest [mm]", "before it was laid onto it",
+        _row(path, "off the part, mean / largest [mm]", "before the fit",
              [f"{r.off_mean_mm:.3f} / {r.off_max_mm:.3f}" for r in rows]),
         _row(path, "read as", "", [f"{r.format}, deposit by {r.deposit}" for r in rows]),
         _row(path, "record of the reader", "what it used, skipped and assumed",

@@ -7,6 +7,7 @@ from string import ascii_uppercase
 
 import numpy as np
 
+from geoprint.errors import how_many
 from geoprint.geometry import (
     TERRACE_SHARE,
     TERRACE_WAVELENGTH,
@@ -22,7 +23,7 @@ from geoprint.model import Reading, Rounded, Surface
 from geoprint.postprocessor import Json
 from geoprint.reporting.plan import record_preparation
 from geoprint.reporting.records.plan import PreparationRecord
-from geoprint.reporting.records.rounding import Record, as_json, how_many
+from geoprint.reporting.records.rounding import Record, as_json
 from geoprint.results import FileInspection, Remeshed, VolumeInspection
 
 # What is said of an examined mesh file: the lines that a person reads, and the object for programs.
@@ -194,10 +195,10 @@ def _lines(record: InspectionRecord) -> Iterator[str]:
     guessed = " (assumed from the size: give `--unit`)" if record.unit_assumed else ""
     spans = " x ".join(f"{extent:.4g}" for extent in record.size_mm)
     box = f"from {in_words(record.low_mm)} to {in_words(record.high_mm)}"
-    yield f"{record.name}: {record.faces} faces, {spans} mm, {box}, read in {record.unit}{guessed}"
+    yield f"{record.name}: {how_many(record.faces, 'face')}, {spans} mm, {box}, read in {record.unit}{guessed}"
     if record.unit_hint:
         yield f"warning: {record.unit_hint}"
-    yield f"pieces: {len(record.components)}; genus: {'unknown' if record.genus is None else record.genus}"
+    yield f"components: {len(record.components)}; genus: {'unknown' if record.genus is None else record.genus}"
     yield _border_line(record)
     yield f"outside: {record.outside}"
     yield from _flaw_lines(record)
@@ -205,7 +206,7 @@ def _lines(record: InspectionRecord) -> Iterator[str]:
         wavelength, deviation = TERRACE_WAVELENGTH * record.terraces_mm, TERRACE_SHARE * record.terraces_mm
         yield (
             f"staircase: steps of {record.terraces_mm:.3g} mm, as around voxels; `geoprint remesh {record.name} "
-            f"--smooth {wavelength:.3g} --max-deviation {deviation:.2g} --out part.ply` takes them off"
+            f"--smooth {wavelength:.3g} --max-deviation {deviation:.2g} --out part.ply` removes them"
         )
     if not record.crossings_complete:
         yield "not checked: crossings between all pairs of faces"
@@ -216,7 +217,7 @@ def _lines(record: InspectionRecord) -> Iterator[str]:
     yield from _label_lines(tuple(one for one in record.labels if record.label in {None, one.label}))
     yield from _landmark_lines(record)
     for region in record.regions[:MOST_REGIONS]:
-        yield f"region '{region.name[:LONGEST_NAME]}': {region.faces} faces, {region.area_mm2:.4g} mm2"
+        yield f"region '{region.name[:LONGEST_NAME]}': {how_many(region.faces, 'face')}, {region.area_mm2:.4g} mm2"
     if len(record.regions) > MOST_REGIONS:
         yield f"and {len(record.regions) - MOST_REGIONS} more regions: `--json` lists all"
     for name, answer in record.backends.items():
@@ -228,8 +229,8 @@ def _label_lines(labels: tuple[LabelFound, ...]) -> Iterator[str]:
         named = f" '{one.name[:LONGEST_NAME]}'" if one.name else ""
         spans = " x ".join(f"{high - low:.4g}" for low, high in zip(one.low, one.high, strict=True))
         yield (
-            f"label {one.label}{named}: {one.voxels} voxels, {one.volume / 1000.0:.4g} cm3, {spans} mm from "
-            f"{in_words(one.low)} to {in_words(one.high)}{_contacts(one)}"
+            f"label {one.label}{named}: {how_many(one.voxels, 'voxel')}, {one.volume / 1000.0:.4g} cm3, {spans} mm "
+            f"from {in_words(one.low)} to {in_words(one.high)}{_contacts(one)}"
         )
 
 
@@ -247,14 +248,14 @@ def _landmark_lines(record: InspectionRecord) -> Iterator[str]:
     shown = record.landmarks[:MOST_LANDMARKS]
     if not shown:
         return
-    yield "places, as `--at X Y Z` takes them (`--from near:X,Y,Z` with commas), and outward normals:"
+    yield "points, as `--at X Y Z` takes them (`--from near:X,Y,Z` with commas), and outward normals:"
     widest = max(len(one.name) for one in shown)
     for letter, one in zip(ascii_uppercase, shown, strict=False):
         place = " ".join(f"{value:8.2f}" for value in one.place)
         normal = " ".join(f"{round(value, 2) + 0.0:5.2f}" for value in one.normal)
         yield f"  {letter} {one.name:<{widest}} {place}   {normal}"
     if len(record.landmarks) > len(shown):
-        yield f"and {len(record.landmarks) - len(shown)} more places: `--json` lists all"
+        yield f"and {how_many(len(record.landmarks) - len(shown), 'more point')}: `--json` lists all"
 
 
 def _border_line(record: InspectionRecord) -> str:
@@ -381,7 +382,7 @@ def _mesh(surface: Surface) -> FinenessRecord:
 
 def _mesh_text(mesh: FinenessRecord) -> str:
     return (
-        f"{mesh.faces} faces, edges {mesh.edge_mean_mm:.3g} mm (CV {mesh.edge_cv:.2f}), smallest angle "
+        f"{how_many(mesh.faces, 'face')}, edges {mesh.edge_mean_mm:.3g} mm (CV {mesh.edge_cv:.2f}), smallest angle "
         f"{mesh.smallest_angle_deg:.3g} degrees, 1 % below {mesh.smallest_angle_p1_deg:.3g}"
     )
 

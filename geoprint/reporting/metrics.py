@@ -61,15 +61,15 @@ class Metric:
 
 THICKNESS = Metric(
     "thickness.cv", "layer thickness, variation (CV)", "thickness CV",
-    "with a constant flow, over all of the area; 0% is perfectly even", lower_is_better=True, decides=True,
+    "with constant flow, over the whole area; 0% is perfectly even", lower_is_better=True, decides=True,
 )  # fmt: skip
 FOLLOWING = Metric(
     "following.cv", "layer thickness, variation with a flow that follows", "following CV",
     "flow follows the width of the strip that each stretch serves", lower_is_better=True,
 )  # fmt: skip
 WITHIN_10 = Metric(
-    "thickness.within_10_percent", "thickness within 10% of the wanted", "within 10%",
-    "share of the area, with a constant flow", lower_is_better=False,
+    "thickness.within_10_percent", "thickness within 10% of the target", "within 10%",
+    "share of the area, with constant flow", lower_is_better=False,
 )  # fmt: skip
 COVERED_ONCE = Metric(
     "covered_once", "area covered once", "once", "neither missed nor covered twice", lower_is_better=False, decides=True
@@ -80,15 +80,15 @@ OVERLAP = Metric(
     lower_is_better=True,
 )  # fmt: skip
 HOLE = Metric(
-    "largest_hole_mm2", "largest hole [mm2]", "hole mm2", "missed area that hangs together", lower_is_better=True,
+    "largest_hole_mm2", "largest hole [mm2]", "hole mm2", "largest connected missed area", lower_is_better=True,
     percent=False,
 )  # fmt: skip
 WIDTH = Metric(
-    "width_cv", "strip width, variation (CV)", "width CV", "what a flow that follows takes up", lower_is_better=True
+    "width_cv", "strip width, variation (CV)", "width CV", "what a following flow compensates", lower_is_better=True
 )
 SPACING = Metric(
     "both.spacing.cv", "spacing to both sides, variation (CV)", "spacing CV",
-    "where a path has a neighbour squarely beside it", lower_is_better=True,
+    "where a path has a neighbour directly beside it", lower_is_better=True,
 )  # fmt: skip
 MEAN_SPACING = Metric(
     "both.spacing.mean", "spacing to both sides, mean", "spacing", "1 is as wanted", percent=False, digits=3
@@ -99,10 +99,12 @@ LEVELS = Metric(
 )  # fmt: skip
 OFF = Metric(
     "distance.deviation", "level curves off their distance, deviation", "off",
-    "exact distance from the source less the promised one, in spacings; standard deviation, before any fitting",
+    "exact minus promised distance from the source, in spacings; standard deviation, before fitting",
     lower_is_better=True,
 )  # fmt: skip
-OFF_MEAN = Metric("distance.mean", "level curves off their distance, mean", "off, mean", "above 0 is too far from it")
+OFF_MEAN = Metric(
+    "distance.mean", "level curves off their distance, mean", "off, mean", ("above 0: too far from the source")
+)
 OFF_MOST = Metric(
     "distance.largest", "level curves off their distance, at most", "off, most", "to either side", lower_is_better=True
 )
@@ -118,4 +120,4 @@ CATALOGUE = (
 def cover_text(record: EvennessRecord, *, digits: int = 1) -> str:
     """Return in words how much of the area is missed and covered twice."""
     gap, overlap = GAP.text(record, digits=digits), OVERLAP.text(record, digits=digits)
-    return f"{gap} of the area is missed and {overlap} covered twice"
+    return f"{gap} of the area is missed and {overlap} is covered twice"

@@ -47,12 +47,12 @@ COLOURS = (
     ("coverage", "Gaps and overlaps"),
     ("distance", "Distance from border or source"),
 )
-BEADS_COLOUR = ("beads", "Beads as wide as they are")
+BEADS_COLOUR = ("beads", "Beads at their true width")
 OVERHANG_COLOUR = ("overhang", "Overhang")
 MOTION_COLOURS = (("lean", "Lean of the nozzle"), ("speed", "Speed of the tip"))
 SPEEDS = (1, 5, 20, 50)
 SLIDER_STEPS = 1000
-BEST = "what is shown where there is room for one"
+BEST = "shown where there is room for only one"
 
 
 def part_document(part: PartReport, *, key: str, head: str) -> Document:
@@ -145,7 +145,7 @@ def _table_row(row: Row) -> Markup:
 def _refused(refused: Sequence[tuple[str, str]]) -> Markup:
     return joined(
         *(
-            element("p", element("strong", name), f" planned nothing: {reason}", class_="refused")
+            element("p", element("strong", name), f" made no plan: {reason}", class_="refused")
             for name, reason in refused
         )
     )
@@ -227,7 +227,7 @@ def _path_distances(distances: PathDistances | None) -> list[tuple[str, Markup]]
         "Below, shaded: the mean of these distances [mm].", class_="note",
     )  # fmt: skip
     matrix = distance_matrix(distances, unit="mm", form="{:.3f}", label="Distances between the paths of the backends")
-    return [("How far the paths lie apart", joined(note, matrix))]
+    return [("Distances between the backends' paths", joined(note, matrix))]
 
 
 # plotly.js with its 3D traces alone: the npm package plotly.js-gl3d-dist-min 4.1.1, unchanged, a third of the whole.

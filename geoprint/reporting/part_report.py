@@ -34,9 +34,9 @@ from geoprint.results import Comparison, Plan, Planned
 _T = TypeVar("_T")
 
 # What the rows on what people see mean in a page that is written before anybody can have seen it.
-SEEN_LATER = "as this page was written; `geoprint check` tells what people recorded since"
+SEEN_LATER = "when this page was written; `geoprint check` lists what people have recorded since"
 # What the report leaves out, because it is the same in every column and too long for one.
-SAID_ELSEWHERE = "the run sheet says what no simulation knows"
+SAID_ELSEWHERE = "the run sheet lists what simulation cannot show"
 
 
 def report_table(
@@ -98,7 +98,7 @@ def _path(rows: Sequence[PlannedRecord]) -> list[Row]:
         _row(group, "runs", "each starts and stops the dispenser", rows, lambda r: str(r.paths.runs)),
         _row(group, "length [mm]", "", rows, lambda r: f"{r.paths.deposit_mm:.0f}"),
         _row(
-            group, "stops while laying", "at sharp corners, with the valve open", rows,
+            group, "stops during deposit", "at sharp corners, with the valve open", rows,
             lambda r: str(r.paths.stops_while_laying), badness=lambda r: r.paths.stops_while_laying,
         ),
         *_fibres(rows),
@@ -125,8 +125,8 @@ def _chart(record: Sequence[PlanRecord], plans: Sequence[Plan]) -> list[Row]:
     spacings = tuple(predicted(plan) for plan in plans)
     group, one_over = "Flattening", "one over its scale of length"
     return [
-        Row(group, "area scale of the chart, 1st and 99th percentile", "1 everywhere on a plane", between),
-        Row(group, "spacing that the chart predicts, 5th and 95th percentile", one_over, spacings),
+        Row(group, "area scale of the UV map, 1st and 99th percentile", "1 on a plane", between),
+        Row(group, "spacing predicted by the UV map, 5th and 95th percentile", one_over, spacings),
     ]
 
 
@@ -242,7 +242,7 @@ def _lines(pictures: ComparisonPictures) -> list[Picture]:
     """Return the picture of the lines that paths follow, the same for every backend; none where they follow none."""
     if pictures.lines is None:
         return []
-    caption = "The lines that paths follow, and the places about which these turn with their index"
+    caption = "The lines that paths follow, and their singular points with the index"
     return [Picture(caption, "png", pictures.lines)]
 
 
@@ -251,7 +251,7 @@ def _pictures(name: str, plan: Plan, pictures: ComparisonPictures) -> list[Pictu
     charts = [*pictures.charts[name].values()]
     shown = [
         Picture(
-            f"{name}{f', patch {number}' if len(charts) > 1 else ''}: chart, distance image and level curves",
+            f"{name}{f', patch {number}' if len(charts) > 1 else ''}: UV map, distance image and level curves",
             "png",
             chart,
         )
@@ -261,7 +261,7 @@ def _pictures(name: str, plan: Plan, pictures: ComparisonPictures) -> list[Pictu
     for number, (robot, drawn) in enumerate(zip(plan.robot, switching, strict=True), start=1):
         which = f", attitude {number}" if len(switching) > 1 else ""
         on = "the lamp is on and the vacuum draws" if robot.switching.vacuum.size else "and the lamp is on"
-        shown.append(Picture(f"{name}{which}: when material is laid, flows, {on}", "png", drawn))
+        shown.append(Picture(f"{name}{which}: when material is planned, flows, {on}", "png", drawn))
     return shown
 
 

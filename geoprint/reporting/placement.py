@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from geoprint.config import PLACEMENT_DECIMALS
-from geoprint.errors import Detail, PlanError
+from geoprint.errors import Detail, PlanError, how_many
 from geoprint.geometry import in_words
 from geoprint.model import Rounded, rounded
 from geoprint.postprocessor import Json
@@ -146,18 +146,18 @@ def _before(proposal: Proposal) -> BeforeRecord:
 def _lines(proposal: Proposal, record: ProposalRecord) -> Iterator[str]:
     tilted = proposal.pose.rpy[:2].any()
     turned = f"roll, pitch, yaw {_listed(record.rpy_deg)}" if tilted else f"yaw {_listed(record.rpy_deg[2:])}"
-    tilting = "" if record.table is None else f" in {len(proposal.plan.robot)} attitudes of the table"
+    tilting = "" if record.table is None else f" in {how_many(len(proposal.plan.robot), 'attitude')} of the table"
     before = _margin(record.before) + ("" if record.before.reached else ", refused")
     yield f"{record.part}: centroid at ({_listed(record.position_mm)}) mm, mean normal up, then {turned} degrees"
     yield f"margin: {_margin(record)}; where the cell file puts it: {before}"
     if record.lowest_point_above_mm is not None:
-        yield f"fixture: the lowest point is {record.lowest_point_above_mm:.0f} mm above what stands below it"
+        yield f"fixture: the lowest point is {record.lowest_point_above_mm:.0f} mm above what is below it"
     yield (
-        f"verified on all {proposal.plan.poses.count} poses{tilting}: joints, time and clearance "
+        f"verified on all {how_many(proposal.plan.poses.count, 'pose')}{tilting}: joints, time and clearance "
         f"({record.smallest_clearance_mm:.2f} mm at the closest)"
     )
     for reason in record.refused:
-        yield f"a better one fell: {reason}"
+        yield f"a better placement failed: {reason}"
     yield f"to plan it there with `--place demo`, put under [work] in {record.cell}:"
     for line in record.work:
         yield f"    {line}"
@@ -171,9 +171,7 @@ def _mind(proposal: Proposal, record: ProposalRecord, *, verbose: bool) -> list[
     """Return what to mind, the weightiest first."""
     return marked_lines(
         warnings=[_uncalibrated(touched=proposal.plan.workpiece.cell.fixture is not None)],
-        notes=[]
-        if record.better
-        else ["nothing better was found than where the cell file puts it: leave that as it is."],
+        notes=[] if record.better else ["the placement in the cell file is the best one: leave it as it is."],
         not_checked=record.not_checked,
         verbose=verbose,
     )
@@ -182,10 +180,10 @@ def _mind(proposal: Proposal, record: ProposalRecord, *, verbose: bool) -> list[
 def _uncalibrated(*, touched: bool) -> str:
     if touched:
         return (
-            "NOT CALIBRATED: the touched points of the cell say where the part stands now. Move its fixture there, "
-            "touch the points again and list them."
+            "NOT CALIBRATED: the cell's touched points are for the old placement. Move the fixture there, touch the "
+            "points again and list them."
         )
-    return "NOT CALIBRATED: nobody has measured that the part stands there, and a program runs only dry."
+    return "NOT CALIBRATED: the placement is not measured, so programs only run dry."
 
 
 def _margin(found: ProposalRecord | BeforeRecord) -> str:
@@ -213,8 +211,8 @@ def _listed(values: Iterable[float]) -> str:
 CAUSES = {
     "nozzle": "the nozzle has no room",
     "reach": "the arm is at a limit",
-    "bracket": "bracket or lamp have no room",
-    "arm": "the arm's links have no room in any of the attitudes sampled for them",
+    "bracket": "the bracket or lamp has no room",
+    "arm": "the arm's links have no room in any sampled attitude",
 }
 
 
@@ -262,19 +260,19 @@ def _proof(exhausted: Exhausted) -> str:
     cone = f"within {np.degrees(grid.cone):.3g} degrees of the normal"
     if blocked:
         first = blocked[0]
-        also = f", nor {len(blocked) - 1} more of the {count} worst poses" if len(blocked) > 1 else ""
+        also = f", nor {len(blocked) - 1} more of the {how_many(count, 'worst pose')}" if len(blocked) > 1 else ""
         return (
-            f"no direction {cone}, turn or branch ({exhausted.tried} tried, {steps}) serves {_where(first)}{also}: "
-            f"{CAUSES[first.cause]}"
+            f"no nozzle direction {cone}, turn or branch ({exhausted.tried} tried, {steps}) reaches "
+            f"{_where(first)}{also}: {CAUSES[first.cause]}"
         )
     if not exhausted.served_by:
         return (
-            f"each of the {count} worst poses is free by itself, but no branch was found that serves all "
+            f"each of the worst poses ({count}) is free by itself, but no single branch reaches all "
             f"({exhausted.tried} tried)"
         )
     return (
-        f"each of the {count} worst poses is free by itself ({exhausted.tried} attitudes tried, {steps}), but no "
-        "continuous motion was found"
+        f"each of the worst poses ({count}) is free by itself ({exhausted.tried} attitudes tried, {steps}), but no "
+        "continuous motion joins them"
     )
 
 
@@ -289,7 +287,7 @@ def _help(refusal: Refusal) -> str:
     asked = f"Of {refusal.screened} changes of needle, lean, cell and place"
     if refusal.exhausted.narrow:
         return f"{asked} {refusal.freeing} free the worst poses{named}."
-    return f"{asked} none was found with which it prints{named}."
+    return f"{asked} none makes it printable{named}."
 
 
 def _outcome(tried: TriedChange) -> str:

@@ -10,6 +10,7 @@ from importlib.metadata import version
 import numpy as np
 
 from geoprint.distance import diagnostics, distortion, predicted_spacing
+from geoprint.errors import how_many
 from geoprint.geometry import PreparationReport, component_labels, describe, edge_lengths, face_areas, middle_of, pieces
 from geoprint.metrics import fibre_angles, standoff_within, thickness_within
 from geoprint.model import PASCAL_PER_KPA, PrintErrors, Surface
@@ -54,7 +55,7 @@ from geoprint.reporting.records.plan import (
     SurfaceRecord,
     TimingsRecord,
 )
-from geoprint.reporting.records.rounding import as_json, how_many, place_of, stamp
+from geoprint.reporting.records.rounding import as_json, place_of, stamp
 from geoprint.reporting.robot_summary import LISTED_PLACES, record_robot
 from geoprint.reporting.tables import marked_lines
 from geoprint.results import Laid, Layer, Patch, Plan
@@ -88,13 +89,16 @@ def patch_text(patch: Patch) -> str:
     lengths = ", ".join(f"{length:.4g}" for length in record.rims_mm)
     rims = f"rim{'s' if len(record.rims_mm) > 1 else ''} {lengths} mm"
     lines = [
-        f"patch of {record.body}: {record.topology}, {record.area_mm2:.4g} mm2, {rims}, {record.faces} faces",
+        (
+            f"patch of {record.body}: {record.topology}, {record.area_mm2:.4g} mm2, {rims}, "
+            f"{how_many(record.faces, 'face')}"
+        ),
         f"outside: {record.outside}",
     ]
     if record.inside is not None:
         lines.append(f"inside: {record.inside}")
     if record.changes:
-        lines.append(f"preparing changed: {'; '.join(record.changes)}")
+        lines.append(f"changed while preparing: {'; '.join(record.changes)}")
     return "\n".join(lines)
 
 
@@ -360,7 +364,7 @@ def outcome_text(record: PlanRecord, *, verbose: bool = False) -> str:
     lines = _path_lines(record)
     lines += [
         f"layer {layer.number + 1} of {layer.count}: from {layer.bottom_mm:.3g} to "
-        f"{layer.bottom_mm + layer.height_mm:.3g} mm over the part, paths in its middle"
+        f"{layer.bottom_mm + layer.height_mm:.3g} mm above the part, paths at mid-height"
         + (f", {layer.pattern}" if layer.pattern else "")
         for layer in record.layers
         if layer.count > 1
@@ -369,7 +373,7 @@ def outcome_text(record: PlanRecord, *, verbose: bool = False) -> str:
         lines.append(_evenness_text(record.uniformity, record.deposition))
         if record.uniformity.distance is not None:
             off, most = OFF.text(record.uniformity), OFF_MOST.text(record.uniformity)
-            lines.append(f"distance: level curves are off by {off} of a spacing (standard deviation), {most} at most")
+            lines.append(f"distance: level curves deviate by {off} of a spacing (standard deviation), {most} at most")
         lines += [] if record.uniformity.printed is None else [_printed_text(record.uniformity.printed)]
     if len(record.patches) > 1:
         lines += [
@@ -384,7 +388,7 @@ def outcome_text(record: PlanRecord, *, verbose: bool = False) -> str:
     if record.joined is not None:
         lines.append(_joined_text(record.joined, count=len(record.robot)))
     if record.not_printable is not None:
-        lines.append(f"no program: the robot cannot print this: {record.not_printable}")
+        lines.append(f"no program, the robot cannot print this: {record.not_printable}")
     unchecked = list(dict.fromkeys(text for robot in record.robot for text in robot.clearance.not_checked))
     lines += marked_lines(
         warnings=record.warnings, notes=record.notes, details=record.details, not_checked=unchecked, verbose=verbose
@@ -403,7 +407,7 @@ def _path_lines(record: PlanRecord) -> list[str]:
     ]
     if paths.widths_mm is not None:
         least, most = paths.widths_mm
-        lines.append(f"width: {least:.3g} to {most:.3g} mm wanted; evenness, gaps and flow are over that")
+        lines.append(f"width: {least:.3g} to {most:.3g} mm; evenness, gaps and flow are relative to that")
     if paths.fibres is not None:
         lines.append(f"fibres: {fibres_text(paths.fibres)}")
     return [*lines, *feature_lines({settings.backend or "": record.features})]
@@ -418,31 +422,41 @@ def again_text(folder: str, *, written_by: str, differing: Sequence[str], change
         differing: files that have other bytes than there.
         changed: keys of the job that were given another value.
     """
-    again = f"planned again from {folder}"
+    again = f"replanned from {folder}"
     if changed:
         keys = ", ".join(name.replace("_", " ") for name in changed)
-        return f"{again}, with another {keys}: {len(differing)} files differ"
+        return (
+            f"{again} with another {keys}: {how_many(len(differing), 'file')} "
+            f"{'differs' if len(differing) == 1 else 'differ'}"
+        )
     if not differing:
-        return f"{again}: all files have the same bytes"
+        return f"{again}: all files are identical"
     now = version("geoprint")
-    why = "last digits of numbers may turn with the machine and its libraries"
-    other = why if written_by == now else f"geoprint {written_by} wrote that one, this is {now}"
-    return f"warning: {again}, but {len(differing)} files differ ({', '.join(differing[:3])} ...): {other}"
+    why = "last digits may differ between machines and library versions"
+    other = why if written_by == now else f"it was written by geoprint {written_by}, this is {now}"
+    return (
+        f"warning: {again}, but {how_many(len(differing), 'file')} {'differs' if len(differing) == 1 else 'differ'} "
+        f"({', '.join(differing[:3])}): {other}"
+    )
 
 
 def _printed_text(record: PrintedRecord) -> str:
     """Return the line on the thickness in print."""
-    mend = "the plan itself makes most of it" if record.mend_first is None else f"mend first {WORDS[record.mend_first]}"
-    whose = "" if record.errors == "cell" else "; errors of the packaged cell"
+    mend = (
+        "largest error source: the plan itself"
+        if record.mend_first is None
+        else f"largest error source: {WORDS[record.mend_first]}"
+    )
+    whose = "" if record.errors == "cell" else "; errors assumed from the packaged cell"
     return (
-        f"in print: thickness expected to vary by {expected_text(record)}, 95 of 100 prints in brackets; {mend}{whose}"
+        f"in print: thickness is expected to vary by {expected_text(record)}, 95% interval in brackets; {mend}{whose}"
     )
 
 
 def _evenness_text(record: EvennessRecord, flow: DepositionRecord | None) -> str:
     """Return the line on how evenly the paths cover the part."""
     covered = f"area covered once {COVERED_ONCE.text(record)}, missed {GAP.text(record)}, twice {OVERLAP.text(record)}"
-    here = "" if flow is None else f"; here the flow {'is constant' if flow.flow == 'constant' else 'follows'}"
+    here = "" if flow is None else f"; this print has {'constant' if flow.flow == 'constant' else 'following'} flow"
     return (
         f"evenness: layer thickness varies by {THICKNESS.text(record)} with constant flow, "
         f"{FOLLOWING.text(record)} with "
@@ -456,7 +470,7 @@ def _robot_text(record: RobotRecord, *, speed: float) -> list[str]:
     return [
         (
             f"{named}motion: {motion.duration_s:.0f} s, smallest wrist angle {motion.smallest_wrist_angle_deg:.1f} "
-            f"degrees, {record.program.targets} targets, {motion.targets.shortest_mm:.2g} mm and more apart"
+            f"degrees, {how_many(record.program.targets, 'target')} at least {motion.targets.shortest_mm:.2g} mm apart"
         ),
         _attitude_text(motion),
         _speed_text(motion, speed=speed),
@@ -467,8 +481,8 @@ def _robot_text(record: RobotRecord, *, speed: float) -> list[str]:
 def _joined_text(record: JoinedRecord, *, count: int) -> str:
     """Return the line on the program of all attitudes."""
     return (
-        f"program: {count} attitudes of the table one after another, {record.print_s:.0f} s with its own motions; it "
-        f"asks for each while the arm waits at home; executed in {len(record.scenarios)} scenarios: {record.file}"
+        f"program: {how_many(count, 'table attitude')} in turn, {record.print_s:.0f} s with the table's motions, "
+        f"executed in {how_many(len(record.scenarios), 'scenario')}: {record.file}"
     )
 
 
@@ -476,15 +490,15 @@ def _attitude_text(record: MotionRecord) -> str:
     """Return the line on how the nozzle turns about itself, and where it leans."""
     turned = record.rotation.most_deg - record.rotation.least_deg
     if record.rotation.axial_nozzle:
-        turn = "on the flange's axis, its turn stays constant because it would move joint 6 only"
+        turn = "on the flange axis, so its rotation stays constant"
     else:
-        turn = f"turns about itself over {turned:.0f} degrees along the way"
+        turn = f"rotates about its axis by {turned:.0f} degrees"
     places = record.lean.places
     more = " or more" if len(places) == LISTED_PLACES else ""
     lean = (
-        f"leans in {how_many(len(places), 'place')}{more}, by up to {places[0].lean_deg:.1f} degrees"
+        f"leans at {how_many(len(places), 'point')}{more}, by up to {places[0].lean_deg:.1f} degrees"
         if places
-        else "leans nowhere"
+        else "no lean"
     )
     return f"nozzle: {turn}; joint 6 makes {record.joint_6_turns:.1f} turns; {lean}"
 
@@ -496,7 +510,7 @@ def _speed_text(record: MotionRecord, *, speed: float) -> str:
     if record.slowdowns:
         worst = min(record.slowdowns, key=lambda dip: dip.held_speed)
         length = sum(dip.length for dip in record.slowdowns)
-        why = f"the {worst.limit} of joint {worst.joint}" if worst.joint else "the spacing of its targets in a bend"
+        why = f"the {worst.limit} of joint {worst.joint}" if worst.joint else "close targets in a bend"
         x, y, z = worst.place
         where = f"in run {worst.run + 1} by {why} at ({x:.1f}, {y:.1f}, {z:.1f})"
         line += f"; down to {worst.held_speed:.3g} mm/s over {length:.3g} mm, {where}"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from geoprint.errors import how_many
 from geoprint.metrics.stack_thickness import deposited_shares, deposited_volume, executed_flow
 from geoprint.model import Cell
 from geoprint.process.feedback import VALVE_CAUSES, FlowChange, PrintedProgram
@@ -90,8 +91,8 @@ def made_up_notes(plan: Plan, record: PlanRecord) -> Iterator[str]:
     share = float(poses.flow.max()) / (record.settings.spacing_mm * place.height)
     if share >= 1.0 + NOTABLE_SLOWING:
         yield (
-            f"the paths of this layer leave out {1.0 - 1.0 / share:.2%} of its volume where fronts meet: it prints so "
-            "much slower, which makes up for it."
+            f"the paths of this layer miss {1.0 - 1.0 / share:.2%} of its volume at the medial axis: it prints slower "
+            "by as much to compensate."
         )
 
 
@@ -134,8 +135,8 @@ def next_print(record: AppraisalRecord | ScanAppraisalRecord, *, plan: str, fold
     if shift is None:
         return f"next: geoprint plan --from {plan} --feedback {written} --out next"
     return (
-        "next: touch the part again, then geoprint calibrate touched.csv --model corners.csv --cell cell.toml --out "
-        f"touched.toml, then geoprint plan --from {plan} --cell touched.toml --feedback {written} --out next"
+        "next: touch the part again, then `geoprint calibrate touched.csv --model corners.csv --cell cell.toml --out "
+        f"touched.toml`, then `geoprint plan --from {plan} --cell touched.toml --feedback {written} --out next`"
     )
 
 
@@ -171,12 +172,11 @@ def feedback_notes(record: FeedbackRecord | None) -> Iterator[str]:
     if record is None:
         return
     found = (
-        f"feedback: {record.seen_in} shows {record.plan} with a volume {record.error_found:.1%} off (RMS) what "
-        f"its program "
-        "does"
+        f"feedback: {record.seen_in} shows the volume of {record.plan} {record.error_found:.1%} (RMS) off what its "
+        "program deposits"
     )
     if not record.changes:
-        yield f"{found}, of which nothing is significant: flow and valve stay as they were."
+        yield f"{found}, none of it significant: flow and valve stay unchanged."
     else:
         causes = ", ".join(_in_words(each) for each in record.changes)
         valve = ", ".join(
@@ -186,19 +186,20 @@ def feedback_notes(record: FeedbackRecord | None) -> Iterator[str]:
         )
         slower = "" if record.speed_mm_s is None else f", by printing at {record.speed_mm_s:.3g} mm/s"
         yield (
-            f"{found}: {causes}; the flow is commanded at {record.least_factor:.2f} to {record.most_factor:.2f} of the "
-            f"wanted one{slower}{f', the valve {valve}' if valve else ''}; {record.error_expected:.1%} are expected to "
-            "be left by these causes (feedback.csv lists the flow)."
+            f"{found}: {causes}. Flow is commanded at {record.least_factor:.2f} to {record.most_factor:.2f} of its "
+            f"target{slower}{f', the valve {valve}' if valve else ''}. Expected to remain: "
+            f"{record.error_expected:.1%} (feedback.csv lists the flow)."
         )
     if record.held > 0.0:
-        yield f"feedback: the cell's bounds hold the flow at {record.held:.1%} of the poses: more was needed there."
+        yield (
+            f"feedback: the cell's bounds limit the flow at {record.held:.1%} of the poses, which need more correction."
+        )
     if record.gaps:
         yield (
-            f"feedback: {record.gaps} parts of runs had hardly any material, which no flow mends: look for what "
-            f"stopped "
-            "it."
+            f"feedback: {how_many(record.gaps, 'part')} of runs had hardly any material: flow cannot correct that, so "
+            "look for what stopped it."
         )
-    yield "feedback: print this plan and appraise that print, too: geoprint appraise SCAN-OR-PHOTO --plan FOLDER."
+    yield "feedback: print this plan and appraise that print too: geoprint appraise SCAN-OR-PHOTO --plan FOLDER."
 
 
 def _in_words(record: FlowChange) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
+from geoprint.errors import how_many
 from geoprint.geometry import in_words
 from geoprint.model import PASCAL_PER_KPA, FloatArray, Process
 from geoprint.postprocessor import Json, Orders, Setup, waits
@@ -36,7 +37,7 @@ from geoprint.reporting.records.plan import (
     PlanRecord,
     RobotRecord,
 )
-from geoprint.reporting.records.rounding import as_json, how_many
+from geoprint.reporting.records.rounding import as_json
 from geoprint.reporting.robot_summary import record_executed, record_switching
 
 # The run sheet of a program over a tilting table: its attitudes in order, what to bring the table to, what to set.
@@ -79,23 +80,23 @@ def parts_rows(
     attitude = one == "attitude"
     first, last = f"geoFirst{one.title()}", f"geoLast{one.title()}"
     each = ", with the table in each attitude" if attitude else ""
-    printing = [f"run it as written first: dry, 20 mm higher, at 25 %{each} (geoDryRun TRUE, geoSpeedPct 25)"]
+    printing = [f"first run it as written: dry, 20 mm higher, at 25 %{each} (geoDryRun TRUE, geoSpeedPct 25)"]
     stopping = (
-        f"{last}, 1 to {count}, ends it behind that {one}, at home, with everything shut off; it may be lowered while "
-        f"{'an' if attitude else 'a'} {one} is printed"
+        f"{last}, 1 to {count}, ends the program after that {one}, at home with all outputs off; lower it at any time "
+        f"while {'an' if attitude else 'a'} {one} prints"
     )
     rows = [("is set to", [] if settings is None else [_set_to(one, settings, dry_only=dry_only)])]
     rows += [("table", _table_lines(table))] if table else []
     if dry_only:
         return [*rows, ("to print", printing), *([("to stop", [stopping])] if count > 1 else [])]
-    printing.append("then geoDryRun FALSE, and at a fixed pressure geoSpeedPct 100 and the speed override 100 %")
+    printing.append("then set geoDryRun FALSE; at a fixed pressure, also geoSpeedPct 100 and speed override 100 %")
     begun = (
-        f"{first} stands at the {one} that was begun and not finished: clean the nozzle, set geoFirstRun to the run "
-        "that the pendant names, start from main"
+        f"{first} holds the unfinished {one}: clean the nozzle, set geoFirstRun to the run shown on the pendant, "
+        "start from main"
     )
     resuming = [
         begun,
-        f"behind the last {one} {first} stands beyond it: set it to 1 for a new part",
+        f"after the last {one}, set {first} to 1 for a new part",
     ]
     return [
         *rows, ("to print", printing), *([("to stop", [stopping])] if count > 1 else []), ("to resume", resuming)
@@ -106,10 +107,10 @@ def proof_rows(
     one: str, scenarios: Sequence[str], refused: Sequence[str], seen: Sequence[SeenRecord], *, program_sha256: str
 ) -> list[tuple[str, list[str]]]:
     """Return how a program of several parts was executed, and what people saw it do."""
-    asked = ", and the table was asked for before each" if one == "attitude" else ""
+    asked = ", after asking for the table" if one == "attitude" else ""
     executed = (
-        f"{', '.join(scenarios)}; each {one} moved and switched as its own program does{asked}; refused before "
-        f"anything moved: {', '.join(refused)}"
+        f"{', '.join(scenarios)}; each {one} moved and switched as in its own program{asked}; refused before any "
+        f"motion: {', '.join(refused)}"
     )
     people = [f"{stage}: {what}" for stage, what in seen_rows(seen, program_sha256=program_sha256)]
     return [("executed", [executed]), ("evidence", people)]
@@ -118,18 +119,17 @@ def proof_rows(
 def _set_to(one: str, settings: StackSettings, *, dry_only: bool) -> str:
     parts = f"{one}s {settings.first_layer} to {settings.last_layer}"
     if settings.dry_run or dry_only:
-        return f"run {parts} dry at {settings.speed_pct:g} % of the speed (geoDryRun {str(settings.dry_run).upper()})"
+        return f"run {parts} dry at {settings.speed_pct:g} % speed (geoDryRun {str(settings.dry_run).upper()})"
     return (
-        f"PRINT {parts} at {settings.speed_pct:g} % of the speed, from run {settings.first_run} of the first on "
-        "(geoDryRun FALSE)"
+        f"PRINT {parts} at {settings.speed_pct:g} % speed, from run {settings.first_run} of the first (geoDryRun FALSE)"
     )
 
 
 def _table_lines(name: str) -> list[str]:
     """Return what a person must know who brings a table to its attitudes."""
     return [
-        f"the {name} moves only while the arm waits at home and you are asked: look, bring it or let it, answer",
-        "nothing but you notices a wrong attitude, or a driven table's wrong zero: the tool would run into the part",
+        f"the {name} moves only while the arm is at home and asks you: check it, move it or let it move, then answer",
+        "only you can notice a wrong attitude or a wrong zero of a driven table: the tool would hit the part",
     ]
 
 
@@ -137,8 +137,11 @@ def _joined_program(joined: JoinedRecord, robots: Sequence[RobotRecord], *, dry_
     count = len(robots)
     dry = "; RUNS DRY ONLY" if dry_only else ""
     return [
-        f"{count} attitudes, {joined.print_s:.0f} s at full speed, the table's {joined.table_s:.0f} s among them{dry}",
-        f"copy the folders part-1 to part-{count} of rapid/ to the controller's HOME folder, then load {joined.file}",
+        (
+            f"{how_many(count, 'attitude')}, {joined.print_s:.0f} s at full speed including {joined.table_s:.0f} s of "
+            f"the table{dry}"
+        ),
+        f"copy rapid/part-1 to rapid/part-{count} to the controller's HOME folder, then load {joined.file}",
     ]
 
 
@@ -149,8 +152,9 @@ def _attitude(robot: RobotRecord, table: TableRecord) -> str:
     axes = ", ".join(f"{value:.2f}" for value in pose.axes)
     held = f"tilt and turn {axes} degrees" if table.rotary else f"legs {axes} mm"
     return (
-        f"{pose.attitude}  {held}; {robot.motion.duration_s:.0f} s, {robot.program.targets} targets; closest approach "
-        f"{robot.clearance.smallest_mm:.2f} mm; on its course here the table keeps {pose.kept_mm:.1f} mm from the arm"
+        f"{pose.attitude}  {held}; {robot.motion.duration_s:.0f} s, {how_many(robot.program.targets, 'target')}; "
+        f"closest approach {robot.clearance.smallest_mm:.2f} mm; on the way here the table keeps {pose.kept_mm:.1f} "
+        "mm from the arm"
     )
 
 
@@ -336,9 +340,9 @@ def _program(setup: Setup, orders: Orders, *, modules: Sequence[str]) -> list[st
     dry = "; RUNS DRY ONLY" if setup.placement.missing else ""
     return [
         (
-            f"{how_many(int(orders.runs[-1]) + 1, 'run')}, {orders.count} targets "
-            f"({orders.shortest_move:.2g} mm and more apart), "
-            f"{orders.duration + waits(orders, setup.cell.signals).sum():.0f} s at full speed{dry}"
+            f"{how_many(int(orders.runs[-1]) + 1, 'run')}, {how_many(orders.count, 'target')} at least "
+            f"{orders.shortest_move:.2g} mm apart, {orders.duration + waits(orders, setup.cell.signals).sum():.0f} s "
+            f"at full speed{dry}"
         ),
         f"load GeoPrint.pgf ({len(modules) - 1 - loaded} modules){copies}",
     ]
@@ -347,10 +351,10 @@ def _program(setup: Setup, orders: Orders, *, modules: Sequence[str]) -> list[st
 def _settings(setup: Setup, settings: Settings) -> list[str]:
     """Say how the program would run now, by its three switches."""
     if settings.dry_run or setup.placement.missing:
-        return [f"run dry at {settings.speed_pct:g} % of the speed (geoDryRun {str(settings.dry_run).upper()})"]
-    texts = [f"PRINT at {settings.speed_pct:g} % of the speed, from run {settings.first_run} on (geoDryRun FALSE)"]
+        return [f"run dry at {settings.speed_pct:g} % speed (geoDryRun {str(settings.dry_run).upper()})"]
+    texts = [f"PRINT at {settings.speed_pct:g} % speed, from run {settings.first_run} (geoDryRun FALSE)"]
     if setup.cell.signals.mode == "io" and settings.speed_pct != 100.0:
-        texts.append("it will refuse to: at a fixed pressure it prints only with geoSpeedPct 100")
+        texts.append("it will refuse to print: a fixed pressure needs geoSpeedPct 100")
     return texts
 
 
@@ -368,9 +372,15 @@ def _patches(patches: Sequence[PatchRecord]) -> list[str]:
 
 def _placement(setup: Setup) -> list[str]:
     placement = setup.placement
-    texts = [f"NOT KNOWN: nobody has stated {' and '.join(placement.missing)}"] if placement.missing else []
+    texts = (
+        [f"UNKNOWN: {' and '.join(placement.missing)} {'is' if len(placement.missing) == 1 else 'are'} not stated"]
+        if placement.missing
+        else []
+    )
     if placement.calibrated:
-        texts.append(f"fixture calibrated, touched points miss by at most {placement.misses.max(initial=0.0):.2f} mm")
+        texts.append(
+            f"fixture calibrated, largest residual of the touched points {placement.misses.max(initial=0.0):.2f} mm"
+        )
     if placement.part_stated:
         texts.append(f"part on the fixture, as stated: {_frame(placement.T_fixture_work)}")
     if setup.surface_within is not None:
@@ -381,7 +391,7 @@ def _placement(setup: Setup) -> list[str]:
 def _frame(T: FloatArray) -> str:
     x, y, z = T[:3, 3]
     roll, pitch, yaw = Rotation.from_matrix(T[:3, :3]).as_euler("xyz", degrees=True)
-    return f"its origin at ({x:.2f}, {y:.2f}, {z:.2f}) mm, turned ({roll:.2f}, {pitch:.2f}, {yaw:.2f}) degrees"
+    return f"origin at ({x:.2f}, {y:.2f}, {z:.2f}) mm, turned ({roll:.2f}, {pitch:.2f}, {yaw:.2f}) degrees"
 
 
 def _extent(setup: Setup, orders: Orders) -> tuple[np.ndarray, np.ndarray]:
@@ -392,13 +402,13 @@ def _extent(setup: Setup, orders: Orders) -> tuple[np.ndarray, np.ndarray]:
 def _reach(setup: Setup, orders: Orders, motion: MotionRecord) -> list[str]:
     low, high = _extent(setup, orders)
     spans = ", ".join(f"{axis} {a:.1f} to {b:.1f}" for axis, a, b in zip("xyz", low, high, strict=True))
-    tip = f"tip in base coordinates: {spans} mm; wrist never below {motion.smallest_wrist_angle_deg:.1f} degrees"
+    tip = f"tip in base coordinates: {spans} mm; smallest wrist angle {motion.smallest_wrist_angle_deg:.1f} degrees"
     return [tip, *near_borders(motion)]
 
 
 def _closest(clearance: ClearanceRecord) -> list[str]:
     dry = clearance.dry_run
-    texts = [f"{clearance.smallest_mm:.2f} mm, {clearance.at}; kept everywhere: {clearance.kept_mm} mm"]
+    texts = [f"{clearance.smallest_mm:.2f} mm, {clearance.at}; at least {clearance.kept_mm} mm everywhere"]
     if clearance.arm_smallest_mm is not None:
         texts.append(f"arm: {clearance.arm_smallest_mm:.1f} mm, {clearance.arm_at}")
     return [*texts, f"dry run, {dry.lift_mm:g} mm higher: {dry.smallest_mm:.2f} mm, {dry.at}"]
@@ -408,7 +418,7 @@ def _signals(setup: Setup, switching: Timeline) -> list[str]:
     signals = setup.cell.signals
     flow = "" if signals.flow is None else f", flow {signals.flow} ({signals.flow_per_mm3_s:g} for 1 mm3/s)"
     vacuum = "" if signals.vacuum is None else f", vacuum {signals.vacuum} while the valve is shut"
-    settling = f"the arm waits {signals.settle:g} s at each start until the flow is even; " if signals.settle else ""
+    settling = f"the arm waits {signals.settle:g} s at each start for steady flow; " if signals.settle else ""
     return [
         f"mode {signals.mode}: valve {signals.dispenser}, lamp {signals.uv_lamp}{flow}{vacuum}; safe values 0",
         (
@@ -429,9 +439,9 @@ def _process(setup: Setup, record: PlanRecord) -> list[str]:
     texts = [] if flow is None else [f"air pressure: {_pressure(process, flow, record.robot)}"]
     texts.append(f"layer {process.layer_height:g} mm, stand-off {layer.standoff_mm:g} mm{below}")
     if setup.cell.purge is not None:
-        texts.append(f"nozzle primed by the program before its first run: {setup.cell.purge.duration:g} s at [purge]")
+        texts.append(f"priming: {setup.cell.purge.duration:g} s at [purge], by the program before the first run")
     if light is not None:
-        texts.append(f"light: {light.one_pass:.3g} mJ/cm2 in one pass, {light.all_passes:.3g} in all together")
+        texts.append(f"light: {light.one_pass:.3g} mJ/cm2 in one pass, {light.all_passes:.3g} mJ/cm2 in all passes")
     if flood is not None:
         who = "by hand" if flood.joints is None else "by the program, after the last run"
         texts.append(f"final exposure of the whole part: {flood.duration:g} s, {who}")
@@ -440,20 +450,20 @@ def _process(setup: Setup, record: PlanRecord) -> list[str]:
 
 def _pressure(process: Process, flow: DepositionRecord, robots: Sequence[RobotRecord]) -> str:
     """Say which pressure is set: the one that lets the flow of the print through."""
-    wanted = f"that which lets {flow.valve_mm3_s:.4g} mm3/s through at {process.speed:g} mm/s"
+    wanted = f"set it for {flow.valve_mm3_s:.4g} mm3/s at {process.speed:g} mm/s"
     if flow.valve_kpa is not None:
         wanted += f", by [material] {flow.valve_kpa:.3g} kPa"
     if process.pressure is None:
         return wanted
     ceiling = robots[0].motion.speed_ceiling_mm_s
-    return f"{wanted}; the cell names {process.pressure / PASCAL_PER_KPA:g} kPa for {ceiling:g} mm/s"
+    return f"{wanted}; the cell states {process.pressure / PASCAL_PER_KPA:g} kPa for {ceiling:g} mm/s"
 
 
 def _limits(setup: Setup, motion: MotionRecord) -> list[str]:
     process = setup.cell.process
     laying = f"prints at {process.speed:g} mm/s (slowest {motion.slowest_deposit_mm_s:.1f})"
-    joints = f"joints from and to home at {process.joint_speed_share:.0%} of their speeds"
-    return [f"{laying}, {process.travel_speed:g} mm/s travelling; {joints}"]
+    joints = f"joint moves from and to home at {process.joint_speed_share:.0%} speed"
+    return [f"{laying}, travels at {process.travel_speed:g} mm/s; {joints}"]
 
 
 def _targets(motion: MotionRecord) -> list[str]:
@@ -462,30 +472,37 @@ def _targets(motion: MotionRecord) -> list[str]:
     beside = sorted((bend for bend in targets.bends if bend.offset_mm > 0.0), key=lambda bend: -bend.offset_mm)
     texts = [
         (
-            f"shortest move {targets.shortest_ms:.1f} ms ({targets.closer} below {targets.period_ms:g} ms, which a "
-            f"controller takes without slowing down); largest jerk of the tip while laying "
-            f"{motion.largest_jerk_m_s3:.0f} m/s3"
+            f"shortest move {targets.shortest_ms:.1f} ms ({targets.closer} below {targets.period_ms:g} ms, where a "
+            f"controller may slow down); largest jerk of the tip on deposit {motion.largest_jerk_m_s3:.0f} m/s3"
         )
     ]
     if beside:
-        texts.append(f"beside the path in {len(beside)} tight bends, farthest (plan.json lists all):")
+        texts.append(f"off the path in {how_many(len(beside), 'tight bend')}, the farthest (plan.json lists all):")
     for bend in beside[:LISTED_BENDS]:
         place = ", ".join(f"{mm:.1f}" for mm in bend.place_mm)
-        texts.append(f"  {bend.offset_mm:.3f} mm in run {bend.run + 1} at ({place}) mm, {bend.targets} targets")
+        texts.append(
+            f"  {bend.offset_mm:.3f} mm in run {bend.run + 1} at ({place}) mm, {how_many(bend.targets, 'target')}"
+        )
     return texts
 
 
 def _steps(setup: Setup, orders: Orders) -> list[str]:
     signals = setup.cell.signals
-    texts = ["1. before the first load on a controller: rapid/controller/first_load.md; nothing runs without it"]
+    texts = ["1. before the first load on a controller, follow rapid/controller/first_load.md: required"]
     if signals.mode == "analog" and signals.flow_lag > 0.0:
-        texts.append(f"   set the system parameter Event Preset Time to {signals.flow_lag:g} s or more, for TriggSpeed")
-    texts.append("2. run as written: dry, 20 mm higher, at 25 % (geoDryRun TRUE, geoSpeedPct 25)")
+        texts.append(
+            f"   set the system parameter Event Preset Time to at least {signals.flow_lag:g} s, for TriggSpeed"
+        )
+    texts.append("2. run it as written: dry, 20 mm higher, at 25 % (geoDryRun TRUE, geoSpeedPct 25)")
     if orders.lifted_otherwise:
         texts.append(
-            f"   {orders.lifted_otherwise} targets have other configuration data there: only the print proves theirs"
+            f"   {how_many(orders.lifted_otherwise, 'target')} with other configuration data there: only the "
+            "print proves them"
         )
     if not setup.placement.missing:
         full = " and geoSpeedPct 100, speed override 100 %" if signals.mode == "io" else ""
-        texts.append(f"3. to print: geoDryRun FALSE{full}; to resume at run k: clean the nozzle, geoFirstRun k, main")
+        texts.append(
+            f"3. to print: set geoDryRun FALSE{full}; to resume at run k: clean the nozzle, set geoFirstRun k, start "
+            "from main"
+        )
     return texts

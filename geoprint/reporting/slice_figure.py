@@ -49,7 +49,7 @@ WIDTH_INCHES, FRAME_SHARE = 9.0, 0.04
 BELOW_SHARE = 0.12
 # Colours of the map of thickness: blue is too thin, as on the page.
 THICKNESS_COLOURS, SEAM_COLOURS = "RdBu_r", "viridis"
-FINISHED_LABEL = "finished thickness / wanted thickness\n(blue: too thin, red: too thick, grey: not judged)"
+FINISHED_LABEL = "finished thickness / target thickness\n(blue: too thin, red: too thick, grey: not judged)"
 SEAM_SIZE = 10.0
 
 
@@ -109,7 +109,7 @@ def sliced_figure(view: SlicedView, *, title: str) -> bytes:
     axes[1].set_ylim(middle[1] - ENLARGED_DOWN * thickness, middle[1] + ENLARGED_UP * thickness)
     for axis in axes:
         add_ruler(axis)
-    axes[1].set_title("a piece of it, enlarged", fontsize=10, loc="left")
+    axes[1].set_title("detail, enlarged", fontsize=10, loc="left")
     add_title(figure, title)
     return png_bytes(figure)
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from geoprint.errors import how_many
 from geoprint.model import Cell, Material
 from geoprint.process import bottom_doses, cured_depth
 from geoprint.reporting.records.plan import PlanRecord
@@ -36,7 +37,7 @@ def with_cure(record: StackRecord, cell: Cell) -> StackRecord:
     doses = [layer.dose_mj_cm2 for layer in record.layers if layer.dose_mj_cm2 is not None]
     if needed is None or penetration is None or len(doses) < len(record.layers):
         lacking = ", ".join(_lacking(found))
-        text = f"whether layers are cured through: for that the cell's [material] needs {lacking}"
+        text = f"curing through the layers: the cell's [material] needs {lacking}"
         return record.model_copy(update={"not_checked": (*record.not_checked, text)})
     heights = np.array([layer.height_mm for layer in record.layers])
     own, whole = bottom_doses(np.array(doses), heights, penetration=penetration)
@@ -177,8 +178,8 @@ def cure_notes(record: StackRecord) -> Iterator[str]:
     if later:
         least = min(cure.own_mj_cm2 for _, cure in later)
         yield (
-            f"{_which([number for number, _ in later])} soft at the bottom until the passes for layers above: "
-            f"their own give {least:.3g} of {needed:.3g} mJ/cm2 there."
+            f"{_which([number for number, _ in later])} soft at the bottom until the layers above are cured: their "
+            f"own passes give {least:.3g} of {needed:.3g} mJ/cm2 there."
         )
 
 
@@ -200,11 +201,11 @@ def _remedy(cure: CureRecord, layer: StackedLayerRecord, dose: float) -> str:
     slower = f"print at up to {cure.speed_mm_s * dose / cure.needed_mj_cm2:.3g} mm/s"
     top = layer.dose_mj_cm2 or 0.0
     height = cured_depth(top, needed=cure.needed_mj_cm2, penetration=cure.penetration_mm)
-    thinner = f", in layers up to {height:.2g} mm high" if height > 0.0 else ""
+    thinner = f", with layers up to {height:.2g} mm high" if height > 0.0 else ""
     flooded = (
         "or name a final exposure ([flood])"
         if cure.flood_s is None
-        else f"or trust the final exposure of {cure.flood_s:g} s, which is not counted"
+        else f"or rely on the final exposure of {cure.flood_s:g} s, which is not counted"
     )
     return f"{slower}{thinner}, {flooded}"
 
@@ -244,14 +245,14 @@ def stack_sentence(record: StackRecord) -> str:
     deposited = sum(layer.laid_mm3 for layer in record.layers)
     wanted = sum(layer.wanted_mm3 for layer in record.layers)
     said = (
-        f"{record.part}: {record.thickness_mm:.3g} mm in {len(record.layers)} layers of "
-        f"{record.layers[0].height_mm:.3g} mm, "
-        f"{deposited / 1000.0:.4g} cm3 laid, {deposited / wanted - 1.0:+.2%} of what they hold"
+        f"{record.part}: {record.thickness_mm:.3g} mm in {how_many(len(record.layers), 'layer')} of "
+        f"{record.layers[0].height_mm:.3g} mm, {deposited / 1000.0:.4g} cm3 deposited, "
+        f"{deposited / wanted - 1.0:+.2%} against their volume"
     )
     return (
         said
         if record.target_mm3 is None
-        else f"{said}, which is {wanted / record.target_mm3:.1%} of what {record.target} has over the part"
+        else f"{said}; their volume is {wanted / record.target_mm3:.1%} of {record.target} above the part"
     )
 
 
@@ -261,18 +262,18 @@ def finished_sentences(record: StackRecord) -> Iterator[str]:
     if found.printed is None or found.constant_flow is None or found.following_flow is None:
         return
     yield (
-        f"finished thickness {found.printed.mean:.1%} of what is wanted, varies by {found.printed.cv:.2%}: 98 of 100 "
-        f"places have {found.printed.p1:.1%} to {found.printed.p99:.1%} of it (variation with flow that follows "
-        f"{found.following_flow.cv:.2%}, constant {found.constant_flow.cv:.2%})"
+        f"finished thickness {found.printed.mean:.1%} of the target, varies by {found.printed.cv:.2%} (following flow "
+        f"{found.following_flow.cv:.2%}, constant flow {found.constant_flow.cv:.2%}); 98 of 100 points have "
+        f"{found.printed.p1:.1%} to {found.printed.p99:.1%}"
     )
     if found.printed.judged < 1.0:
         low = max(1.0 - found.printed.judged - found.printed.creased, 0.0)
-        parts = [(found.printed.creased, "fills a hollow before it is so high"), (low, "is lower than a layer")]
+        parts = [(found.printed.creased, "closes a hollow below that height"), (low, "is thinner than a layer")]
         said = " and ".join(f"{share:.1%} of the area {why}" for share, why in parts if share >= REPORTED_SHARE)
         if said:
             yield f"  not judged: {said}"
     if found.printed.under_sides >= REPORTED_SHARE:
-        yield f"  judged up to sides that lean in over it: {found.printed.under_sides:.1%} of the area"
+        yield f"  judged up to overhanging sides: {found.printed.under_sides:.1%} of the area"
 
 
 def stack_warnings(record: StackRecord) -> Iterator[str]:
@@ -292,6 +293,7 @@ def _layer_line(number: int, layer: StackedLayerRecord) -> str:
     time = "" if layer.print_s is None else f", {layer.print_s:.0f} s"
     clear = "" if layer.clearance_mm is None else f", {layer.clearance_mm:.2f} mm clear"
     return (
-        f"  {number:2} from {layer.bottom_mm:.3g} mm: {layer.pattern}, {layer.runs} runs, {layer.deposit_mm:.0f} mm of "
-        f"path, {layer.laid_mm3 / 1000.0:.3g} cm3{even}{gap}{helix}{dose_text(layer)}{time}{clear}"
+        f"  {number:2} from {layer.bottom_mm:.3g} mm: {layer.pattern}, {how_many(layer.runs, 'run')}, "
+        f"{layer.deposit_mm:.0f} mm of path, {layer.laid_mm3 / 1000.0:.3g} "
+        f"cm3{even}{gap}{helix}{dose_text(layer)}{time}{clear}"
     )

@@ -80,7 +80,7 @@ def stack_verdict(rows: Sequence[ComparedStackRecord | RefusedStackRecord], *, p
     return (
         _decision(order, part=part),
         *(
-            f"With {row.backend} the finished thickness is {row.finished.mean:.1%} of what is wanted and varies by "
+            f"With {row.backend} the finished thickness is {row.finished.mean:.1%} of the target and varies by "
             f"{row.finished.cv:.2%}."
             for row in order
             if row.finished is not None
@@ -93,36 +93,36 @@ def stack_verdict(rows: Sequence[ComparedStackRecord | RefusedStackRecord], *, p
 def _decision(order: Sequence[ComparedStackRecord], *, part: str) -> str:
     best, *others = order
     found = [_covering(row) for row in order]
-    missed = f"{best.gap:.1%} of their area is missed and {best.overlap:.1%} covered twice"
+    missed = f"{best.gap:.1%} of their area is missed and {best.overlap:.1%} is covered twice"
     if not found[0].covers:
-        return f"No backend covers the layers over {part}: at best, with {best.backend}, {missed}."
+        return f"No backend covers the layers over {part}. The best, {best.backend}: {missed}."
     if not others:
         return f"{best.backend} covers the layers over {part}: {missed}; their thickness varies by {found[0].cv:.1%}."
     spacings = " and ".join(f"{each.cv:.2%} with {row.backend}" for row, each in zip(order, found, strict=True))
     if any(not each.is_alike(found[0]) for each in found):
         shares = " and ".join(
-            f"{each.fault:.1%} with {row.backend}{', which leaves holes,' if each.gap > MOST_MISSED else ''}"
+            f"{each.fault:.1%} with {row.backend}{', which leaves holes' if each.gap > MOST_MISSED else ''}"
             for row, each in zip(order, found, strict=True)
         )
         return (
-            f"{best.backend} covers the layers over {part} best: missed or covered twice are {shares} of their area; "
-            f"their thickness varies by {spacings}."
+            f"{best.backend} covers the layers over {part} best. Area missed or covered twice: {shares}. "
+            f"Their thickness varies by {spacings}."
         )
     leading = [row.backend for row in order[: equally_good(found)]]
     how = "equally well" if len(leading) == len(order) else "most evenly"
-    enough = " All of them are even enough to print." if all(each.cv <= EVEN_ENOUGH for each in found) else ""
+    enough = " All are even enough to print." if all(each.cv <= EVEN_ENOUGH for each in found) else ""
     verb = "covers" if len(leading) == 1 else "cover"
     return f"{listed(leading)} {verb} the layers over {part} {how}: their thickness varies by {spacings}.{enough}"
 
 
 def _printing(order: Sequence[ComparedStackRecord]) -> Iterator[str]:
     if order[0].printable is None:
-        yield "Whether the robot can print them was not asked."
+        yield "The robot was left out: nothing says whether it can print these."
         return
     taken = [f"{row.print_s:.0f} s with {row.backend}" for row in order if row.print_s is not None]
     if taken:
         yield f"Printing takes {' and '.join(taken)}."
-    yield from (f"{row.backend} cannot be printed: {row.not_printable}" for row in order if row.not_printable)
+    yield from (f"The robot cannot print {row.backend}: {row.not_printable}" for row in order if row.not_printable)
 
 
 def _covering(row: ComparedStackRecord) -> Covering:
@@ -157,7 +157,7 @@ def stack_comparison_text(record: StackComparisonRecord, *, width: int | None = 
     lines = [f"{record.part}: {record.thickness_mm:.3g} mm in {record.layers} layers, all of them compared", ""]
     lines += [*grid(names, [rows], left=_LEFT), ""]
     if len(names) < len(COLUMNS):
-        lines += [f"left out at this width, told in stacks.json: {left_out([*COLUMNS], names, COLUMNS)}", ""]
+        lines += [f"columns left out at this width, see stacks.json: {left_out([*COLUMNS], names, COLUMNS)}", ""]
     planned = [row for row in record.backends if isinstance(row, ComparedStackRecord)]
     warnings = said_once({row.backend: row.warnings for row in planned})
     unchecked = [text for row in planned for text in row.not_checked]

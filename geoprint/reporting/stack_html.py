@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from geoprint.errors import InputError
+from geoprint.errors import InputError, how_many
 from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
 from geoprint.reporting.histogram import histograms
 from geoprint.reporting.html import (
@@ -86,20 +86,20 @@ class StackWords:
     paths: str = "Paths of layers up to"
     ends: tuple[float, float] = THICKNESS_RANGE
     legend: str = (
-        "Blue: too thin, red: too thick, white: as wanted. Grey: not judged, because a hollow is filled before it is "
-        "so high, or less than a layer is wanted."
+        "Blue: too thin, red: too thick, white: as wanted. Grey: not judged, because a hollow closes below that "
+        "height or the target is thinner than a layer."
     )
 
 
 OF_FLOWS = StackWords(
-    "Flow", "Layer by layer", "Layers", "printed", "what is printed; it is shown where there is room for one"
+    "Flow", "Layer by layer", "Layers", "printed", "what is printed; shown where there is room for only one"
 )
 OF_BACKENDS = StackWords(
     "Backend",
     "Backend by backend",
     "Backends",
     "best",
-    "covers the layers best; it is shown where there is room for one",
+    "covers the layers best; shown where there is room for only one",
 )
 
 
@@ -169,12 +169,12 @@ class StackReport:
         if not self.flows:
             raise InputError(f"the page of the stack on {self.name} needs at least one flow.")
         if len(self.paths) not in {1, len(self.flows)}:
-            raise InputError(f"the page of the stack on {self.name}: every flow needs its paths, or all of them one.")
+            raise InputError(f"the page of the stack on {self.name}: give one set of paths, or one for each flow.")
         for flow in self.flows:
             if flow.thickness.shape != (len(self.surface.vertices),):
                 raise InputError(
-                    f"the page of the stack on {self.name}: {flow.name} has {flow.thickness.size} values for "
-                    f"{len(self.surface.vertices)} vertices of the view surface."
+                    f"the page of the stack on {self.name}: {flow.name} has {how_many(flow.thickness.size, 'value')} "
+                    f"for {how_many(len(self.surface.vertices), 'vertex', 'vertices')} of the view surface."
                 )
 
 

@@ -38,7 +38,8 @@ ENDS, CLOSER, TURNS = (
 CAUSES = (ENDS, CLOSER, TURNS)
 COLUMNS = (
     "layer", "from [mm]", "height [mm]", "area [mm2]", "runs", "path [mm]", "missed", "covered twice",
-    "thickness CV", "fibres [degrees]", "laid / held", "seams apart [mm]", "time [s]", "attitudes", "clearance [mm]",
+    "thickness CV", "fibres [degrees]", "deposited / volume", "seams apart [mm]", "time [s]", "attitudes",
+    "clearance [mm]",
 )  # fmt: skip
 _NONE = "-"
 
@@ -103,8 +104,8 @@ def sliced_pictures(stack: FinishedStack) -> list[Picture]:
             heights=tuple(layer.height for layer in stack.layers),
         )
         caption = (
-            f"Cut {name} through the middle of the part: beads where paths cross the plane, layers in turns blue and "
-            "orange, each with the line of its middle. Where a path runs along the plane its bead is cut lengthwise."
+            f"Cut {name} through the middle of the part: beads where paths cross the plane, layers alternately blue "
+            "and orange, each with its mid-line. Where a path runs along the plane, its bead is cut lengthwise."
         )
         pictures.append(Picture(caption, "png", sliced_figure(view, title=f"cut {name} through the middle")))
     return pictures
@@ -122,7 +123,7 @@ def _flows(stack: FinishedStack, record: StackRecord) -> list[_Flow]:
     words = (
         ("constant flow", "valve open or shut, at the set speed", record.finished.constant_flow),
         ("following flow", "follows the width of each strip", record.finished.following_flow),
-        ("as executed", "what the programs lay when they are executed", record.finished.printed),
+        ("as executed", "what the programs deposit when executed", record.finished.printed),
     )
     order = sorted(range(len(stack.flows)), key=lambda flow: flow != stack.printed)
     return [_Flow(*words[flow], stack.flows[flow]) for flow in order]
@@ -138,9 +139,9 @@ def _thickest(stack: FinishedStack) -> list[str]:
     upright = normals(stack.base, closest(stack.base, place[None])[0])[0]
     shares = [float(layer.deposited[stack.printed, column]) / layer.height for layer in stack.layers]
     thick = [number for number, share in enumerate(shares) if share > MORE]
-    said = f"Thickest is {in_words(place)} with {ratio:.1%} of what is wanted"
+    said = f"The thickest point is {in_words(place)} with {ratio:.1%} of the target"
     if not thick:
-        return [f"{said}: no layer lays more than {MORE:.0%} of its height there"]
+        return [f"{said}: no layer deposits more than {MORE:.0%} of its height there"]
     causes = [
         _causes(stack.layers[number], place + (stack.layers[number].bottom + stack.layers[number].height / 2) * upright)
         for number in thick
@@ -149,12 +150,12 @@ def _thickest(stack: FinishedStack) -> list[str]:
     named = [f"in {counted[cause]} {cause}" for cause in sorted(CAUSES, key=lambda c: -counted[c]) if counted[cause]]
     most = max(thick, key=lambda number: shares[number])
     sentence = (
-        f"{said}: {len(thick)} of {len(shares)} layers lay more than {MORE:.0%} of their height there, layer "
-        f"{most + 1} the most ({shares[most]:.0%}); {listed(named) if named else 'their paths say nothing of why'}"
+        f"{said}: {len(thick)} of {len(shares)} layers deposit more than {MORE:.0%} of their height there, layer "
+        f"{most + 1} the most ({shares[most]:.0%}); {listed(named) if named else 'their paths show no cause'}"
     )
     even = stack.flows[0]
     if stack.printed and even is not None and ratio - even.ratios[column] > (ratio - 1.0) / 2.0:
-        return [f"{sentence}; with a constant flow it would be {even.ratios[column]:.1%}, so most of it is the flow"]
+        return [f"{sentence}; constant flow would give {even.ratios[column]:.1%}, so the flow causes most of it"]
     return [sentence]
 
 
@@ -213,13 +214,10 @@ def _flow_view(stack: FinishedStack, view: ViewSurface, flow: _Flow) -> FlowView
             ("volume", f"{record.volume:.1%}"),
         )
     )
-    caption = (
-        f"{flow.name}: finished thickness over the wanted one. Blue: too thin, red: too thick, grey: not judged."
-        + (
-            ""
-            if record is None
-            else f" It varies by {record.cv:.2%}; 98 of 100 places have {record.p1:.1%} to {record.p99:.1%}."
-        )
+    caption = f"{flow.name}: finished over target thickness. Blue: too thin, red: too thick, grey: not judged." + (
+        ""
+        if record is None
+        else f" It varies by {record.cv:.2%}; 98 of 100 places have {record.p1:.1%} to {record.p99:.1%}."
     )
     drawn = thickness_figure(view.surface, thickness, R_view_work=stack.upright, title="")
     return FlowView(
@@ -279,7 +277,7 @@ def _seams(stack: FinishedStack, view: ViewSurface) -> Picture:
         view.surface, [layer.seams for layer in stack.layers], R_view_work=stack.upright, title="starts of all runs"
     )
     return Picture(
-        "Where the runs of all layers start: seams of one layer should not lie on those below.", "png", drawn
+        "Where the runs of all layers start: seams should not lie above those of the layer below.", "png", drawn
     )
 
 

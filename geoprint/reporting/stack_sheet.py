@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from geoprint.errors import how_many
 from geoprint.postprocessor.rapid import StackSettings
 from geoprint.reporting.check import Checked, CheckedComparison, CheckedStack, Finding
 from geoprint.reporting.metrics import THICKNESS
-from geoprint.reporting.records.rounding import how_many
 from geoprint.reporting.records.stack import StackedLayerRecord, StackProgramRecord, StackRecord
 from geoprint.reporting.run_sheet import entry, parts_rows, proof_rows, repeated_texts, run_sheet, underived_texts
 
@@ -96,21 +96,24 @@ def _handling(
 
 def _program(program: StackProgramRecord, layers: Sequence[StackedLayerRecord]) -> list[str]:
     count = len(layers)
-    pauses = f", {count - 1} pauses of {program.pause_s:g} s among them" if program.pause_s and count > 1 else ""
+    pauses = f", {count - 1} pauses of {program.pause_s:g} s included" if program.pause_s and count > 1 else ""
     dry = "; RUNS DRY ONLY" if program.runs_dry_only else ""
     first, last = layers[0].folder, layers[-1].folder
     folders = f"the folder {first}" if count == 1 else f"the folders {first} to {last}"
     runs, (one, parts) = sum(layer.runs for layer in layers), _parts(layers)
     tilted = f" and {parts} attitudes of the table" if one == "attitude" else ""
     return [
-        f"{runs} runs in {count} layers{tilted}, {program.print_s:.0f} s at full speed{pauses}{dry}",
+        (
+            f"{how_many(runs, 'run')} in {how_many(count, 'layer')}{tilted}, {program.print_s:.0f} s at full "
+            f"speed{pauses}{dry}"
+        ),
         f"copy {folders} of rapid/ to {_HOME}, then load {program.file}",
     ]
 
 
 def _layer(number: int, layer: StackedLayerRecord, record: StackRecord) -> str:
     """Return the line of one layer: what it takes, and what comes behind it."""
-    took = f"{layer.runs} runs, {layer.print_s or 0.0:.0f} s, {layer.laid_mm3 / 1000.0:.3g} cm3"
+    took = f"{how_many(layer.runs, 'run')}, {layer.print_s or 0.0:.0f} s, {layer.laid_mm3 / 1000.0:.3g} cm3"
     return f"{number}  {took}{behind_layer(number, record)}"
 
 
@@ -151,7 +154,7 @@ def _paths(checked: Checked, *, width: int | None) -> str:
             "paths",
             [f"{how_many(paths.runs, 'run')}, {paths.deposit_mm:.0f} mm at {spacing} mm{spread}"],
         ),
-        ("checked", ["files as they were written, paths on their surface, as many and as long as plan.json says"]),
+        ("checked", ["files unchanged, paths on their surface, number and length as in plan.json"]),
         ("checked again", repeated_texts(checked)),
         ("not derived", underived_texts(checked)),
     ):
@@ -165,7 +168,7 @@ def _comparison(checked: CheckedComparison, *, width: int | None) -> str:
     A stack in which nothing is wrong has its run sheet below.
     """
     if checked.stacks:
-        head = f"COMPARISON  {checked.folder.name}: {len(checked.stacks)} stacks"
+        head = f"COMPARISON  {checked.folder.name}: {how_many(len(checked.stacks), 'stack')}"
         pages = [page for _, stack in checked.stacks for page in ("", _comparison(stack, width=width))]
         return "\n".join([head, "", *(f"  {_line(one)}" for one in checked.own), *pages])
     longest = max((len(name) for name, _ in checked.bundles), default=0)
@@ -190,7 +193,7 @@ def _comparison(checked: CheckedComparison, *, width: int | None) -> str:
 def _outcome(bundle: Checked) -> str:
     """Return what is said of one of several bundles."""
     if bundle.findings:
-        return f"is not the plan that was made: {how_many(len(bundle.findings), 'finding')}"
+        return f"differs from the plan that was made: {how_many(len(bundle.findings), 'finding')}"
     record, again = bundle.record, "".join(f"; {text}" for text in repeated_texts(bundle)[:1])
     if record is None or not bundle.program or bundle.setup is None:
         why = "" if record is None or record.not_printable is None else f": {record.not_printable}"
@@ -199,8 +202,8 @@ def _outcome(bundle: Checked) -> str:
     of_it = [one.stage for one in bundle.seen if one.program_sha256 == bundle.program_sha256]
     seen = f"; seen {', '.join(dict.fromkeys(of_it))}" if of_it else ""
     targets = sum(robot.program.targets for robot in record.robot)
-    tilted = f" in {len(record.robot)} attitudes" if len(record.robot) > 1 else ""
-    return f"as planned{again}; {targets} targets{tilted}{dry}{seen}"
+    tilted = f" in {how_many(len(record.robot), 'attitude')}" if len(record.robot) > 1 else ""
+    return f"as planned{again}; {how_many(targets, 'target')}{tilted}{dry}{seen}"
 
 
 def _line(one: Finding) -> str:

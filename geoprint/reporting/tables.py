@@ -8,11 +8,11 @@ from typing import TypeAlias
 
 import numpy as np
 
+from geoprint.errors import how_many
 from geoprint.geometry.files import write_whole
 from geoprint.metrics import Uniformity
 from geoprint.model import Table
 from geoprint.postprocessor.tables import table_bytes
-from geoprint.reporting.records.rounding import how_many
 
 # What a person should mind, by weight: warnings to act on, notes, details, then what was not checked.
 

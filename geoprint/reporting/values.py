@@ -6,7 +6,7 @@ from typing import Literal, final
 
 import numpy as np
 
-from geoprint.errors import InputError
+from geoprint.errors import InputError, how_many
 from geoprint.model import FloatArray, IntArray, Surface, comparable, freeze_arrays, frozen
 
 # A replay is looked at, not measured: so many frames move smoothly and keep the page small.
@@ -95,8 +95,8 @@ class TableReplay:
             raise InputError("the table's motions in a replay, or their frames, go back in time: give them in order.")
         if not np.isin(moves, frames).all() or not {frames[0], frames[-1]} <= set(moves):
             raise InputError(
-                f"a table moves {sizes['a']} times, and its {sizes['n']} frames lack a motion's first or last moment, "
-                "or lie outside all of them: give a frame at both ends of each motion, and none before or behind."
+                f"a table moves {sizes['a']} times, and its {sizes['n']} frames do not match: give a frame at both "
+                "ends of each motion, and only within motions."
             )
 
 
@@ -203,7 +203,7 @@ class BackendView:
         _freeze_measured(self, "ratios", size=sizes["k"])
         _check_stretches(self.offsets, points=sizes["k"], name="BackendView.offsets")
         if not np.isin(self.coverage, (COVERED, GAP, OVERLAP)).all():
-            raise InputError("BackendView.coverage must be 0 (covered), 1 (gap) or 2 (overlap).")
+            raise InputError("the coverage must be 0 (covered), 1 (gap) or 2 (overlap).")
 
 
 @final
@@ -262,7 +262,9 @@ class PathDistances:
     def __post_init__(self) -> None:
         sizes = freeze_arrays(self, hausdorff="float: b b", mean="float: b b")
         if sizes["b"] != len(self.names):
-            raise InputError(f"PathDistances have {len(self.names)} names for {sizes['b']} paths.")
+            raise InputError(
+                f"the distances between paths have {how_many(len(self.names), 'name')} for {sizes['b']} paths."
+            )
 
 
 @final
@@ -320,14 +322,15 @@ class PartReport:
         for backend in self.backends:
             if len(backend.distance) != len(self.surface.vertices):
                 raise InputError(
-                    f"the report on {self.name}: {backend.name} has {len(backend.distance)} values for "
-                    f"{len(self.surface.vertices)} vertices of the view surface; take values[view.vertices]."
+                    f"the report on {self.name}: {backend.name} has {how_many(len(backend.distance), 'value')} for "
+                    f"{how_many(len(self.surface.vertices), 'vertex', 'vertices')} of the view surface; take "
+                    "values[view.vertices]."
                 )
         for row in self.table:
             if len(row.values) != len(self.backends):
                 raise InputError(
-                    f"the report on {self.name}: the row '{row.quantity}' has {len(row.values)} values for "
-                    f"{len(self.backends)} backends."
+                    f"the report on {self.name}: the row '{row.quantity}' has {how_many(len(row.values), 'value')} "
+                    f"for {how_many(len(self.backends), 'backend')}."
                 )
 
 
@@ -335,7 +338,7 @@ def _freeze_measured(view: BackendView, name: str, *, size: int) -> None:
     """Check an array that may hold NaN, where nothing was measured, and make it read-only."""
     values: FloatArray = np.array(getattr(view, name), dtype=np.float64)
     if values.shape != (size,) or np.isinf(values).any():
-        raise InputError(f"BackendView.{name} must be {size} finite numbers or NaN, found shape {values.shape}.")
+        raise InputError(f"{name} must be {size} finite numbers or NaN, found shape {values.shape}.")
     values.setflags(write=False)
     object.__setattr__(view, name, values)
 

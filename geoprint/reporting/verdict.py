@@ -7,9 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from geoprint.errors import how_many
 from geoprint.metrics import EVEN_ENOUGH, MOST_MISSED, Covering, equally_good, ranked as ranking
 from geoprint.reporting.evenness import table_sentences
-from geoprint.reporting.metrics import COVERED_ONCE, GAP, THICKNESS, cover_text
+from geoprint.reporting.metrics import GAP, THICKNESS, cover_text
 from geoprint.reporting.records.comparison import PlannedRecord, RefusedRecord
 from geoprint.reporting.records.evenness import EvennessRecord
 from geoprint.reporting.records.rounding import listed
@@ -65,8 +66,8 @@ def coverage_advice(measured: EvennessRecord, spacing: float) -> list[str]:
     """
     if covering(measured).covers:
         return []
-    what = f"a smaller spacing, such as `--spacing {spacing / 2.0:.3g}`, reaches into narrower places"
-    return [f"What to do: {what}, and `--from best` looks for a source that covers more."]
+    what = f"`--spacing {spacing / 2.0:.3g}`, which reaches narrower places"
+    return [f"Try {what}, or `--from best`, which looks for a source that covers more."]
 
 
 def middle_sentences(middles: Sequence[TriedMiddle], *, backend: str | None = None) -> list[str]:
@@ -81,8 +82,8 @@ def middle_sentences(middles: Sequence[TriedMiddle], *, backend: str | None = No
         return []
     found = [f"{each[0].gap:.1%} + {each[0].overlap:.1%} in {each[0].runs} runs" for each in (taken, other)]
     whose = "" if backend is None else f" with {backend}"
-    covered = f"area missed + covered twice: {found[0]}, {found[1]} if {other[0].middle}"
-    return [f"Where fronts meet, contours{whose} are {taken[0].middle}; {covered} (`--set middle={other[0].middle}`)."]
+    covered = f"Area missed + covered twice: {found[0]}; with `--set middle={other[0].middle}`: {found[1]}"
+    return [f"At the medial axis, contours{whose} are {taken[0].middle}. {covered}."]
 
 
 def _same_middle(order: Sequence[PlannedRecord]) -> list[str]:
@@ -91,10 +92,8 @@ def _same_middle(order: Sequence[PlannedRecord]) -> list[str]:
     if len(chosen) < 2:
         return []
     kept = [row.backend for row in order if not row.middles]
-    besides = f"; there was nothing to choose with {listed(kept)}" if kept else ""
-    return [
-        f"Where fronts meet, backends are compared with {chosen[0]} contours, which suit the best of them{besides}."
-    ]
+    besides = f"; {listed(kept)} had no choice" if kept else ""
+    return [f"At the medial axis, the backends use {chosen[0]} contours, which suit the best of them{besides}."]
 
 
 def covering(record: EvennessRecord) -> Covering:
@@ -108,36 +107,35 @@ def _decision(part: str, order: Sequence[PlannedRecord], *, alone: bool) -> str:
     if not coverings[0].covers:
         missed = cover_text(best.uniformity)
         return (
-            f"No backend covers {part}: at best, with {best.backend}, {missed}."
+            f"No backend covers {part}. The best, {best.backend}: {missed}."
             if others
             else f"{best.backend} does not cover {part}: {missed}."
         )
     if not others:
         # Alone, no other was asked.
-        return f"{'' if alone else 'Only '}{best.backend} covers {part}: {_thicknesses(order)}."
+        return f"{'' if alone else 'Only '}{best.backend} covers {part}. {_thicknesses(order)}."
     leading = order[: equally_good(coverings)]
     who = f"{listed([row.backend for row in leading])} {'covers' if len(leading) == 1 else 'cover'} {part}"
     leader = min(coverings, key=lambda each: (not each.covers, each.fault))
     worse = [row for row, each in zip(order, coverings, strict=True) if not each.is_alike(leader)]
     if worse:
         holes = {row.backend: ", with holes" for row in worse if row.uniformity.gap > MOST_MISSED}
-        more = listed([f"{row.backend} {_once(row)}{holes.get(row.backend, '')}" for row in worse])
-        once = f"{_once(best)} of the area is covered once ({more})"
-        return f"{who} best: {once}; {_thicknesses(order)}.{_enough(order)}"
+        more = listed([f"{row.backend} {_faulty(row)}{holes.get(row.backend, '')}" for row in worse])
+        shares = f"{_faulty(best)} of the area is missed or covered twice ({more})"
+        return f"{who} best: {shares}. {_thicknesses(order)}.{_enough(order)}"
     how = "equally well" if len(leading) == len(order) else "most evenly"
-    return f"{who} {how}: {_thicknesses(order)}.{_enough(order)}"
+    return f"{who} {how}. {_thicknesses(order)}.{_enough(order)}"
 
 
-def _once(row: PlannedRecord) -> str:
-    return COVERED_ONCE.text(row.uniformity, digits=1)
+def _faulty(row: PlannedRecord) -> str:
+    return f"{row.uniformity.gap + row.uniformity.overlap:.1%}"
 
 
 def _thicknesses(order: Sequence[PlannedRecord]) -> str:
-    """Return how much the thickness of the layer varies with several backends, that of the first in full."""
+    """Return how much the thickness of the layer varies with the first backend, and in brackets with the others."""
     varies = [THICKNESS.text(row.uniformity, digits=1) for row in order]
     others = [f"{row.backend} {text}" for row, text in zip(order[1:], varies[1:], strict=True)]
-    brackets = "; ".join(["standard deviation over mean, constant flow", *([listed(others)] if others else [])])
-    return f"the thickness of its layer varies by {varies[0]} ({brackets})"
+    return f"With constant flow, layer thickness varies by {varies[0]}{f' ({listed(others)})' if others else ''}"
 
 
 def _enough(order: Sequence[PlannedRecord]) -> str:
@@ -145,7 +143,7 @@ def _enough(order: Sequence[PlannedRecord]) -> str:
     coverings = [covering(row.uniformity) for row in order]
     even = all(each.cv <= EVEN_ENOUGH and each.covers for each in coverings)
     whole = all(row.paths.fragments < NOTABLE_FRAGMENTS for row in order)
-    return " All of them are even enough to print." if even and whole and coverings[-1].cv != coverings[0].cv else ""
+    return " All are even enough to print." if even and whole and coverings[-1].cv != coverings[0].cv else ""
 
 
 def _faults(order: Sequence[PlannedRecord]) -> list[str]:
@@ -154,10 +152,10 @@ def _faults(order: Sequence[PlannedRecord]) -> list[str]:
     for row in order:
         gap, overlap, fragments = row.uniformity.gap, row.uniformity.overlap, row.paths.fragments
         faults = [
-            *([f"leaves {gap:.1%} of the area {GAP.meaning}"] if gap >= NOTABLE else []),
+            *([f"misses {gap:.1%} of the area ({GAP.meaning})"] if gap >= NOTABLE else []),
             *([f"covers {overlap:.1%} twice"] if overlap >= NOTABLE else []),
             *(
-                [f"starts {row.paths.runs} runs, {fragments} of them shorter than five spacings"]
+                [f"starts {how_many(row.paths.runs, 'run')}, {fragments} of them shorter than five spacings"]
                 if fragments >= NOTABLE_FRAGMENTS
                 else []
             ),
@@ -168,20 +166,20 @@ def _faults(order: Sequence[PlannedRecord]) -> list[str]:
 
 def _printing(ranked: Sequence[PlannedRecord]) -> list[str]:
     if ranked[0].printable is None:
-        return ["Whether the robot can print them was not asked."]
+        return ["The robot was left out: nothing says whether it can print these."]
     taken = [f"{row.print_time_s:.0f} s with {row.backend}" for row in ranked if row.print_time_s is not None]
     said = [f"Printing takes {listed(taken)}."] if taken else []
     unprinted = [row for row in ranked if row.not_printable is not None]
-    return said + [f"{row.backend} cannot be printed: {row.not_printable}" for row in unprinted]
+    return said + [f"The robot cannot print {row.backend}: {row.not_printable}" for row in unprinted]
 
 
 def _levels(ranked: Sequence[PlannedRecord]) -> list[str]:
     spacings = [row.spacing_mm for row in ranked]
     if len({row.paths.levels for row in ranked}) > 1:
         counted = listed([f"{row.paths.levels} with {row.backend}" for row in ranked])
-        why = "because each backend measures its own distance to the middle"
-        return [f"The number of levels differs ({counted}), {why}; what is compared is evenness, not level by level."]
+        why = "because each backend measures its own distance"
+        return [f"The number of levels differs ({counted}), {why}. Evenness is compared over the whole area."]
     if max(spacings) > 1.005 * min(spacings):
         wanted = listed([f"{row.spacing_mm:.3g} mm with {row.backend}" for row in ranked])
-        return [f"Equal rounds mean different spacings ({wanted}): figures are ratios to each one's own."]
+        return [f"Equal rounds give different spacings ({wanted}): each figure is relative to its own spacing."]
     return []

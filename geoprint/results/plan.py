@@ -8,7 +8,7 @@ import numpy as np
 
 from geoprint.config import Job
 from geoprint.distance import Shown
-from geoprint.errors import FieldError, InputError
+from geoprint.errors import FieldError, InputError, how_many
 from geoprint.geometry import united
 from geoprint.lazy import shown_above
 from geoprint.metrics import DistanceErrors, Printed, Uniformity
@@ -290,8 +290,8 @@ class Plan:
         """
         if len(self.robot) != 1:
             raise InputError(
-                f"this plan has {len(self.robot)} trajectories, not one: where a table tilts the part, each entry of "
-                "`robot` has its own; where the robot was left out, plan with it."
+                f"this plan has {how_many(len(self.robot), 'trajectory', 'trajectories')}, not one: with a table, read "
+                "each entry of `robot`; without the robot, plan again with it."
             )
         return self.robot[0].trajectory
 
@@ -303,7 +303,9 @@ class Plan:
             FieldError: the plan holds strokes and poses alone, which nobody has measured.
         """
         if self.uniformity is None:
-            raise FieldError("how even these paths are was not measured: compare what `plan` or `compare` returned.")
+            raise FieldError(
+                "the evenness of these paths was not measured: compare the results of `plan` or `compare`."
+            )
         return self.uniformity
 
     def table(self) -> Table:

@@ -237,7 +237,7 @@ def dispensed_beads(
     ]
     places, ahead, widths, areas, arcs, owners = (np.concatenate(parts) for parts in zip(*runs, strict=True))
     if not widths.any():
-        raise InputError("the program lays nothing: its valve never opens on its path, or its flow is 0 there.")
+        raise InputError("the program deposits nothing: its valve never opens on its path, or its flow is 0 there.")
     beads = DepositedBeads(places, np.zeros_like(places), ahead, widths, areas, arcs, owners.astype(np.int64), height)
     return landed(beads, surface, faults=faults)
 

@@ -34,7 +34,7 @@ class ContourPattern:
 
     def __init__(self, *, middle: str = PLAIN) -> None:
         if middle not in MIDDLES:
-            raise UsageError(f"contours have no middle '{middle[:40]}'; choose one of: {', '.join(MIDDLES)}.")
+            raise UsageError(f"contours have no `middle` '{middle[:40]}'; choose one of: {', '.join(MIDDLES)}.")
         self._middle = middle
 
     def paths(self, surface: Surface, source: Source, *, backend: Backend, spacing: float | ScalarField) -> Paths:
@@ -48,8 +48,8 @@ class ContourPattern:
         """
         if isinstance(spacing, ScalarField):
             raise UsageError(
-                "contours lie one spacing apart everywhere, as level curves of a distance do, but a spacing at each "
-                "vertex is given: give one number, or choose the pattern fibres."
+                "contours lie one spacing apart everywhere, but a spacing at each vertex is given. Give one number, "
+                "or choose the pattern fibres."
             )
         contours = backend.contours(source, spacing=spacing)
         if self._middle == FITTED:

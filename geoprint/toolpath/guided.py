@@ -370,13 +370,13 @@ class GuidedPattern:
         'rows beside a drawn curve'
     """
 
-    title: ClassVar[str] = "rows beside a drawn curve"
+    title: ClassVar[str] = "rows along a drawn curve"
     beside_line: ClassVar[bool] = True
     summary: ClassVar[str] = "Rows at equal distances from a drawn curve, joined by turns where they end."
 
     def __init__(self, *, contours: int = 0) -> None:
         if contours < 0:
-            raise UsageError(f"`contours = {contours}` is how many contours go around the rows: 0 or more.")
+            raise UsageError(f"`contours = {contours}`: the number of contours around the rows must be 0 or more.")
         self._contours = contours
 
     def paths(self, surface: Surface, source: Source, *, backend: Backend, spacing: float | ScalarField) -> Paths:
@@ -389,8 +389,8 @@ class GuidedPattern:
         """
         if isinstance(spacing, ScalarField):
             raise UsageError(
-                "guided rows lie one spacing apart everywhere, but a spacing at each vertex is given: give one number, "
-                "or choose the pattern fibres."
+                "guided rows lie one spacing apart everywhere, but a spacing at each vertex is given. Give one "
+                "number, or choose the pattern fibres."
             )
         _check(surface, source)
         rim = self._rim(surface, backend, spacing=spacing)
@@ -418,9 +418,7 @@ class GuidedPattern:
         """
         if not boundary_loops(surface):
             if self._contours:
-                raise UsageError(
-                    f"contours go along a rim, but {surface.name} is closed and has none: leave out `contours`."
-                )
+                raise UsageError(f"contours need a rim, but {surface.name} is closed: omit `contours`.")
             return None
         border, depth = boundary_source(surface), (self._contours + 0.5) * spacing
         if self._contours == 0:
@@ -480,8 +478,8 @@ def _check(surface: Surface, source: Source) -> None:
         own = piece.own(source.curves)
         if not (~own.closed & (np.diff(own.offsets) > 1)).any():
             raise UsageError(
-                f"guided rows run beside a line with two ends, but the source on {surface.name} is none: draw one "
-                "(`--from curve.csv`, columns x,y,z), or take a part of the rim (`--from between:X,Y,Z:X,Y,Z`)."
+                f"guided rows need a line with two ends as their source on {surface.name}. Draw one (`--from "
+                "curve.csv`, columns x,y,z), or take a part of the rim (`--from between:X,Y,Z:X,Y,Z`)."
             )
 
 

@@ -511,8 +511,8 @@ def check_sum(whole: PoseStream, parts: Sequence[PoseStream]) -> None:
         far = np.flatnonzero(np.asarray(distances) > SAME_PLACE)
         if far.size:
             raise VerificationError(
-                f"part {number} lays material in its run {own[far[0]] + 1} at {in_words(places[far[0]])}, where the "
-                "paths have none; please report this as a defect of geoprint.",
+                f"part {number} deposits material in its run {own[far[0]] + 1} at {in_words(places[far[0]])}, where "
+                "the paths have none; please report this as a defect of geoprint.",
                 part=number,
                 place=triple(places[far[0]]),
             )
@@ -521,9 +521,9 @@ def check_sum(whole: PoseStream, parts: Sequence[PoseStream]) -> None:
     worst = int(off.argmax())
     if off[worst] > SHARE:
         raise VerificationError(
-            f"all parts together lay {deposited[worst]:.4g} mm3 in run {runs[worst] + 1} at "
-            f"{in_words(middles[worst])}, the "
-            f"paths ask for {wanted[worst]:.4g}; please report this as a defect of geoprint.",
+            f"all parts together deposit {deposited[worst]:.4g} mm3 in run {runs[worst] + 1} at "
+            f"{in_words(middles[worst])}, the paths ask for {wanted[worst]:.4g}; please report this as a defect of "
+            "geoprint.",
             deposited=float(deposited[worst]),
             wanted=float(wanted[worst]),
             place=triple(middles[worst]),

@@ -86,8 +86,8 @@ def lifting_normals(places: FloatArray, outward: FloatArray, *, closed: bool, st
         if lengths.min() < SHORTEST_MEAN or deviations.max() > LONGEST_WINDOW * (length + standoff):
             x, y, z = places[stuck[0]]
             raise FieldError(
-                f"around ({x:.2f}, {y:.2f}, {z:.2f}) mm the part is so hollow that a tip {standoff:g} mm above it "
-                "could not follow a path: cut the hollow out of the part, fill it, or lower the stand-off.",
+                f"around ({x:.2f}, {y:.2f}, {z:.2f}) mm the part is too hollow for a tip {standoff:g} mm above it. "
+                "Cut the hollow out of the part, fill it, or lower the stand-off.",
                 place=(float(x), float(y), float(z)),
             )
         lifted = np.where(deviations[:, None] > 0.0, means / lengths, outward)

@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 
 from geoprint.distance import Backend, isolines, level_distances
 from geoprint.distance.sparse_solver import SymmetricSolver, nested_dissection
-from geoprint.errors import FieldError, UsageError
+from geoprint.errors import FieldError, UsageError, how_many
 from geoprint.geometry import (
     Piece,
     all_curves,
@@ -183,8 +183,8 @@ class SpiralPattern:
         'one stroke from the rim to the middle'
     """
 
-    title: ClassVar[str] = "one stroke from the rim to the middle"
-    summary: ClassVar[str] = "Winds from the source inwards in one stroke, one spacing farther with every turn."
+    title: ClassVar[str] = "one path from the rim to the centre"
+    summary: ClassVar[str] = "Winds inwards from the source in one path, one spacing a turn."
 
     def __init__(self, *, rise: float = RISE) -> None:
         if not 0.0 <= rise < np.inf:
@@ -201,7 +201,7 @@ class SpiralPattern:
         """
         if isinstance(spacing, ScalarField):
             raise UsageError(
-                "turns of a spiral lie one spacing apart everywhere, but a spacing at each vertex is given: give one "
+                "turns of a spiral lie one spacing apart everywhere, but a spacing at each vertex is given. Give one "
                 "number, or choose the pattern fibres."
             )
         field = backend.distance(source)
@@ -220,8 +220,8 @@ class SpiralPattern:
         surface, middle = piece.surface, int(distance.argmax())
         if distance[middle] <= 0.5 * spacing:
             raise FieldError(
-                f"spacing is {spacing:g} mm, but no point of a piece of {surface.name} is farther than "
-                f"{distance[middle]:.3g} mm from the source: choose a spacing below {2 * distance[middle]:.3g} mm."
+                f"spacing is {spacing:g} mm, but a component of {surface.name} ends {distance[middle]:.3g} mm from "
+                f"the source: choose a spacing below {2 * distance[middle]:.3g} mm."
             )
         rim = _rim(surface, source, distance)
         start = np.array([int(distance.argmin())]) if rim is None else rim
@@ -263,12 +263,12 @@ def _rim(surface: Surface, source: SurfaceCurves, distance: FloatArray) -> IntAr
         if distance[loops[0]].max() <= 1e-6 * distance.max():
             return loops[0]
         raise UsageError(
-            f"a spiral winds inwards from the whole border, but the source is only a part of that of {surface.name} or "
-            "lies elsewhere: leave out `--from`, or use `--pattern contours`."
+            f"a spiral needs the whole border as its source, but this source is only a part of that of {surface.name} "
+            "or lies elsewhere. Omit `--from`, or use `--pattern contours`."
         )
     raise UsageError(
-        f"a spiral winds about one middle, but {surface.name} has {len(loops)} borders where it may have one, or none "
-        "and a point as its source (`--from point:X,Y,Z`): use `--pattern contours`."
+        f"a spiral needs one border, or none and a point as its source (`--from point:X,Y,Z`), but {surface.name} has "
+        f"{how_many(len(loops), 'border')}. Use `--pattern contours`."
     )
 
 
@@ -289,9 +289,9 @@ def _wound(surface: Surface, slit: Slit, distance: FloatArray, shares: FloatArra
     rest = float(sum(arc_lengths(ring.xyz(surface, 0))[-1] for ring in beside))
     if rest > MOST_BESIDE * lengths[first]:
         raise UsageError(
-            f"a spiral winds about one middle, but the level curves of {surface.name} part into several sets of rings: "
-            f"{rest:.3g} mm in {len(beside)} of them lie beside a spiral of {lengths[first]:.4g} mm; use "
-            "`--pattern contours`, or another source (`--from`)."
+            f"a spiral winds about one centre, but the level curves of {surface.name} form several sets of rings. "
+            f"{rest:.3g} mm in {len(beside)} of them lie off a spiral of {lengths[first]:.4g} mm: use `--pattern "
+            "contours`, or another source (`--from`)."
         )
     return all_curves([_trimmed(paths[first], surface, distance, spacing=spacing), *beside])
 

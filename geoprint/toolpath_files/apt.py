@@ -410,8 +410,10 @@ class _Tool:
         values = self._numbers(number, "CSYS", _parts(said))
         if len(values) != 12 or np.abs(values - np.eye(3, 4).ravel()).max() > 1e-6:
             self._refuse(
-                number, "CSYS is not read: it sets a frame, and programs differ in whether the points behind it are "
-                "given there; export in the part's own frame"
+                number, (
+                    "CSYS is not read: programs differ in the frame of the points after it. Export in the part's own "
+                    "frame"
+                )
             )  # fmt: skip
         self._skipped["CSYS of the part's own frame"] += 1
 

@@ -18,6 +18,7 @@ from typing import TypeAlias, cast, final
 
 import numpy as np
 
+from geoprint.errors import how_many
 from geoprint.postprocessor.rapid.language.symbols import examine
 from geoprint.postprocessor.rapid.language.syntax import (
     TARGET,
@@ -280,7 +281,11 @@ class _Translator:
     def _positional(self, call: Call, *, least: int) -> list[Argument]:
         found = [each for each in call.arguments if not each.optional]
         if len(found) < least:
-            refuse(self._module.file, call.line, f"{call.name} is given {len(found)} arguments, needed are {least}")
+            refuse(
+                self._module.file,
+                call.line,
+                f"{call.name} is given {how_many(len(found), 'argument')}, needed are {least}",
+            )
         return found
 
     def _stopping(self, call: Call, move: str, rest: Sequence[Argument]) -> Call:
@@ -423,8 +428,10 @@ def _goes_with_axes(nodes: _Nodes, notes: Notes, *, follows: bool) -> bool:
             stands = stands or axes
             if axes != stands and not follows:
                 refuse(
-                    file, line, "an external axis moves, so that the part or the robot stands elsewhere, which is not "
-                    "read unless the work object goes with it (ufprog FALSE)"
+                    file, line, (
+                        "an external axis moves the part or the robot, which is read only if the work object goes "
+                        "with it (ufprog FALSE)"
+                    )
                 )  # fmt: skip
     if stands is not None:
         notes.assumed.append("the part goes with the work object" if follows else "external axes stand still")

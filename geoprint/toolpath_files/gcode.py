@@ -165,7 +165,7 @@ class _Program:
             return
         if self._printer and _LEVELLING.match(line):
             self._skipped["G29"] += 1
-            self._lose(f"G29 in line {number} left the head nobody knows where")
+            self._lose(f"the position of the head is unknown after G29 in line {number}")
             return
         text, deleted = without_slash(without_comments(self._name, number, line))
         if deleted:
@@ -217,7 +217,7 @@ class _Program:
         self._hear(None if self._guess.sure else "klipper", f"from commands such as {command}")
         if not command.startswith(QUIET):
             self._assumed["extended commands leave units, modes and offsets alone"] = None
-            self._lose(f"{command} in line {number} left the head nobody knows where")
+            self._lose(f"the position of the head is unknown after {command} in line {number}")
         return True
 
     def _execute(self, block: Block) -> None:
@@ -268,8 +268,8 @@ class _Program:
                 refuse(
                     self._name,
                     block.number,
-                    f"{letter}{value:g} turns or moves the part or the tool, and how is not in the file; export the "
-                    f"paths in the part's coordinates, or name an extruder on {letter} with `--deposit {letter}`",
+                    f"{letter}{value:g} moves the part or the tool in a way that is not in the file. Export the paths "
+                    f"in the part's coordinates, or name an extruder on {letter} with `--deposit {letter}`",
                 )
             self._skipped[f"{letter}0"] += 1
 
@@ -356,7 +356,7 @@ class _Program:
             case _:
                 self._skipped[code] += 1
                 for axis in named if code in PROBING else range(3):
-                    self._places.lose(axis, f"{code} in line {block.number} left the tool nobody knows where")
+                    self._places.lose(axis, f"the position of the tool is unknown after {code} in line {block.number}")
 
     def _shift(self, block: Block, named: list[int]) -> None:
         """Execute G52."""
@@ -558,8 +558,8 @@ class _Program:
             refuse(
                 self._name,
                 number,
-                f"the arc begins {radii[0]:.6g} mm from its centre and ends {radii[1]:.6g} mm from it; these must be "
-                "alike: check the plane (G17 to G19), I, J and K and what they count from (G91.1, G90.1)",
+                f"the arc begins {radii[0]:.6g} mm from its centre and ends {radii[1]:.6g} mm from it; both must be "
+                "equal. Check the plane (G17 to G19), I, J and K and their reference (G91.1, G90.1)",
             )
         axis = np.zeros(3)
         axis[third] = -1.0 if clockwise else 1.0

@@ -125,7 +125,7 @@ def guess_dialect(head: str) -> Guess:
         return Guess("marlin", "from G28 without coordinates", sure=False)
     if any(_PROGRAM.fullmatch(line) for line in lines):
         return Guess("fanuc", "from its program number", sure=False)
-    return Guess("linuxcnc", "as nothing tells another", sure=False)
+    return Guess("linuxcnc", "because nothing else fits", sure=False)
 
 
 def _bare(head: str) -> Iterator[str]:
@@ -165,8 +165,8 @@ class Deposit:
         self._off = None if self._on is None else _switch(second, self._on)
         if self._on is None or self._off is None or self._on == self._off:
             raise UsageError(
-                f"`--deposit {asked}` names no two M-codes and no axis; for G-code write what switches on and what "
-                "off, as M3/M5 or M42 P4 S255/S0, or the letter of the axis that extrudes, as A."
+                f"`--deposit {asked}` is neither two M-codes nor an axis. For G-code give the codes for on and off, "
+                "as M3/M5 or M42 P4 S255/S0, or the letter of the extruder axis, as A."
             )
         self.by_code = True
         self.codes = frozenset({self._on[0], self._off[0]})
@@ -558,8 +558,8 @@ class GcodeMoves:
             refuse(
                 self._name,
                 int(lines[int(np.argmax(strange))]),
-                "it deposits in other coordinates than before, and the file does not say how far these lie apart; "
-                "give the offsets of both with G10 L2, or one part at a time",
+                "deposits are in other coordinates than before, at an unknown offset. Give both offsets with G10 L2, "
+                "or one part at a time",
             )
         self.recorder.lines(places[:, 0], places[:, 1])
         return len(known) - int(known.sum())

@@ -162,8 +162,8 @@ class Recorder:
         kept = counts > 1
         if not kept.any():
             raise InputError(
-                f"{self._name} holds no path that deposits: {self.read} points were read as {title}, deposit told by "
-                f"{deposit}; say with `--deposit` what deposits, or export the paths."
+                f"{self._name} holds no path that deposits: {self.read} points were read as {title}, deposit by "
+                f"{deposit}; give what deposits with `--deposit`, or export the paths."
             )
         curves = Polylines(
             points[np.repeat(kept, counts)], np.concatenate([[0], np.cumsum(counts[kept])]).astype(np.int64)

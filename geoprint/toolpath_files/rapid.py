@@ -16,7 +16,7 @@ from typing import TypeAlias, cast, final
 import numpy as np
 
 from geoprint.config import load_cell
-from geoprint.errors import InputError, UsageError, VerificationError
+from geoprint.errors import InputError, UsageError, VerificationError, how_many
 from geoprint.model import FloatArray, IntArray, reading
 from geoprint.postprocessor.rapid.language.parsing import parse_module, uncollected
 from geoprint.postprocessor.rapid.language.symbols import resolve
@@ -144,8 +144,8 @@ def _entry(name: str, modules: Sequence[Module]) -> str:
         return "main"
     if len(alone) != 1:
         raise InputError(
-            f"{name} has no procedure main and {len(alone)} procedures without parameters, so that nobody can say "
-            "where the program begins; add a main that calls what deposits."
+            f"{name} has no procedure main and {how_many(len(alone), 'procedure')} without parameters, so its start "
+            "is unknown. Add a main that calls what deposits."
         )
     return alone[0]
 

@@ -126,8 +126,9 @@ class _Columns:
         if table.header is None:
             if table.width != len(AXES):
                 refuse(
-                    table.name, table.header_line, f"found {table.width} cells parted by {PARTED_BY[table.separator]} "
-                    "and no header; name the columns in the first row, such as x,y,z,run"
+                    table.name, table.header_line,
+                    f"found {table.width} cells separated by {PARTED_BY[table.separator]} and no header; "
+                    "name the columns in the first row, such as x,y,z,run"
                 )  # fmt: skip
             return
         places = places_of(table, AXES)
@@ -266,6 +267,6 @@ def read_paths(path: Path | str, *, deposit: str | None = None, dialect: str | N
                 return gcode.read_gcode(path, deposit=deposit, dialect=dialect)
             return read(path, deposit=deposit)
     raise InputError(
-        f"{path.name}, line 1: this is no known format of toolpaths; known are tables whose first row names x, y "
-        "and z, G-code, APT or CLS (GOTO/), RAPID modules and bundles of geoprint."
+        f"{path.name}, line 1: unknown format of toolpaths. Known are tables whose first row names x, y and z, "
+        "G-code, APT or CLS (GOTO/), RAPID modules and bundles of geoprint."
     )

@@ -18,7 +18,7 @@ from geoprint.toolpath import Pattern, PatternFactory, pattern, pattern_names, r
 # The option that the key `middle` stands for, of whichever pattern has it, and the middle that pipeline chooses.
 MIDDLE, BEST_MIDDLE = "middle", "best"
 # The keys of a job that stand for an option of that name, and what they say.
-PATTERN_KEYS = {MIDDLE: "what becomes of contours where fronts meet", "contours": "how many contours go around rows"}
+PATTERN_KEYS = {MIDDLE: "contours at the medial axis", "contours": "the number of contours around rows"}
 # The option of a pattern whose lines a field file says, and the key of that.
 FIELD = "field"
 
@@ -30,7 +30,7 @@ def check_part(job: Job) -> None:
         InputError: there is no such file.
     """
     if not os.path.exists(job.surface):  # noqa: PTH110  (a name that no file can have is none, too)
-        raise InputError(f"there is no file `{job.surface}`; check its name and its folder.")
+        raise InputError(f"there is no file `{job.surface}`; check its name and folder.")
 
 
 def check_options(job: Job, backends: Sequence[str]) -> None:
@@ -46,9 +46,7 @@ def check_options(job: Job, backends: Sequence[str]) -> None:
     for key, said in (*PATTERN_KEYS.items(), (FIELD, "which lines fibres follow")):
         if getattr(job, key) is not None and not any(key in drawing.options for drawing in drawings):
             names = " and ".join(dict.fromkeys(drawing.name for drawing in drawings))
-            raise UsageError(
-                f"`{key} = {getattr(job, key)}` says {said}, but the pattern {names} has none: leave it out."
-            )
+            raise UsageError(f"`{key} = {getattr(job, key)}` sets {said}, but the pattern {names} has none: omit it.")
     for drawing in drawings:
         _options(job, drawing)
         _lines(job, drawing)
@@ -63,13 +61,12 @@ def _check_angles(job: Job) -> None:
         beside = runs_beside_line(pattern(each.name))
         if each.angle_deg is not None and not beside:
             raise UsageError(
-                f"`--pattern`: {each} gives an angle, but rows of the pattern {each.name} run beside no line: write "
-                f"{each.name} alone."
+                f"`--pattern`: {each} gives an angle, but the pattern {each.name} has no rows: write {each.name} alone."
             )
         if each.angle_deg is None and beside and job.source is None and len(job.drawings) > 1:
             raise UsageError(
-                f"`--pattern`: rows of {each.name} run beside a line: give their angle in degrees, as {each.name}:45, "
-                "or a drawn curve with `--from curve.csv`."
+                f"`--pattern`: rows of {each.name} follow a line: give their angle in degrees, as {each.name}:45, or "
+                "a drawn curve with `--from curve.csv`."
             )
 
 
@@ -143,8 +140,8 @@ def _lines(
     file = read_field(job.field)
     if file.through is not None and not job.layered:
         raise UsageError(
-            f"{job.field.name}: [through] turns lines from layer to layer, but there is a single skin: give "
-            "`--thickness` or `--target`, or leave [through] out."
+            f"{job.field.name}: [through] turns lines from layer to layer, but this job has one layer: give "
+            "`--thickness` or `--target`, or remove [through]."
         )
     makes: Callable[..., Callable[[Surface], object]] | None = getattr(entry.factory, "lines_of", None)
     if makes is None:
@@ -160,7 +157,7 @@ def _named(name: str) -> Entry[Titled]:
     if name in report_names():
         return report(name)
     raise UsageError(
-        f"options are given for '{name}', but there is no backend, pattern or feature of that name; choose one of: "
+        f"options are given for '{name}', which is not a backend, pattern or feature; choose one of: "
         f"{', '.join([*backend_names(), *pattern_names(), *report_names()])}."
     )
 

@@ -13,7 +13,7 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
-from geoprint.errors import ExportError, GeoprintError, InputError, UsageError, VerificationError
+from geoprint.errors import ExportError, GeoprintError, InputError, UsageError, VerificationError, how_many, reason_of
 from geoprint.geometry import closest
 from geoprint.geometry.files import load
 from geoprint.model import FloatArray, PoseStream
@@ -63,18 +63,20 @@ def listed(folder: Path) -> dict[str, str]:
         place = next(place for place in (folder, *folder.absolute().parents[:2]) if os.path.lexists(place / MANIFEST))
         below = folder.absolute().relative_to(place.absolute())
         if reason := _unfit(place, MANIFEST):
-            raise InputError(f"{folder} is no bundle of geoprint: its {MANIFEST} {reason}; {WHICH_FOLDER}.")
+            raise InputError(f"{folder} is not a bundle of geoprint: its {MANIFEST} {reason}; {WHICH_FOLDER}.")
         hashes = dict(json.loads((place / MANIFEST).read_bytes())["sha256"])
         paths = {PurePosixPath(str(name)): str(digest) for name, digest in hashes.items()}
         names = {str(path.relative_to(below)): digest for path, digest in paths.items() if path.is_relative_to(below)}
     except StopIteration:
-        raise InputError(f"{folder} is no bundle of geoprint: it holds no {MANIFEST}; {WHICH_FOLDER}.") from None
+        raise InputError(f"{folder} is not a bundle of geoprint: it has no {MANIFEST}; {WHICH_FOLDER}.") from None
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise InputError(
-            f"{folder} is no bundle of geoprint: its {MANIFEST} cannot be read ({error}); {WHICH_FOLDER}."
+            f"{folder} is not a bundle of geoprint: its {MANIFEST} cannot be read ({reason_of(error)}); {WHICH_FOLDER}."
         ) from error
     if not names:
-        raise InputError(f"{folder} is no bundle of geoprint: the {MANIFEST} above it lists none here; {WHICH_FOLDER}.")
+        raise InputError(
+            f"{folder} is not a bundle of geoprint: the {MANIFEST} above it lists none here; {WHICH_FOLDER}."
+        )
     return names
 
 
@@ -86,11 +88,11 @@ def listed_bundle(folder: Path) -> dict[str, str]:
     """
     names = listed(folder)
     for finding in foreign(folder, names):
-        raise InputError(f"{folder / finding.file}: {finding.reason}; put the file in its place that geoprint wrote.")
+        raise InputError(f"{folder / finding.file}: {finding.reason}; restore the file that geoprint wrote.")
     if PLAN not in names:
         found = " or ".join(str(folder / one) for one in bundles(names))
         one = f"name one of them, {found}" if found else WHICH_FOLDER
-        raise InputError(f"{folder} holds no single bundle, but several; {one}.")
+        raise InputError(f"{folder} holds several bundles; {one}.")
     return names
 
 
@@ -123,7 +125,7 @@ def foreign(folder: Path, names: Iterable[str]) -> list[Finding]:
     """
     every = list(names)
     if len(every) > MOST_FILES:
-        return [Finding(MANIFEST, 1, f"it lists {len(every)} files, allowed are {MOST_FILES}")]
+        return [Finding(MANIFEST, 1, f"it lists {how_many(len(every), 'file')}, allowed are {MOST_FILES}")]
     findings = [Finding(MANIFEST, 1, reason) for name in every if (reason := _unfit_name(name))]
     if findings:
         return findings
@@ -143,7 +145,7 @@ def _unfit_name(name: str) -> str | None:
             "a folder or file"
         )
     if not path.parts or path.is_absolute() or ".." in path.parts or "\\" in name or not name.isprintable():
-        return f"it lists {shown!r}, which is no name of a file in this folder"
+        return f"it lists {shown!r}, which is not a file name in this folder"
     return None
 
 
@@ -154,12 +156,12 @@ def _unfit(folder: Path, name: str) -> str | None:
         for part in PurePosixPath(name).parts[:-1]:
             place = place / part
             if not stat.S_ISDIR(place.lstat().st_mode):
-                return f"its folder {place.name} is no plain folder: a bundle has no links"
+                return f"its folder {place.name} is not a regular folder: a bundle has no links"
         found = path.lstat()
     except OSError:
         return None
     if not stat.S_ISREG(found.st_mode):
-        return f"this is {_kind(found.st_mode)}, no plain file, and is not opened"
+        return f"this is {_kind(found.st_mode)}, not a regular file, and is not opened"
     most = LARGEST if path.suffix in _LARGE else LARGEST_TEXT
     return f"the file has {found.st_size} bytes, allowed are {most}" if found.st_size > most else None
 
@@ -198,7 +200,7 @@ def changes(folder: Path, names: Mapping[str, str]) -> Iterator[tuple[str, str]]
         if not path.is_file():
             yield name, "the file is missing"
         elif not is_as_written(path, digest):
-            yield name, "the file was changed after it was written: its hash is not that of the manifest"
+            yield name, "the file was changed after it was written: its hash differs from the manifest"
     for name in sorted(_beside_programs(folder, names)):
         if name not in names:
             yield name, "the manifest does not list this file"
@@ -320,18 +322,18 @@ def record_seen(
     if stage not in STAGES:
         raise UsageError(f"`--record {stage}` is unknown; what people see is one of {', '.join(STAGES)}.")
     if not note.strip():
-        raise UsageError("say what you saw: `--note` with a few words, such as the name of who watched.")
+        raise UsageError("state what you saw: `--note` with a few words, such as who watched.")
     there, sha256, stated_by_nobody = _program(checked)
     if not there:
-        raise UsageError(f"{checked.folder} holds no program that anybody could have seen run.")
+        raise UsageError(f"{checked.folder} holds no program, so nobody can have seen it run.")
     if checked.findings:
         raise VerificationError(
-            f"{checked.folder} is not the plan that was made ({checked.findings[0].file}: "
+            f"{checked.folder} differs from the plan that was made ({checked.findings[0].file}: "
             f"{checked.findings[0].reason}): what was seen of it is not recorded; `geoprint check` lists all."
         )
     if stage == "printed" and stated_by_nobody:
         missing = " and ".join(stated_by_nobody)
-        raise UsageError(f"this program runs only dry, nobody has stated {missing}: it cannot have printed.")
+        raise UsageError(f"this program only runs dry, because {missing} is not stated: it cannot have printed.")
     seen = SeenRecord(
         stage=stage,
         date=(when or datetime.now().astimezone()).isoformat(timespec="seconds"),

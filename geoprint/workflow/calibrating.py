@@ -88,7 +88,7 @@ def edited(text: str, *, table: str, values: Mapping[str, TomlValue | None], nam
     result = document.as_string().replace("\n", "\r\n" if windows else "\n")
     if not _differs_only(text, result, table=table, values=values):
         raise UsageError(
-            f"{name} cannot be edited without changing more than [{table}]: write that table with one plain key a line."
+            f"{name} has [{table}] in a form that cannot be edited alone: write that table with one plain key a line."
         )
     return result
 
@@ -343,7 +343,7 @@ def _paired(listed: NamedPoints, found: NamedPoints) -> list[int]:
     """
     twice = [name for name, times in Counter(listed.names).items() if times > 1]
     if twice:
-        raise InputError(f"{listed.file} lists the point '{twice[0]}' more than once: give each point its own name.")
+        raise InputError(f"{listed.file} lists the point '{twice[0]}' twice: give each point its own name.")
     unknown = [name for name in found.names if name not in listed.names]
     if unknown:
         raise InputError(

@@ -16,7 +16,7 @@ from typing import cast
 import numpy as np
 
 from geoprint.config import Job
-from geoprint.errors import GeoprintError
+from geoprint.errors import GeoprintError, how_many
 from geoprint.geometry import closest, describe, edge_lengths, face_areas
 from geoprint.geometry.files import load, load_file
 from geoprint.model import PASCAL_PER_KPA, Cell, FloatArray, PoseStream, Surface
@@ -58,7 +58,7 @@ ROW = 1.5e-3
 SURFACE = "surface.ply"
 # How each header ends.
 _REAL = "the real cell. Run it dry and slowly first."
-_RESIDENT = "It runs only beside GeoResident.sys, which shuts off at stops: controller/first_load.md."
+_RESIDENT = "It needs GeoResident.sys, which shuts outputs off at stops: controller/first_load.md."
 # Files that are pictures and pages: nobody derives them but by planning again.
 _PICTURES = (".png", ".svg", ".pdf", ".html")
 
@@ -105,7 +105,7 @@ def bundle_findings(checked: Checked, names: Mapping[str, str]) -> Iterator[Find
             yield from _robot_findings(one, of, record, names, number=number)
         yield from _collected(PLAN, lambda: _joined_findings(checked, record, each))
     elif checked.program:
-        yield Finding(PLAN, 1, f"it tells of {len(record.robot)} programs, there are {len(each)}")
+        yield Finding(PLAN, 1, f"it lists {how_many(len(record.robot), 'program')}, there are {len(each)}")
     yield from _warning_findings(record, jobs)
 
 
@@ -513,13 +513,13 @@ def _header_findings(
     arm = Arm(setup.cell.robot, T_flange_tool=setup.cell.tool.T_flange_tool)
     said = of.clearance
     begins = [
-        f"Written by geoprint {record.version}. Change the plan and write again, not this.",
+        f"Written by geoprint {record.version}. Do not edit: change the plan and write it again.",
         f"Part: {record.input.name}",
         f"Cell: {setup.cell.name}; robot: {setup.cell.robot.model}",
         f"Spacing: {record.settings.spacing_mm:.4f} mm; runs: {int(orders.runs[-1]) + 1}; targets: {orders.count}",
     ]
     checked = [
-        "the text reads back as the plan: targets, speeds, zones, outputs, frames.",
+        "the text matches the plan: targets, speeds, zones, outputs, frames.",
         *said.checked,
         check_load(setup.cell.tool, arm).sentence,
     ]
@@ -561,12 +561,12 @@ def joined_header_findings(
         for layer, (first, last) in zip(dict.fromkeys(layers), spans, strict=True)
     ]
     wanted = [
-        f"Written by geoprint {version}. Change the plan and write again, not this.",
+        f"Written by geoprint {version}. Do not edit: change the plan and write it again.",
         f"Part: {part}",
         f"Cell: {cell.name}; robot: {cell.robot.model}",
-        f"{len(layers)} {one}s, each loaded from HOME: in its turn: copy their folders there first.",
+        f"{len(layers)} {one}s, loaded in turn from HOME:, so copy their folders there first.",
         *(of_layers if tilted and len(of_layers) > 1 else ()),
-        f"Checked: executed from home to home; each {one} makes the moves and switchings of its own program.",
+        f"Checked: executed from home to home; each {one} moves and switches as in its own program.",
         f"Not checked: {_REAL}",
         _RESIDENT,
     ]
@@ -577,8 +577,8 @@ def joined_header_findings(
 
 # How sentences of headers begin; each begins in a line of its own.
 _BEGINS = (
-    "Written by ", "Fixture ", "PLACEMENT ", "Nobody ", "Surface ", "Part: ", "Cell: ", "Spacing: ", "Layer ",
-    "Checked: ", "Not checked: ", "It runs only ", "A person sets ",
+    "Written by ", "Fixture ", "PLACEMENT ", "Not stated: ", "Surface ", "Part: ", "Cell: ", "Spacing: ", "Layer ",
+    "Checked: ", "Not checked: ", "It needs ", "A person sets ",
 )  # fmt: skip
 
 
@@ -604,7 +604,9 @@ def _joined_findings(checked: Checked, record: PlanRecord, each: Sequence[Checke
     """Yield what is said of the program of all attitudes that their own and its execution are not."""
     joined, said = checked.joined, record.joined
     if (said is None) is not (len(record.robot) < 2):
-        yield Finding(PLAN, 1, f"it tells of {len(record.robot)} attitudes, and joined is {said and said.file}")
+        yield Finding(
+            PLAN, 1, f"it lists {how_many(len(record.robot), 'attitude')}, and joined is {said and said.file}"
+        )
     if joined is None or said is None:
         return
     setups = [one.setup for one in each if one.setup is not None]

@@ -61,7 +61,7 @@ def comparison_findings(folder: Path, checked: Sequence[tuple[str, Checked]]) ->
                 wanted = {"input": as_json(plan.input), "surface": as_json(plan.surface)}
                 yield from figures(COMPARISON, f"parts.{number}", as_json(part), wanted)
             elif isinstance(one, PlannedRecord):
-                yield Finding(COMPARISON, 1, f"{at} tells of a plan, but {place}{one.backend} holds none")
+                yield Finding(COMPARISON, 1, f"{at} lists a plan, but {place}{one.backend} holds none")
         best: dict[str, Json] = {"best": ranked(part.backends)[0].backend, "part": part.input.name}
         yield from figures(COMPARISON, f"parts.{number}", as_json(part), best)
 
@@ -99,7 +99,7 @@ def stacks_findings(folder: Path, stacks: Sequence[tuple[str, CheckedComparison]
     record = {name: one.stack.record for name, one in stacks if one.stack is not None and one.stack.record is not None}
     planned = [row.backend for row in said.backends if not isinstance(row, RefusedStackRecord)]
     if sorted(planned) != sorted(record):
-        yield Finding(STACKS, 1, f"it tells of {', '.join(planned)}, stacks are of {', '.join(record) or 'none'}")
+        yield Finding(STACKS, 1, f"it lists {', '.join(planned)}, the stacks are {', '.join(record) or 'none'}")
         return
     asked = any(not isinstance(row, RefusedStackRecord) and row.printable is not None for row in said.backends)
     rows = [

@@ -154,7 +154,7 @@ def _placement_findings(job: Job, cell: Cell, found: Placement, *, file: str) ->
     if job.place == "demo" or cell.fixture is None:
         for what, stated in (("fixture", found.calibrated), ("part", found.part_stated)):
             if stated:
-                yield Finding(file, 1, f"placement: {JOB} has a demonstration, so that nobody has stated its {what}")
+                yield Finding(file, 1, f"placement: {JOB} is a demonstration, so its {what} is not stated")
         return
     wanted = calibrate_fixture(cell.fixture).placement
     if cell.table is not None and found.table is not None:

@@ -157,7 +157,7 @@ def stack_findings(
         yield from figures(STACK, "", {key: as_json(record).get(key)}, {key: as_json(lit).get(key)})
     program = None if record.program is None else as_json(record.program)
     if (program is None) is not (not own):
-        yield Finding(STACK, 1, f"it tells of {'no' if program is None else 'a'} program of all layers")
+        yield Finding(STACK, 1, f"it lists {'no' if program is None else 'a'} program of all layers")
     if program is not None and own:
         yield from figures(STACK, "program", program, _program(stack, held, own, moves))
 
@@ -370,7 +370,7 @@ def check_stack(
     try:
         record = read_record(folder / STACK, StackRecord)
         if any(one.findings for _, one in layers):
-            reason = "a layer is not as it was planned, so that nothing of the stack was held against it"
+            reason = "a layer differs from its plan, so the stack was not compared with it"
             return [Finding(STACK if record.program is None else JOINED_LIST, 1, reason)], CheckedStack(record)
         own = own_programs(folder, record.layers)
         findings: list[Finding] = []

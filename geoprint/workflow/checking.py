@@ -158,7 +158,7 @@ def _check_paths(folder: Path) -> Checked:
     except GeoprintError as error:
         findings.append(_finding(error, PLAN if record is None else "poses.csv"))
     if record is not None and record.robot:
-        findings.append(Finding(PLAN, 1, "it tells of a program, but the manifest lists none"))
+        findings.append(Finding(PLAN, 1, "it lists a program, but the manifest has none"))
     return Checked(folder, tuple(findings), record, program=False)
 
 

@@ -378,7 +378,7 @@ def check_lifted(made: Made, lifted: Made, orders: Orders, arm: Arm, T_base_work
     found = solutions[:, branch]
     missing = np.isnan(found).any(axis=1)
     if missing.any():
-        _refuse(made, int(np.argmax(missing)), "lifted for the dry run it is out of reach")
+        _refuse(made, int(np.argmax(missing)), "lifted for the dry run, it is out of reach")
     if not misses[branch] <= JOINT_TOLERANCE:
         _refuse(made, 0, "lifted for the dry run it is not where setup.json has its joints")
     joints: FloatArray = np.unwrap(found, axis=0)
@@ -395,7 +395,7 @@ def check_frame(made: Made, orders: Orders, table: TrajectoryTable, arm: Arm, T_
         VerificationError: one does.
     """
     if not np.isfinite(orders.frame):
-        raise VerificationError("setup.json does not say how far the frame may lie off; write the plan again", line=1)
+        raise VerificationError("setup.json lacks the tolerance of the frame; write the plan again", line=1)
     low, high = orders.extent
     centre, turn = transforms.apply(T_base_work, (low + high)[None] / 2.0)[0], orders.frame / np.linalg.norm(high - low)
     planned = joints_at(table.times, table.joints, orders.times)

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from geoprint.config import Job
 from geoprint.config.strict import text_of
-from geoprint.errors import InputError, UsageError, naming
+from geoprint.errors import InputError, UsageError, how_many, naming, reason_of
 from geoprint.model import Cell, FloatArray, PoseStream, frozen
 from geoprint.postprocessor import Json
 from geoprint.process.feedback import Correction, FlowBounds, MeasuredRuns, corrected, dispenser_of
@@ -45,7 +45,7 @@ MOST_BYTES = 32_000_000
 VOLUME_POWER, POWER_DEVIATION, SPREADING = 1.5, 0.29, 0.53
 # The width of a whole run is off by this, or this share of a pixel: what lies beside it shifts its edges [mm].
 LEAST_EDGES, EDGES_SHARE = 0.03, 0.5
-WRITTEN = "give the appraisal.json that `geoprint appraise FILE --plan DIR --out FOLDER` wrote of its print"
+WRITTEN = "give the appraisal.json of its print, from `geoprint appraise FILE --plan DIR --out FOLDER`"
 
 
 @final
@@ -72,8 +72,8 @@ def check_single(job: Job) -> None:
     """
     if job.feedback is not None:
         raise UsageError(
-            f"`--feedback {job.feedback}` is of the paths of one plan, but several are made here: give it to "
-            "`geoprint plan`, with the backend, and the layer, that was printed."
+            f"`--feedback {job.feedback}` fits the paths of one plan, but several are made here. Give it to `geoprint "
+            "plan`, with the printed backend and layer."
         )
 
 
@@ -88,7 +88,7 @@ def feedback_text(path: Path | str) -> str:
     try:
         text = text_of(path, most=MOST_BYTES)
     except (OSError, ValueError) as error:
-        raise UsageError(f"`--feedback {path}` cannot be read ({error}); {WRITTEN}.") from error
+        raise UsageError(f"`--feedback {path}` cannot be read ({reason_of(error)}); {WRITTEN}.") from error
     with naming(f"`--feedback {path.name}`"):
         last_print(text)
     return text
@@ -103,14 +103,14 @@ def last_print(text: str) -> LastPrint:
     try:
         found: object = json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise InputError(f"it is no appraisal of a print ({error}); {WRITTEN}.") from error
+        raise InputError(f"it is not an appraisal of a print ({error}); {WRITTEN}.") from error
     content = cast("dict[str, Json]", found) if isinstance(found, dict) else {}
     printed = content.get(PRINTED)
     if not isinstance(printed, dict):
         raise InputError(_without_program(content))
     again = f"appraise the print again: `geoprint appraise FILE --plan {printed.get('plan')} --out appraised`"
     if printed.get(SEAL) != seal_of(content):
-        raise InputError(f"somebody has edited its figures since `geoprint appraise` wrote them: {again}.")
+        raise InputError(f"its figures were edited after `geoprint appraise` wrote them: {again}.")
     try:
         if "photographs" in content:
             return _of_photograph(AppraisalRecord.model_validate_json(text))
@@ -125,20 +125,20 @@ def _without_program(content: dict[str, Json]) -> str:
     if isinstance(photographs, list) and photographs:
         if len(photographs) > 1 and "plan" in content:
             return (
-                f"it is of {len(photographs)} photographs, and only one print makes the next one better: appraise its "
-                f"photograph alone, `geoprint appraise PHOTO --plan {content['plan']} --lens LENS --out appraised`."
+                f"it covers {how_many(len(photographs), 'photograph')}, but feedback needs one. Appraise it alone: "
+                f"`geoprint appraise PHOTO --plan {content['plan']} --lens LENS --out appraised`."
             )
         if "plan" not in content:
             return (
-                "its photograph was not held against a plan: `geoprint appraise PHOTO --plan DIR --lens LENS --out "
-                "appraised` does."
+                "its photograph was not compared with a plan: run `geoprint appraise PHOTO --plan DIR --lens LENS "
+                "--out appraised`."
             )
     if "version" in content and "plan" in content:
         return (
-            f"geoprint {content['version']} wrote it without what the printed program deposits: appraise the print "
+            f"geoprint {content['version']} wrote it without the deposit of the printed program: appraise the print "
             f"again, `geoprint appraise FILE --plan {content['plan']} --out appraised`."
         )
-    return f"it is no appraisal of a print; {WRITTEN}."
+    return f"it is not an appraisal of a print; {WRITTEN}."
 
 
 def _of_scan(record: ScanAppraisalRecord) -> LastPrint:
@@ -166,8 +166,8 @@ def _of_photograph(record: AppraisalRecord) -> LastPrint:
     parts, width_mean = photograph.on_plan.parts, photograph.on_plan.width_mean_mm
     if width_mean is None:
         raise InputError(
-            f"{photograph.file} shows the width of no run, so that nothing can be fed back; take a photograph that is "
-            "sharp and not overexposed, and appraise that."
+            f"{photograph.file} shows no width of any run, so feedback is impossible. Take a sharp photograph that is "
+            "not overexposed, and appraise that."
         )
     widths = [(part.width_mm or 0.0) / part.width_planned_mm for part in parts]
     usual = float(np.median([width for width in widths if width > 0.0] or [1.0]))
@@ -229,27 +229,26 @@ def check_same(printed: PrintedRecord, paths: Plan) -> None:
     part = paths.workpiece.files[0]
     if printed.part_sha256 != part.digest:
         raise InputError(
-            f"it is of a print of {printed.part}, plan {printed.plan}, whose file is not that of {part.name}: plan the "
+            f"it shows a print of {printed.part}, plan {printed.plan}, whose file differs from {part.name}. Plan the "
             "part that was printed, or appraise a print of this one."
         )
     poses = paths.poses
     numbers = np.unique(poses.runs[poses.deposit]).tolist()
     again = f"plan what was printed: `geoprint plan --from {printed.plan} --feedback FILE --out next`"
     if [each.run for each in printed.runs] != numbers:
-        raise InputError(f"it is of {len(printed.runs)} runs, but {len(numbers)} are planned: {again}.")
+        raise InputError(f"it has {how_many(len(printed.runs), 'run')}, the plan has {len(numbers)}: {again}.")
     for each in printed.runs:
         length, middle = _length_and_middle(poses, each.run)
         if abs(length - each.length_mm) > SAME_LENGTH + SAME_SHARE * length:
             raise InputError(
-                f"run {each.run + 1} was {each.length_mm:.2f} mm long in print, but {length:.2f} mm are planned: "
-                f"{again}.",
+                f"run {each.run + 1} was {each.length_mm:.2f} mm long in print, {length:.2f} mm in the plan: {again}.",
                 run=each.run,
             )
         apart = float(np.linalg.norm(middle - each.middle_mm))
         if apart > SAME_PLACE:
             raise InputError(
-                f"the middle of run {each.run + 1} lay {apart:.2f} mm from where it is planned, so that another layer "
-                f"or other paths were printed: {again}.",
+                f"the middle of run {each.run + 1} is {apart:.2f} mm off the plan, so another layer or other paths "
+                f"were printed: {again}.",
                 run=each.run,
             )
 
@@ -342,10 +341,10 @@ def _check_dispenser(last: LastPrint, found: Correction, cell: Cell) -> None:
         return
     plan = last.printed.plan
     raise UsageError(
-        f"the print of {plan} was off by its material or by its dispenser, and the next one has another: {other} was "
-        f"{_shown(printed, other)}, in {cell.name} it is {_shown(here, other)}; nobody can tell which of both it was: "
-        f"plan without it, `geoprint plan --from {plan} --cell {cell.name} --out next`, print that, and feed back its "
-        "own print.",
+        f"the print of {plan} was off by its material or dispenser, and the next one differs: {other} was "
+        f"{_shown(printed, other)}, in {cell.name} it is {_shown(here, other)}. The cause is ambiguous: plan without "
+        f"feedback, `geoprint plan --from {plan} --cell {cell.name} --out next`, print that, and feed back its own "
+        "print.",
         key=other,
     )
 
@@ -388,9 +387,9 @@ def _slower(cell: Cell, last: LastPrint, found: Correction) -> Cell:
     speed = round(nominal / share, SPEED_DECIMALS)
     if speed > cell.process.speed:
         raise UsageError(
-            f"the valve is to let {share:.2f} of the wanted flow through, which takes {speed:.3g} mm/s, but "
-            f"process.speed_mm_s of {cell.name} is {cell.process.speed:g}: lower the air pressure, plan without "
-            f"feedback, `geoprint plan --from {last.printed.plan} --out next`, and feed back the print of that.",
+            f"the valve should give {share:.2f} of the planned flow, which takes {speed:.3g} mm/s, but "
+            f"process.speed_mm_s of {cell.name} is {cell.process.speed:g}. Lower the air pressure and plan without "
+            f"feedback, `geoprint plan --from {last.printed.plan} --out next`. Then feed back the print of that.",
             factor=share,
         )
     return cell.at_speed(speed)

@@ -10,7 +10,7 @@ import numpy as np
 
 from geoprint.config import Job
 from geoprint.distance import Piecewise, most_accurate_backend
-from geoprint.errors import FieldError, InputError, UsageError
+from geoprint.errors import FieldError, InputError, UsageError, how_many
 from geoprint.geometry import boundary_source, closest, in_words, prepare, refine
 from geoprint.geometry.files import load_file, stored_mesh
 from geoprint.layers import (
@@ -77,7 +77,7 @@ def target_over(job: Job, file: TargetFile | None, part: Surface) -> LayerTarget
     table = None if file is None else file.content
     if isinstance(table, Surface):
         if job.feather is not None:
-            raise UsageError(f"the target {table.name} ends as its shape says: leave `feather` out.")
+            raise UsageError(f"the target {table.name} ends where its shape ends: omit `feather`.")
         return TargetShape(table, part)
     if table is None and job.feather is None:
         return None
@@ -118,7 +118,7 @@ def _from_rim(part: Surface) -> FloatArray:
     try:
         rim = boundary_source(part)
     except InputError as error:
-        raise UsageError(f"{part.name} has no rim that the thickness could rise from: leave `feather` out.") from error
+        raise UsageError(f"{part.name} has no rim for the thickness to rise from: omit `feather`.") from error
     return Piecewise(part, most_accurate_backend().factory).distance(rim).values
 
 
@@ -199,9 +199,7 @@ def layer_of(job: Job, cell: Cell, part: Surface, file: TargetFile | None) -> tu
     given = {f"--layer {job.layer}": job.layer, "--set feather": job.feather, f"--pattern {job.pattern}": turns or None}
     stray = [option for option, value in given.items() if value is not None]
     if stray and not job.layered:
-        raise UsageError(
-            f"`{stray[0]}` is of a thickness: give `--thickness` in mm or a `--target` too, or leave it out."
-        )
+        raise UsageError(f"`{stray[0]}` needs a thickness: give `--thickness` in mm or a `--target` too, or omit it.")
     stack = stack_of(job, cell, part, file)
     if stack is None:
         return None
@@ -227,18 +225,19 @@ def _asked(job: Job, cell: Cell, stack: Stack) -> int:
     """Return the number of the layer that is planned."""
     if job.layer is None:
         raise UsageError(
-            f"{stack.thickness:.3g} mm are {stack.count} layers, which are planned one by one: give `--layer` 1 to "
-            f"{stack.count}, or `geoprint plan` all of them."
+            f"{stack.thickness:.3g} mm are {how_many(stack.count, 'layer')}, which are planned one by one: give "
+            f"`--layer` 1 to {stack.count}, or run `geoprint plan` for all of them."
         )
     if job.layer > stack.count:
         raise UsageError(
-            f"there is no layer {job.layer}: {stack.thickness:.3g} mm are {stack.count} layers of {stack.height:.3g} "
-            f"mm in the cell {cell.name}, counted from 1."
+            f"there is no layer {job.layer}: {stack.thickness:.3g} mm are {how_many(stack.count, 'layer')} of "
+            f"{stack.height:.3g} mm in the cell {cell.name}, counted from 1."
         )
     if cell.process.standoff <= stack.height / 2.0:
         raise UsageError(
-            f"the stand-off of {cell.process.standoff:g} mm ends within the lower half of layers of {stack.height:.3g} "
-            f"mm: raise `[process] standoff_mm` of {cell.name} to {stack.height:.2g}, or choose lower layers."
+            f"the stand-off of {cell.process.standoff:g} mm ends within the lower half of layers of "
+            f"{stack.height:.3g} mm. Raise `[process] standoff_mm` of {cell.name} to {stack.height:.2g}, or choose "
+            "lower layers."
         )
     return job.layer
 

@@ -83,7 +83,7 @@ def measure_files(
 def _checked_spacing(job: Job, paths: Sequence[Path | str], offset_up_to: float | None) -> float:
     """Return the spacing that was meant, after a look at what else was asked for."""
     if job.spacing is None:
-        raise UsageError("give `--spacing`: the distance in mm that neighbouring paths were meant to have.")
+        raise UsageError("give `--spacing`: the intended distance between neighbouring paths in mm.")
     if not 1 <= len(paths) <= MOST_FILES:
         raise UsageError(f"give 1 to {MOST_FILES} files of toolpaths, found {len(paths)}.")
     if offset_up_to is not None and not (np.isfinite(offset_up_to) and offset_up_to > 0.0):

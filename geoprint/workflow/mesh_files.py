@@ -9,7 +9,7 @@ import numpy as np
 
 from geoprint.config import load_cell
 from geoprint.distance import backend as find_backend, backend_names
-from geoprint.errors import GeoprintError, InputError, MeshError, UsageError, VerificationError
+from geoprint.errors import GeoprintError, InputError, MeshError, UsageError, VerificationError, how_many
 from geoprint.geometry import (
     Inspection,
     Landmark,
@@ -239,7 +239,7 @@ def remesh_file(
         steps.append(f"remeshed to edges of {edge_length:g} mm")
     if faces is not None:
         after = decimate(after, faces=faces)
-        steps.append(f"decimated to {faces} faces")
+        steps.append(f"decimated to {how_many(faces, 'face')}")
     _check_topology(after, preparation)
     found = Remeshed(before, preparation, after, tuple(steps), deviation(before, after), allowed)
     _check_deviation(found)
@@ -248,20 +248,18 @@ def remesh_file(
 
 def _check_asked(wavelength: float | None, edge_length: float | None, faces: int | None) -> None:
     if wavelength is None and edge_length is None and faces is None:
-        raise UsageError(
-            "say what to change: `--edge-length MM` or `--faces N`, `--smooth MM`, or one of them with it."
-        )
+        raise UsageError("give `--edge-length MM` or `--faces N`, `--smooth MM`, or both kinds together.")
     if edge_length is not None and faces is not None:
-        raise UsageError("give either `--edge-length` or `--faces`, not both: either follows from the other.")
+        raise UsageError("give either `--edge-length` or `--faces`, not both: each sets the other.")
 
 
 def _side(filed: Surface, found: Inspection) -> str:
     """Return what tells which side of a surface is outside."""
     if found.refusal is not None:
-        return "unknown until the mesh is mended"
+        return "unknown until the mesh is repaired"
     if found.rims:
-        return f"that to which the file winds it, {shape_in_words(found.examined)}"
-    return inverted_in_words(filed) or f"a closed surface of {signed_volume(filed) / 1000.0:.4g} cm3 tells it"
+        return f"the side set by the file's winding, {shape_in_words(found.examined)}"
+    return inverted_in_words(filed) or f"a closed surface of {signed_volume(filed) / 1000.0:.4g} cm3 shows it"
 
 
 def _trial(name: str, found: Inspection) -> str:
@@ -270,7 +268,7 @@ def _trial(name: str, found: Inspection) -> str:
         return "no: preparing refuses the mesh"
     surface = found.examined
     if len(surface.faces) > TRIAL_FACES:
-        return f"{NOT_TRIED}: {len(surface.faces)} faces, {TRIAL_FACES} at most are tried; plan it"
+        return f"{NOT_TRIED}: {how_many(len(surface.faces), 'face')}, {TRIAL_FACES} at most are tried; plan it"
     diagonal = float(np.linalg.norm(np.ptp(surface.vertices, axis=0)))
     try:
         surface = refine(surface, edge_length=TRIAL_EDGE * diagonal)
@@ -298,8 +296,8 @@ def _check_topology(after: Surface, preparation: PreparationReport) -> None:
         raise InputError(f"the new mesh cannot be planned on: {str(error).rstrip('.')}; {ADVICE}.") from error
     if topology != preparation.topology:
         raise InputError(
-            f"the new mesh of {after.name} would read as {topology}, the part is {preparation.topology}: the "
-            f"smallest of its holes, handles or walls do not survive; {ADVICE}."
+            f"the new mesh of {after.name} would be {topology}, the part is {preparation.topology}: its smallest "
+            f"holes, handles or walls are lost; {ADVICE}."
         )
 
 

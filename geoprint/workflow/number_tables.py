@@ -21,7 +21,7 @@ from typing import final
 import numpy as np
 
 from geoprint.delimited import Columns, read_columns, refuse
-from geoprint.errors import InputError
+from geoprint.errors import InputError, how_many
 from geoprint.model import FloatArray, Reading, Robot
 from geoprint.model.values import freeze_arrays
 from geoprint.robot.arm import Arm
@@ -108,7 +108,7 @@ def _lengths_over(path: Path | str, name: str) -> tuple[FloatArray, FloatArray]:
     path = Path(path)
     found = read_columns(path, [("x", "y", "z", name)], what="places", farthest=FARTHEST)
     if not found.lines:
-        raise InputError(f"{path.name} names columns but holds no place: add a row for each.")
+        raise InputError(f"{path.name} has a header but no rows: add one row for each point.")
     places, values = found.numbers[:, :3], found.numbers[:, 3]
     for line, value in zip(found.lines, values.tolist(), strict=True):
         if value < 0.0:
@@ -116,7 +116,7 @@ def _lengths_over(path: Path | str, name: str) -> tuple[FloatArray, FloatArray]:
     once = np.unique(places, axis=0, return_index=True)[1]
     if len(once) < len(places):
         line = found.lines[int(np.setdiff1d(np.arange(len(places)), once)[0])]
-        refuse(path.name, line, "this place is in the table twice; keep one row for each")
+        refuse(path.name, line, "this point is in the table twice; keep one row for each")
     return places, values
 
 
@@ -148,7 +148,8 @@ def read_pose(path: Path | str) -> FloatArray:
     found = read_columns(path, [POSE_COLUMNS], what="poses", bare=False, farthest=FARTHEST)
     if len(found.lines) != 1:
         raise InputError(
-            f"{Path(path).name} holds {len(found.lines)} poses, needed is one: a row below {','.join(POSE_COLUMNS)}."
+            f"{Path(path).name} holds {how_many(len(found.lines), 'pose')}, needed is one: a row below "
+            f"{','.join(POSE_COLUMNS)}."
         )
     return _poses(path, found)[0]
 

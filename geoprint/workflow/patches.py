@@ -11,7 +11,7 @@ import numpy as np
 
 from geoprint.config import Job, PatchRegion
 from geoprint.distance.fast_marching import FastMarching
-from geoprint.errors import FieldError, InputError, naming
+from geoprint.errors import FieldError, InputError, how_many, naming
 from geoprint.geometry import (
     PLACE_TOLERANCE,
     Joined,
@@ -83,7 +83,10 @@ def enclosed(surface: Surface, points: FloatArray, *, at: FloatArray | None) -> 
     corners = [vertex for vertex, before in zip(corners, [corners[-1], *corners[:-1]], strict=True) if vertex != before]
     if len(corners) < 3:
         raise InputError(
-            f"a closed curve on {surface.name} needs three points or more, found {len(corners)} different ones.",
+            (
+                f"a closed curve on {surface.name} needs at least three points, found "
+                f"{how_many(len(corners), 'different point')}."
+            ),
             points=len(corners),
         )
     repeated = [vertex for index, vertex in enumerate(corners) if vertex in corners[:index]]
@@ -126,8 +129,8 @@ def _refuse_meeting(surface: Surface, line: SurfaceLine, chain: IntArray) -> Non
 
 def _meeting(surface: Surface, place: FloatArray) -> InputError:
     return InputError(
-        f"the curve on {surface.name} meets itself at {in_words(place)}; give its points in order round the patch, "
-        "each once, and more of them where it turns sharply.",
+        f"the curve on {surface.name} crosses itself at {in_words(place)}. Give its points in order around the patch, "
+        "each once, and more of them at sharp turns.",
         place=triple(place),
     )
 
@@ -144,8 +147,8 @@ def _sides(surface: Surface, chain: IntArray) -> tuple[BoolArray, BoolArray]:
     on_right = np.unique(labels[np.flatnonzero(np.isin(halves, following * count + chain)) // 3])
     if np.intersect1d(on_left, on_right).size or min(on_left.size, on_right.size) == 0:
         raise InputError(
-            f"the curve does not divide {surface.name} into an inside and an outside: it goes round a handle or along "
-            "the border; draw it round the patch."
+            f"the curve does not divide {surface.name} into inside and outside: it follows a handle or the border. "
+            "Draw it around the patch."
         )
     return np.isin(labels, on_left), np.isin(labels, on_right)
 
@@ -335,8 +338,8 @@ def _bounds(part: Surface, choice: PatchChoice, *, centre: FloatArray | None) ->
         distances = FastMarching(part).distance(source)
         if distances.maximum <= choice.radius:
             raise FieldError(
-                f"all of {part.name} lies within {choice.radius:g} mm of the point, the farthest place "
-                f"{distances.maximum:.3g} mm along the surface; choose a smaller radius, or plan the whole of it.",
+                f"all of {part.name} lies within {choice.radius:g} mm of the point; the farthest point is "
+                f"{distances.maximum:.3g} mm away along the surface. Choose a smaller radius, or plan the whole part.",
                 farthest=distances.maximum,
             )
         columns.append(distances.values - choice.radius)
@@ -420,8 +423,7 @@ def _refuse_overlaps(patches: Sequence[Patch]) -> None:
             if depth > allowed:
                 raise InputError(
                     f"patches {i} and {j} overlap at {in_words(place)}, {depth:.2g} mm inside the rim of patch "
-                    f"{number}, allowed are {allowed:.2g} mm: material would be laid there twice; move them apart or "
-                    "make one smaller.",
+                    f"{number}, allowed are {allowed:.2g} mm. Move them apart, or make one smaller.",
                     depth=depth,
                 )
 

@@ -73,7 +73,7 @@ def placed(paths: Plan, placement: Placement, stage: Stages, *, chain: Chain) ->
         except PlanError as error:
             refused.append(str(error))
             if not _may_help(error, paths.workpiece):
-                alike = f"; turned by {_in_words(oriented)} it fails at what turning hardly changes: {error}"
+                alike = f". Turned by {_in_words(oriented)}, it fails for a reason that turning hardly changes: {error}"
                 turned_at = error.details.get("place")
                 break
             continue
@@ -120,10 +120,10 @@ def _refusal(
     if alike:
         return type(error)(f"{str(error).rstrip('.')}{alike}", **error.details, turned_place=turned_at)
     x, y, z = workpiece.cell.demo_position.tolist()
-    planned = f", {found} of them planned through" if found else ""
+    planned = f", {found} of them planned completely" if found else ""
     return type(error)(
-        f"{str(error).rstrip('.')}; so it is with its mean normal up, and of {tried} orientations about "
-        f"({x:g}, {y:g}, {z:g}) mm none serves either{planned}.",
+        f"{str(error).rstrip('.')}. That holds with its mean normal up, and for {tried} orientations about ({x:g}, "
+        f"{y:g}, {z:g}) mm{planned}.",
         **error.details,
     )
 

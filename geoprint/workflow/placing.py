@@ -71,8 +71,8 @@ def propose_placement(
     # A candidate that the arm reaches is refused for another reason, which a higher home does not mend.
     higher = higher_home(paths, room, height=height) if candidates[0].margin <= 0.0 else ""
     raise PlanError(
-        f"{workpiece.name} finds no place in {workpiece.cell.name}{higher}; the best of {len(candidates)} candidates "
-        f"is refused: {refused[0]}",
+        f"{workpiece.name} has no placement in {workpiece.cell.name}{higher}; the best of {len(candidates)} "
+        f"candidates is refused: {refused[0]}",
         margin_deg=float(np.degrees(candidates[0].margin)),
     )
 
@@ -104,8 +104,8 @@ def _covered(job: Job, cell: Cell, stage: Stages) -> Plan:
 def _check_table(cell: Cell, *, tilt_deg: float) -> None:
     if tilt_deg:
         raise UsageError(
-            f"`--tilt` is {tilt_deg:g} degrees, but the cell {cell.name} has a table that tilts the part itself: leave "
-            "`--tilt` out."
+            f"`--tilt` is {tilt_deg:g} degrees, but the cell {cell.name} has a table that tilts the part itself: omit "
+            "`--tilt`."
         )
 
 
@@ -149,7 +149,7 @@ def higher_home(paths: Plan, room: Room, *, height: float | None) -> str:
         return ""
     x, y, z = best.pose.position
     return (
-        f" below the tip at home, {room.ceiling:.0f} mm high; with a higher home it could be reached at ({x:.0f}, "
+        f" below the tip at home, {room.ceiling:.0f} mm high. With a higher home, it is reachable at ({x:.0f}, "
         f"{y:.0f}, {z:.0f}) mm, yaw {np.degrees(best.pose.rpy[2]):.0f} degrees, {np.degrees(best.margin):.0f} degrees "
         "inside every limit"
     )

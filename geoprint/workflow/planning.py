@@ -50,8 +50,8 @@ from geoprint.workflow.workpiece import prepare_workpiece, with_rounds
 
 # What no check looks at where a table holds the part.
 OVER_A_TABLE = (
-    "how exactly the table takes its attitude and holds it",
-    "the table's motion otherwise than straight from one attitude to the next, and past obstacles",
+    "how exactly the table reaches and holds its attitude",
+    "table motion other than straight from one attitude to the next, and past obstacles",
 )
 # Where the nozzle leans to ease the joints, one side of the needle's rim comes down by this share of the spacing.
 RIM_SHARE = 0.1
@@ -355,12 +355,12 @@ def _check_deposit(poses: PoseStream, trajectory: Trajectory, switching: Timelin
     if paths.job.accept_flow or not (wrong := (shares < LEAST_DEPOSITED) | (shares > MOST_DEPOSITED)).any():
         return
     worst = int(np.abs(shares - 1.0).argmax())
-    remedy = "a wider spacing or a larger part has longer runs, whose ramps count less"
+    remedy = "choose a wider spacing, which makes longer runs"
     if cell.signals.mode == "io" and paths.job.on_slowdown != "auto":
-        remedy = "`--set on_slowdown=auto` finds the speed that deposits what was planned"
+        remedy = "`--set on_slowdown=auto` finds the speed that deposits the planned volume"
     raise LimitError(
         f"the program would deposit {shares[worst]:.0%} of the volume of run {runs[worst] + 1}, allowed are "
-        f"{LEAST_DEPOSITED:.0%} to {MOST_DEPOSITED:.0%} ({int(wrong.sum())} of {runs.size} runs): {remedy}; or accept "
+        f"{LEAST_DEPOSITED:.0%} to {MOST_DEPOSITED:.0%} ({int(wrong.sum())} of {runs.size} runs). {remedy}; or accept "
         "it with `--set accept_flow=true`.",
         run=int(runs[worst]), share=float(shares[worst]),
     )  # fmt: skip

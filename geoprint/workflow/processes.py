@@ -199,9 +199,9 @@ def _result(waiting: Future[bytes]) -> object:
         return pickle.loads(waiting.result())  # noqa: S301  (our own process wrote it)
     except BrokenProcessPool as error:
         raise ResourceError(
-            "a process that planned a backend was ended from outside, most likely for want of memory: each takes about "
-            "a gigabyte. Compare fewer backends at once with `--backend`, or choose a larger spacing. (A script calls "
-            'this under `if __name__ == "__main__":`.)'
+            "a worker that planned a backend was killed, most likely out of memory: each needs about 1 GB. Compare "
+            "fewer backends at once with `--backend`, or choose a larger spacing. (A script calls this under `if "
+            '__name__ == "__main__":`.)'
         ) from error
 
 

@@ -132,7 +132,7 @@ def placement_of(paths: Plan) -> Placement:
         UsageError: nobody asked for a robot.
     """
     if paths.workpiece.placement is None:
-        raise UsageError("a part that is not placed cannot be refused by a robot.")
+        raise UsageError("place the part before asking what the robot refuses.")
     return paths.workpiece.placement
 
 

@@ -9,7 +9,7 @@ from pathlib import Path, PurePosixPath
 from typing import final
 
 from geoprint.config import Job, job_of, job_text
-from geoprint.errors import InputError, VerificationError
+from geoprint.errors import InputError, VerificationError, reason_of
 from geoprint.geometry.files import stored_mesh
 from geoprint.model import Surface, frozen
 from geoprint.postprocessor import PLAN
@@ -115,8 +115,8 @@ def job_file_of(folder: Path | str) -> Path:
     names = listed_bundle(folder)
     if JOB not in names:
         raise InputError(
-            f"{folder} was written by geoprint {_version(folder)}, which did not keep the job: plan from the files "
-            "that it was of."
+            f"{folder} was written by geoprint {_version(folder)}, which did not keep the job: plan from the original "
+            "files."
         )
     needed = {name: digest for name, digest in names.items() if is_input(name)}
     for name, reason in changes(folder, needed):
@@ -138,7 +138,9 @@ def _version(folder: Path) -> str:
     try:
         return str(json.loads((folder / PLAN).read_bytes())["version"])
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
-        raise VerificationError(f"{folder / PLAN} cannot be read ({error}); write the plan again.") from error
+        raise VerificationError(
+            f"{folder / PLAN} cannot be read ({reason_of(error)}); write the plan again."
+        ) from error
 
 
 def _target_files(workpiece: Workpiece) -> dict[str, bytes]:

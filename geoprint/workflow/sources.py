@@ -65,8 +65,8 @@ def section_source(surface: Surface, *, angle_deg: float, base: Surface) -> Sour
     """
     if not mean_normal(base).any():
         raise FieldError(
-            f"{base.name} has no mean normal to count an angle about, because its normals cancel, as those of a "
-            "closed part do: draw the line (`--from curve.csv`, columns x,y,z), or cut out the part that is printed."
+            f"the normals of {base.name} cancel, as on a closed part, so an angle has no meaning. Draw the line "
+            "(`--from curve.csv`, columns x,y,z), or cut out the printed part."
         )
     square = direction_across(base, angle=np.radians(angle_deg + 90.0))
     curves = _section(surface, _area_middle(base), square)
@@ -182,7 +182,7 @@ def curve_source(surface: Surface, points: FloatArray) -> Source:
             corners.append(vertex)
     if len(corners) < 2:
         raise FieldError(
-            f"the source on {surface.name} needs two different points or more; one is `--from point:X,Y,Z`."
+            f"the source on {surface.name} needs two or more different points; for one, give `--from point:X,Y,Z`."
         )
     lines = [shortest_way(drawn, first, last).places(drawn) for first, last in pairwise(corners)]
     places = np.concatenate([lines[0], *(line[1:] for line in lines[1:])])

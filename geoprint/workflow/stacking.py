@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from geoprint.config import Job, job_cell
-from geoprint.errors import FieldError, ResourceError, UsageError, naming
+from geoprint.errors import FieldError, ResourceError, UsageError, how_many, naming
 from geoprint.geometry import face_areas
 from geoprint.postprocessor import json_bytes, seal, staging
 from geoprint.postprocessor.bundle import add_files
@@ -170,20 +170,20 @@ def _planned(job: Job, folder: Path, observe: Callable[[str], None]) -> list[_Fo
             with stopped_later():
                 counted = pool.submit(_checked_count, job)
             count = counted.result()
-            observe(f"{count} layers")
+            observe(how_many(count, "layer"))
             found = _all_of(range(1, count + 1), job, folder, observe, pool)
             # One pressure deposits what is planned in all layers at one speed only.
             while len(speeds := {record.speed_mm_s for record, _ in _printed(found.values())}) > 1:
                 slowest = min(speeds)
                 faster = [number for number, one in found.items() if not _prints_at(slowest, one)]
-                observe(f"{len(faster)} layers again at {slowest:g} mm/s")
+                observe(f"{how_many(len(faster), 'layer')} again at {slowest:g} mm/s")
                 slower = job.model_copy(update={"speed": slowest})
                 found |= _all_of(faster, slower, folder, observe, pool)
         except BrokenProcessPool as error:
             raise ResourceError(
-                "a process that planned a layer was ended from outside, most likely for want of memory: each takes "
-                "about a gigabyte. Plan layer by layer with `--layer`, or choose a larger spacing. (A script calls "
-                'this under `if __name__ == "__main__":`.)'
+                "a worker that planned a layer was killed, most likely out of memory: each needs about 1 GB. Plan "
+                "layer by layer with `--layer`, or choose a larger spacing. (A script calls this under `if __name__ "
+                '== "__main__":`.)'
             ) from error
     layers = list(found.values())
     printed = [not isinstance(layer, LeftOutRecord) for layer in layers]
@@ -204,7 +204,7 @@ def _all_of(
         }
     for done, future in enumerate(as_completed(waiting), start=1):
         future.result()
-        observe(f"{len(waiting)} layers, {done} done")
+        observe(f"{how_many(len(waiting), 'layer')}, {done} done")
     return {number: future.result() for future, number in waiting.items()}
 
 

@@ -86,9 +86,7 @@ def move_clearance(
     """
     poses = [None if each is None else each.table for each in (before, stands)]
     if cell.table is None or poses[1] is None or (before is not None and poses[0] is None):
-        raise VerificationError(
-            f"{to}: its cell and its placement say of no table how it stands; write the plan again."
-        )
+        raise VerificationError(f"{to}: its cell and placement do not state the pose of a table; write the plan again.")
     table = table_machine(cell.table)
     first, last = (np.eye(4) if pose is None else pose.T_table_plate for pose in poses)
     # What is on the plate keeps its pose seen from there, so that it is known where it stood while the table rested.

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.errors import ClearanceError, PlanError, ReachError, UsageError
+from geoprint.errors import ClearanceError, PlanError, ReachError, UsageError, how_many
 from geoprint.metrics import overhang
 from geoprint.model import (
     Cell,
@@ -578,8 +578,10 @@ def _refusal(
     """Return the refusal of the direction that was chosen first, proven, with how many others are refused, too."""
     own, stands = starts[0]
     error = proven(errors[0], own, stands, stage)
-    others = f" So it is with {len(errors) - 1} other directions up that its beads admit." if len(errors) > 1 else ""
-    pieces = f"{len(asked.portion.pieces)} pieces of runs"
+    others = (
+        f" The same holds for {len(errors) - 1} other directions up that its beads allow." if len(errors) > 1 else ""
+    )
+    pieces = f"{how_many(len(asked.portion.pieces), 'part')} of runs"
     return type(error)(
         f"{_said(asked, table, stands)}, {pieces}, counted from its own first: {error}{others}",
         **error.details,

@@ -90,34 +90,32 @@ def printed_side(
     """
     if boundary_half_edges(part.faces).size == 0:
         where = "inside of a closed surface, as `--flip` asks" if flip else "outside of a closed surface"
-        return part, Side("closed", flip, None, f"printed on the {where}.{_also(filed)}")
+        return part, Side("closed", flip, None, f"printing on the {where}.{_also(filed)}")
     agreeing = None if body is None else _agreeing(part, body, cut=cut)
     source = "flip" if flip else "winding"
-    record = "the side to which `--flip` turned it" if flip else "the side that the file's winding calls outside"
+    record = "the side chosen by `--flip`" if flip else "the side that the normals face"
     if agreeing is None:
-        other = "leave `--flip` out for the other" if flip else "`--flip` turns it"
-        return part, Side(
-            source, flip, None, f"printed on {record}, {shape_in_words(part)}; {other}, a closed `--body` decides."
-        )
+        other = "Omit `--flip` for the other side" if flip else "`--flip` for the other side"
+        sentence = f"printing on {record}, {shape_in_words(part)}. {other}; a closed `--body` confirms it."
+        return part, Side(source, flip, None, sentence)
     name = body.name if body is not None else ""
     if agreeing >= TELLING_SHARE:
-        sentence = f"printed on the side that faces out of {name} ({agreeing:.0%} of it).{_also(filed)}"
+        sentence = f"printing on the side that faces out of {name} ({agreeing:.0%} of it).{_also(filed)}"
         return part, Side("body", flip, agreeing, sentence)
     share = f"{1 - agreeing:.0%} of it faces into {name}"
     if agreeing > 1 - TELLING_SHARE or flip:
-        return part, Side(source, flip, agreeing, f"printed on {record}, but {share}: check the side.")
-    sentence = f"turned: as the file is wound, {share}; printed on the other side.{_also(filed)}"
+        return part, Side(source, flip, agreeing, f"printing on {record}, but {share}: check the side.")
+    sentence = f"printing on the other side than the normals face, where {share}.{_also(filed)}"
     return turned_over(part), Side(source="body", turned=True, agreeing=1 - agreeing, sentence=sentence)
 
 
 def shape_in_words(part: Surface) -> str:
-    """Return what the shape tells of the side of an open patch: parts bulge out of what they are of, if they curve."""
+    """Return what the shape shows of the side of an open patch: parts bulge out of what they are of, if they curve."""
     size = float(np.linalg.norm(np.ptp(part.vertices, axis=0)))
     bulge = signed_volume(part) / (size * float(face_areas(part).sum()))
     if bulge < -LEAST_BULGE:
-        return "which is hollow: is the file mirrored, or are its faces flipped? Nothing else can tell"
-    kind = "which bulges" if bulge > LEAST_BULGE else "which neither bulges nor is hollow"
-    return f"{kind}; nothing else can tell, since an open patch encloses nothing"
+        return "which is hollow: check whether the file is mirrored or its faces are flipped"
+    return "which bulges" if bulge > LEAST_BULGE else "which is flat on average"
 
 
 def _also(filed: Surface | None) -> str:
@@ -132,8 +130,8 @@ def inverted_in_words(filed: Surface) -> str:
     if volume >= 0.0:
         return ""
     return (
-        f"the volume of {filed.name} is {volume:.3g} cm3, as its faces are wound: they are all flipped, which is "
-        "corrected, or it is mirrored, which is not: is left where it should be? Else export it again."
+        f"the volume of {filed.name} is {volume:.3g} cm3: either all faces are flipped, which is corrected, or the "
+        "part is mirrored, which is not. Check left and right, and export it again if mirrored."
     )
 
 
@@ -195,10 +193,7 @@ def widths_of(job: Job, part: Surface, place: StackPlace | None) -> WidthsOver |
     if table is None:
         return None
     if job.spacing is None:
-        raise UsageError(
-            f"{job.field.name}: [width] says how wide fibres are where that is not the spacing: give `--spacing`, from "
-            "which the cell's shares of flow count, and no rounds."
-        )
+        raise UsageError(f"{job.field.name}: [width] is relative to the spacing: give `--spacing`, and no rounds.")
     base = part if place is None else place.base
     return WidthsOver(_rule(table, base, spacing=job.spacing), None if place is None else base)
 
@@ -223,9 +218,8 @@ def check_widths(widths: WidthsOver, job: Job, cell: Cell, place: StackPlace | N
     name, process = "[width]" if job.field is None else f"{job.field.name}: [width]", cell.process
     if job.robot and cell.signals.mode != "analog":
         raise UsageError(
-            f"{name} lets the width of fibres change, but the cell {cell.name} can only open and shut its valve "
-            '(signals.mode "io"), which lays one width: give a cell with mode "analog", add `--no-robot`, or leave '
-            "[width] out."
+            f"{name} changes the width of fibres, but the cell {cell.name} can only open and shut its valve "
+            '(signals.mode "io"). Give a cell with mode "analog", add `--no-robot`, or remove [width].'
         )
     least, most = process.least_flow * job.spacing, process.most_flow * job.spacing
     places, values = widths.rule.ends()
@@ -233,9 +227,9 @@ def check_widths(widths: WidthsOver, job: Job, cell: Cell, place: StackPlace | N
     width, where = float(values[worst]), f"{name} asks for {values[worst]:.4g} mm at {in_words(places[worst])}"
     if not least * (1.0 - ROUNDING) <= width <= most * (1.0 + ROUNDING):
         raise InputError(
-            f"{where}, but at a spacing of {job.spacing:g} mm the cell {cell.name} lays {least:.4g} to {most:.4g} mm "
-            f"([process] least_flow_share {process.least_flow:g} and most_flow_share {process.most_flow:g}): ask for "
-            "a width between them, or choose another spacing.",
+            f"{where}, but at a spacing of {job.spacing:g} mm the cell {cell.name} deposits {least:.4g} to {most:.4g} "
+            f"mm ([process] least_flow_share {process.least_flow:g} and most_flow_share {process.most_flow:g}). Ask "
+            "for a width between them, or choose another spacing.",
             width=width, least=least, most=most,
         )  # fmt: skip
     thinnest = int(np.argmin(values))
@@ -243,10 +237,9 @@ def check_widths(widths: WidthsOver, job: Job, cell: Cell, place: StackPlace | N
     strand = strand_diameter(float(values[thinnest]) * height)
     if strand < process.standoff:
         raise InputError(
-            f"{name} asks for {values[thinnest]:.4g} mm at {in_words(places[thinnest])}: in layers of "
-            f"{height:.3g} mm that is a strand of {strand:.3g} mm, thinner than the stand-off of "
-            f"{process.standoff:g} mm of the cell {cell.name}, so that nothing presses it on: ask for more there, or "
-            "print nearer.",
+            f"{name} asks for {values[thinnest]:.4g} mm at {in_words(places[thinnest])}, a strand of {strand:.3g} mm "
+            f"in layers of {height:.3g} mm. The stand-off of the cell {cell.name} is {process.standoff:g} mm, so "
+            "nothing presses it on: ask for more there, or print nearer.",
             width=float(values[thinnest]), strand=strand, standoff=process.standoff,
         )  # fmt: skip
 
@@ -481,7 +474,7 @@ def read_stack(job: Job) -> Stack:
     skin = _skin(job, load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold))
     stack = stack_of(job, cell, skin.part, skin.target)
     if stack is None:
-        raise UsageError("this job is of a single skin: give `--thickness` in mm, or a `--target`.")
+        raise UsageError("this job has one layer: give `--thickness` in mm, or a `--target`.")
     return stack
 
 
@@ -502,7 +495,7 @@ def _require_placement(job: Job, cell: Cell) -> None:
     if not job.robot:
         return
     if job.place == "best":
-        raise UsageError("the place 'best' is looked for before planning: `best_placed(job)` returns the job there.")
+        raise UsageError("find the placement 'best' before planning: `best_placed(job)` returns the job there.")
     if job.place is None:
         _fixture(cell)
     check_cell(cell)
@@ -515,9 +508,9 @@ def _fixture(cell: Cell) -> TouchedPoints:
     """Return the touched points of a calibrated cell."""
     if cell.fixture is None:
         raise UsageError(
-            f"the cell {cell.name} is not calibrated, so nobody knows where the part stands: touch four or more points "
-            "of its fixture with the tool (`geoprint calibrate` fits them), or add `--place demo` for a program that "
-            "only runs dry, or `--no-robot` for the path alone."
+            f"the cell {cell.name} is not calibrated, so the placement of the part is unknown. Touch four or more "
+            "points of its fixture (`geoprint calibrate` fits them). Or add `--place demo` for a dry run, or "
+            "`--no-robot` for the paths only."
         )
     return cell.fixture
 
@@ -529,10 +522,10 @@ def _body(part: Surface, body: Surface) -> Surface:
     if distances.min() > size:
         mirrors = zip("xyz", part.vertices * (1.0 - 2.0 * np.eye(3))[:, None], strict=True)
         on = [axis for axis, mirrored in mirrors if closest(body, mirrored)[1].max() < MIRRORED_SHARE * size]
-        seen = f" Mirrored in {on[0]} it lies on it: one of the files is left-handed, so export it again." if on else ""
+        seen = f" Mirrored in {on[0]}, it lies on it: one file is left-handed, so export it again." if on else ""
         raise InputError(
-            f"{body.name} is {distances.min():.3g} mm away from {part.name}, which is {size:.3g} mm large: a body that "
-            f"the part lies on touches it. Give both in the same coordinates and unit.{seen}",
+            f"{body.name} is {distances.min():.3g} mm away from {part.name}, which is {size:.3g} mm large: the body "
+            f"under a part must touch it. Give both in the same coordinates and unit.{seen}",
             distance=float(distances.min()),
         )
     return body
@@ -602,14 +595,14 @@ def _wanted_spacing(job: Job, part: Surface) -> float:
     across = _size(part)
     if job.spacing is not None and job.spacing > across:
         raise FieldError(
-            f"spacing is {job.spacing:g} mm, but the whole part is only {across:.3g} mm across: choose a smaller one."
+            f"spacing is {job.spacing:g} mm, but the part is only {across:.3g} mm across: choose a smaller one."
         )
     if job.spacing is not None:
         return job.spacing
     depth = largest_distance(job, part)
     if job.rounds is None:
         raise UsageError(
-            f"give `--spacing` or `--rounds`; on this part 10 rounds are about {depth / 10:.2g} mm, 20 about "
+            f"give `--spacing` or `--rounds`; on this part, 10 rounds are about {depth / 10:.2g} mm, 20 about "
             f"{depth / 20:.2g} mm.",
             depth_mm=depth,
         )

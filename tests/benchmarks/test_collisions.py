@@ -92,8 +92,8 @@ def test_of_a_layer_those_below_are_named_as_checked_and_its_own_runs_as_not(lay
 
     below = "part cap.ply with the layers below"
     assert any(text.endswith(f"against {below}") for text in robot.clearance.checked)
-    assert "material that this layer itself has already laid" in robot.clearance.not_checked
-    assert "material already laid" not in robot.clearance.not_checked
+    assert "material already deposited in this layer" in robot.clearance.not_checked
+    assert "material already deposited" not in robot.clearance.not_checked
 
 
 def test_tip_that_is_a_twentieth_of_a_millimetre_too_low_raises_no_alarm(scene: Scene):

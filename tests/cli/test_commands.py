@@ -139,7 +139,7 @@ def test_compare_adds_samples_and_figures_when_asked(run: Run, small: Path, tmp_
         (
             ["--spacing", "2", "--backend", "lscm", "--set", "options.lscm.resolution=20"],
             3,
-            "leave `options.lscm.resolution` out",
+            "omit `options.lscm.resolution`",
         ),
         (["--spacing", "2", "--place", "moon"], 2, "place"),
         (["--spacing", "2", "--cell", "nowhere.toml"], 2, "geoprint init"),
@@ -324,7 +324,7 @@ def test_recommend_compares_with_a_good_print_where_nobody_knows_the_material(ru
     ("arguments", "status", "complaint"),
     [
         (("recommend",), 2, "give `--pressure` in kPa, or process.pressure_kpa in the cell"),
-        (("recommend", "--pressure", 20), 2, "names no [material]"),
+        (("recommend", "--pressure", 20), 2, "has no [material]"),
         (("recommend", "--pressure", 0), 2, "must be above 0 kPa"),
         (("recommend", "--pressure", 20, "--good", 10, 20), 2, "give `--rounds` too, or process.rounds"),
         (("recommend", "--pressure", 20, "--rounds", 5, "--good", 0, 20), 2, "above 0 kPa and 1 round"),

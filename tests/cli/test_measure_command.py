@@ -78,8 +78,8 @@ def test_several_files_stand_in_one_table_and_nothing_is_written(run: Run, folde
     assert float(half["hole mm2"]) == pytest.approx(14.9 * 40.0, rel=0.01)
     # With as much as would cover all of it left on about half, it is as uneven as a layer and none.
     assert percent(half["thickness CV"]) > 90.0
-    assert "even.csv: no neighbour within three spacings for 6.7% of the path to the left and 6.7%" in stdout
-    assert "in brackets what 95 of 100 have; errors of the packaged cell, without a bent needle" in stdout
+    assert "even.csv: no neighbour within three spacings along 6.7% (left) and 6.7%" in stdout
+    assert "95% interval in brackets; errors of the packaged cell, without a bent needle" in stdout
     assert sorted(folder.iterdir()) == before
 
 
@@ -90,7 +90,7 @@ def test_a_narrow_terminal_has_the_columns_that_decide(run: Run, monkeypatch: py
     assert len(heading) <= 60
     shown = [word in heading for word in ("thickness CV", "once", "gap", "overlap", "spacing CV", "length")]
     assert shown == [True, True, True, True, False, False]
-    assert "left out at this width, told with `--json` and `--out`: CPU s/m, off mm" in stdout
+    assert "columns left out at this width, see `--json` and `--out`: CPU s/m, off mm" in stdout
     assert fitted(heading, 60) == heading
 
 
@@ -116,7 +116,7 @@ def test_files_that_cover_alike_are_called_equal_and_where_none_covers_none_is_p
     said = run(f"even.csv shifted.csv again.csv {PART}")[1]
     assert "even.csv and again.csv cover plate.ply best of 3." in said
     (folder / "most.csv").write_bytes((folder / "half.csv").read_bytes())
-    assert "No file covers plate.ply: at best, with half.csv, 5" in run(f"half.csv most.csv {PART}")[1]
+    assert "No file covers plate.ply. The best, half.csv: 5" in run(f"half.csv most.csv {PART}")[1]
 
 
 def test_a_folder_holds_page_picture_table_and_record(run: Run, folder: Path) -> None:
@@ -138,9 +138,9 @@ def test_a_folder_holds_page_picture_table_and_record(run: Run, folder: Path) ->
     page = (written / "report.html").read_text(encoding="utf-8")
     assert "even.csv covers plate.ply best of 2." in page
     assert printed_with(written / "report.html")[0] == "irb120-bent45.toml"
-    assert "not known: paths alone are measured" in page
+    assert "unknown: only the paths are measured" in page
     varies = f"{record.files[1].uniformity.thickness.cv:.2%}"
-    assert f"shifted.csv: with a constant flow the thickness of its layer varies by {varies} (standard" in page
+    assert f"shifted.csv: with constant flow, layer thickness varies by {varies} (standard" in page
     assert "Distance from border or seed" not in page
     before = {path.name: path.read_bytes() for path in written.iterdir()}
     assert run(f"even.csv shifted.csv {PART} --out told")[0] == 2
@@ -181,4 +181,4 @@ def test_a_fit_says_what_it_moved(run: Run, folder: Path) -> None:
     fit = json.loads(stdout)["files"][0]["fit"]
     assert fit["residual_mm"] < 1e-3
     assert fit["before_mm"] > 60.0
-    assert "away.csv: laid onto the part by a turn of" in run(f"away.csv {PART} --fit")[1]
+    assert "away.csv: fitted to the part, turned by" in run(f"away.csv {PART} --fit")[1]

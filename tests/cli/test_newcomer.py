@@ -74,7 +74,7 @@ NEWCOMER: list[tuple[str, int, str]] = [
     (
         "compare heart.ply --unit mm --spacing 4 --place demo",
         3,
-        "heart.ply is closed, so there is no rim to start from; give a point on it with `--from point:X,Y,Z`.",
+        "heart.ply is closed and has no rim to start from; give a point on it with `--from point:X,Y,Z`.",
     ),
     (
         "plan plate.ply --unit mm --spacing 1mm --out new",
@@ -102,7 +102,7 @@ NEWCOMER: list[tuple[str, int, str]] = [
     (
         "plan nowhere.ply --unit mm --spacing 2 --out new",
         3,
-        "there is no file `nowhere.ply`; check its name and its folder.",
+        "there is no file `nowhere.ply`; check its name and folder.",
     ),
     (
         "plan plate.ply --unit mm --spacing 2 --cell nowhere.toml --out new",

@@ -120,7 +120,7 @@ def test_a_dry_program_whose_flow_nothing_sets_is_refused_with_the_keys_that_do(
     save_plan(plan(job), tmp_path / "dry")
     status, _, stderr = run(tmp_path / "dry")
     assert (status, stderr.count("\n")) == (3, 1)
-    assert "state signals.flow and signals.flow_per_mm3_s in a cell file" in stderr
+    assert "State signals.flow and signals.flow_per_mm3_s in a cell file" in stderr
 
 
 def test_scan_and_photograph_are_written_to_be_appraised(
@@ -160,7 +160,7 @@ def test_a_plan_without_a_robot_is_laid_by_its_paths(run: Run, tmp_path: Path) -
     assert record.laid_mm3 / record.wanted_mm3 == pytest.approx(1.2, rel=1e-2)
     status, _, stderr = run(tmp_path / "planned")
     assert status == 0
-    assert "by its paths, because it has no program" in stderr
+    assert "by its paths, without a program" in stderr
     assert run(tmp_path)[0] == 3
     assert run(tmp_path / "planned", "--flow", 0)[0] == 3
     assert run(tmp_path / "planned", "--tone", "film")[0] == 2

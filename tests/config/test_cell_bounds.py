@@ -137,14 +137,14 @@ def test_the_cone_is_more_than_a_degree_wide() -> None:
         ({}, {"robot.model": None}, "give either model"),
         ({"robot.payload_kg": None, "robot.wrist_inertia_kg_m2": None}, {"robot.payload_kg": None}, "give both"),
         ({}, {"robot.wrist_inertia_kg_m2": None}, "give both"),
-        (TOUCHED, {"work.model_mm": [[0.0, 0.0, 0.0]]}, "model_mm lists 1 points and touched_mm 0"),
+        (TOUCHED, {"work.model_mm": [[0.0, 0.0, 0.0]]}, "model_mm lists 1 point and touched_mm 0"),
         ({**TOUCHED, "work.source": "calibrated"}, {"work.source": "calibrated"}, "needs the points that were touched"),
         (
             {"work.part_mm": [0.0] * 3, "work.part_rpy_deg": [0.0] * 3},
             {"work.part_rpy_deg": [0.0] * 3},
-            "part_mm does not say where it stands",
+            "part_mm, the position of the part",
         ),
-        ({"work.part_mm": [0.0] * 3}, {**TOUCHED, "work.part_rpy_deg": [0.0] * 3}, "part_rpy_deg turns the part"),
+        ({"work.part_mm": [0.0] * 3}, {**TOUCHED, "work.part_rpy_deg": [0.0] * 3}, "part_rpy_deg needs part_mm"),
         (
             {"material.uv_spot_mm": None, "material.uv_irradiance_mw_cm2": None},
             {"material.uv_spot_mm": None},
@@ -302,7 +302,7 @@ def test_angles_and_speeds_of_a_tilt_turn_table_are_read_in_degrees() -> None:
         (f"{TILT_TURN}turn_deg = [-361, 90]\n", "at least -360"),
         (
             f"{TILT_TURN}stand_distance_mm = 140\n",
-            "stand_distance_mm is 140, so that the turning plate of 200 mm meets",
+            "stand_distance_mm is 140, and the turning plate of 200 mm meets",
         ),
         (f"{TILT_TURN}pivot_mm = 3\n", r"pivot_mm: there is no such key"),
     ],
@@ -352,9 +352,9 @@ def test_what_drives_a_tilt_turn_table_is_named_where_the_controller_does_and_on
     assert isinstance(driven, TiltTurn)
     assert isinstance(asked, TiltTurn)
     assert (driven.unit, asked.unit) == ("STN1", None)
-    with pytest.raises(UsageError, match="name the mechanical_unit"):
+    with pytest.raises(UsageError, match="needs mechanical_unit"):
         cell_of(f'{start}control = "external axes"\n', name="cell.toml")
-    with pytest.raises(UsageError, match="mechanical_unit is named"):
+    with pytest.raises(UsageError, match="mechanical_unit needs control"):
         cell_of(f'{start}mechanical_unit = "STN1"\n', name="cell.toml")
 
 
@@ -393,10 +393,10 @@ def test_the_file_of_a_curve_is_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize("text", ["rim", "loops:", "loops:one", "point:1;2;3", "best:1", "nowhere.csv", ""])
 def test_a_text_that_means_nothing_is_refused_with_what_would(text: str) -> None:
     with pytest.raises(
-        UsageError, match=r"`--from`: .* is no source, and no file: give one of border, best, loops:1,3"
+        UsageError, match=r"`--from`: .* is neither a source nor a file: give one of border, best, loops:1,3"
     ):
         source_named(text)
-    with pytest.raises(UsageError, match="is no source"):
+    with pytest.raises(UsageError, match="is neither a source"):
         job_of(surface="part.ply", source=text)
 
 
@@ -425,7 +425,7 @@ def test_several_patches_take_the_border_the_best_or_each_its_own() -> None:
     box = {"box": [0, 0, 0, 1, 1, 1]}
     for source in ("border", "best"):
         assert job_of(surface="part.ply", patches=[box, box], source=source).source is not None
-    with pytest.raises(UsageError, match="the source loops:1 lies on one patch, but there are 2: give each its own"):
+    with pytest.raises(UsageError, match="the source loops:1 lies on one of 2 patches: give each patch its own"):
         job_of(surface="part.ply", patches=[box, box], source="loops:1")
     job = job_of(surface="part.ply", patches=[box, {**box, "source": "loops:2"}])
     assert [str(patch.source) for patch in job.patches] == ["None", "loops:2"]

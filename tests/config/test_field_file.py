@@ -60,7 +60,7 @@ def test_the_commented_file_follows_the_rim_and_every_comment_in_it_is_a_table(t
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("", r"^field.toml: it says no line: give a preference, a singularity, a helix or a wall; `geoprint init`"),
+        ("", r"^field.toml: it defines no line: give a preference, a singularity, a helix or a wall; `geoprint init`"),
         ("[[preferences]]\nrim = true\nwait = 2\n", r"^field.toml, line 3: preferences.1.wait: there is no such key"),
         ("[[preferences]]\nweight = 2.0\n", r"line 1: preferences.1: a preference is one of rim, .* found none"),
         ("[[preferences]]\nrim = true\ncurvature = 'largest'\n", r"found rim and curvature"),
@@ -72,7 +72,7 @@ def test_the_commented_file_follows_the_rim_and_every_comment_in_it_is_a_table(t
         ("[helix]\naxis = [0.0, 0.0, 1.0]\nangle = 91.0\n", r"line 3: helix.angle: .*at most 90, found 91.0"),
         (
             "[helix]\naxis = [0.0, 0.0, 1.0]\nangle = 9.0\n[[preferences]]\nrim = true\n",
-            r"a helix says every line: leave out the preferences and singularities, or the helix",
+            r"a helix defines every line: remove the preferences and singularities, or the helix",
         ),
         (f"{RIM}[through]\ninner_deg = 9.0\n", r"line 3: through: lines turn by turn_deg_per_mm, .* found inner_deg;"),
         (
@@ -83,8 +83,8 @@ def test_the_commented_file_follows_the_rim_and_every_comment_in_it_is_a_table(t
         (WALL.replace("cavity = [11]", "cavity = [7]"), r"line 1: wall: a label is of the wall, .* found 7 twice"),
         (WALL.replace("cavity = [11]", "cavity = []"), r"line 4: wall.cavity: .*at least 1 item"),
         (WALL.replace("base = [3]\n", ""), r"line 1: wall.base: this key is missing"),
-        (WALL + RIM, r"a wall says every line through it: leave out all tables but the width, or the wall"),
-        (WALL + "[through]\ninner_deg = 6.0\nouter_deg = 9.0\n", r"a wall says every line through it"),
+        (WALL + RIM, r"a wall defines every line through it: remove all tables but the width, or the wall"),
+        (WALL + "[through]\ninner_deg = 6.0\nouter_deg = 9.0\n", r"a wall defines every line through it"),
         (f"{RIM}[width]\n", r"line 3: width: a width is from a table, along a direction .* found none"),
         (
             f"{RIM}[width]\ntable = 'w.csv'\nat_mm = 1.0\n",
@@ -97,8 +97,8 @@ def test_the_commented_file_follows_the_rim_and_every_comment_in_it_is_a_table(t
         ),
         (f"{RIM}[width]\nplaces = []\nat_mm = 1.0\nwithin_mm = 3.0\n", r"line 4: width.places: .*at least 1 item"),
         (f"{RIM}[width]\nplaces = [[0.0, 0.0, 0.0]]\nat_mm = 0.0\nwithin_mm = 3.0\n", r"line 5: .*greater than 0"),
-        (f"{RIM}[width]\ntable = 'w.csv'\n", r"^field.toml: \[width\] names the table w.csv, but there is no file"),
-        (WALL, r"^field.toml: \[wall\] names the volume heart.nii, but there is no file .*heart.nii\.$"),
+        (f"{RIM}[width]\ntable = 'w.csv'\n", r"^field.toml: \[width\] names the table w.csv, but the file"),
+        (WALL, r"^field.toml: \[wall\] names the volume heart.nii, but the file .*heart.nii does not exist\.$"),
         ("rim = [\n", r"^field.toml is not valid TOML"),
     ],
 )
@@ -169,14 +169,14 @@ def test_names_in_any_character_set_do_no_harm(tmp_path: Path) -> None:
     [
         ("a;b\n1;2\n", "line 1: the first row must name the columns x,y,z, found 'a,b'"),
         ("x [cm],y,z\n1,2,3\n", r"line 1: column 'x \[cm\]' is in another unit \(cm\), it is read in mm"),
-        ("x,y,z\n1,2\n", "line 2: found 2 cells parted by commas, but the header names 3"),
+        ("x,y,z\n1,2\n", "line 2: found 2 cells separated by commas, but the header names 3"),
         (
             "1,5,2,5,3,5\n",
-            "line 1: found 6 cells parted by commas and no header.* decimal commas need semicolons or tabs",
+            "line 1: found 6 cells separated by commas and no header.* decimal commas need semicolons or tabs",
         ),
-        ("# no\n1;2;3\n1;2;3;4\n", "line 3: found 4 cells parted by semicolons, but without a header there are 3"),
+        ("# no\n1;2;3\n1;2;3;4\n", "line 3: found 4 cells separated by semicolons, but without a header there are 3"),
         ("x;y;z\n1.5;2;3\n1,5;2;3\n", "decimal points in line 2 and decimal commas in line 3"),
-        ("x;y;z\n1.234,5;2;3\n", "without marks between thousands"),
+        ("x;y;z\n1.234,5;2;3\n", "without thousands separators"),
         ('x,y,z\n"1,234",2,3\n', "line 2: a comma before three digits may mark thousands or decimals"),
         ("x;y;z\n#REF!;2;3\n", "line 2, column x: found '#REF!', needed is a number of mm"),
         ("x;y;z\n1;two;3\n", "line 2, column y: found 'two'"),

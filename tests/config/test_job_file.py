@@ -93,7 +93,7 @@ def test_rounds_that_are_given_replace_the_spacing_of_the_file_and_the_other_way
         (SMALL + "[patches]\nradius = 2\n", "line 4: patches: it must be a list"),
         (
             SMALL + "source = { loops = [1] }\n" + 2 * "[[patches]]\nat = [0, 0, 0]\nradius = 1\n",
-            "job.toml: the source loops:1 lies on one patch, but there are 2",
+            "job.toml: the source loops:1 lies on one of 2 patches",
         ),
         ('surface = "other.toml"\n', "job.toml: surface: other.toml is a job file too"),
         ("a = " + 5000 * "[", "job.toml: its lists are nested too deeply"),
@@ -180,7 +180,7 @@ def test_a_job_or_a_cell_that_might_never_end_is_refused_before_it_is_read(tmp_p
         mkfifo(path)
     else:
         path.write_text("#" * 2_000_000)
-    wanted = "no plain file" if kind == "pipe" else "larger than 1 MB"
+    wanted = "not a regular file" if kind == "pipe" else "larger than 1 MB"
     with pytest.raises(UsageError, match=rf"job file .*{wanted}"):
         job_of(surface=path)
     with pytest.raises(UsageError, match=rf"cell file .*{wanted}"):

@@ -167,7 +167,9 @@ def test_a_chart_that_overlaps_without_a_flip_is_refused_with_its_place() -> Non
     turn, reach = flat.vertices[:, 0], 14.0 + flat.vertices[:, 1]
     # The plate's x is the turn and its y points outwards: the winding is turned.
     vertices = np.column_stack([reach * np.cos(turn), reach * np.sin(turn), 0.8 * turn])
-    with pytest.raises(FieldError, match=r"border of ramp crosses itself \d+ times in the chart, the first at \(") as e:
+    with pytest.raises(
+        FieldError, match=r"border of ramp crosses itself \d+ times in the UV map, the first at \("
+    ) as e:
         conformal_chart(Surface(vertices, flat.faces[:, ::-1], name="ramp"))
     count, place = e.value.details["count"], np.array(e.value.details["place"])
     assert f"itself {count} times" in str(e.value)
@@ -344,7 +346,7 @@ def test_ring_spacing_on_a_cap_is_the_predicted_one() -> None:
 
 def test_a_chart_of_another_surface_or_with_a_flip_is_refused() -> None:
     surface, other = plate(), plate(divisions=(9, 6))
-    with pytest.raises(InputError, match="108 faces and plate 96"):
+    with pytest.raises(InputError, match="it has 108, the surface 96"):
         distortion(surface, other)
     turned = stretched(surface, -1.0, 1.0)
     with pytest.raises(FieldError, match="96 of 96 triangles of plate are flipped"):

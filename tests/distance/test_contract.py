@@ -234,7 +234,7 @@ def test_a_chart_and_a_mesh_are_compared_and_the_most_accurate_is_advised() -> N
 
 
 def test_a_name_that_is_built_in_cannot_be_registered_again() -> None:
-    with pytest.raises(UsageError, match="a backend named 'heat' already"):
+    with pytest.raises(UsageError, match="a backend named 'heat' exists already"):
         register("heat", BACKENDS["lscm"])
 
 

@@ -274,7 +274,7 @@ def test_a_given_resolution_is_taken_and_refused_where_paths_would_run_together(
     surface = plate(jitter_seed=1)
     source = boundary_source(surface)
     assert Lscm(surface, resolution=200).shown(spacing=1.0).resolution == 200
-    with pytest.raises(FieldError, match=r"pixel of the chart of plate at resolution 32 is 1\.\d+ mm .* at \(.*\) mm"):
+    with pytest.raises(FieldError, match=r"pixel of the UV map of plate at resolution 32 is 1\.\d+ mm .* at \(.*\) mm"):
         Lscm(surface, resolution=32).contours(source, spacing=1.0)
     for resolution in (8, 8193):
         with pytest.raises(UsageError, match="between 16 and 8192"):

@@ -172,5 +172,5 @@ def test_a_level_that_looks_down_and_feet_of_another_surface_are_refused() -> No
     level, feet = _over(part, 2.0)
     with pytest.raises(InputError, match=r"face 0 of .* looks at plate below it: turn the level over"):
         carried_field(field, turned_over(level), feet=feet)
-    with pytest.raises(InputError, match=r"has \d+ faces, but \d+ feet are given: give that of each"):
+    with pytest.raises(InputError, match=r"has \d+ faces, but \d+ feet are given: give one for each face"):
         carried_field(field, part, feet=feet)

@@ -147,9 +147,9 @@ def test_what_means_nothing_on_a_surface_is_refused() -> None:
     for surface, preference, why in (
         (sphere, AlongRim(), "sphere is closed"),
         (plate, AlongCurvature("largest"), "plate is flat"),
-        (plate, AlongDirection(np.array([0.0, 0.0, 1.0])), "across it everywhere"),
-        (plate, AlongStroke(dot), "no stroke on plate has two points"),
-        (plate, AlongStroke(drawn(plate, plate.vertices[[30, 30]])), "across it everywhere"),
+        (plate, AlongDirection(np.array([0.0, 0.0, 1.0])), "perpendicular to it everywhere"),
+        (plate, AlongStroke(dot), "every line drawn on plate has one point"),
+        (plate, AlongStroke(drawn(plate, plate.vertices[[30, 30]])), "perpendicular to it everywhere"),
     ):
         with pytest.raises(FieldError, match=why):
             preference.wishes(surface, symmetry=2)

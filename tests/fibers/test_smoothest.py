@@ -157,7 +157,7 @@ def test_a_search_that_does_not_end_is_refused(monkeypatch: pytest.MonkeyPatch) 
         raise ArpackNoConvergence("no convergence", np.empty(0), np.empty((0, 0)))
 
     monkeypatch.setattr(prescribed, "eigsh", endless)
-    with pytest.raises(FieldError, match="no smoothest field is found on disc"):
+    with pytest.raises(FieldError, match="disc has no smoothest field"):
         smoothest_field(meshes.disc(), symmetry=2)
 
 

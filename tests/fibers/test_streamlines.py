@@ -202,7 +202,7 @@ def test_a_stroke_that_is_too_short_is_left_out_and_told_once_from_wherever_it_i
 def test_a_part_too_short_for_any_stroke_is_refused() -> None:
     surface = plate((2.0, 2.0), (4, 4))
     with pytest.raises(
-        FieldError, match=r"no stroke along the field on plate is 3 spacings of 1 mm long: choose a smaller"
+        FieldError, match=r"no path along the field on plate is 3 spacings of 1 mm long: choose a smaller"
     ):
         _paths(_along(surface, 1.0, 0.0, 0.0), spacing=1.0)
 

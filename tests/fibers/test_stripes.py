@@ -215,12 +215,12 @@ def test_what_is_shorter_than_three_spacings_is_left_out_and_told() -> None:
 
 def test_a_part_too_short_for_any_stroke_is_refused() -> None:
     surface = plate((2.0, 2.0), (4, 4))
-    with pytest.raises(FieldError, match=r"no stroke along the field on plate is 3 spacings of 1 mm long: choose"):
+    with pytest.raises(FieldError, match=r"no path along the field on plate is 3 spacings of 1 mm long: choose"):
         _paths(_along(surface, 1.0, 0.0, 0.0), spacing=1.0)
 
 
 def test_another_laying_is_refused() -> None:
-    with pytest.raises(UsageError, match=r"^fibres have no laying 'woven'; choose one of: stripes, streamlines\.$"):
+    with pytest.raises(UsageError, match=r"^fibres have no placement 'woven'; choose one of: stripes, streamlines\.$"):
         FibrePattern(laying="woven")
 
 

@@ -117,15 +117,15 @@ def test_of_several_pieces_of_wall_the_largest_counts(ball: WallCoordinates) -> 
 
 
 def test_what_is_off_the_wall_and_labels_that_make_no_wall_are_refused(ball: WallCoordinates) -> None:
-    with pytest.raises(FieldError, match=r"\(0.*, 0.*, -40.*\) mm lies off the wall of ball, farther than 2.5 voxels"):
+    with pytest.raises(FieldError, match=r"\(0.*, 0.*, -40.*\) mm lies off the wall of ball, by more than 2.5 voxels"):
         ball.depths(np.array([[0.0, 0.0, -20.0], [0.0, 0.0, -40.0]]))
     voxels = ball_voxels()
     nothing = np.zeros_like(voxels.wall)
     for changed, said in (
-        ({"cavity": nothing}, "nothing of the wall is beside the cavity"),
-        ({"base": nothing}, "nothing of the wall is beside the base"),
-        ({"base": ~(voxels.wall | voxels.cavity)}, "nothing of the wall is beside the outside"),
-        ({"wall": nothing}, "no voxel is of the wall"),
+        ({"cavity": nothing}, "the wall does not touch the cavity"),
+        ({"base": nothing}, "the wall does not touch the base"),
+        ({"base": ~(voxels.wall | voxels.cavity)}, "the wall does not touch the outside"),
+        ({"wall": nothing}, "no voxel belongs to the wall"),
     ):
         with pytest.raises(FieldError, match=said):
             WallCoordinates(replace(voxels, **changed))
@@ -260,7 +260,7 @@ def test_what_has_no_apex_no_base_or_no_height_is_refused() -> None:
     both = united([part, Surface(part.vertices + np.array([99.0, 0.0, 0.0]), part.faces)])
     with pytest.raises(FieldError, match="no apex or no base"):
         apex_to_base(both, apex=np.array([0]), base=base)
-    with pytest.raises(FieldError, match="the height is the same all over"):
+    with pytest.raises(FieldError, match="the height is constant over"):
         RULE.field(part, heights=np.ones(len(part.vertices)), depths=np.zeros(len(part.vertices)))
     with pytest.raises(InputError, match="a finite height and a depth at each"):
         RULE.field(part, heights=np.ones(3), depths=np.zeros(3))

@@ -72,7 +72,7 @@ def test_a_vertex_where_fans_touch_is_found_in_a_refused_mesh_too() -> None:
         vertices=np.concatenate([plate.vertices, other]), faces=np.concatenate([plate.faces, names[plate.faces]])
     )
     found = inspect(bowtie)
-    assert "consists of 2 pieces" in str(found.refusal)
+    assert "has 2 separate components" in str(found.refusal)
     assert found.nonmanifold_vertices.count == 1
     assert found.nonmanifold_vertices.places == ((40.0, 30.0, 0.0),)
     assert found.flipped_faces.count == 0

@@ -122,7 +122,7 @@ def test_a_soup_with_rounding_noise_is_welded_within_the_tolerance(seed: int) ->
 
 def test_a_gap_wider_than_the_tolerance_stays_open() -> None:
     left, right = meshes.plate(), shifted(meshes.plate(), 40.0 + 0.05, 0.0, 0.0)
-    with pytest.raises(MeshError, match="consists of 2 pieces"):
+    with pytest.raises(MeshError, match="has 2 separate components"):
         prepare(together(left, right))
     _, report = prepare(together(left, shifted(meshes.plate(), 40.0 + 0.005, 0.0, 0.0)))
     assert report.repairs.welded_vertices == 7
@@ -214,7 +214,7 @@ def test_holes_that_share_a_vertex_become_one_hole() -> None:
 
 def test_pieces_that_touch_in_a_vertex_alone_are_refused() -> None:
     plate = meshes.plate()
-    with pytest.raises(MeshError, match="consists of 2 pieces that no edge joins"):
+    with pytest.raises(MeshError, match="has 2 separate components"):
         prepare(together(plate, shifted(plate, 40.0, 30.0, 0.0)))
 
 
@@ -239,7 +239,7 @@ def test_several_pieces_are_refused_with_their_number_and_the_place_of_the_small
     pieces = together(
         meshes.plate(), shifted(meshes.disc(rings=2), 100.0, 0.0, 0.0), shifted(meshes.disc(), 0, 0, 50.0)
     )
-    with pytest.raises(MeshError, match=r"3 pieces .* 384 faces and the smallest with 24 at \(100\.00, 0\.00, 0\.00\)"):
+    with pytest.raises(MeshError, match=r"3 separate components.* 384 faces, the smallest with 24 at \(100\.00"):
         prepare(pieces)
 
 
@@ -320,7 +320,7 @@ def test_a_sheet_folded_through_itself_is_refused_with_a_place() -> None:
     # The far end goes back below the plate and comes up through it.
     vertices[beyond, 2] = -3 + 8 * (vertices[beyond, 0] - 25) / 15
     vertices[beyond, 0] = 50 - vertices[beyond, 0]
-    with pytest.raises(MeshError, match="passes through itself: pairs of faces that cross or lie on each other: ") as e:
+    with pytest.raises(MeshError, match="intersects itself: ") as e:
         prepare(Surface(vertices=vertices, faces=plate.faces))
     place = e.value.details["place"]
     assert isinstance(place, tuple)
@@ -339,7 +339,7 @@ def test_a_flat_ear_on_the_rim_is_no_junction() -> None:
 
 def test_a_mesh_of_nothing_but_empty_faces_is_refused() -> None:
     line = Surface(vertices=np.array([[0, 0, 0], [1, 0, 0], [2, 0, 0]], dtype=float), faces=np.array([[0, 1, 2]]))
-    with pytest.raises(MeshError, match="none of its 1 faces has an area"):
+    with pytest.raises(MeshError, match=r"every face is degenerate \(1\)"):
         prepare(line)
 
 
@@ -394,9 +394,9 @@ def test_crafted_defects_are_repaired_to_the_patch_they_were_made_from(name: str
         ("geometrycentral_moebius.obj", "is not orientable"),
         ("geometrycentral_fan3.obj", "more than two faces: 1"),
         ("x_fin.ply", "more than two faces: 1"),
-        ("x_two_patches.ply", "consists of 2 pieces"),
-        ("x_bowtie.ply", "consists of 2 pieces"),
-        ("x_folded_selfintersect.ply", "passes through itself"),
+        ("x_two_patches.ply", "has 2 separate components"),
+        ("x_bowtie.ply", "has 2 separate components"),
+        ("x_folded_selfintersect.ply", "intersects itself"),
     ],
 )
 def test_crafted_defects_that_cannot_be_repaired_are_refused(name: str, message: str) -> None:

@@ -39,7 +39,7 @@ def test_a_package_is_listed_with_all_of_its_names(package: str) -> None:
         "- `vertices`: (n, 3) positions [mm] in the part's own (work) frame.",
         "### `boundary_source(surface: Surface) -> Source`",
         "Return (k,) length along a polyline of (k, 3) points from its start [mm].",
-        "takes straight distances in the plane. Options: `lscm.resolution`.",
+        "measures distances in the plane. Options: `lscm.resolution`.",
         "- raises: `FieldError`, `MeshError`",
     ],
 )

@@ -167,7 +167,7 @@ def test_what_holds_no_line_is_refused() -> None:
     with pytest.raises(InputError, match="of one colour"):
         found(np.full((200, 200), 0.5))
     grain = np.random.default_rng(3).uniform(0.3, 0.7, (200, 200))
-    with pytest.raises(InputError, match=r"nothing looks like a bead|no line of beads"):
+    with pytest.raises(InputError, match=r"no bead|none of"):
         found(grain)
-    with pytest.raises(InputError, match="cannot be looked for in a photograph of 360 x 300"):
+    with pytest.raises(InputError, match="cannot be found in a photograph of 360 x 300"):
         found(drawn(SIZE, rows(12.0)), width=120.0)

@@ -141,7 +141,7 @@ def test_what_is_no_thickness_is_refused(thickness: float, height: float) -> Non
 
 
 def test_more_layers_than_anybody_prints_are_refused() -> None:
-    with pytest.raises(InputError, match="are 7,500 layers, at most 500"):
+    with pytest.raises(InputError, match=r"need 7,500 of them, but 500 is the limit"):
         whole_layers(3000.0, height=0.4)
 
 

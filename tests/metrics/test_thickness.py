@@ -343,7 +343,7 @@ def test_a_triangle_holds_the_part_of_its_extent_that_lies_between_two_bounds(
     assert _share(np.array([2.0]), np.array([low]), np.array([high])).tolist() == pytest.approx([share])
 
 
-# What a program lays: by time through a valve, by length where the flow follows the speed.
+# What a program lays: by time through a valve, by length wthis print has following flow the speed.
 
 
 # Two lines of 40 mm at 10 mm/s, and 2 s of travel between them.

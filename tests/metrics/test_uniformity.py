@@ -229,7 +229,7 @@ def test_a_path_beside_the_surface_is_refused() -> None:
 def test_paths_that_cover_the_part_too_often_for_their_length_are_refused() -> None:
     # 8000 rows of 40 mm at a spacing of 5 mm: 320 m cover 1200 mm2 more than 1300 times.
     row = np.array([[0.0, 15.0, 0.0], [40.0, 15.0, 0.0]])
-    with pytest.raises(FieldError, match=r"cover the part 1\.3e\+03 times: at most 1\.5e\+04 are measured"):
+    with pytest.raises(FieldError, match=r"cover the part 1\.3e\+03 times: .* at most 1\.5e\+04 are measured"):
         measure_paths(fine_plate(), [row] * 8000, spacing=5.0)
 
 

@@ -48,7 +48,7 @@ def test_a_bead_without_flow_is_refused() -> None:
 
 @pytest.mark.parametrize("area", [0.1, 1e5])
 def test_an_area_that_no_segment_has_is_refused(area: float) -> None:
-    with pytest.raises(InputError, match="no bead of 1 mm height"):
+    with pytest.raises(InputError, match="a bead of 1 mm height cannot"):
         segment_width(area, height=1.0)
 
 

@@ -188,5 +188,5 @@ def test_what_cannot_have_been_measured_is_refused(wrong: dict[str, FloatArray],
 
 @pytest.mark.parametrize("wrong", [(0.0, 1.5, 1.0, 1.0), (0.5, 0.9, 1.0, 1.0), (0.5, 1.5, -1.0, 1.0)])
 def test_bounds_that_leave_no_flow_as_wanted_are_refused(wrong: tuple[float, float, float, float]) -> None:
-    with pytest.raises(InputError, match="bounds of a flow are about 1"):
+    with pytest.raises(InputError, match="bounds of a flow must enclose 1"):
         FlowBounds(*wrong)

@@ -78,7 +78,7 @@ def test_a_dose_that_one_pass_does_not_give_is_told() -> None:
     # 100 mW/cm2 over 9 pi mm2, on 20 * 1.5 mm2 in a second.
     assert len(found.warnings) == 1
     assert "gives 30, all passes together 94.2 of 100 mJ/cm2: up to 6 mm/s" in found.warnings[0]
-    assert "no final exposure is named" in found.warnings[0]
+    assert "add a final exposure" in found.warnings[0]
     assert "the final exposure of 60 s must" in recommend(
         weak, tool=CELL.tool, process=PROCESS, pressure=40e3, spacing=None, flood=Flood(60.0)
     ).warnings[0]  # fmt: skip
@@ -107,8 +107,8 @@ def test_the_three_prints_of_the_paper_come_out_as_they_were_printed() -> None:
         (10.0, 21, "fits the good print"),
         (5.0, 20, "too little: at most 0.50 times"),
         (5.0, 40, "too little, unless the material is Newtonian"),
-        (5.0, 80, "cannot be told"),
-        (20.0, 5, "cannot be told"),
+        (5.0, 80, "unknown for this material"),
+        (20.0, 5, "unknown for this material"),
     ],
 )
 def test_other_settings_are_judged_by_what_any_fluid_does(pressure: float, rounds: int, verdict: str) -> None:

@@ -171,7 +171,7 @@ def part(
     return PartReport(
         name=name,
         verdict=(f"{names[0]} covers {name} best.", f"{names[0]} can be printed."),
-        cautions=("PLACEMENT NOT KNOWN: programs run only dry.",),
+        cautions=("PLACEMENT UNKNOWN: programs only run dry.",),
         overview=(("most even", names[0]),),
         surface=shown,
         R_view_work=np.eye(3),

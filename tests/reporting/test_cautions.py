@@ -34,9 +34,9 @@ def cell_with(*, width: float, standoff: float, height: float) -> Cell:
     ("width", "standoff", "spacing", "said"),
     [
         (1.3, 0.5, 1.3, None),
-        (1.3, 0.5, 1.0, "passes along the top of the beads beside its own; one of 20 gauge (0.91 mm) does not"),
-        (1.3, 0.6, 0.9, "passes 0.1 mm above the beads beside its own; one of 21 gauge (0.82 mm) does not"),
-        (0.51, 0.45, 0.5, "passes 0.05 mm within the beads beside its own; no common one is thinner"),
+        (1.3, 0.5, 1.0, "passes along the top of the neighbouring beads. Use 20 gauge (0.91 mm)"),
+        (1.3, 0.6, 0.9, "passes 0.1 mm above the neighbouring beads. Use 21 gauge (0.82 mm)"),
+        (0.51, 0.45, 0.5, "passes 0.05 mm within the neighbouring beads. No common needle is thinner"),
     ],
 )
 def test_a_needle_wider_than_the_spacing_is_said_with_one_that_is_not(
@@ -109,7 +109,7 @@ def test_borders_of_quadrants_are_noted_where_the_part_will_stand_and_are_a_deta
     record = record.model_copy(update={"robot": (robot.model_copy(update={"motion": motion}),)})
     stated = replace(planned, job=planned.job.model_copy(update={"place": None}))
     found = [
-        [text for text in of(plan, record) if text.startswith("within 1 degree of a border of quadrants on")]
+        [text for text in of(plan, record) if text.startswith("within 1 degree of a quadrant border on")]
         for plan in (planned, stated)
         for of in (warnings_of, notes_of, details_of)
     ]
@@ -152,25 +152,26 @@ def test_targets_that_follow_too_soon_are_told_of_all_attitudes_in_one_sentence(
         robots = tuple(attitude(record.robot[0], closer=count, soonest=soonest) for count, soonest in each)
         changed = record.model_copy(update={"robot": robots})
         notes, warnings = (
-            [text for text in of(planned, changed) if "sooner" in text] for of in (notes_of, warnings_of)
+            [text for text in of(planned, changed) if "after the previous one" in text]
+            for of in (notes_of, warnings_of)
         )
         return notes, warnings
 
     notes, (warning,) = said((3, 15.0), (0, 25.0), (2, 11.5))
     assert notes == []
     assert warning == (
-        "5 targets follow the one before sooner than the controller digests them (robot.target_period_ms is 20; the "
-        "soonest comes after 11.5 ms in attitude 3): the arm may slow down there."
+        "5 targets are less than 20 ms after the previous one (robot.target_period_ms), the closest 11.5 ms in "
+        "attitude 3: the arm may slow down there."
     )
     # From 12 ms on a controller takes them, and may only be slower.
     assert said((3, 15.0), (2, 11.99))[0] == []
     (note,), warnings = said((3, 15.0), (2, 12.0))
     assert warnings == []
-    assert "the soonest comes after 12.0 ms in attitude 2): the arm may slow down there." in note
+    assert "the closest 12.0 ms in attitude 2: the arm may slow down there." in note
     (one,), warnings = said((1, 19.0))
     assert warnings == []
-    assert one.startswith("1 target follows the one before sooner than the controller digests it (")
-    assert "the soonest comes after 19.0 ms):" in one
+    assert one.startswith("1 target is less than 20 ms after the previous one (")
+    assert "the closest 19.0 ms:" in one
     assert said((0, 25.0)) == ([], [])
 
 
@@ -194,9 +195,7 @@ def test_a_pressure_that_the_cell_names_is_warned_of_where_the_print_is_slower_t
     record = timed(record_plan(planned), pressure=pressure, speed=speed, ceilings=(ceiling,))
     said = [text for text in warnings_of(planned, record) if "kPa" in text]
     flow = 3.0 * 0.5 * speed
-    begin = (
-        f"the cell's 120 kPa are for 20 mm/s and this prints at 15: set the pressure that lets {flow:g} mm3/s through"
-    )
+    begin = f"the cell's 120 kPa suit 20 mm/s, and this prints at 15 mm/s: set the pressure for {flow:g} mm3/s"
     assert said == [f"{begin}."] * warned
     fitted = with_flow(record, valve_kpa=98.76)
     said = [text for text in warnings_of(planned, fitted) if "kPa" in text]
@@ -208,7 +207,7 @@ def test_the_pressure_is_not_warned_of_where_nothing_sets_the_speed_and_counts_f
 ) -> None:
     record = timed(record_plan(planned), pressure=120.0, speed=15.0, ceilings=(15.0, 20.0))
     (said,) = [text for text in warnings_of(planned, record) if "kPa" in text]
-    assert said.startswith("the cell's 120 kPa are for 20 mm/s and this prints at 15")
+    assert said.startswith("the cell's 120 kPa suit 20 mm/s, and this prints at 15")
     without = record.model_copy(update={"robot": ()})
     assert not [text for text in warnings_of(planned, without) if "kPa" in text]
 
@@ -261,10 +260,10 @@ def checked(planned: Plan, tmp_path_factory: pytest.TempPathFactory) -> Checked:
 @pytest.mark.parametrize(
     ("named", "fitted", "said"),
     [
-        (None, None, "air pressure: that which lets 22.5 mm3/s through at 15 mm/s layer 0.5 mm"),
-        (None, 98.76, "air pressure: that which lets 22.5 mm3/s through at 15 mm/s, by [material] 98.8 kPa layer"),
-        (120e3, 98.76, "15 mm/s, by [material] 98.8 kPa; the cell names 120 kPa for 20 mm/s layer"),
-        (120e3, None, "through at 15 mm/s; the cell names 120 kPa for 20 mm/s layer"),
+        (None, None, "air pressure: set it for 22.5 mm3/s at 15 mm/s layer 0.5 mm"),
+        (None, 98.76, "air pressure: set it for 22.5 mm3/s at 15 mm/s, by [material] 98.8 kPa layer"),
+        (120e3, 98.76, "15 mm/s, by [material] 98.8 kPa; the cell states 120 kPa for 20 mm/s layer"),
+        (120e3, None, "at 15 mm/s; the cell states 120 kPa for 20 mm/s layer"),
     ],
 )
 def test_the_run_sheet_says_which_flow_the_pressure_lets_through(

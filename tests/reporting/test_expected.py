@@ -76,13 +76,13 @@ def test_plans_that_print_alike_are_indistinguishable_on_this_cell(record: Plann
     a, b, c = (like(record, name, in_prints(cv)) for name, cv in (("a", 0.01), ("b", 0.011), ("c", 0.09)))
     pairs = [apart("b", "a", alike=True), apart("a", "c", alike=False), apart("b", "c", alike=False)]
     assert in_print([a, b, c], pairs)[0] == (
-        "In print the thickness is expected to vary by 1.0% (0.8-1.3) with a, 1.1% (0.9-1.4) with b and 9.0% "
-        "(7.2-11.7) with c, in brackets what 95 of 100 prints have: a and b are indistinguishable on this cell."
+        "In print, thickness is expected to vary by 1.0% (0.8-1.3) with a, 1.1% (0.9-1.4) with b and 9.0% (7.2-11.7) "
+        "with c (95% interval in brackets). On this cell, a and b are indistinguishable."
     )
-    assert in_print([a, b], pairs)[0].endswith(": they are indistinguishable on this cell.")
-    assert in_print([a, c], pairs)[0].endswith(": a can be told from the other.")
-    assert in_print([c, a, b], pairs)[0].endswith(": c can be told from the others.")
-    assert in_print([a], [])[0].endswith("what 95 of 100 prints have.")
+    assert in_print([a, b], pairs)[0].endswith(". On this cell, they are indistinguishable.")
+    assert in_print([a, c], pairs)[0].endswith(". a differs measurably from the other.")
+    assert in_print([c, a, b], pairs)[0].endswith(". c differs measurably from the others.")
+    assert in_print([a], [])[0].endswith("(95% interval in brackets).")
     assert in_print([like(record, "a", None)], []) == ()
 
 
@@ -90,10 +90,15 @@ def test_the_largest_error_is_the_one_to_mend_first(record: PlannedRecord) -> No
     def said(printed: PrintedRecord) -> str:
         return in_print([like(record, "a", printed)], [])[1]
 
-    arm = "To mend first: how the arm strays along a run (`path_repeatability_mm`), 80% of the variance of a in print."
+    arm = (
+        "Largest error source: path repeatability of the arm (`path_repeatability_mm`), 80% of the variance of a in "
+        "print."
+    )
     assert said(in_prints(0.01)) == arm
-    assert said(in_prints(0.01, errors="packaged cell")).startswith(f"{arm} Errors are those of the packaged cell")
-    assert said(in_prints(0.01, mend=None)) == "What varies in print is the plan of a: 90% of the variance."
+    assert said(in_prints(0.01, errors="packaged cell")).startswith(f"{arm} These are errors of the packaged cell")
+    assert (
+        said(in_prints(0.01, mend=None)) == "Largest error source: the plan of a itself, 90% of its variance in print."
+    )
 
 
 def test_figures_stand_with_their_interval_and_a_dash_where_there_are_none() -> None:
@@ -127,8 +132,8 @@ def test_a_cell_of_ones_own_says_how_far_its_prints_stray(compared: Comparison, 
     assert shares.run_flow + shares.repeatability + shares.plan + shares.placement == pytest.approx(1.0, abs=1e-5)
     assert 0.02 < shares.repeatability < 0.035
     text = outcome_text(record_plan(plan))
-    assert f"in print: thickness expected to vary by {expected_text(printed)}" in text
-    assert "mend first how the flow differs from run to run" in text
+    assert f"in print: thickness is expected to vary by {expected_text(printed)}" in text
+    assert "largest error source: flow differences between runs" in text
     assert "packaged" not in text
     assert record.deposition is not None
     # 0.05 of flow from print to print, 1.96 times to either side.

@@ -126,7 +126,7 @@ def test_the_page_says_what_the_record_says(written: bytes) -> None:
     assert record.finished.printed == record.finished.constant_flow
     text = " ".join(Reader(written).text.split())
     for said in (
-        "Finished thickness 97.5% of what is wanted, varies by 2.56%", "Warning: mind this", "Not checked: hoses.",
+        "Finished thickness 97.5% of the target, varies by 2.56%", "Warning: mind this", "Not checked: hoses.",
         "seams apart [mm]", "1.00", "Cut across through the middle", "plate.ply", 64 * "a",
     ):  # fmt: skip
         assert said in text, said
@@ -139,7 +139,7 @@ def test_of_columns_that_leave_through_a_side_the_share_is_told(job: Job) -> Non
     record = record_of(made(leaving=50))
     assert record.finished.printed is not None
     assert (record.finished.printed.judged, record.finished.printed.under_sides) == (1.0, 0.1)
-    said = "udged up to sides that lean in over it: 10.0% of the area"
+    said = "udged up to overhanging sides: 10.0% of the area"
     assert said in stack_text(record)
     assert said in Reader(stack_page(made(leaving=50), record, job)).text
     assert "sides" not in stack_text(record_of(made()))
@@ -165,7 +165,7 @@ def test_the_page_is_the_same_again_and_another_of_another_stack(job: Job, writt
 def test_the_page_names_the_cause_of_the_thickest_place(job: Job) -> None:
     plain = made()
     middle = int(np.argmin(np.linalg.norm(plain.feet.places - [10.0, 5.0, 0.0], axis=1)))
-    for first, said in ((2.0, "in 2 runs lie closer together than 0.8 spacings"), (1.0, "say nothing of why")):
+    for first, said in ((2.0, "in 2 runs lie closer together than 0.8 spacings"), (1.0, "show no cause")):
         layers: list[StackedLayer] = []
         for layer in plain.layers:
             deposited = np.full_like(layer.deposited, layer.height)
@@ -182,7 +182,7 @@ def test_the_page_names_the_cause_of_the_thickest_place(job: Job) -> None:
         )  # fmt: skip
         stack = replace(plain, layers=tuple(layers), flows=(flow, flow))
         text = " ".join(Reader(stack_page(stack, record_of(stack), job)).text.split())
-        assert "with 150.0% of what is wanted: 2 of 2 layers lay more than 105% of their height there" in text
+        assert "with 150.0% of the target: 2 of 2 layers deposit more than 105% of their height there" in text
         assert said in text, first
 
 
@@ -221,12 +221,12 @@ def test_layers_that_lack_light_are_named_with_what_they_get_need_and_what_to_do
     text = stack_text(record)
     assert "missed 0.00%, 73.6 then 111 mJ/cm2 at its bottom" in text
     assert (
-        "warning: layer 3 is not cured through: at its bottom all passes give 73.6 of 100 mJ/cm2: print "
-        "at up to 14.7 mm/s, in layers up to 0.35 mm high, or name a final exposure ([flood])."
+        "warning: layer 3 is not cured through: at its bottom all passes give 73.6 of 100 mJ/cm2: print at up to 14.7 "
+        "mm/s, with layers up to 0.35 mm high, or name a final exposure ([flood])."
     ) in text
     assert (
-        "note: layers 1, 2 are soft at the bottom until the passes for layers above: their own give 73.6 of 100" in text
-    )
+        "note: layers 1, 2 are soft at the bottom until the layers above are cured: their own passes give 73.6 of 100"
+    ) in text
     # As slow as that, and as thin as that, the highest layer gets what it needs.
     slower = with_cure(_stack(200.0 * 20.0 / 14.7), _cell())
     assert "not cured through" not in stack_text(slower)
@@ -246,7 +246,7 @@ def test_within_a_target_a_layer_may_be_the_topmost_and_its_own_passes_must_do()
 
 def test_the_final_exposure_is_named_and_not_counted() -> None:
     text = stack_text(with_cure(_stack(50.0), _cell(flood=Flood(60.0))))
-    assert "print at up to 3.68 mm/s, or trust the final exposure of 60 s, which is not counted" in text
+    assert "print at up to 3.68 mm/s, or rely on the final exposure of 60 s, which is not counted" in text
 
 
 @pytest.mark.parametrize(
@@ -261,4 +261,4 @@ def test_what_nobody_knows_of_the_light_is_said_as_not_checked(material: Materia
     known = material is not None and material.irradiance is not None
     record = with_cure(_stack(200.0 if known else None), _cell(material))
     assert record.cure is None
-    assert f"{lacking}" in stack_text(record, verbose=True).split("not checked: whether layers are cured through")[1]
+    assert f"{lacking}" in stack_text(record, verbose=True).split("not checked: curing through the layers")[1]

@@ -131,7 +131,7 @@ def test_compared_stacks_each_have_their_own_paths_and_page(browser: Page, tmp_p
 def test_a_page_that_does_not_fit_together_is_refused() -> None:
     with pytest.raises(InputError, match="each layer needs a run"):
         replace(paths(RADII), layers=np.array([5, 5, 15]))
-    with pytest.raises(InputError, match="every flow needs its paths"):
+    with pytest.raises(InputError, match="give one set of paths"):
         replace(stack(), paths=())
     with pytest.raises(InputError, match="values for"):
         replace(stack(), flows=(replace(flow("some", error=0.1), thickness=np.ones(3)),))

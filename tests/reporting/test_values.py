@@ -35,9 +35,9 @@ def test_a_table_has_frames_at_both_ends_of_each_motion_in_their_order() -> None
     turning, times = np.array([[0.0, 1.0], [5.0, 6.0]]), np.array([0.0, 0.5, 1.0, 5.0, 6.0])
     stands = np.tile(np.eye(4)[:3], (5, 1, 1))
     assert TableReplay(turning, times, stands, stands[:, None]).part.shape == (5, 3, 4)
-    with pytest.raises(InputError, match="moves 2 times, and its 4 frames lack"):
+    with pytest.raises(InputError, match="moves 2 times, and its 4 frames do not match"):
         TableReplay(turning, times[1:], stands[1:], stands[1:, None])
-    with pytest.raises(InputError, match="lie outside all of them"):
+    with pytest.raises(InputError, match="do not match"):
         TableReplay(turning, np.array([-1.0, 0.0, 1.0, 5.0, 6.0]), stands, stands[:, None])
     with pytest.raises(InputError, match="go back in time"):
         TableReplay(turning[::-1], times, stands, stands[:, None])
@@ -56,9 +56,9 @@ def test_ratios_may_be_unmeasured_but_not_infinite_and_not_too_few() -> None:
     shown = view()
     assert np.isnan(shown.ratios).any()
     assert not shown.ratios.flags.writeable
-    with pytest.raises(InputError, match=r"BackendView\.ratios"):
+    with pytest.raises(InputError, match="ratios must be"):
         replace(shown, ratios=shown.ratios[1:])
-    with pytest.raises(InputError, match=r"BackendView\.spacing_ratios"):
+    with pytest.raises(InputError, match="spacing_ratios must be"):
         replace(shown, spacing_ratios=np.full_like(shown.spacing_ratios, np.inf))
 
 
@@ -68,7 +68,7 @@ def test_there_are_three_classes_of_coverage() -> None:
 
 
 def test_path_distances_name_every_backend() -> None:
-    with pytest.raises(InputError, match="1 names for 2 paths"):
+    with pytest.raises(InputError, match="1 name for 2 paths"):
         PathDistances(("one",), np.zeros((2, 2)), np.zeros((2, 2)))
 
 

@@ -107,7 +107,7 @@ def test_the_packaged_arm_is_read_as_abb_counts() -> None:
     ("name", "reason"), [("forearm up", "joint 1 counts down"), ("ceiling", "joint 1"), ("odd zeros", "joint 2")]
 )
 def test_no_rapid_program_for_an_arm_that_counts_otherwise(name: str, reason: str) -> None:
-    with pytest.raises(UsageError, match=f"no RAPID program.*{reason}"):
+    with pytest.raises(UsageError, match=f"a RAPID program.*{reason}"):
         require_abb_conventions(other(name))
 
 

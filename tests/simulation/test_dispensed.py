@@ -137,7 +137,7 @@ def test_faults_are_put_in_besides() -> None:
 def test_what_lays_nothing_or_breaks_elsewhere_is_refused() -> None:
     program = straight()
     shut = replace(program, valve_times=np.empty(0), valve_open=np.empty(0, dtype=np.bool_))
-    with pytest.raises(InputError, match="the program lays nothing: its valve never opens"):
+    with pytest.raises(InputError, match="the program deposits nothing: its valve never opens"):
         deposited(shut)
     with pytest.raises(InputError, match="found run 3"):
         deposited(program, faults=Faults(breaks=(Break(3, 0.0, 1.0),)))

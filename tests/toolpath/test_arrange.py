@@ -328,12 +328,12 @@ def test_beads_that_meet_or_fade_into_each_other_are_one() -> None:
 def test_what_is_missing_or_laid_twice_or_elsewhere_is_told_with_its_place() -> None:
     whole = deposit()
     with pytest.raises(
-        VerificationError, match=r"lay 0 mm3 in run 1 at \(5.50, 0.00, 0.00\) mm, the paths ask for 0.5"
+        VerificationError, match=r"deposit 0 mm3 in run 1 at \(5.50, 0.00, 0.00\) mm, the paths ask for 0.5"
     ):
         check_sum(whole, [whole.between(0, 6), whole.between(6, 11)])
-    with pytest.raises(VerificationError, match="lay 1 mm3 in run 1"):
+    with pytest.raises(VerificationError, match="deposit 1 mm3 in run 1"):
         check_sum(whole, [whole.between(0, 7), whole.between(5, 11)])
-    with pytest.raises(VerificationError, match="part 2 lays material in its run 1"):
+    with pytest.raises(VerificationError, match="part 2 deposits material in its run 1"):
         check_sum(whole, [whole, deposit(3, start=20)])
 
 

@@ -200,7 +200,7 @@ def test_what_has_no_room_or_no_rim_is_refused() -> None:
     with pytest.raises(UsageError, match="0 or more"):
         PATTERNS["guided"](contours=-1)
     ball = sphere(radius=10.0, subdivisions=3)
-    with pytest.raises(UsageError, match="is closed and has none"):
+    with pytest.raises(UsageError, match="contours need a rim"):
         _guided(ball, 10.0 * np.array([[0.0, -0.3, 0.954], [0.0, 0.3, 0.954]]), spacing=2.0, contours=1)
     source = curve_source(surface, _across(20.0))
     spacing = ScalarField(np.ones(len(surface.vertices)))

@@ -249,7 +249,7 @@ def test_a_crease_at_the_seam_is_smoothed_as_anywhere_else() -> None:
 def test_a_pipe_as_narrow_as_the_stand_off_is_refused_with_its_place() -> None:
     angles = np.linspace(0.0, 2.0 * np.pi, 41)
     inwards = -np.column_stack([np.cos(angles), np.sin(angles), 0.0 * angles])
-    with pytest.raises(FieldError, match=r"around \(7\.40, 0\.00, 2\.00\) mm the part is so hollow") as refused:
+    with pytest.raises(FieldError, match=r"around \(7\.40, 0\.00, 2\.00\) mm the part is too hollow") as refused:
         lifted(np.array([7.0, 0.0, 2.0]) - 0.4 * inwards, inwards, closed=True)
     assert refused.value.details["place"] == pytest.approx((7.4, 0.0, 2.0))
 

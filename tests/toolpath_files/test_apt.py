@@ -116,8 +116,8 @@ def test_a_run_goes_on_from_arc_to_arc(tmp_path: Path, frame: str) -> None:
 
 REFUSED = {
     "an unknown word": ("WOBBLE/3\n", "line 4: WOBBLE is not read: it is not known here, and may change the path"),
-    "a frame": ("CSYS/1,0,0,0,0,1,0,0,0,0,1,5\n", "line 4: CSYS is not read: it sets a frame"),
-    "a frame in a comment": ("$$-> CSYS / 0,1,0,0,-1,0,0,0, $\n0,0,1,0\n", "line 4: CSYS is not read: it sets a frame"),
+    "a frame": ("CSYS/1,0,0,0,0,1,0,0,0,0,1,5\n", "line 4: CSYS is not read: programs differ"),
+    "a frame in a comment": ("$$-> CSYS / 0,1,0,0,-1,0,0,0, $\n0,0,1,0\n", "line 4: CSYS is not read: programs differ"),
     "a frame askew": ("MSYS/0,0,0,1,0,0,1,1,0\n", "line 4: the axes of MSYS are not at right angles"),
     "half a frame": ("MSYS/0,0,0\n", "line 4: MSYS needs 9 numbers"),
     "two kinds of frames": ("MSYS/0,0,5,1,0,0,0,1,0\nTRACUT/TRANSL,1,0,0\n", "line 5: TRACUT stands with MSYS"),

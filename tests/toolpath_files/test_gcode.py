@@ -179,8 +179,8 @@ def row(words: str, *, before: str = "") -> str:
 
 
 REFUSED = {
-    "a turned table": (row("G1 X5 A-30"), "line 5: A-30 turns or moves the part"),
-    "an axis beside": (row("G1 X5 W2"), "line 5: W2 turns or moves the part"),
+    "a turned table": (row("G1 X5 A-30"), "line 5: A-30 moves the part"),
+    "an axis beside": (row("G1 X5 W2"), "line 5: W2 moves the part"),
     "cutter compensation": (row("G41 D1"), "line 5: G41 is not read, and it may move"),
     "turned coordinates": (row("G68 X0 Y0 R45"), "line 5: G68 is not read"),
     "scaled": (row("G51 X2"), "line 5: G51 is not read"),
@@ -213,15 +213,18 @@ REFUSED = {
     "too small a radius": (row("G2 X0 Y0 R4"), "line 5: no arc of radius 4 mm joins ends that lie 10 mm"),
     "half a turn too many": (row("G2 X0 Y0 I-5 P0.5"), "line 5: G2 has P for a number of turns"),
     "endless turns": (row("G2 X0 Y0 I-5 P9999"), "line 5: G2 has P for a number of turns, which must be 1 to 999"),
-    "another system": (row("G55\nG0 X0 Y0 Z0"), "line 7: it deposits in other coordinates than before"),
-    "a system set on the way": (row("G10 L2 P1 X3"), "line 6: it deposits in other coordinates"),
+    "another system": (row("G55\nG0 X0 Y0 Z0"), "line 7: deposits are in other coordinates than before"),
+    "a system set on the way": (row("G10 L2 P1 X3"), "line 6: deposits are in other coordinates"),
     "from home": (row("M3\nG28 X0\nG1 X5"), "line 7: G28 in line 6 left the tool where the file does not say"),
     "a longer tool": (row("M3\nG43 H2\nG1 X5"), "line 7: G43 in line 6 changes the tool's length"),
     "an arc in machine coordinates": (row("G53 G2 X0 Y0 I-5"), "line 5: G53 is for straight moves"),
     "an exponent or not": (row("G1 X5E-7 Y2"), "line 5: 'X5E-7' is a number with an exponent, or two words"),
     "an endless number": (row(f"G1 X{'1' * 100}"), "line 5: X has a number of 100 letters"),
     "a macro": (row("G1 X5 E1\nG91\nSET_GCODE_OFFSET Z=0.2"), "line 7: SET_GCODE_OFFSET moves the coordinates"),
-    "where a macro leads": (row("G1 X5 E1\nPARK_HEAD\nG1 X5 Y5 E2"), "line 7: PARK_HEAD in line 6 left the head"),
+    "where a macro leads": (
+        row("G1 X5 E1\nPARK_HEAD\nG1 X5 Y5 E2"),
+        "line 7: the position of the head is unknown",
+    ),
     "stored modes": (row("M70"), "line 5: M70 stores and restores modes"),
 }
 
@@ -308,7 +311,7 @@ def test_a_third_value_of_an_m_code_is_refused(read: Read) -> None:
     with pytest.raises(InputError, match="line 5: M42 has neither of the values"):
         read(text, deposit="M42 P4 S255/S0")
     for wrong in ("M42 P4 S255/S255", "M3", "M3/M3", "X", "M3 valve/M5", "S255/M5"):
-        with pytest.raises(UsageError, match="names no two M-codes and no axis"):
+        with pytest.raises(UsageError, match="is neither two M-codes nor an axis"):
             read(text, deposit=wrong)
 
 

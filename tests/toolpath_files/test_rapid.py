@@ -162,7 +162,7 @@ REFUSED = {
     "a bead that changes on the way": (
         WRITTEN["DispL"].replace("\\On,", "\\On\\D:=5,", 1), "line 7: DispL changes its bead off its target"
     ),
-    "too few arguments": (module("MoveLDO p1;"), "line 6: MoveLDO is given 1 arguments, needed are 6"),
+    "too few arguments": (module("MoveLDO p1;"), "line 6: MoveLDO is given 1 argument, needed are 6"),
 }  # fmt: skip
 
 

@@ -89,7 +89,7 @@ def test_gcode_tells_deposit_from_travel(write: Write, text: str, deposit: str) 
 def test_named_m_codes_switch(write: Write) -> None:
     path = write("G28\nM64\nG1 X1\nM65\nG1 X0 Y2 Z.5\nM64\nG1 X1\nM65\n")
     assert runs(read_paths(path, deposit="M64/M65")) == [ONE, TWO]
-    with pytest.raises(UsageError, match="names no two M-codes"):
+    with pytest.raises(UsageError, match="is neither two M-codes"):
         read_paths(path, deposit="valve")
 
 
@@ -216,16 +216,19 @@ def test_long_comments_of_a_slicer_do_not_hide_its_moves(write: Write) -> None:
 
 
 MALFORMED = {
-    "nothing": ("", "no known format"),
-    "prose": ("Dear all,\nplease find the paths attached.\n", "no known format"),
-    "four columns without a header": ("0 0 0 1\n1 0 0 1\n", "line 1: found 4 cells parted by blanks and no header"),
-    "a mesh": ("solid part\nfacet normal 0 0 1\n", "no known format"),
-    "a table of two axes": ("x,y,run\n0,0,1\n", "no known format"),
+    "nothing": ("", "unknown format"),
+    "prose": ("Dear all,\nplease find the paths attached.\n", "unknown format"),
+    "four columns without a header": ("0 0 0 1\n1 0 0 1\n", "line 1: found 4 cells separated by blanks and no header"),
+    "a mesh": ("solid part\nfacet normal 0 0 1\n", "unknown format"),
+    "a table of two axes": ("x,y,run\n0,0,1\n", "unknown format"),
     "centimetres": ("x,y,z,x (cm)\n0,0,0,0\n", "line 1: column 'x (cm)' is in another unit"),
     "only a header": ("x,y,z,run\n", "holds no path that deposits"),
     "a single point": ("x,y,z\n0,0,0\n", "holds no path that deposits"),
     "runs of single points": ("x,y,z,run\n0,0,0,1\n1,0,0,2\n", "holds no path that deposits"),
-    "a cell too few": ("x,y,z\n0,0,0\n1,0\n", "line 3: found 2 cells parted by commas, but the header names 3 columns"),
+    "a cell too few": (
+        "x,y,z\n0,0,0\n1,0\n",
+        "line 3: found 2 cells separated by commas, but the header names 3",
+    ),
     "a cell too many": ("x,y,z\n0,0,0\n1,0,0,0\n", "line 3: found 4 cells"),
     "decimal commas between commas": ("x,y,z\n0,5,0,0\n", "line 2: found 4 cells"),
     "no number": ("x,y,z\n0,0,0\n1,zero,0\n", "line 3, column y: found 'zero', needed is a number"),

@@ -98,7 +98,7 @@ def test_what_is_not_used_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ("1,2,3,4\n1,2,4,4\n", "line 1: found 4 cells parted by commas and no header; name the columns"),
+        ("1,2,3,4\n1,2,4,4\n", "line 1: found 4 cells separated by commas and no header; name the columns"),
         ("x,y,z\n1.5,2,3\n1,5;2;3\n", "line 3: found 2 cells"),
         ("x;y;z\n1.5;2;3\n1,5;2;3\n", "decimal points in line 2 and decimal commas in line 3"),
         ('x,y,z\n"1,234",2,3\n"2,345",2,3\n', "line 2: a comma before three digits may mark thousands"),

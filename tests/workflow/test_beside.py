@@ -62,7 +62,7 @@ def test_without_processes_beside_there_is_no_helper() -> None:
 def test_a_process_that_is_ended_from_outside_is_told_as_want_of_memory() -> None:
     with beside(1) as helper:
         assert helper is not None
-        with pytest.raises(ResourceError, match="want of memory"):
+        with pytest.raises(ResourceError, match="out of memory"):
             helper.shared(ended, [0, 1], here=ended)
 
 

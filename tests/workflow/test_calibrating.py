@@ -137,7 +137,7 @@ def test_a_point_that_the_model_lacks_or_has_twice_is_named(tables: tuple[Path, 
     with pytest.raises(InputError, match=r"touched\.csv has the point 'e', which corners\.csv does not list"):
         calibrate_cell(touched, model=model, cell=None, part=None, unit=None, noise=None)
     model.write_text(CORNERS + "a,1,2,3\n")
-    with pytest.raises(InputError, match=r"corners\.csv lists the point 'a' more than once"):
+    with pytest.raises(InputError, match=r"corners\.csv lists the point 'a' twice"):
         calibrate_cell(touched, model=model, cell=None, part=None, unit=None, noise=None)
 
 
@@ -157,7 +157,7 @@ def test_an_odd_touch_and_a_noise_that_is_too_small_are_said(tmp_path: Path) -> 
     found = calibrate_cell(paths[0], model=paths[1], cell=None, part=None, unit=None, noise=0.02)
     text = calibration_text(found)
     assert "warning: p6: by chance" in text
-    assert "larger than the noise given explains" in text
+    assert "the residuals exceed the given noise" in text
 
 
 # The tool
@@ -269,9 +269,9 @@ def test_a_part_whose_place_is_stated_prints_there_and_the_run_sheet_says_where(
     save_plan(planned, tmp_path / "out")
     assert planned.robot
     assert not planned.robot[0].program.dry_run
-    assert "placement not known" not in outcome_text(record_plan(planned))
+    assert "placement unknown" not in outcome_text(record_plan(planned))
     sheet = " ".join(run_sheet(check_bundle(tmp_path / "out")).split())
-    assert "part on the fixture, as stated: its origin at (6.00, -8.00, 20.00) mm, turned (0.00, 0.00, 90.00)" in sheet
+    assert "part on the fixture, as stated: origin at (6.00, -8.00, 20.00) mm, turned (0.00, 0.00, 90.00)" in sheet
     motion = json.loads((tmp_path / "out" / "plan.json").read_text())["robot"][0]["motion"]
     assert motion["placement_missing"] == []
     # Below a third of the stand-off nothing is said of how well the surface is known.
@@ -280,7 +280,7 @@ def test_a_part_whose_place_is_stated_prints_there_and_the_run_sheet_says_where(
 
 
 def test_a_turn_without_a_place_is_refused(tables: tuple[Path, Path]) -> None:
-    with pytest.raises(UsageError, match="part_rpy_deg turns the part on its fixture, but part_mm does not say where"):
+    with pytest.raises(UsageError, match="part_rpy_deg needs part_mm, the position of the part"):
         load_cell(stated(tables, part_rpy_deg=[0.0, 0.0, 90.0]))
 
 
@@ -294,7 +294,7 @@ def test_a_calibration_says_that_the_parts_place_is_still_to_be_stated(tables: t
 
 def test_a_plan_refuses_a_part_that_is_known_worse_than_its_stand_off(tables: tuple[Path, Path], small: Path) -> None:
     cell = calibrated_cell(tables, noise=0.4)
-    with pytest.raises(ClearanceError, match=r"open where small\.ply stands.*stand-off of 0\.3 mm.*--part"):
+    with pytest.raises(ClearanceError, match=r"leave small\.ply uncertain.* allowed are 0\.3 mm.*--part"):
         plan(job_of(surface=small, unit="mm", spacing=4.0, cell=cell))
 
 

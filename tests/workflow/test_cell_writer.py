@@ -68,7 +68,7 @@ def test_an_edit_that_would_change_anything_else_is_refused(monkeypatch: pytest.
         return tomlkit.loads(text.replace("b = 1", "b = 2"))
 
     monkeypatch.setattr(tomlkit, "parse", spoil)
-    with pytest.raises(UsageError, match="without changing more"):
+    with pytest.raises(UsageError, match="in a form that cannot be edited alone"):
         edited("[a]\nb = 1\n[work]\n", table="work", values={"a": 1.0}, name="t")
 
 

@@ -79,7 +79,7 @@ def test_an_untouched_bundle_passes_and_its_page_says_what_matters(bundle: Path)
         "plate.ply", "2 runs", "calibrated", "surface known within", "tip in base coordinates", "closest approach",
         "dry run, 20 mm higher",
         "valve doValve", "opens 0.05 s and closes 0.08 s late",
-            "prints at 20 mm/s", "geoDryRun FALSE", "geoFirstRun", "material already laid",
+            "prints at 20 mm/s", "geoDryRun FALSE", "geoFirstRun", "material already deposited",
     ):  # fmt: skip
         assert words in " ".join(sheet.split()), words
     assert max(len(line) for line in sheet.split("\n")) <= 100
@@ -106,7 +106,7 @@ def test_the_result_object_holds_the_times_of_valve_material_and_lamp(bundle: Pa
 def test_a_folder_without_a_program_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"there is no folder .*nowhere; give the folder that"):
         check_bundle(tmp_path / "nowhere")
-    with pytest.raises(InputError, match=r"it holds no manifest\.json; give the folder that"):
+    with pytest.raises(InputError, match=r"it has no manifest\.json; give the folder that"):
         check_bundle(tmp_path)
     (tmp_path / "manifest.json").write_text("{")
     with pytest.raises(InputError, match=r"its manifest\.json cannot be read"):
@@ -151,7 +151,7 @@ def test_a_cell_with_all_that_it_may_have_plans_and_passes(tmp_path: Path) -> No
     assert checked.findings == ()
     sheet = " ".join(run_sheet(checked).split())
     assert "flow aoFlow (0.1 for 1 mm3/s), vacuum doVacuum while the valve is shut" in sheet
-    assert "nozzle primed by the program before its first run: 2 s" in sheet
+    assert "priming: 2 s" in sheet
     assert "valve opens 0 s and closes 0.1 s late" in sheet
     assert "light: 30 mJ/cm2 in one pass" in sheet
     assert "final exposure of the whole part: 60 s, by the program, after the last run" in sheet
@@ -221,7 +221,7 @@ EDITS: list[tuple[str, Callable[[str], str], str, str]] = [
     ),
     (
         "setup.json", lambda text: re.sub(r'"frame": [0-9.e-]+', '"frame": null', text), "setup.json",
-        "does not say how far the frame may lie off",
+        "lacks the tolerance of the frame",
     ),
     ("setup.json", lambda _: "[" * 100_000, "setup.json", "no description"),
     ("plan.json", lambda _: "[" * 100_000, "plan.json", "cannot be read"),
@@ -295,16 +295,16 @@ def set_to(copy: Path, *, dry_run: str = "TRUE", speed: str = "25", first: str =
 
 
 def test_the_switches_that_the_run_sheet_asks_for_are_no_findings_and_it_says_how_they_stand(copy: Path) -> None:
-    assert "run dry at 25 % of the speed (geoDryRun TRUE)" in run_sheet(check_bundle(copy))
+    assert "run dry at 25 % speed (geoDryRun TRUE)" in run_sheet(check_bundle(copy))
     checked = set_to(copy, dry_run="FALSE", speed="100", first="2")
     assert checked.findings == ()
-    assert "PRINT at 100 % of the speed, from run 2 on (geoDryRun FALSE)" in run_sheet(checked)
+    assert "PRINT at 100 % speed, from run 2 (geoDryRun FALSE)" in run_sheet(checked)
     assert check_summary(checked)["set_to"] == {"dry_run": False, "speed_pct": 100.0, "first_run": 2}
 
 
 def test_a_program_set_to_print_at_a_speed_that_it_refuses_is_told(copy: Path) -> None:
     sheet = run_sheet(set_to(copy, dry_run="FALSE"))
-    assert "it will refuse to: at a fixed pressure it prints only with geoSpeedPct 100" in sheet
+    assert "it will refuse to print: a fixed pressure needs geoSpeedPct 100" in sheet
 
 
 @pytest.mark.parametrize(
@@ -392,7 +392,7 @@ def test_a_backend_of_a_comparison_is_checked_by_the_manifest_of_the_whole(bundl
     whole = {f"lscm/{name}": digest for name, digest in listed.items()} | {"report.html": ""}
     (tmp_path / "compared" / "manifest.json").write_text(json.dumps({"sha256": whole}))
     assert check_bundle(inner).findings == ()
-    with pytest.raises(InputError, match=rf"no single bundle, but several; name one of them, {inner}\."):
+    with pytest.raises(InputError, match=rf"several bundles; name one of them, {inner}\."):
         check_bundle(tmp_path / "compared")
     (inner / "surface.ply").write_text("")
     assert files_of(check_bundle(inner)) == {"surface.ply"}

@@ -128,7 +128,7 @@ def lit_late(_: list[tuple[float, float]], lamp: list[tuple[float, float]]) -> l
 
 def test_planning_finds_a_lamp_that_is_lit_late_by_itself(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(switching, "_lamp_moments", lit_late)
-    with pytest.raises(VerificationError, match=r"outputs switch in the move here|switches .* mm away"):
+    with pytest.raises(VerificationError, match=r"to switch in the move here|switches .* mm away"):
         write(tmp_path, cell=cell_text(), spacing=3.0)
 
 

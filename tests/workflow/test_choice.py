@@ -43,7 +43,7 @@ def test_an_option_goes_to_its_backend() -> None:
     ("values", "sentence"),
     [
         ({"middle": "plain", "options": {"contours": {"middle": "fitted"}}}, r"given twice, as `middle = plain` and"),
-        ({"options": {"lcsm": {"resolution": 8}}}, r"'lcsm', but .* no backend, pattern or feature .* lscm, "),
+        ({"options": {"lcsm": {"resolution": 8}}}, r"'lcsm', which is not a backend, pattern or feature; .* lscm, "),
         ({"options": {"lscm": {"pixels": 8}}}, r"lscm has no option 'pixels'; it takes resolution \(int \| None\)"),
         ({"options": {"lscm": {"resolution": "fine"}}}, r"`lscm.resolution`: .*valid integer, found 'fine'"),
         ({"options": {"fast-marching": {"speed": 2}}}, "fast-marching has no option 'speed'; it takes no option"),
@@ -86,16 +86,16 @@ def test_options_of_one_pattern_go_to_that_one_of_those_that_take_turns() -> Non
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [
-        ({"pattern": "guided:0", "thickness": 2.0, "source": "loops:1"}, "the source loops:1 is of none"),
-        ({"pattern": "", "thickness": 2.0}, "'' is no pattern of a layer"),
-        ({"pattern": "guided:east", "thickness": 2.0}, "'guided:east' is no pattern of a layer: give its name"),
-        ({"pattern": "guided:270", "thickness": 2.0}, "from -180 to 180 degrees"),
-        ({"pattern": "guided:1:2", "thickness": 2.0}, "'guided:1:2' is no pattern of a layer"),
-        ({"pattern": "guided:nan", "thickness": 2.0}, "'guided:nan' is no pattern of a layer"),
-        ({"pattern": "contours,", "thickness": 2.0}, "'' is no pattern of a layer"),
+        ({"pattern": "guided:0", "thickness": 2.0, "source": "loops:1"}, "the source loops:1 does not apply"),
+        ({"pattern": "", "thickness": 2.0}, "'' is not a pattern of a layer"),
+        ({"pattern": "guided:east", "thickness": 2.0}, "'guided:east' is not a pattern of a layer: give its name"),
+        ({"pattern": "guided:270", "thickness": 2.0}, "(-180 to 180)"),
+        ({"pattern": "guided:1:2", "thickness": 2.0}, "'guided:1:2' is not a pattern of a layer"),
+        ({"pattern": "guided:nan", "thickness": 2.0}, "'guided:nan' is not a pattern of a layer"),
+        ({"pattern": "contours,", "thickness": 2.0}, "'' is not a pattern of a layer"),
         ({"pattern": "contours,rows:4", "thickness": 2.0}, "no pattern named 'rows'; choose one of: contours"),
         ({"pattern": "contours:45", "thickness": 2.0}, "contours:45 gives an angle, but .* write contours alone"),
-        ({"pattern": "contours,guided", "thickness": 2.0}, "rows of guided run beside a line: give their angle"),
+        ({"pattern": "contours,guided", "thickness": 2.0}, "rows of guided follow a line: give their angle"),
         ({"pattern": "spiral", "thickness": 2.0, "middle": "plain"}, "the pattern spiral has none"),
     ],
 )
@@ -211,7 +211,7 @@ def test_a_pattern_without_a_middle_and_one_given_twice_are_refused(tmp_path: Pa
     table = plate((20.0, 12.0), (10, 6))
     with pytest.raises(UsageError, match="the middle of contours is given twice"):
         planned(tmp_path, table, middle="plain", options={"contours": {"middle": "fitted"}})
-    with pytest.raises(UsageError, match="no middle 'wide'"):
+    with pytest.raises(UsageError, match="no `middle` 'wide'"):
         planned(tmp_path, table, options={"contours": {"middle": "wide"}})
     # As an option of the pattern it is what was asked for, and nothing else is tried.
     assert planned(tmp_path, table, options={"contours": {"middle": "plain"}}).middles == ()

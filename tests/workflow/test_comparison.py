@@ -79,7 +79,7 @@ def test_the_table_fits_every_terminal_and_shows_first_what_decides(
         assert {"thickness", "CV", "gap", "printable"} <= set(shown[0].split())
         assert len(shown[0].split()) <= fewer
         fewer = len(shown[0].split())
-        assert ("told in compare.json and timings.json: " in text) is (" planned in s" not in shown[0])
+        assert ("see compare.json and timings.json: " in text) is (" planned in s" not in shown[0])
     narrow = comparison_table(record, width=50)
     assert "---" not in narrow
     assert f"{'  ' if count > 1 else ''}heat: thickness CV " in narrow
@@ -145,16 +145,18 @@ def test_the_verdict_tells_flat_parts_from_curved_ones(parts: tuple[Comparison |
     assert "even enough" not in said_of(curved)[0]
     assert any("lscm leaves" in sentence for sentence in said_of(curved))
     assert any("number of levels differs" in sentence for sentence in said_of(curved))
-    assert "Whether the robot can print them was not asked." in said_of(flat)
+    assert "The robot was left out: nothing says whether it can print these." in said_of(flat)
 
 
 def test_the_verdict_on_backends_that_are_the_same_says_so(parts: tuple[Comparison | FailedPart, ...]) -> None:
     flat = parts[0]
     assert isinstance(flat, Comparison)
     twice = replace(flat, outcomes=(("lscm", flat.planned[1][1]), ("heat", flat.planned[1][1])))
-    assert said_of(twice)[0].startswith("lscm and heat cover part.ply equally well: the thickness of its layer varies")
+    assert said_of(twice)[0].startswith(
+        "lscm and heat cover part.ply equally well. With constant flow, layer thickness varies"
+    )
     alone = replace(flat, outcomes=flat.outcomes[1:])
-    assert said_of(alone)[0].startswith("heat covers part.ply: the thickness of its layer varies")
+    assert said_of(alone)[0].startswith("heat covers part.ply. With constant flow, layer thickness varies")
     refused = replace(alone, outcomes=(("lscm", Refused("too curved.")), *alone.outcomes))
     assert said_of(refused)[0].startswith("Only heat covers part.ply")
 
@@ -197,7 +199,7 @@ def test_the_written_report_opens_offline_and_shows_part_and_robot(browser: Page
     assert browser.errors() == []
     assert all(address.startswith("file:") for address in browser.requests())
     words = str(browser.run("document.body.innerText"))
-    assert "placement not known" in words.lower()
+    assert "placement unknown" in words.lower()
     assert "exact distance of each level to the one outside" in words
 
 

@@ -78,7 +78,7 @@ def test_fibres_without_a_field_and_a_field_without_fibres_are_refused(tmp_path:
     ):
         check_options(alone, ["heat"])
     other = job_of(surface="part.ply", spacing=1.0, field=tmp_path / "field.toml")
-    with pytest.raises(UsageError, match=r"says which lines fibres follow, but the pattern contours has none"):
+    with pytest.raises(UsageError, match=r"sets which lines fibres follow, but the pattern contours has none"):
         check_options(other, ["heat"])
 
 

@@ -149,13 +149,13 @@ def test_what_a_print_lacks_is_commanded_on_top_and_told(bundle: Path, lacking: 
         np.minimum(1.25 * before.poses.flow[before.poses.deposit], 1.5 * nominal), rel=0.01
     )
     (note,) = (note for note in record.notes if note.startswith("feedback: print.ply shows"))
-    assert "print.ply shows plan with a volume 20.0% off (RMS) what its program does: 0.80 of it everywhere" in note
+    assert "print.ply shows the volume of plan 20.0% (RMS) off what its program deposits: 0.80 of it everywhere" in note
 
 
 def test_a_print_as_planned_changes_no_byte_of_the_path(bundle: Path, tmp_path: Path) -> None:
     record = fed(bundle, appraisal(bundle, lambda starts, _: np.ones(starts.size)), tmp_path)
     assert (tmp_path / "fed" / "poses.csv").read_bytes() == (bundle / "poses.csv").read_bytes()
-    assert any("nothing is significant" in note for note in record.notes)
+    assert any("none of it significant" in note for note in record.notes)
 
 
 def test_a_second_print_is_held_against_what_was_wanted_and_corrected_further(
@@ -215,19 +215,17 @@ def changed(record: ScanAppraisalRecord, **changes: object) -> ScanAppraisalReco
 
 def test_feedback_on_other_paths_or_another_part_is_refused(planned: Plan, bundle: Path, tmp_path: Path) -> None:
     record = appraisal(bundle, lambda starts, _: np.full(starts.size, 0.8))
-    with pytest.raises(InputError, match=r"the feedback: it is of 2 runs, but \d+ are planned: plan what was printed"):
+    with pytest.raises(InputError, match=r"the feedback: it has 2 runs, the plan has \d+: plan what was printed"):
         plan(job_from(bundle, feedback=written(tmp_path, record), spacing=2.5))
     first, *others = record.printed.runs
     longer = first.model_copy(update={"length_mm": first.length_mm + 0.5})
-    with pytest.raises(InputError, match=r"run 1 was .* mm long in print, but .* mm are planned"):
+    with pytest.raises(InputError, match=r"run 1 was .* mm long in print, .* mm in the plan"):
         feeding(planned, changed(record, runs=(longer, *others)))
     x, y, z = first.middle_mm
     higher = first.model_copy(update={"middle_mm": (x, y, z + 0.5)})
-    with pytest.raises(
-        InputError, match=r"run 1 lay 0\.50 mm from where it is planned, so that another layer or other"
-    ):
+    with pytest.raises(InputError, match=r"run 1 is 0\.50 mm off the plan, so another layer or other"):
         feeding(planned, changed(record, runs=(higher, *others)))
-    with pytest.raises(InputError, match=r"whose file is not that of plate\.ply: plan the part that was printed"):
+    with pytest.raises(InputError, match=r"whose file differs from plate\.ply. Plan the part that was printed"):
         feeding(planned, changed(record, part_sha256="f" * 64))
 
 
@@ -271,21 +269,25 @@ def test_a_valve_that_lets_too_little_through_is_passed_by_slower(bundle: Path, 
     # Beside a pressure that stays: 1.25 times the flow at 0.8 times the speed.
     assert printed.factors[printed.poses.deposit] * record.settings.speed_mm_s == pytest.approx(20.0)
     much = written(tmp_path, appraisal(tmp_path / "valve", lambda starts, _: np.full(starts.size, 1.25)))
-    with pytest.raises(UsageError, match=r"takes 25 mm/s, but .*speed_mm_s .* is 20: lower the air"):
+    with pytest.raises(UsageError, match=r"takes 25 mm/s, but .*speed_mm_s .* is 20\. Lower the air"):
         plan(job_from(tmp_path / "valve", feedback=much))
 
 
 @pytest.mark.parametrize(
     ("text", "error", "said"),
     [
-        ("", InputError, "it is no appraisal of a print"),
-        ("[1, 2", InputError, "it is no appraisal of a print"),
-        ('{"printed": 3}', InputError, r"it is no appraisal of a print; give the appraisal\.json that"),
-        ('{"photographs": [{}]}', InputError, "its photograph was not held against a plan: `geoprint appraise PHOTO"),
-        ('{"plan": "p", "photographs": [{}, {}]}', InputError, "it is of 2 photographs, and only one"),
+        ("", InputError, "it is not an appraisal of a print"),
+        ("[1, 2", InputError, "it is not an appraisal of a print"),
+        ('{"printed": 3}', InputError, r"it is not an appraisal of a print; give the appraisal\.json of"),
+        (
+            '{"photographs": [{}]}',
+            InputError,
+            "its photograph was not compared with a plan: run `geoprint appraise PHOTO",
+        ),
+        ('{"plan": "p", "photographs": [{}, {}]}', InputError, "it covers 2 photographs, but feedback needs one"),
         ('{"plan": "p", "version": "0.1.0"}', InputError, "appraise the print again, `geoprint appraise FILE --plan p"),
-        ('{"printed": {"plan": "p"}, "version": "9"}', InputError, "somebody has edited its figures"),
-        ("[" * 100_000, InputError, "it is no appraisal of a print"),
+        ('{"printed": {"plan": "p"}, "version": "9"}', InputError, "its figures were edited"),
+        ("[" * 100_000, InputError, "it is not an appraisal of a print"),
         (None, UsageError, "cannot be read"),
     ],
 )
@@ -302,7 +304,7 @@ def test_what_is_no_appraisal_of_a_print_is_refused_with_the_next_step(
 def test_figures_that_somebody_has_edited_are_refused(bundle: Path, tmp_path: Path) -> None:
     path = written(tmp_path, appraisal(bundle, lambda starts, _: np.full(starts.size, 0.8)))
     path.write_text(path.read_text(encoding="utf-8").replace('"ratio": 0.8', '"ratio": 0.9', 1), encoding="utf-8")
-    said = r"somebody has edited its figures .* again: `geoprint appraise FILE --plan plan --out appraised`"
+    said = r"its figures were edited .* again: `geoprint appraise FILE --plan plan --out appraised`"
     with pytest.raises(InputError, match=said):
         plan(job_from(bundle, feedback=path))
 
@@ -318,7 +320,7 @@ def test_figures_that_cannot_be_are_refused(planned: Plan, bundle: Path, wrong: 
 
 def test_feedback_is_of_one_plan_and_no_comparison(bundle: Path, tmp_path: Path) -> None:
     path = written(tmp_path, appraisal(bundle, lambda starts, _: np.ones(starts.size)))
-    with pytest.raises(UsageError, match="is of the paths of one plan, but several are made here"):
+    with pytest.raises(UsageError, match="fits the paths of one plan, but several are made here"):
         compare(job_from(bundle, feedback=path))
 
 

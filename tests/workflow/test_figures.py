@@ -127,7 +127,7 @@ def test_stacks_that_were_compared_are_checked_each_and_together(tmp_path: Path)
 def test_a_job_that_was_edited_by_hand_is_never_overwritten(valve: Path, tmp_path: Path) -> None:
     copy = Path(shutil.copytree(valve, tmp_path / "copy"))
     (copy / "job.toml").write_text((copy / "job.toml").read_text() + "# mine\n")
-    with pytest.raises(UsageError, match=r"holds job\.toml, which somebody changed after geoprint wrote it"):
+    with pytest.raises(UsageError, match=r"holds job\.toml, changed after geoprint wrote it"):
         geoprint.postprocessor.check_writable(copy, overwrite=True)
     # The switches of a program are there to be set.
     shutil.copy(valve / "job.toml", copy / "job.toml")

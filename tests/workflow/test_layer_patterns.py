@@ -100,7 +100,7 @@ def test_a_stack_says_the_pattern_of_each_layer_and_a_layer_alone_has_its_own(tm
     alone = plan(job_of(**asked, layer=2))
     (layer,) = record_plan(alone).layers
     assert layer.pattern == "guided:-45"
-    assert "paths in its middle, guided:-45" in outcome_text(record_plan(alone))
+    assert "paths at mid-height, guided:-45" in outcome_text(record_plan(alone))
     table = (tmp_path / "device" / "layer-02" / "poses.csv").read_text(encoding="utf-8").splitlines()
     assert len(table) == alone.poses.count + 1
 
@@ -198,6 +198,6 @@ def test_turning_through_a_single_skin_is_refused(tmp_path: Path) -> None:
     (tmp_path / "own.toml").write_text(HELIX + THROUGH)
     job = job_of(surface="part.ply", spacing=1.0, pattern="fibres", field=tmp_path / "own.toml")
     with pytest.raises(
-        UsageError, match=r"own.toml: \[through\] turns lines from layer to layer, but there is a single"
+        UsageError, match=r"own.toml: \[through\] turns lines from layer to layer, but this job has one layer"
     ):
         check_options(job, ["heat"])

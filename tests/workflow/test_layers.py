@@ -116,9 +116,9 @@ def test_the_folder_checks_and_says_how_its_program_is_loaded(device: tuple[Path
         assert f"in 2 layers and {first + second} attitudes of the table" in said
         assert f", attitudes 1 to {first}; then 20 s at home" in said
         assert f", attitudes {first + 1} to {first + second}" in said
-        assert "copy the folders layer-01 to layer-02 of rapid/" in said
-        assert "nothing but you notices a wrong attitude" in said
-        assert f"geoLastAttitude, 1 to {first + second}, ends it behind that attitude" in said
+        assert "copy rapid/layer-01 to of rapid/" in said
+        assert "only you can notice a wrong attitude" in said
+        assert f"geoLastAttitude, 1 to {first + second}, ends the program after that attitude" in said
 
 
 def test_the_report_says_which_attitudes_print_each_layer(device: tuple[Path, StackRecord]) -> None:
@@ -147,7 +147,7 @@ def test_what_was_changed_in_the_program_of_all_layers_or_is_told_wrong_of_it_is
     text, run, distance = check_folder(folder).findings
     assert text.file == "rapid/layer-02/part-1/GeoCell.mod"
     assert f"nGeoTable:={number};' here" in text.reason
-    assert f"nobody is asked before the table comes to attitude {number}" in run.reason
+    assert f"nothing asks before the table comes to attitude {number}" in run.reason
     assert distance.file == "stack.json"
     said, again = distance.reason.split(", checked again it is ")
     assert said == f"program.table_kept_mm is {kept + 0.02}"
@@ -183,7 +183,7 @@ def test_a_larger_plate_of_a_layer_is_found_before_the_table_moves_between_two_l
     ]
     # Nothing is said of a stack that has a layer which is not as it was planned.
     assert [one.reason for one in found if one.file == "rapid/GeoStack.pgf"] == [
-        "a layer is not as it was planned, so that nothing of the stack was held against it"
+        "a layer differs from its plan, so the stack was not compared with it"
     ]
 
 
@@ -238,7 +238,7 @@ def test_a_full_check_proves_anew_that_the_table_keeps_clear_of_the_arm_between_
     (refused,) = _table_findings(read_part(job_from(folder)), [rest, far], robots)
     assert refused.file == "part-2/setup.json"
     assert "goes to attitude 2 of" in refused.reason
-    assert "500.50 mm are to be kept" in refused.reason
+    assert "500.50 mm are required" in refused.reason
 
 
 def signed(folder: Path, *names: str) -> None:

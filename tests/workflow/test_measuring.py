@@ -146,7 +146,7 @@ def test_a_patch_of_a_body_is_cut_as_for_planning(folder: Path) -> None:
 
 
 def crooked() -> tuple[Polylines, FloatArray]:
-    """Rows over a part without symmetry, and a motion that takes them off it."""
+    """Rows over a part without symmetry, and a motion that removes them it."""
     lines = [straight_line((0.0, y), (40.0 - y, y), points=21) for y in np.arange(1.0, 30.0, 2.0).tolist()]
     curves = np.concatenate(lines)
     curves[:, 2] = bump(curves)
@@ -222,7 +222,7 @@ def test_what_lies_farther_off_than_allowed_is_not_written(run: Run, cap: Path, 
 
 @pytest.mark.parametrize(
     ("settings", "sentence"),
-    [({}, "say what to change"), ({"edge_length": 2.0, "faces": 100}, "give either `--edge-length` or `--faces`")],
+    [({}, "give `--edge-length MM`"), ({"edge_length": 2.0, "faces": 100}, "give either `--edge-length` or `--faces`")],
 )
 def test_one_thing_must_be_asked_for(cap: Path, settings: dict[str, float], sentence: str) -> None:
     with pytest.raises(UsageError, match=sentence):
@@ -258,7 +258,7 @@ def test_a_mesh_that_would_read_as_another_kind_of_surface_is_refused(
         return refine(plate(), edge_length=edge_length)
 
     monkeypatch.setattr("geoprint.workflow.mesh_files.remesh", closing_holes)
-    with pytest.raises(InputError, match="would read as disc, the part is annulus"):
+    with pytest.raises(InputError, match="would be disc, the part is annulus"):
         remesh_file(tmp_path / "ring.ply", unit="mm", edge_length=2.0)
 
 

@@ -32,7 +32,7 @@ def test_points_are_read_with_comments_spaces_and_another_order_of_rows(tmp_path
     [
         ("", "p.csv is empty"),
         ("x,y,z\n1,2,3\n", "first row must name the columns name,x,y,z, found 'x,y,z'"),
-        ("name,x,y,z\na,1,2\n", "line 2: found 3 cells parted by commas, but the header names 4 columns"),
+        ("name,x,y,z\na,1,2\n", "line 2: found 3 cells separated by commas, but the header names 4 columns"),
         ("name,x,y,z\na,1,2,3\n\nb,1,two,3\n", "line 4, column y: found 'two'"),
         ("name,x,y,z\na,1,2,nan\n", "line 2, column z: found 'nan'"),
         ("name,x,y,z\na,1,2,1e9\n", "line 2, column z: found '1e9'"),
@@ -75,7 +75,7 @@ def test_flange_poses_are_read_as_quaternions_or_as_joint_angles(tmp_path: Path)
         ("x,y,z,q1,q2,q3,q4\n0,0,0,1,0,0,0.1\n", r"line 2, column q1 to q4: the quaternion has length 1\.0050"),
         ("x,y,z,q1,q2,q3,q4\n0,0,0,0,0,0,0\n", r"length 0\.0000"),
         ("x,y,z\n1,2,3\n", "x,y,z,q1,q2,q3,q4 or j1,j2,j3,j4,j5,j6"),
-        ("j1,j2,j3,j4,j5,j6\n1,2,3,4,5\n", "line 2: found 5 cells parted by commas, but the header names 6 columns"),
+        ("j1,j2,j3,j4,j5,j6\n1,2,3,4,5\n", "line 2: found 5 cells separated by commas, but the header names 6 columns"),
     ],
 )
 def test_a_wrong_table_of_poses_is_refused_by_row(tmp_path: Path, text: str, complaint: str) -> None:

@@ -78,7 +78,7 @@ def test_of_a_point_and_a_curve_the_one_farthest_off_the_body_is_named() -> None
 def test_a_radius_that_reaches_every_place_bounds_nothing() -> None:
     # The corners are 25 mm from the middle.
     assert area(cut_patch(PLATE, chosen((20.0, 15.0, 0.0), radius=24.9))) == pytest.approx(1200.0, rel=1e-3)
-    with pytest.raises(FieldError, match=r"all of plate lies within 25\.1 mm .* the farthest place 25 mm") as caught:
+    with pytest.raises(FieldError, match=r"all of plate lies within 25\.1 mm .* the farthest point is 25 mm") as caught:
         cut_patch(PLATE, chosen((20.0, 15.0, 0.0), radius=25.1))
     assert caught.value.details["farthest"] == pytest.approx(25.0, abs=0.01)
 
@@ -131,7 +131,7 @@ def test_the_outside_is_that_of_the_piece_on_which_the_patch_lies(far: float, ki
 
 def test_a_box_alone_on_a_body_of_several_pieces_is_refused_and_pointed_to_a_point() -> None:
     both = united([BALL, moved(BALL, 100.0, 0.0, 0.0)])
-    with pytest.raises(MeshError, match=r"consists of 2 pieces.*cut a patch out by a point on it \(`--at`\)"):
+    with pytest.raises(MeshError, match=r"has 2 separate components.*cut a patch out at a point \(`--at`\)"):
         cut_patch(both, chosen(box=[[115.0, -30.0, -30.0], [125.0, 30.0, 30.0]]))
     # A cap that is 5 mm high.
     patch = cut_patch(both, chosen((120.0, 0.0, 0.0), box=[[115.0, -30.0, -30.0], [125.0, 30.0, 30.0]]))

@@ -114,10 +114,10 @@ def test_what_cannot_be_cut_is_refused(choice: PatchChoice, error: type[Geoprint
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [
-        ({"patch": {"radius": 5.0}}, "needs the point that it is about"),
-        ({"patch": {"cone_deg": 5.0}}, "needs the point that it is about"),
+        ({"patch": {"radius": 5.0}}, "needs its point"),
+        ({"patch": {"cone_deg": 5.0}}, "needs its point"),
         ({"patch": {"at": [0.0, 0.0, 0.0]}}, "a patch needs a bound"),
-        ({"patch": {"box": [1.0, 0.0, 0.0, 0.0, 1.0, 1.0]}}, "lowest x y z and then its highest"),
+        ({"patch": {"box": [1.0, 0.0, 0.0, 0.0, 1.0, 1.0]}}, "lowest x y z, then its highest"),
         ({"label": 0}, "label"),
     ],
 )

@@ -105,13 +105,13 @@ def test_what_passes_nowhere_is_refused_with_the_reason(part: Path, tmp_path: Pa
     # Joint 5 held near zero: no nozzle but one along the forearm.
     narrow = ("[-120, 120], [-400", "[-6, 6], [-400")
     cell = cell_file(tmp_path, narrow, ("joints_deg = [0, 28, 20, 0, 87, 180]", "joints_deg = [0, 28, 20, 0, 6, 180]"))
-    with pytest.raises(PlanError, match=r"cap\.ply finds no place in cell\.toml; .*candidates is refused: .*loses"):
+    with pytest.raises(PlanError, match=r"cap\.ply has no placement in cell\.toml; .*candidates is refused: .*loses"):
         propose_placement(job_of(surface=part, unit="mm", rounds=3, cell=cell), height=50.0)
 
 
 def test_a_higher_home_is_named_where_it_would_help(proposal: Proposal) -> None:
     low = replace(room_of(proposal.plan.workpiece), ceiling=0.0)
-    assert "with a higher home it could be reached at (" in higher_home(proposal.plan, low, height=None)
+    assert "With a higher home, it is reachable at (" in higher_home(proposal.plan, low, height=None)
     assert higher_home(proposal.plan, low, height=50.0) == ""
 
 
@@ -130,7 +130,7 @@ def test_a_job_at_the_best_place_is_planned_where_place_proposes_it_and_its_bund
     part: Path, tmp_path: Path
 ) -> None:
     asked = job_of(surface=part, unit="mm", spacing=8.0, place="best")
-    with pytest.raises(UsageError, match="'best' is looked for before planning"):
+    with pytest.raises(UsageError, match="find the placement 'best' before planning"):
         plan(asked)
     job = best_placed(asked)
     proposal = propose_placement(asked)

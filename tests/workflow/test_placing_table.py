@@ -109,5 +109,5 @@ def test_part_and_table_move_as_one(paths: Plan) -> None:
 
 
 def test_a_table_tilts_the_part_itself(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="has a table that tilts the part itself: leave `--tilt` out"):
+    with pytest.raises(UsageError, match="has a table that tilts the part itself: omit `--tilt`"):
         propose_placement(job(tmp_path), tilt_deg=10.0)

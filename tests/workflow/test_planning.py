@@ -140,7 +140,7 @@ def test_plan_json_says_what_was_planned(cap_plan: Plan, cap_bundle: tuple[Path,
     assert found["robot"][0]["motion"]["targets"]["closer"] == (periods < 0.02 - 1e-9).sum()
     assert found["robot"][0]["motion"]["targets"]["shortest_ms"] == pytest.approx(1e3 * periods.min(), abs=1e-5)
     # None comes so soon that a controller does not take it at all: something to know, not to act on.
-    assert any("than the controller digests" in note for note in found["notes"])
+    assert any("after the previous one" in note for note in found["notes"])
     assert cap_plan.uniformity is not None
     assert found["uniformity"]["thickness"]["cv"] == pytest.approx(cap_plan.uniformity.thickness.cv, abs=1e-6)
     assert cap_plan.uniformity.levels is not None
@@ -148,7 +148,7 @@ def test_plan_json_says_what_was_planned(cap_plan: Plan, cap_bundle: tuple[Path,
         cap_plan.uniformity.levels.figures.cv, abs=1e-6
     )
     # It was asked for: no news.
-    assert any("placement not known" in note for note in found["notes"])
+    assert any("placement unknown" in note for note in found["notes"])
     # Warnings are to act on; what only informs stands beside them, and a person reads both in this order.
     assert cap_plan.workpiece.side.sentence in found["notes"]
     assert not {*found["notes"]} & {*found["warnings"]}
@@ -243,7 +243,7 @@ def test_a_single_level_gets_the_flow_that_its_strip_needs(tmp_path: Path) -> No
     assert planned.uniformity.thickness.mean < 0.94
     assert planned.uniformity.followed.mean == pytest.approx(1.0, rel=0.01)
     assert np.array_equal(planned.poses.flow, deposited.following_flow)
-    assert "here the flow follows" in outcome_text(record_plan(planned))
+    assert "this print has following flow" in outcome_text(record_plan(planned))
 
 
 def test_a_closed_surface_is_planned_from_a_seed_point(tmp_path: Path) -> None:
@@ -339,7 +339,7 @@ def test_a_wall_beside_the_part_is_passed_by_a_nozzle_that_may_lean(tmp_path: Pa
     assert leans[poses.deposit].min() < np.radians(1.0)
     assert [place["lean_deg"] for place in motion["lean"]["places"]] == [motion["tilt"]["largest_deg"]]
     assert not motion["rotation"]["axial_nozzle"]
-    assert "leans in" in outcome_text(record_plan(planned))
+    assert "leans at" in outcome_text(record_plan(planned))
 
 
 @pytest.mark.usefixtures("brief_proofs")
@@ -578,8 +578,8 @@ def test_a_single_level_is_compared_by_all_but_spacing(tmp_path: Path) -> None:
     for row in found.planned:
         assert row.uniformity.levels is not None
         assert row.uniformity.levels.spacing is row.uniformity.both.spacing is None
-    assert found.verdict[0].startswith("No backend covers plate.ply: at best, with ")
-    assert found.verdict[1].startswith("What to do: a smaller spacing, such as `--spacing 5`,")
+    assert found.verdict[0].startswith("No backend covers plate.ply. The best, ")
+    assert found.verdict[1].startswith("Try `--spacing 5`,")
     save_comparisons([compared], tmp_path / "out")
     shown = (tmp_path / "out" / "report.html").read_text().split("<script", maxsplit=1)[0]
     # What there is not has no row.
@@ -593,7 +593,7 @@ def test_a_part_out_of_reach_still_gets_its_uniformity(tmp_path: Path) -> None:
     part = saved(tmp_path, spherical_cap(radius=8.0, angle=2.2, rings=10))
     compared = compare(job_of(surface=part, unit="mm", spacing=2.0, place="demo"), backends=["heat"])
     table = comparison_table(recorded_comparison([compared]))
-    assert "heat cannot be printed: cap.ply has no demonstration placement" in table
+    assert "The robot cannot print heat: cap.ply has no demonstration placement" in table
     assert load_cell(None).name in str(compared.workpiece.cell.name)
 
 

@@ -31,10 +31,10 @@ def test_without_a_body_the_winding_decides_and_the_user_is_told_how_to_turn_it(
     assert part is CAP
     assert (side.source, side.turned, side.agreeing) == ("winding", False, None)
     assert side.sentence == (
-        "printed on the side that the file's winding calls outside, which bulges; nothing else can tell, since an open "
-        "patch encloses nothing; `--flip` turns it, a closed `--body` decides."
+        "printing on the side that the normals face, which bulges. `--flip` for the other side; a closed `--body` "
+        "confirms it."
     )
-    assert "leave `--flip` out" in printed_side(CAP, None, flip=True)[1].sentence
+    assert "Omit `--flip`" in printed_side(CAP, None, flip=True)[1].sentence
 
 
 @pytest.mark.parametrize("body", [BODY, inside_out(BODY)])
@@ -42,14 +42,16 @@ def test_a_closed_body_confirms_the_side_however_it_is_wound(body: Surface) -> N
     part, side = printed_side(CAP, body, flip=False)
     assert part is CAP
     assert (side.source, side.turned, side.agreeing) == ("body", False, 1.0)
-    assert side.sentence == "printed on the side that faces out of heart (100% of it)."
+    assert side.sentence == "printing on the side that faces out of heart (100% of it)."
 
 
 def test_a_part_that_faces_into_the_body_is_turned_and_the_user_is_told() -> None:
     part, side = printed_side(inside_out(CAP), BODY, flip=False)
     np.testing.assert_allclose(mean_normal(part), mean_normal(CAP))
     assert (side.source, side.turned, side.agreeing) == ("body", True, 1.0)
-    assert side.sentence.startswith("turned: as the file is wound, 100% of it faces into heart")
+    assert side.sentence.startswith(
+        "printing on the other side than the normals face, where 100% of it faces into heart"
+    )
 
 
 def test_who_asks_to_flip_is_obeyed_and_warned() -> None:
@@ -72,20 +74,20 @@ def test_a_body_that_half_agrees_or_is_open_tells_nothing() -> None:
 
 def test_a_closed_part_is_printed_outside() -> None:
     assert printed_side(BODY, None, flip=False)[1].source == "closed"
-    assert "printed on the inside" in printed_side(BODY, None, flip=True)[1].sentence
+    assert "printing on the inside" in printed_side(BODY, None, flip=True)[1].sentence
 
 
 @pytest.mark.parametrize(
     ("patch", "words"),
     [
-        (inside_out(CAP), "which is hollow: is the file mirrored, or are its faces flipped? Nothing else can tell"),
-        (meshes.plate(), "which neither bulges nor is hollow; nothing else can tell"),
+        (inside_out(CAP), "which is hollow: check whether the file is mirrored or its faces are flipped"),
+        (meshes.plate(), "which is flat on average"),
     ],
 )
 def test_what_the_shape_of_an_open_patch_tells_is_said(patch: Surface, words: str) -> None:
     side = printed_side(patch, None, flip=False)[1]
     assert words in side.sentence
-    assert side.sentence.endswith("; `--flip` turns it, a closed `--body` decides.")
+    assert side.sentence.endswith(". `--flip` for the other side; a closed `--body` confirms it.")
 
 
 def test_a_closed_file_that_is_inside_out_or_mirrored_is_named_with_its_volume() -> None:
@@ -93,8 +95,8 @@ def test_a_closed_file_that_is_inside_out_or_mirrored_is_named_with_its_volume()
     for filed in (inside_out(BODY), mirrored):
         for part, body in ((BODY, None), (CAP, filed)):
             sentence = printed_side(part, body, flip=False, filed=filed)[1].sentence
-            assert "But the volume of heart is -113 cm3, as its faces are wound: they are all flipped" in sentence
-            assert sentence.endswith("is left where it should be? Else export it again.")
+            assert "But the volume of heart is -113 cm3: either all faces are flipped" in sentence
+            assert sentence.endswith("Check left and right, and export it again if mirrored.")
     assert "volume" not in printed_side(CAP, BODY, flip=False, filed=BODY)[1].sentence
 
 
@@ -102,25 +104,24 @@ def test_a_closed_file_that_is_inside_out_or_mirrored_is_named_with_its_volume()
     ("source", "whole", "side", "other"),
     [
         (
-            "winding", "outside of a closed surface", "the side that the file's winding calls outside",
-            "`--flip` turns it",
+            "winding", "outside of a closed surface", "the side that the normals face",
+            "`--flip` for the other side",
         ),
         (
-            "flip", "inside of a closed surface, as `--flip` asks", "the side to which `--flip` turned it",
-            "leave `--flip` out for the other",
+            "flip", "inside of a closed surface, as `--flip` asks", "the side chosen by `--flip`",
+            "Omit `--flip` for the other side",
         ),
     ],
 )  # fmt: skip
 def test_the_side_is_named_as_it_was_chosen(source: str, whole: str, side: str, other: str) -> None:
     flip = source == "flip"
-    assert printed_side(BODY, None, flip=flip)[1].sentence == f"printed on the {whole}."
+    assert printed_side(BODY, None, flip=flip)[1].sentence == f"printing on the {whole}."
     assert printed_side(CAP, None, flip=flip)[1].sentence == (
-        f"printed on {side}, which bulges; nothing else can tell, since an open patch encloses nothing; {other}, a "
-        "closed `--body` decides."
+        f"printing on {side}, which bulges. {other}; a closed `--body` confirms it."
     )
     half = printed_side(half_turned(), BODY, flip=flip)[1]
     assert (half.source, half.turned) == (source, flip)
-    assert half.sentence == f"printed on {side}, but 50% of it faces into heart: check the side."
+    assert half.sentence == f"printing on {side}, but 50% of it faces into heart: check the side."
 
 
 def half_turned() -> Surface:
@@ -148,7 +149,7 @@ def test_the_body_tells_where_nine_tenths_of_the_area_agree(turned: int, source:
     np.testing.assert_array_equal(part.faces, wanted)
 
 
-@pytest.mark.parametrize(("share", "words"), [(0.0175, "which bulges"), (0.016, "which neither bulges nor is hollow")])
+@pytest.mark.parametrize(("share", "words"), [(0.0175, "which bulges"), (0.016, "which is flat on average")])
 def test_a_patch_bulges_from_a_sixtieth_of_its_width_on(share: float, words: str) -> None:
     # The height of a cap over its width is tan(a / 2) / 2 for an opening of 2 a.
     cap = meshes.spherical_cap(radius=30.0, angle=float(2.0 * np.arctan(2.0 * share)), rings=24)
@@ -160,15 +161,21 @@ def test_a_patch_bulges_from_a_sixtieth_of_its_width_on(share: float, words: str
 def test_a_small_file_is_inside_out_only_where_its_volume_is_negative() -> None:
     grain = replace(meshes.sphere(radius=2.0, subdivisions=5), name="grain")
     assert inverted_in_words(grain) == ""
-    assert inverted_in_words(inside_out(grain)).startswith("the volume of grain is -0.0335 cm3, as its faces are wound")
+    assert inverted_in_words(inside_out(grain)).startswith(
+        "the volume of grain is -0.0335 cm3: either all faces are flipped"
+    )
     assert inverted_in_words(meshes.plate()) == ""
 
 
 @pytest.mark.parametrize(
     ("name", "alone", "on_the_body"),
     [
-        ("x_mirrored.ply", "which is hollow: is the file mirrored", "Mirrored in x it lies on it"),
-        ("x_all_flipped.ply", "which is hollow: is the file mirrored", "turned: as the file is wound, 100% of it"),
+        ("x_mirrored.ply", "which is hollow: check whether the file is mirrored", "Mirrored in x, it lies on it"),
+        (
+            "x_all_flipped.ply",
+            "which is hollow: check whether the file is mirrored",
+            "printing on the other side than the normals face, where 100% of it",
+        ),
     ],
 )
 def test_a_mirrored_and_a_flipped_file_are_told_apart_by_their_body(name: str, alone: str, on_the_body: str) -> None:

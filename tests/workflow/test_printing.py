@@ -94,7 +94,7 @@ def test_every_attitude_has_its_own_placement_and_all_lay_the_paths_together(pla
         assert robot.table_kept is not None
         assert robot.table_kept >= planned.workpiece.cell.process.clearance
         assert any("table's plate" in pair for pair in robot.clearance.checked)
-        assert "how exactly the table takes its attitude and holds it" in robot.clearance.not_checked
+        assert "how exactly the table reaches and holds its attitude" in robot.clearance.not_checked
 
 
 def test_the_bundle_reads_back_and_what_is_changed_in_it_is_found(planned: Plan, bundle: Path, tmp_path: Path) -> None:
@@ -216,7 +216,7 @@ def test_in_silico_an_edited_attitude_shows_and_an_edited_program_of_all_is_refu
     bundle: Path, simulated: SimulatedPrint, tmp_path: Path
 ) -> None:
     folder, before = shutil.copytree(bundle, tmp_path / "arch"), simulated
-    with pytest.raises(UsageError, match="breaks are of runs of one program"):
+    with pytest.raises(UsageError, match="breaks need one program"):
         simulated_print(folder, faults=Faults(breaks=(Break(0, 1.0, 2.0),)), seed=0)
     slow(folder / "part-2" / "rapid")
     after = simulated_print(folder, faults=Faults(), seed=0)
@@ -224,7 +224,7 @@ def test_in_silico_an_edited_attitude_shows_and_an_edited_program_of_all_is_refu
     np.testing.assert_allclose(after.deposited, before.deposited, rtol=0.05)
     assert 0 < np.count_nonzero(np.abs(after.deposited - before.deposited) > 0.01) < after.runs.size
     slow(folder / "rapid" / "part-2")
-    with pytest.raises(VerificationError, match="the programs of the attitudes by themselves are laid: restore this"):
+    with pytest.raises(VerificationError, match="the attitudes' own programs are deposited: restore this"):
         simulated_print(folder, faults=Faults(), seed=0)
 
 

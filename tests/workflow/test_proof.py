@@ -75,12 +75,12 @@ def test_what_was_seen_of_another_program_does_not_count(copy: Path) -> None:
     (copy / "evidence.json").write_text(content)
     said = " ".join(check_text(check_bundle(copy)).split())
     assert "run dry: not yet" in said
-    assert "does not count: seen of another program: run dry 2026-03-04: fine" in said
+    assert "does not count: reported for another program: run dry 2026-03-04: fine" in said
 
 
 def test_nothing_is_recorded_of_a_bundle_with_findings(copy: Path) -> None:
     (copy / "surface.ply").write_bytes(b"")
-    with pytest.raises(VerificationError, match=r"is not the plan that was made \(surface\.ply: .*is not recorded"):
+    with pytest.raises(VerificationError, match=r"differs from the plan .* \(surface\.ply: .*is not recorded"):
         record_seen(check_bundle(copy), "dry", note="fine", when=WHEN)
     assert not (copy / "evidence.json").exists()
 
@@ -88,15 +88,15 @@ def test_nothing_is_recorded_of_a_bundle_with_findings(copy: Path) -> None:
 def test_what_nobody_can_have_seen_is_refused(copy: Path, compared: Path) -> None:
     with pytest.raises(UsageError, match="`--record flown` is unknown; what people see is one of loaded, dry, printed"):
         record_seen(check_bundle(copy), "flown", note="fine")
-    with pytest.raises(UsageError, match="say what you saw: `--note`"):
+    with pytest.raises(UsageError, match="state what you saw: `--note`"):
         record_seen(check_bundle(copy), "dry", note=" \n")
-    with pytest.raises(UsageError, match="holds no program that anybody could have seen"):
+    with pytest.raises(UsageError, match="holds no program, so nobody can have seen"):
         record_seen(check_bundle(compared / "heat"), "dry", note="fine")
     checked = check_bundle(copy)
     assert checked.setup is not None
     unplaced = replace(checked.setup.placement, part_stated=False)
     nowhere = replace(checked, setup=replace(checked.setup, placement=unplaced))
-    with pytest.raises(UsageError, match="runs only dry, nobody has stated where the part stands on the fixture"):
+    with pytest.raises(UsageError, match="only runs dry, because the pose of the part on the fixture"):
         record_seen(nowhere, "printed", note="fine")
     assert not (copy / "evidence.json").exists()
 
@@ -165,9 +165,9 @@ def test_the_run_sheet_tells_of_moves_jerk_and_bends_in_plain_words(printed: Pat
     bent = checked.record.model_copy(update={"robot": (robot.model_copy(update={"motion": motion}),)})
     said = " ".join(check_text(replace(checked, record=bent)).split())
     assert "shortest move 12.5 ms (4 below 20 ms" in said
-    assert "largest jerk of the tip while laying 104 m/s3" in said
+    assert "largest jerk of the tip on deposit 104 m/s3" in said
     # Run 0 of plan.json has no offset; the farthest of the other five come first, numbered from 1.
-    assert "beside the path in 5 tight bends, farthest (plan.json lists all): 0.050 mm in run 6 at (5.0, " in said
+    assert "off the path in 5 tight bends, the farthest (plan.json lists all): 0.050 mm in run 6 at (5.0, " in said
     assert "0.030 mm in run 4" in said
     assert "0.020 mm in run 3" not in said
 
@@ -176,8 +176,8 @@ def test_the_report_says_what_is_proven_of_each_backend(printed: Path, compared:
     plans = [read_record(folder / "plan.json", PlanRecord) for folder in (printed, compared / "heat")]
     rows = {row.quantity: row.values for row in evidence_table(plans)}
     assert rows["printed"] == ("not yet", "no program")
-    assert rows["parsed"][0].startswith("here: ")
-    assert rows["executed"][0].startswith("here, on no controller, in ")
+    assert rows["parsed"][0].startswith("by geoprint: ")
+    assert rows["executed"][0].startswith("by geoprint, without a controller, in ")
     assert rows["off the plan"][0].startswith("at most 0.000")
     assert "no simulation knows" not in rows
     assert evidence_table(plans[1:]) == []
@@ -192,7 +192,7 @@ def test_what_was_executed_here_says_that_this_is_no_controller(printed: Path) -
     evidence = record(printed).model_copy(update={"executed": executed})
     rows = dict(evidence_rows(evidence, (), program_sha256=evidence.program_sha256))
     assert rows["executed"] == (
-        "here, on no controller, in 2 scenarios: 320 of 322 lines, not executed 2 (plan.json says why)"
+        "by geoprint, without a controller, in 2 scenarios: 320 of 322 lines, not executed 2 (plan.json says why)"
     )
     assert rows["off the plan"] == "at most 0.0004 mm, outputs 0.0200 mm, a move 0.52 ms, a run 0.03% of its time"
     assert rows["no simulation knows"] == "lag; ramps"

@@ -158,8 +158,8 @@ def test_poses_that_are_free_one_by_one_are_said_to_be(tmp_path: Path) -> None:
     paths = cover(job, prepare_workpiece(job, stage, backends=["heat"]), stage)
     error = refusal(paths, Chain(ReachError("joint 4 is at its limit.", lost=0.01)))
     assert isinstance(error, ReachError)
-    assert "worst poses is free by itself" in str(error)
-    assert "no continuous motion was found" in str(error)
+    assert "of the worst poses" in str(error)
+    assert "no continuous motion joins them" in str(error)
     assert error.details["poses_blocked"] == 0
     # The place counts before the needle where the nozzle has room.
     assert "needle" not in str(error.details["changes_tried"]).split(";")[0]

@@ -85,7 +85,7 @@ def test_a_part_that_was_changed_is_found_by_its_hash_and_the_check_goes_on(copy
     content[start:end] = vertices.tobytes()
     (copy / "body.ply").write_bytes(bytes(content))
     checked = check_bundle(copy, full=True)
-    assert any("its hash is not that of the manifest" in reason for reason in reasons(checked, "body.ply"))
+    assert any("its hash differs from the manifest" in reason for reason in reasons(checked, "body.ply"))
     # Raised by 3 mm the table is where the needle goes.
     assert any("checked again: " in reason for reason in reasons(checked, "targets.csv"))
     assert checked.repeated is not None
@@ -237,7 +237,7 @@ def test_what_was_changed_is_not_planned_again(copy: Path, name: str) -> None:
 def test_a_folder_that_is_no_bundle_is_refused(copy: Path, compared: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"there is no folder"):
         geoprint.job_from(tmp_path / "nowhere")
-    with pytest.raises(InputError, match=r"no single bundle, but several; name one of them, .*heat or .*lscm"):
+    with pytest.raises(InputError, match=r"several bundles; name one of them, .*heat or .*lscm"):
         geoprint.job_from(compared)
     listed = json.loads((copy / "manifest.json").read_text())
     del listed["sha256"]["job.toml"]
@@ -255,7 +255,7 @@ def test_the_command_says_whether_the_bytes_are_the_same(
     assert called(monkeypatch, "plan", "--from", heat, "--out", out) == 0
     said, noted = capsys.readouterr()
     assert "no program: the robot cannot print this: " in said
-    assert f"planned again from {heat}: all files have the same bytes" in noted
+    assert f"replanned from {heat}: all files are identical" in noted
     # Only `plan` writes a report of one plan.
     (out / "report.html").unlink()
     assert_same_but_for_the_manifest(contents(out), contents(heat))
@@ -272,5 +272,5 @@ def test_another_version_is_named_where_bytes_differ() -> None:
     from geoprint.reporting import again_text
 
     said = again_text("old", written_by="0.0.1", differing=["plan.json"], changed=[])
-    assert said.startswith("warning: planned again from old, but 1 files differ (plan.json")
-    assert "geoprint 0.0.1 wrote that one, this is " in said
+    assert said.startswith("warning: replanned from old, but 1 file differs (plan.json")
+    assert "it was written by geoprint 0.0.1, this is " in said

@@ -100,7 +100,7 @@ def test_rounds_divide_the_distance_of_the_deepest_patch(ball: Path) -> None:
         ([box((5, 5), (20, 15)), box((18, 10), (30, 20))], r"patches 1 and 2 overlap at .*, 2 mm inside the rim of"),
         ([box((5, 5), (20, 15)), box((40, 5), (50, 15)), box((8, 8), (12, 12))], "patches 1 and 3 overlap at"),
         ([box((5, 5), (20, 15)), box((5, 5), (20, 15))], "patches 1 and 2 overlap at"),
-        ([box((10, 1), (13, 29)), box((1, 10), (59, 13))], "patches 1 and 2 overlap at .*laid there twice"),
+        ([box((10, 1), (13, 29)), box((1, 10), (59, 13))], "patches 1 and 2 overlap at .*Move them apart"),
     ],
     ids=["corner", "inside", "same", "crossing"],
 )
@@ -132,7 +132,7 @@ def test_patches_that_touch_are_not_refused(table: Path) -> None:
             2.0,
             5.0,
             FieldError,
-            r"^patch 2 of ball.ply, about \(-8.93, .*\) mm: spacing is 5 mm, but no point",
+            r"^patch 2 of ball.ply, about \(-8.93, .*\) mm: spacing is 5 mm, but the surface ends",
         ),
     ],
 )
@@ -159,7 +159,7 @@ def test_a_patch_whose_every_curve_is_too_short_is_named() -> None:
 
 def test_a_file_in_several_pieces_is_still_refused_and_pointed_to_patches() -> None:
     far = Surface(plate().vertices + np.array([100.0, 0.0, 0.0]), plate().faces)
-    with pytest.raises(MeshError, match=r"consists of 2 pieces.*a point on it .*several with a job file"):
+    with pytest.raises(MeshError, match=r"has 2 separate components.*at a point .*several with a job file"):
         prepare(united([plate(), far]))
 
 

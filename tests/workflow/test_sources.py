@@ -86,7 +86,7 @@ def test_a_drawn_curve_follows_the_surface_between_its_points() -> None:
     ("points", "why"),
     [
         ([[0.0, 0.0, 0.0], [10.0, 6.0, 3.0]], r"point 2 .* lies 3 mm off"),
-        ([[5.0, 5.0, 0.0], [5.0, 5.0, 0.0]], "two different"),
+        ([[5.0, 5.0, 0.0], [5.0, 5.0, 0.0]], "two or more different"),
     ],
 )
 def test_a_curve_that_is_none_is_refused(points: list[list[float]], why: str) -> None:

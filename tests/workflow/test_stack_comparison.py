@@ -55,12 +55,12 @@ def test_coverage_of_all_layers_decides_and_then_their_thickness() -> None:
     assert [row.backend for row in best_stack([holes, uneven, even])] == ["b", "c", "a"]
     best = stack_verdict([holes, even], part="heart.ply")[0]
     assert best.startswith(
-        "b covers the layers over heart.ply best: missed or covered twice are 0.1% with b and 3.0% with a"
+        "b covers the layers over heart.ply best. Area missed or covered twice: 0.1% with b and 3.0% with a"
     )
     assert "which leaves holes" in best
     assert stack_verdict([uneven, even], part="heart.ply")[0] == (
         "b covers the layers over heart.ply most evenly: their thickness varies by 0.40% with b and 1.00% with c. All "
-        "of them are even enough to print."
+        "are even enough to print."
     )
     alike = _row("d", gap=0.001, cv=0.0045)
     assert "b and d cover the layers over heart.ply equally well" in stack_verdict([even, alike], part="heart.ply")[0]
@@ -74,14 +74,14 @@ def test_what_is_told_of_stacks_names_what_cannot_be_planned_or_printed() -> Non
     )
     assert "a         " in text
     assert "refused" in text
-    assert "a cannot be printed: layer 2: too near" in text
+    assert "The robot cannot print a: layer 2: too near" in text
     assert "b could not plan: layer 1: closed" in text
     assert "warning: mind this" in text
     assert "not checked: 1 thing;" in text
     narrow = stack_comparison_text(_stated(_row("a", gap=0.0, cv=0.01)), width=60)
-    assert "left out at this width, told in stacks.json: clear mm" in narrow
+    assert "left out at this width, see stacks.json: clear mm" in narrow
     assert max(map(len, narrow.splitlines()[:5])) <= 60
-    assert "was not asked" in stack_comparison_text(_stated(_row("a", gap=0.0, cv=0.01, printed=None)))
+    assert "robot was left out" in stack_comparison_text(_stated(_row("a", gap=0.0, cv=0.01, printed=None)))
 
 
 def _status(monkeypatch: pytest.MonkeyPatch, line: str) -> int:

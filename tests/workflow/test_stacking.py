@@ -80,7 +80,7 @@ def test_what_is_told_names_the_layer(third: Plan) -> None:
     record = record_plan(third)
     (layer,) = record.layers
     assert (layer.number, layer.count, layer.bottom_mm, layer.height_mm) == (2, 4, 1.0, 0.5)
-    assert "layer 3 of 4: from 1 to 1.5 mm over the part, paths in its middle" in outcome_text(record)
+    assert "layer 3 of 4: from 1 to 1.5 mm above the part, paths at mid-height" in outcome_text(record)
     assert third.poses.layers.min() == third.poses.layers.max() == 2
 
 
@@ -97,7 +97,7 @@ def test_a_layer_lays_what_it_holds(third: Plan) -> None:
     process, flow = third.workpiece.cell.process, float(poses.flow.max())
     assert flow * process.speed == pytest.approx(2.0 * 0.5 * load_cell(None).process.speed, rel=1e-12)
     assert process.speed < load_cell(None).process.speed
-    assert any("leave out" in note and "so much slower" in note for note in record_plan(third).notes)
+    assert any(" miss " in note and "prints slower" in note for note in record_plan(third).notes)
 
 
 def test_what_the_program_lays_is_what_it_was_planned_to_but_for_where_the_tip_slows_down(third: Plan) -> None:
@@ -174,7 +174,7 @@ def test_a_stack_is_written_whole_and_each_layer_checks(device: tuple[Path, Stac
     text = stack_text(record)
     assert "1 mm in 2 layers of 0.5 mm" in text
     assert " 2 from 0.5 mm: " in text
-    assert "placement not known" not in text
+    assert "placement unknown" not in text
     assert "things; `--verbose` lists them" in text
     assert record.layers[0].not_checked[0] in stack_text(record, verbose=True)
     (upper,) = (layer.model_copy(update={"warnings": ("mind this",)}) for layer in record.layers[1:])
@@ -228,9 +228,9 @@ def test_the_run_sheet_of_a_stack_says_what_to_load_and_where_it_pauses(
     text = check_text(check_folder(folder))
     assert text.startswith("STACK  device: 2 layers, the lowest first\n\nlayer-01  as planned")
     assert "copy the folders layer-01 to layer-02 of rapid/ to the controller's HOME folder" in text
-    assert "run layers 2 to 2 dry at 25 % of the speed (geoDryRun TRUE)" in text
+    assert "run layers 2 to 2 dry at 25 % speed (geoDryRun TRUE)" in text
     assert re.search(r"layers +1  \d+ runs, \d+ s, [\d.]+ cm3; then 20 s at home\n +2  .* cm3\n", text)
-    assert "geoLastLayer, 1 to 2, ends it behind that layer" in text
+    assert "geoLastLayer, 1 to 2, ends the program after that layer" in text
     found = check_summary(check_folder(folder))
     assert found["set_to"] == {
         "dry_run": True, "speed_pct": 25.0, "first_layer": 2, "first_run": 1, "last_layer": 2,
@@ -287,7 +287,7 @@ def test_what_a_person_saw_the_program_of_a_stack_do_stands_on_its_run_sheet(
     assert found["seen"] == [
         {"stage": "loaded", "date": seen.date, "note": "no errors", "program_sha256": seen.program_sha256}
     ]
-    with pytest.raises(UsageError, match="runs only dry, nobody has stated where the fixture stands"):
+    with pytest.raises(UsageError, match="only runs dry, because the pose of the fixture"):
         record_seen(checked, "printed", note="fine")
     evidence = folder / "evidence.json"
     evidence.write_text(evidence.read_text().replace(seen.program_sha256, "0" * 64))
@@ -314,7 +314,7 @@ def test_without_a_robot_a_stack_has_no_program(tmp_path: Path) -> None:
 def test_nothing_is_written_where_a_layer_is_refused(tmp_path: Path) -> None:
     ball = _saved(tmp_path, sphere(radius=3.0, subdivisions=2))
     job = job_of(surface=ball, unit="mm", spacing=1.5, thickness=1.0, robot=False)
-    with planning_here(), pytest.raises(GeoprintError, match=r"layer 2: .* is closed, so there is no rim"):
+    with planning_here(), pytest.raises(GeoprintError, match=r"layer 2: .* is closed and has no rim"):
         plan_stack(job, tmp_path / "device")
     assert not (tmp_path / "device").exists()
 
@@ -345,7 +345,7 @@ def test_a_killed_process_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     # Nor does the process that waits read what it would then hold beside those that plan.
     monkeypatch.setattr(stacking, "read_stack", _read)
     job = job_of(surface=_cap(tmp_path), unit="mm", spacing=3.0, thickness=1.0, robot=False)
-    with pytest.raises(ResourceError, match="ended from outside"):
+    with pytest.raises(ResourceError, match="was killed"):
         plan_stack(job, tmp_path / "device")
     assert not (tmp_path / "device").exists()
 
@@ -357,7 +357,7 @@ def test_what_is_no_layer_is_refused(tmp_path: Path) -> None:
         plan(job_of(**asked, thickness=2.0))
     with pytest.raises(UsageError, match=r"no layer 5: 2 mm are 4 layers of 0\.5 mm"):
         compare(job_of(**asked, thickness=2.0, layer=5))
-    with pytest.raises(UsageError, match="`--layer 2` is of a thickness"):
+    with pytest.raises(UsageError, match="`--layer 2` needs a thickness"):
         plan(job_of(**asked, layer=2))
     with pytest.raises(UsageError, match="`--pattern contours,spiral` is of a thickness"):
         plan(job_of(**asked, pattern="contours,spiral"))

@@ -85,9 +85,9 @@ def test_a_feather_rises_from_the_rim(tmp_path: Path) -> None:
     ("rows", "reason"),
     [
         (("0,0,0,-1",), r"line 2, column thickness: found -1 mm, needed is 0 or more"),
-        (("0,0,0,1", "# the same", "0,0,0,2"), r"line 4: this place is in the table twice"),
-        ((), "names columns but holds no place"),
-        (("0,0,0",), r"line 2: found 3 cells parted by commas, but the header names 4 columns"),
+        (("0,0,0,1", "# the same", "0,0,0,2"), r"line 4: this point is in the table twice"),
+        ((), "has a header but no rows"),
+        (("0,0,0",), r"line 2: found 3 cells separated by commas, but the header names 4 columns"),
         (("0,0,0,thick",), "column thickness: found 'thick'"),
     ],
 )
@@ -111,7 +111,7 @@ def test_a_feather_of_a_shape_or_without_a_rim_is_refused(tmp_path: Path) -> Non
     with pytest.raises(UsageError, match="ends as its shape says: leave `feather` out"):
         _over(_job(tmp_path, target=_saved(tmp_path, BOX), feather=2.0))
     ball = sphere(radius=6.0)
-    with pytest.raises(UsageError, match="has no rim that the thickness could rise from"):
+    with pytest.raises(UsageError, match="has no rim for the thickness to rise from"):
         _over(_job(tmp_path, part=ball, thickness=2.0, feather=2.0), ball)
 
 
@@ -128,7 +128,11 @@ def test_layers_of_a_shape_come_out_whole_whichever_its_winding(tmp_path: Path, 
     ("target", "error", "reason"),
     [
         (part_of(BOX, np.arange(12) > 1), MeshError, "is open: it has 1 border"),
-        (Surface(BOX.vertices + np.array([50.0, 0, 0]), BOX.faces), FieldError, "check that both are in the same"),
+        (
+            Surface(BOX.vertices + np.array([50.0, 0, 0]), BOX.faces),
+            FieldError,
+            "Check coordinates, unit and printed side",
+        ),
         # In metres, read as millimetres, and the other way round.
         (Surface(0.001 * BOX.vertices, BOX.faces), InputError, "22 um large in mm.* with `--unit m`"),
         (Surface(1000.0 * BOX.vertices, BOX.faces), InputError, "22 m large in mm.* with `--unit um`"),
@@ -193,7 +197,7 @@ def test_of_a_wedge_the_layers_without_room_are_left_out_and_told(tmp_path: Path
     assert [layer.folder for layer in record.layers] == ["layer-01", "layer-02"]
     (left_out,) = record.left_out
     assert left_out.number == 3
-    assert "layer 3: nothing of it is as wide as the spacing of 2 mm" in left_out.reason
+    assert "layer 3: all of it is narrower than the spacing of 2 mm" in left_out.reason
     # The middles of the layers, 0.25 and 0.75 mm high, lie within the wedge from 1.67 and 5 mm on.
     assert [layer.area_mm2 for layer in record.layers] == pytest.approx([50.0, 30.0], rel=0.01)
     assert record.target_mm3 == pytest.approx(45.0, rel=0.003)

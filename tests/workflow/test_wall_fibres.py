@@ -77,11 +77,11 @@ def test_fibres_in_a_wall_are_planned_again_to_the_same_bytes_without_the_volume
 def test_a_part_off_the_wall_and_what_is_no_volume_are_refused(tmp_path: Path) -> None:
     _written(ball_voxels(), tmp_path / "ball.nii")
     lines = lines_of(read_field(_field(tmp_path, "ball.nii", wall=[1], cavity=[2], base=[3])))
-    with pytest.raises(FieldError, match=r"lies off the wall of ball.nii, farther than 2.5 voxels: plan within"):
+    with pytest.raises(FieldError, match=r"lies off the wall of ball.nii, by more than 2.5 voxels\. Plan within"):
         lines(skin(30.0))
     (tmp_path / "ball.ply").write_bytes(b"")
     other = lines_of(read_field(_field(tmp_path, "ball.ply", wall=[1], cavity=[2], base=[3])))
-    with pytest.raises(UsageError, match=r"`ball.ply` is no label volume: its name must end in .nii"):
+    with pytest.raises(UsageError, match=r"`ball.ply` is not a label volume: its name must end in .nii"):
         other(skin(18.0))
 
 

@@ -120,13 +120,13 @@ def _prepared(job: Job) -> None:
             ALONG.replace("1.6", "1.9"), {}, InputError,
             r"own.toml: \[width\] asks for 1.9 mm at \(.*16.*\) mm, .* spacing of 1.2 mm .* 0.6 to 1.8 mm .*share 1.5",
         ),
-        (ALONG.replace("0.8", "0.5"), {}, InputError, r"asks for 0.5 mm at .* lays 0.6 to 1.8 mm"),
+        (ALONG.replace("0.8", "0.5"), {}, InputError, r"asks for 0.5 mm at .* deposits 0.6 to 1.8 mm"),
         (
             ALONG.replace("0.8", "0.11").replace("1.6", "0.2"), {"spacing": 0.18}, InputError,
-            r"asks for 0.11 mm at .* a strand of 0.265 mm, thinner than the stand-off of 0.3 mm .* nothing presses",
+            r"asks for 0.11 mm at .* a strand of 0.265 mm .* is 0.3 mm, so nothing presses",
         ),
         (ALONG.replace("1.0, 0.0]\nbegin", "0.0, 1.0]\nbegin"), {}, InputError, r"plate.ply measures 0 mm along it"),
-        (ALONG, {"spacing": None, "rounds": 5}, UsageError, r"\[width\] says how wide .*: give `--spacing`"),
+        (ALONG, {"spacing": None, "rounds": 5}, UsageError, r"\[width\] is relative to the spacing: give `--spacing`"),
         (
             LINES + "[width]\nplaces = [[5.0, 8.0, 3.0]]\nat_mm = 1.5\nwithin_mm = 6.0\n", {}, InputError,
             r"\[width\]: the point \(5.*8.*3.*\) mm is 3 mm off plate.ply, allowed are 1 mm",
@@ -146,10 +146,10 @@ def test_what_a_cell_cannot_lay_is_refused_with_the_place_and_the_number(
         (("x,y,z,thickness", "0,0,0,1"), r"own.csv, line 1: the first row must name the columns x,y,z,width"),
         (("x,y,z,width", "0,0,0,0"), r"own.csv: the width at \(0, 0, 0\) mm is 0 mm, needed is more"),
         (("x,y,z,width", "0,0,0,-1"), r"own.csv, line 2, column width: found -1 mm"),
-        (("x,y,z,width", "0,0,0,1", "0,0,0,1.2"), r"own.csv, line 3: this place is in the table twice"),
+        (("x,y,z,width", "0,0,0,1", "0,0,0,1.2"), r"own.csv, line 3: this point is in the table twice"),
         (("x,y,z,width", "0,0,7,1"), r"own.csv: the point \(0.*7.*\) mm is 7 mm off plate"),
-        (("x,y,z,width", "0,0,0,1", "5,5,0,3"), r"asks for 3 mm at \(5.*5.*0.*\) mm, .* lays 0.6 to 1.8 mm"),
-        (("x,y,z,width",), r"own.csv names columns but holds no place"),
+        (("x,y,z,width", "0,0,0,1", "5,5,0,3"), r"asks for 3 mm at \(5.*5.*0.*\) mm, .* deposits 0.6 to 1.8 mm"),
+        (("x,y,z,width",), r"own.csv has a header but no rows"),
     ],
 )
 def test_tables_that_say_no_width_are_refused(rows: tuple[str, ...], sentence: str, tmp_path: Path) -> None:
@@ -160,5 +160,5 @@ def test_tables_that_say_no_width_are_refused(rows: tuple[str, ...], sentence: s
 
 def test_a_program_of_a_cell_whose_flow_is_one_is_refused(tmp_path: Path) -> None:
     job = _job(tmp_path, robot=True, cell=None, place="demo")
-    with pytest.raises(UsageError, match=r"can only open and shut its valve .*: give a cell with mode .analog."):
+    with pytest.raises(UsageError, match=r"can only open and shut its valve .* Give a cell with mode .analog."):
         _prepared(job)

@@ -103,7 +103,7 @@ def test_table_words_and_report_say_of_a_spiral_what_they_say_of_contours(compar
     header, _, row = comparison_table(record).splitlines()[2:5]
     assert header.split()[:5] == ["backend", "thickness", "CV", "following", "CV"]
     assert row.split()[:3] == ["heat", thickness, following]
-    assert f"the thickness of its layer varies by {measured.thickness.cv:.1%} (" in part.verdict[0]
+    assert f"layer thickness varies by {measured.thickness.cv:.1%}" in part.verdict[0]
     assert f"evenness: layer thickness varies by {thickness} with constant flow, {following} with flow" in outcome_text(
         record_plan(planned)
     )

@@ -88,7 +88,7 @@ def test_a_body_may_lie_as_far_away_as_the_part_is_large(part: Path, tmp_path: P
 
 @pytest.mark.parametrize(
     ("off", "end"),
-    [(2.4, "Mirrored in x it lies on it: one of the files is left-handed, so export it again."), (2.6, "unit.")],
+    [(2.4, "Mirrored in x, it lies on it: one file is left-handed, so export it again."), (2.6, "unit.")],
 )
 def test_a_body_is_called_mirrored_where_the_mirrored_part_lies_within_a_twentieth_of_its_size(
     tmp_path: Path, off: float, end: str
@@ -131,7 +131,7 @@ def test_the_edge_length_told_is_the_shortest_of_all_patches(tmp_path: Path) -> 
 
 def test_a_spacing_may_be_as_large_as_the_part_and_no_larger(part: Path) -> None:
     assert prepared(part, spacing=49.9).edge_length == pytest.approx(49.9 / 4)
-    with pytest.raises(FieldError, match=r"spacing is 50\.1 mm, but the whole part is only 50 mm across"):
+    with pytest.raises(FieldError, match=r"spacing is 50\.1 mm, but the part is only 50 mm across"):
         prepared(part, spacing=50.1)
 
 
@@ -144,9 +144,17 @@ def test_neither_spacing_nor_rounds_tells_the_depth_of_the_part(part: Path) -> N
 @pytest.mark.parametrize(
     ("old", "new", "reason"),
     [
-        ("mass_kg = 0.6", "mass_kg = 3.01", r"its mass is 3\.01 kg .* allowed for the irb120 is 3 kg"),
-        ("cog_mm = [25, 0, 65]", "cog_mm = [25, 0, 480]", r"its moment of inertia about axis 5 is .* is 0\.175 kg m2"),
-        ("cog_mm = [25, 0, 65]", "cog_mm = [380, 0, 65]", r"its moment of inertia about axis 6 is .* is 0\.085 kg m2"),
+        ("mass_kg = 0.6", "mass_kg = 3.01", r"its mass is 3\.01 kg .* the irb120 allows 3 kg"),
+        (
+            "cog_mm = [25, 0, 65]",
+            "cog_mm = [25, 0, 480]",
+            r"moment of inertia about axis 5 is .* allows 0\.175 kg m2",
+        ),
+        (
+            "cog_mm = [25, 0, 65]",
+            "cog_mm = [380, 0, 65]",
+            r"moment of inertia about axis 6 is .* allows 0\.085 kg m2",
+        ),
         ('mode = "io"', 'mode = "io"\nvacuum = "geoVacuum"', "is a word of RAPID"),
     ],
 )
@@ -173,7 +181,7 @@ def test_an_arm_that_counts_otherwise_than_abb_is_refused_while_reading(part: Pa
     named = ('model = "irb120"', f'urdf = "own.urdf"\nflange = "{arm.flange}"')
     own = cell(tmp_path, named, ("[-400, 400]", "[-350, 350]"))
     stages: list[str] = []
-    with pytest.raises(UsageError, match=r"no RAPID program can be written for the arm own\.urdf: joint 1 counts down"):
+    with pytest.raises(UsageError, match=r"a RAPID program is impossible for the arm own\.urdf: joint 1 counts down"):
         plan(asked(part, robot=True, place="demo", cell=own), observe=stages.append)
     assert stages == ["reading"]
 
@@ -248,7 +256,7 @@ def test_a_part_known_worse_than_the_stand_off_is_refused_while_reading(part: Pa
     assert prepared(part, robot=True, cell=calibrated(tmp_path, noise=0.27)).surface_within == pytest.approx(
         0.296, abs=0.001
     )
-    with pytest.raises(ClearanceError, match=r"where part\.ply stands.* may lie 0\.31 mm off .* stand-off of 0\.3 mm"):
+    with pytest.raises(ClearanceError, match=r"leave part\.ply uncertain: 0\.31 mm .* allowed are 0\.3 mm"):
         prepared(part, robot=True, cell=calibrated(tmp_path, noise=0.28))
 
 
@@ -279,7 +287,7 @@ def test_what_was_read_and_prepared_is_kept_in_order(part: Path, tmp_path: Path)
 def test_the_spacing_is_asked_for_before_the_placement_and_the_placement_before_the_body(
     part: Path, tmp_path: Path
 ) -> None:
-    with pytest.raises(FieldError, match="the whole part is only 50 mm across"):
+    with pytest.raises(FieldError, match="the part is only 50 mm across"):
         prepared(part, spacing=60.0, robot=True, place="demo")
     with pytest.raises(UsageError, match="give `--spacing` or `--rounds`"):
         prepared(part, spacing=None, robot=True)
@@ -293,7 +301,7 @@ def test_a_body_that_its_file_winds_inward_is_told_and_the_part_faces_out_of_it(
     for patch, turned in ((cap, False), (Surface(cap.vertices, cap.faces[:, ::-1]), True)):
         found = read_part(asked(saved(tmp_path, patch, "cap"), body=inward))
         assert (found.side.source, found.side.turned, found.side.agreeing) == ("body", turned, 1.0)
-        assert "But the volume of ball.ply is -113 cm3, as its faces are wound" in found.side.sentence
+        assert "But the volume of ball.ply is -113 cm3: either all faces are flipped" in found.side.sentence
         np.testing.assert_allclose(mean_normal(found.part), mean_normal(cap), atol=1e-9)
     kept = read_part(asked(saved(tmp_path, cap, "cap"), body=inward, flip=True))
     assert (kept.side.source, kept.side.turned, kept.side.agreeing) == ("flip", True, 0.0)

@@ -82,8 +82,8 @@ def _check_numbers(data: bytes, *, kind: str, name: str) -> None:
         if found[1] and not abs(float(found[1].upper().replace(b"D", b"E"))) <= LARGEST_NUMBER:
             line = text.count(b"\n", 0, found.start()) + 1
             raise InputError(
-                f"`{name}` line {line} holds the number {found[1][:40].decode()}, at most {LARGEST_NUMBER:g} is read: "
-                "no part has it in any unit; export the file again.",
+                f"`{name}` line {line} holds the number {found[1][:40].decode()}; at most {LARGEST_NUMBER:g} is read: "
+                "export the file again.",
                 line=line,
             )
 
@@ -96,8 +96,8 @@ def _triangles(content: bytes, *, scale: float, name: str) -> tuple[FloatArray, 
         scene = trimesh.load_scene(BytesIO(content), file_type="glb", process=False)
     except ValueError as error:  # JSON holds neither NaN nor infinity
         raise InputError(
-            f"`{name}` cannot be tessellated: its faces reach infinitely far, or to no number; look for a wrong "
-            "coordinate, or export the file again."
+            f"`{name}` cannot be tessellated: its faces reach to infinity or NaN; look for a wrong coordinate, or "
+            "export the file again."
         ) from error
     if not scene.geometry:
         raise InputError(f"`{name}` holds no faces, only points or curves at most; export the surfaces or the solid.")

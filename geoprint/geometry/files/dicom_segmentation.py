@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from geoprint.errors import InputError
+from geoprint.errors import InputError, how_many
 from geoprint.geometry.files.labelling import LabelVolume
 from geoprint.geometry.files.mesh_file import LONGEST_NAME, printable
 from geoprint.geometry.files.volume_formats import checked_shape
@@ -116,8 +116,8 @@ def _check_kind(content: Dataset, *, name: str) -> None:
     segmentation = str(content.get("SegmentationType", "unknown"))
     if segmentation != "BINARY" or int(content.get("BitsAllocated", 0)) != 1:
         raise InputError(
-            f"`{name}` is a segmentation of the type {_shown(segmentation)}, whose voxels are no plain yes or no; "
-            "export it as BINARY, or as NIfTI with the border where you want it."
+            f"`{name}` is a segmentation of type {_shown(segmentation)}, whose voxels are not binary: export it as "
+            "BINARY, or as NIfTI with a border of your choice."
         )
 
 
@@ -127,8 +127,8 @@ def _frames(content: Dataset, *, name: str) -> _Frames:
     count = int(content.NumberOfFrames)
     if count != len(groups) or count < 1:
         raise InputError(
-            f"`{name}` announces {count} frames and tells of {len(groups)} where they lie; it is damaged, so export it "
-            "again."
+            f"`{name}` announces {how_many(count, 'frame')} and gives positions for {len(groups)}. It is damaged: "
+            "export it again."
         )
 
     def stated(sequence: str, key: str, group: Dataset) -> list[float]:
@@ -178,9 +178,9 @@ def _stack(frames: _Frames, *, name: str) -> tuple[IntArray, FloatArray, FloatAr
     if not missed.max() <= PLACE_TOLERANCE * max(step, pixel):
         worst = int(np.argmax(missed))
         raise InputError(
-            f"`{name}`: slices {step:.4g} mm apart do not make an even stack, frame {worst + 1} lies "
-            f"{missed[worst]:.3g} mm off its place, at most {PLACE_TOLERANCE * max(step, pixel):.2g} mm are allowed; "
-            "export evenly spaced slices.",
+            f"`{name}`: slices {step:.4g} mm apart are not evenly stacked. Frame {worst + 1} is {missed[worst]:.3g} "
+            f"mm off its place, at most {PLACE_TOLERANCE * max(step, pixel):.2g} mm are allowed: export evenly spaced "
+            "slices.",
             missed=float(missed[worst]),
         )
     return numbers.astype(np.int64), first, shift
@@ -199,8 +199,8 @@ def _volume(content: Dataset, frames: _Frames, *, label: int | None, name: str) 
     packed = bytes(content.PixelData)
     if 8 * len(packed) < numbers.size * rows * columns:
         raise InputError(
-            f"`{name}` promises {numbers.size} frames of {columns} x {rows} voxels, which take "
-            f"{-(-numbers.size * rows * columns // 8)} bytes, but holds {len(packed)}; it is cut off, so copy or "
+            f"`{name}` promises {how_many(numbers.size, 'frame')} of {columns} x {rows} voxels "
+            f"({-(-numbers.size * rows * columns // 8)} bytes), but holds {len(packed)}. It is cut off: copy or "
             "export it again.",
             found=len(packed),
         )

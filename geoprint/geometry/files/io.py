@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from geoprint.errors import ExportError, GeoprintError, InputError, UsageError
+from geoprint.errors import ExportError, GeoprintError, InputError, UsageError, reason_of
 from geoprint.geometry.files.mesh_file import (
     UNITS,
     Check,
@@ -191,7 +191,9 @@ def content_of(path: Path) -> bytes:
     except FileNotFoundError as error:
         raise InputError(f"`{path}` does not exist; check the name and the folder.") from error
     except (OSError, ValueError) as error:
-        raise InputError(f"`{path}` cannot be read ({error}); check its permissions and its name.") from error
+        raise InputError(
+            f"`{path}` cannot be read ({reason_of(error)}); check its permissions and its name."
+        ) from error
     if data is None:
         what = f"{found.st_size} bytes large" if plain else "a pipe or a device"
         raise InputError(
@@ -426,7 +428,7 @@ def rebuilt_in_words(file: MeshFile) -> str | None:
     if "residual_mean" not in notes:
         return None
     mean, most = (_in_words(float(notes[key]) * UNITS[file.unit]) for key in ("residual_mean", "residual_max"))
-    return f"a surface rebuilt from the points, which lie {mean} from it in the mean and {most} at most"
+    return f"a surface rebuilt from the points, which lie {mean} from it on average and {most} at most"
 
 
 def unit_readings(name: str, extents: FloatArray) -> str:
@@ -468,8 +470,8 @@ def _check_resolution(name: str, used: FloatArray, *, step: float) -> None:
     step = max(min(step, single_step(used)), float(np.spacing(farthest)))
     if not resolves(step, used):
         raise InputError(
-            f"`{name}` is {_in_words(size)} large but lies {_in_words(farthest)} from the origin, where the file's "
-            f"numbers have steps of {step:.2g} mm; move it to the origin where it was made, or export more digits.",
+            f"`{name}` is {_in_words(size)} large but lies {_in_words(farthest)} from the origin, where its numbers "
+            f"have steps of {step:.2g} mm. Move it to the origin, or export more digits.",
             distance=farthest,
             step=step,
         )

@@ -133,7 +133,7 @@ def read_volume(data: bytes, /, *, name: str, unit: str | None = None, threshold
     ends = {".nii": ".nii", ".nii.gz": ".nii", ".nrrd": ".nrrd", ".dcm": ".dcm"}
     kind = next((kind for end, kind in ends.items() if name.lower().endswith(end)), None)
     if kind is None:
-        raise UsageError(f"`{name}` is no label volume: its name must end in .nii, .nii.gz, .nrrd or .dcm.")
+        raise UsageError(f"`{name}` is not a label volume: its name must end in .nii, .nii.gz, .nrrd or .dcm.")
     volume = _labels_of(data, kind, Choice(threshold=threshold), name=name)
     affine = volume.affine.copy()
     affine[:3] *= UNITS[volume.unit or unit or "mm"]
@@ -180,9 +180,9 @@ def volume_mesh(volume: LabelVolume, choice: Choice, *, name: str) -> MeshFile:
         choice.check(np.stack([low, high]), volume.unit or "", volume.usual)
     side = millimetres * float(np.linalg.norm(volume.affine[:3, :3], axis=0).max())
     advice = (
-        f"take it with the terraces of its voxels, and these off it, by `geoprint remesh {name} --label {chosen} "
-        f"--thin --smooth {TERRACE_WAVELENGTH * side:.3g} --max-deviation {TERRACE_SHARE * side:.2g} --out part.ply`, "
-        "and plan that; or use a finer volume"
+        f"smooth its voxel terraces with `geoprint remesh {name} --label {chosen} --thin --smooth "
+        f"{TERRACE_WAVELENGTH * side:.3g} --max-deviation {TERRACE_SHARE * side:.2g} --out part.ply` and plan that; "
+        "or use a finer volume"
     )
     made = label_surface(
         inside, volume.affine, voxels=volume.voxels(chosen, inside), name=name, advice=advice, thin=choice.thin
@@ -238,8 +238,8 @@ def label_surface(
     if abs(loss) > UNBELIEVABLE_LOSS:
         least = _smoothed(rough, affine, THIN_SMOOTHINGS[-1:], wanted=wanted)[2]
         raise InputError(
-            f"`{name}`: the label is about as thin as its voxels of {' x '.join(f'{side:.3g}' for side in sides)}: "
-            f"even the least smoothing changes its volume by {-loss:+.0%}, at most {UNBELIEVABLE_LOSS:.0%} is allowed; "
+            f"`{name}`: the label is about as thin as its voxels of {' x '.join(f'{side:.3g}' for side in sides)}. "
+            f"The least smoothing changes its volume by {-loss:+.0%}, at most {UNBELIEVABLE_LOSS:.0%} is allowed: "
             f"{advice if abs(least) <= UNBELIEVABLE_LOSS else 'use a volume with thinner slices'}.",
             loss=loss,
         )
@@ -359,7 +359,7 @@ def _with_volume(smooth: _Field, affine: FloatArray, *, wanted: float, name: str
         slope = (volume - last) / (level - before)
     raise InputError(
         f"`{name}`: no smooth surface around the label encloses the volume of its voxels within "
-        f"{VOLUME_TOLERANCE:.1%}; the label is too thin or ragged, so clean it or use a finer volume."
+        f"{VOLUME_TOLERANCE:.1%}. The label is too thin or ragged: clean it, or use a finer volume."
     )
 
 

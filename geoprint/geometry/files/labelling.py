@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple, cast, final
 import numpy as np
 from scipy import ndimage
 
-from geoprint.errors import InputError, UsageError
+from geoprint.errors import InputError, UsageError, how_many
 from geoprint.geometry.files.mesh_file import Contact, LabelFound
 from geoprint.geometry.files.volume_formats import GridFile, Segment
 from geoprint.model import BoolArray, FloatArray, IntArray
@@ -141,7 +141,7 @@ def labelled(grid: GridFile, *, label: int | None, threshold: float | None, name
         UsageError: the threshold is not between 0 and 1, or given for a volume of whole numbers.
     """
     if threshold is not None and not 0.0 < threshold < 1.0:
-        raise UsageError(f"`threshold = {threshold:g}` is no share: give a number above 0 and below 1.")
+        raise UsageError(f"`threshold = {threshold:g}` is not a share: give a number above 0 and below 1.")
     if len(grid.layers) > 1:
         return _of_layers(grid, label=label, threshold=threshold, name=name)
     values, outside = _finite(next(iter(grid.layers)), name=name)
@@ -259,8 +259,8 @@ def _of_layers(grid: GridFile, *, label: int | None, threshold: float | None, na
     kinds = {layer.dtype.kind for layer in grid.layers}
     if not kinds <= set("iu") or threshold is not None:
         raise InputError(
-            f"`{name}` has {len(grid.layers)} layers of numbers that are thresholds or shares; segments in layers are "
-            "whole numbers, so export it so, without `threshold`."
+            f"`{name}` has {how_many(len(grid.layers), 'layer')} of thresholds or shares; layered segments need whole "
+            "numbers: export them so, and omit `threshold`."
         )
     labels = np.zeros(grid.layers[0].shape, dtype=np.int64)
     for number in sorted(grid.segments, key=lambda one: (one == label, one)):
@@ -334,9 +334,8 @@ def _different(values: NDArray[np.generic]) -> int:
 
 def _image(values: NDArray[np.generic], *, count: int, name: str) -> InputError:
     return InputError(
-        f"`{name}` is an image of intensities from {float(values.min()):g} to {float(values.max()):g} ({count} "
-        "different values), not a volume of labels: nothing says which of them are the part; segment it, and "
-        "export the segmentation."
+        f"`{name}` is an image of intensities from {float(values.min()):g} to {float(values.max()):g} "
+        f"({how_many(count, 'different value')}), not a volume of labels. Segment it, and export the segmentation."
     )
 
 
@@ -366,9 +365,8 @@ def _resolved(
         certain, likely = np.count_nonzero(numbers >= CERTAIN), np.count_nonzero(numbers >= THRESHOLD)
         if threshold is None and certain <= LEAST_CERTAIN * likely:
             raise InputError(
-                f"`{name}` has numbers from {least:g} to {most:g} that may be probabilities of a label or an image of "
-                "intensities; where they are probabilities, say from which on a voxel belongs to the label with "
-                f"`threshold = {THRESHOLD:g}`, else segment it and export the segmentation."
+                f"`{name}` has numbers from {least:g} to {most:g} . If they are probabilities of a label, give the "
+                f"limit with `threshold = {THRESHOLD:g}`; if they are intensities, segment the image first."
             )
         said = f"probabilities of one label, 1, from {limit:g} on"
         return (numbers >= limit).astype(np.int32), None, (said,)

@@ -119,7 +119,7 @@ def region_faces(regions: Regions, name: str, *, file: str) -> IntArray:
     if not regions:
         raise UsageError(
             f"{file} has no regions: groups, objects and materials of OBJ, solids of STL, objects of 3MF and integer "
-            "labels of PLY are read; cut the patch by `geoprint patch` with `--at`, `--box` or `--curve`."
+            "labels of PLY are read. Cut the patch with `geoprint patch` and `--at`, `--box` or `--curve`."
         )
     listed = ", ".join(f"'{each[:LONGEST_NAME]}'" for each in list(regions)[:MOST_NAMED])
     more = f" and {len(regions) - MOST_NAMED} more" if len(regions) > MOST_NAMED else ""

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from geoprint.errors import InputError
+from geoprint.errors import InputError, how_many
 from geoprint.geometry.files.mesh_file import LONGEST_NAME, printable
 from geoprint.geometry.files.volume_formats import GridFile, Segment, checked_shape, grid_of, unpacked
 from geoprint.model import FloatArray
@@ -105,7 +105,8 @@ def read_nrrd(data: bytes, *, name: str) -> GridFile:
     sizes = _whole(header, "sizes", name=name)
     if [len(sizes)] != _whole(header, "dimension", name=name):
         raise InputError(
-            f"`{name}` has the dimension {header.fields['dimension'][:20]} and {len(sizes)} sizes; export it again."
+            f"`{name}` has the dimension {header.fields['dimension'][:20]} and {how_many(len(sizes), 'size')}; "
+            "export it again."
         )
     stored = _stored(header, name=name)
     frame, layered = _frame(header, sizes, name=name)
@@ -157,8 +158,8 @@ def _header(data: bytes, *, name: str) -> tuple[_Header, bytes]:
         if not colon or field not in {*_OBEYED, *_SKIPPED} or field in fields:
             why = "stands twice" if field in fields else "is no field of NRRD"
             raise InputError(
-                f"`{name}` line {number}: {printable(line)[:LONGEST_NAME]!r} {why}, so nobody can say what it changes; "
-                "export the segmentation again.",
+                f"`{name}` line {number}: {printable(line)[:LONGEST_NAME]!r} {why}, so its effect is unknown; export "
+                "the segmentation again.",
                 line=number,
             )
         fields[field], lines[field] = value.strip(), number
@@ -212,7 +213,9 @@ def _frame(header: _Header, sizes: list[int], *, name: str) -> tuple[GridFile, i
     axis = none[0] if none else None
     kinds = header.fields.get("kinds", "").lower().split()
     if kinds and len(kinds) != len(sizes):
-        raise _refuse(header, "kinds", f"there are {len(sizes)} axes, so export it again", name=name)
+        raise _refuse(
+            header, "kinds", f"there are {how_many(len(sizes), 'axis', 'axes')}, so export it again", name=name
+        )
     wrong = [kind for at, kind in enumerate(kinds) if at != axis and kind not in {"domain", "space", "none", "???"}]
     if wrong:
         raise _refuse(

@@ -17,7 +17,7 @@ from typing import NamedTuple, TypeAlias, final
 import numpy as np
 from numpy.typing import NDArray
 
-from geoprint.errors import InputError
+from geoprint.errors import InputError, how_many
 from geoprint.geometry.files.mesh_file import (
     Check,
     MeshFile,
@@ -193,8 +193,8 @@ def read_header(data: bytes, *, name: str) -> PlyFile:
                 rows[-1][2].append(Property(label, kind, None))
             case _:
                 raise InputError(
-                    f"`{name}` line {number} of its header cannot be read: {line[:60]!r}; it is no statement of PLY "
-                    "1.0, or names what stands before it, so export the mesh again.",
+                    f"`{name}` line {number} of its header cannot be read: {line[:60]!r}. It is not a PLY 1.0 "
+                    "statement, or repeats a name: export the mesh again.",
                     line=number,
                 )
     if not form:
@@ -348,8 +348,8 @@ def _places(
             length = counter.unpack_from(body, start - of_count.itemsize)[0] if start <= len(body) else -1
             if not (length >= 0 and length == length // 1 and length * kind.itemsize <= len(body) - start):
                 raise InputError(
-                    f"`{name}`: a list of element `{element.name[:40]}` has the length {length:g} or runs past the end "
-                    "of the file; it is cut off or damaged, so copy or export it again."
+                    f"`{name}`: a list of element `{element.name[:40]}` has the length {length:g} or runs past the "
+                    "end of the file. It is cut off or damaged: copy or export it again."
                 )
             start += int(length) * kind.itemsize
         return found, start
@@ -443,8 +443,8 @@ def _corners(element: Element, *, name: str) -> tuple[IntArray, IntArray]:
     found = [element.lists[key] for key in _CORNERS if key in element.lists]
     if len(found) != 1:
         raise InputError(
-            f"`{name}` has the element `{element.name}` with {len(found)} lists of vertices "
-            f"({' or '.join(_CORNERS)}), it must have one; export the mesh again."
+            f"`{name}` has {how_many(len(found), 'list')} of vertices in element `{element.name}` "
+            f"({' or '.join(_CORNERS)}); one is needed: export the mesh again."
         )
     return found[0][0], found[0][1].astype(np.int64)
 
@@ -490,7 +490,8 @@ def _of_grid(file: PlyFile, element: Element, vertices: FloatArray, name: str) -
     if columns * rows != element.count or not columns or lengths.max(initial=0) > 1:
         raise InputError(
             f"`{name}` has a range grid of {element.count} places with up to {int(lengths.max(initial=0))} vertices "
-            f"each, but `obj_info` says {columns} columns (num_cols) and {rows} rows (num_rows); export the mesh again."
+            f"each. Its `obj_info` states {columns} columns (num_cols) and {rows} rows (num_rows): export the mesh "
+            "again."
         )
     grid = np.full(element.count, -1, dtype=np.int64)
     grid[lengths == 1] = corners

@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components, mini
 from scipy.spatial import KDTree
 
 from geoprint.delimited import Delimited, column_named, encoding_of, is_comment
-from geoprint.errors import InputError
+from geoprint.errors import InputError, how_many
 from geoprint.geometry.clipping import clipped, part_of
 from geoprint.geometry.files import cloud_worker
 from geoprint.geometry.files.mesh_file import Check, MeshFile
@@ -123,8 +123,8 @@ def _check_counts(promised: list[tuple[int, int]], rows: int, *, name: str) -> N
     for (place, count), end in zip(promised, ends, strict=bool(promised)):
         if end - place != count:
             raise InputError(
-                f"`{name}` says that {count} points follow, and {end - place} do; it is cut off or damaged, so copy or "
-                "export it again.",
+                f"`{name}` announces {how_many(count, 'point')}, but holds {end - place}. It is cut off or damaged: "
+                "copy or export it again.",
                 promised=count,
                 found=end - place,
             )
@@ -288,7 +288,7 @@ def reconstruct(cloud: PointCloud, *, name: str, check: Check | None = None) -> 
     skipped = {**cloud.skipped, "points at the place of another": len(cloud.points) - len(every)}
     assumed = [*cloud.assumed]
     if len(points) < len(every):
-        assumed.append(f"lines of a scanner, gathered to {len(points)} points")
+        assumed.append(f"lines of a scanner, gathered to {how_many(len(points), 'point')}")
     if normals is None:
         assumed.append("outward is away from the middle of the points")
     read = reading(used={"points": len(every)}, skipped=skipped, assumed=assumed)
@@ -337,8 +337,8 @@ def _checked(cloud: PointCloud, *, name: str) -> tuple[FloatArray, FloatArray | 
     points, first = np.unique(cloud.points, axis=0, return_index=True)
     if not LEAST_POINTS <= len(points) <= MOST_POINTS:
         raise InputError(
-            f"`{name}` has {len(points)} points at different places; a surface is laid through {LEAST_POINTS} to "
-            f"{MOST_POINTS}, so scan more or thin them out.",
+            f"`{name}` has {how_many(len(points), 'distinct point')}; a surface needs {LEAST_POINTS} to "
+            f"{MOST_POINTS}: scan more, or thin them out.",
             points=len(points),
         )
     return points, None if cloud.normals is None else cloud.normals[first]
@@ -381,8 +381,8 @@ def _gathered(
         lengths = np.linalg.norm(sums, axis=1, keepdims=True)
         return means, sums / lengths if lengths.min() > 0.0 else None, tree
     raise InputError(
-        f"`{name}`: its {len(points)} points lie along lines, and no neighbouring lines make a surface of them; scan "
-        "lines closer to each other, or make the mesh in the scanner's program."
+        f"`{name}`: its {how_many(len(points), 'point')} lie on lines too far apart to make a surface. Scan closer "
+        "lines, or make the mesh in the scanner's program."
     )
 
 
@@ -404,8 +404,8 @@ def _check_flat(points: FloatArray, tree: KDTree, *, count: int, name: str) -> N
     across = float(np.median(spreads[:, 0] / spreads.sum(axis=1)))
     if across > MOST_ACROSS:
         raise InputError(
-            f"`{name}`: about its {count} points others lie in all directions: {across:.2f} of their squared "
-            f"distances lie across the plane through them, at most {MOST_ACROSS:.2f} may; {NO_SURFACE}.",
+            f"`{name}`: its {how_many(count, 'point')} fill space instead of a surface. {across:.2f} of their squared "
+            f"distances lie across the plane through neighbours, at most {MOST_ACROSS:.2f} may; {NO_SURFACE}.",
             across=across,
         )
 
@@ -420,8 +420,8 @@ def _residuals(surface: Surface, points: FloatArray, *, allowed: float, name: st
     stray = float((residuals > allowed).mean())
     if stray > STRAY_SHARE:
         raise InputError(
-            f"`{name}`: {stray:.0%} of its {len(points)} points lie farther than {allowed:.3g} from "
-            f"the surface through them, at most {STRAY_SHARE:.0%} may; {NO_SURFACE}.",
+            f"`{name}`: {stray:.0%} of its {how_many(len(points), 'point')} lie more than {allowed:.3g} off the "
+            f"surface through them, at most {STRAY_SHARE:.0%} may; {NO_SURFACE}.",
             stray=stray,
         )
     return residuals

@@ -11,7 +11,7 @@ from typing import NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
-from geoprint.errors import InputError
+from geoprint.errors import InputError, how_many
 from geoprint.geometry.files.mesh_file import (
     MeshFile,
     Regions,
@@ -82,7 +82,7 @@ def triangulated(vertices: FloatArray, sizes: IntArray, corners: IntArray, *, na
         if cut is None:
             raise InputError(
                 f"`{name}`: a polygon of {ring.size} corners crosses itself, the first at "
-                f"{vertices[ring[0]].tolist()}; triangulate the mesh in the program that made it.",
+                f"{vertices[ring[0]].tolist()}: triangulate the mesh in the program that made it.",
                 polygon=number,
             )
         faces[row : row + ring.size - 2] = ring[cut]
@@ -237,8 +237,8 @@ def _check_statements(lines: list[_Line], *, name: str) -> None:
                 line=number,
             )
         raise InputError(
-            f"`{name}` line {number}: {words[0][:40]!r} is no statement of OBJ, so nobody can say what it changes; "
-            "take the line out if it may be left out, or export the mesh again.",
+            f"`{name}` line {number}: {words[0][:40]!r} is not an OBJ statement, so its effect is unknown. Remove the "
+            "line if it is not needed, or export the mesh again.",
             line=number,
         )
 
@@ -284,16 +284,16 @@ def read_off(data: bytes, /, *, name: str) -> MeshFile:
     body = lines[2:] if lines[0][1][-1].endswith("OFF") else lines[1:]
     if len(body) < vertex_count + face_count:
         raise InputError(
-            f"`{name}` promises {vertex_count} vertices and {face_count} faces, but holds only {len(body)} lines of "
-            "them; it is cut off, so copy or export it again.",
+            f"`{name}` promises {vertex_count} vertices and {face_count} faces, but has only "
+            f"{how_many(len(body), 'line')} of them. It is cut off: copy or export it again.",
             promised=vertex_count + face_count,
             found=len(body),
         )
     surplus = body[vertex_count + face_count :]
     if surplus:
         raise InputError(
-            f"`{name}` line {surplus[0][0]} stands behind the {vertex_count} vertices and {face_count} faces that its "
-            "header promises; the header does not belong to it, so export it again.",
+            f"`{name}` line {surplus[0][0]} follows the {vertex_count} vertices and {face_count} faces that its "
+            "header promises. The header does not match: export it again.",
             line=surplus[0][0],
         )
     vertices = _parse(body[:vertex_count], _position, name=name)
@@ -323,8 +323,8 @@ def _parse(lines: list[_Line], parser: Callable[[list[str]], _Parsed], *, name: 
     except ValueError as error:
         number, words = lines[len(parsed)]
         raise InputError(
-            f"`{name}` line {number} cannot be read: `{' '.join(words)[:60]}`; a position is three numbers with "
-            "decimal points and a face at least three vertices, so export it again.",
+            f"`{name}` line {number} cannot be read: `{' '.join(words)[:60]}`. A position is three numbers with "
+            "decimal points, a face at least three vertices: export it again.",
             line=number,
         ) from error
     return parsed
@@ -421,12 +421,12 @@ def read_stl(data: bytes, /, *, name: str) -> MeshFile:
         return _read_text(text, data, name=name)
     if len(data) < STL_HEADER_BYTES or data[:1] == b"<":
         raise InputError(
-            f"`{name}` is not an STL file: {len(data)} bytes that do not begin with `solid`; "
-            "look into it with an editor and export the mesh again."
+            f"`{name}` is not an STL file: {how_many(len(data), 'byte')} that do not begin with `solid`; look into it "
+            "with an editor and export the mesh again."
         )
     raise InputError(
-        f"`{name}` announces {announced} triangles, which take {STL_HEADER_BYTES + STL_TRIANGLE_BYTES * announced} "
-        f"bytes as binary STL, but holds {len(data)} bytes; it is cut off or damaged, so copy or export it again.",
+        f"`{name}` announces {announced} triangles, {STL_HEADER_BYTES + STL_TRIANGLE_BYTES * announced} bytes as "
+        f"binary STL, but holds {how_many(len(data), 'byte')}. It is cut off or damaged: copy or export it again.",
         announced=announced,
         bytes=len(data),
     )
@@ -438,8 +438,8 @@ def _read_text(text: str, data: bytes, *, name: str) -> MeshFile:
     starts = [found for found in lines if not found[1]]
     if len(starts) != len(lines) - len(starts):
         raise InputError(
-            f"`{name}` begins {len(starts)} solids and ends {len(lines) - len(starts)}; it is cut off, so copy or "
-            "export it again."
+            f"`{name}` begins {how_many(len(starts), 'solid')} and ends {len(lines) - len(starts)}. It is cut off: "
+            "copy or export it again."
         )
     words: list[str] = []
     firsts: list[int] = []
@@ -476,8 +476,8 @@ def _facets(words: list[str], text: str, *, name: str) -> np.ndarray[tuple[int, 
     facet = int(np.argmax(wrong)) if wrong.any() else len(table)
     line = _line_of(facet * size, text)
     raise InputError(
-        f"`{name}` line {line}: facet {facet + 1} is not a facet of three corners (facet normal, outer loop, three "
-        "times vertex, endloop, endfacet); it is cut off or damaged, so copy or export it again.",
+        f"`{name}` line {line}: facet {facet + 1} does not have three corners (facet normal, outer loop, three times "
+        "vertex, endloop, endfacet). It is cut off or damaged: copy or export it again.",
         line=line,
         facet=facet,
     )

@@ -14,7 +14,7 @@ from xml.parsers import expat
 
 import numpy as np
 
-from geoprint.errors import InputError
+from geoprint.errors import InputError, how_many, reason_of
 from geoprint.geometry.files.mesh_file import MeshFile, Regions, printable
 from geoprint.model import FloatArray, IntArray, reading
 
@@ -42,7 +42,7 @@ def open_archive(data: bytes, *, name: str) -> zipfile.ZipFile:
         archive = zipfile.ZipFile(BytesIO(data))
     except (zipfile.BadZipFile, ValueError, OSError, NotImplementedError) as error:
         raise InputError(
-            f"`{name}` is not a ZIP archive that can be opened ({error}); copy or pack it again."
+            f"`{name}` is not a ZIP archive that can be opened ({reason_of(error)}); copy or pack it again."
         ) from error
     entries = archive.infolist()
     if len(entries) > MOST_ENTRIES:
@@ -77,9 +77,9 @@ def read_entry(archive: zipfile.ZipFile, entry: str, *, name: str) -> bytes:
         raise InputError(f"`{name}` refers to `{entry}`, which is not in it; export it again.") from error
     if info.file_size > LARGEST_ENTRY or info.file_size > LARGEST_RATIO * max(info.compress_size, 1):
         raise InputError(
-            f"`{name}`: `{entry}` would unpack from {info.compress_size} to {info.file_size} bytes; at most "
-            f"{LARGEST_RATIO} times its packed size and {LARGEST_ENTRY >> 20} MiB are allowed, so unpack it yourself "
-            "if you trust it.",
+            f"`{name}`: `{entry}` would unpack from {info.compress_size} to {info.file_size} bytes. At most "
+            f"{LARGEST_RATIO} times its packed size and {LARGEST_ENTRY >> 20} MiB are allowed: unpack it yourself if "
+            "you trust it.",
             packed=info.compress_size,
             unpacked=info.file_size,
         )
@@ -87,7 +87,9 @@ def read_entry(archive: zipfile.ZipFile, entry: str, *, name: str) -> bytes:
         # zipfile reads no more than the size that was checked above, and then compares the checksum.
         return archive.read(info)
     except (zipfile.BadZipFile, zlib.error, RuntimeError, NotImplementedError, OSError, EOFError, ValueError) as error:
-        raise InputError(f"`{name}`: `{entry}` cannot be unpacked ({error}); copy or pack it again.") from error
+        raise InputError(
+            f"`{name}`: `{entry}` cannot be unpacked ({reason_of(error)}); copy or pack it again."
+        ) from error
 
 
 def only_mesh(data: bytes, *, suffixes: Collection[str], name: str) -> tuple[str, bytes]:
@@ -109,7 +111,7 @@ def only_mesh(data: bytes, *, suffixes: Collection[str], name: str) -> tuple[str
     entries = [entry for entry in archive.namelist() if not entry.startswith("__MACOSX/")]
     meshes = [entry for entry in entries if PurePosixPath(entry).suffix.lower() in suffixes]
     if len(meshes) != 1:
-        found = f"{len(meshes)} meshes ({', '.join(meshes[:3])})" if meshes else "no mesh"
+        found = f"{how_many(len(meshes), 'mesh', 'meshes')} ({', '.join(meshes[:3])})" if meshes else "no mesh"
         raise InputError(
             f"`{name}` holds {found}; an archive must hold one of {', '.join(suffixes)}, so unpack it and give the "
             "file."
@@ -292,7 +294,9 @@ def _root_model(archive: zipfile.ZipFile, *, name: str) -> str:
 
     _parse(read_entry(archive, "_rels/.rels", name=name), start, name=name)
     if len(targets) != 1:
-        raise InputError(f"`{name}` has {len(targets)} root models; a 3MF package has one, so export it again.")
+        raise InputError(
+            f"`{name}` has {how_many(len(targets), 'root model')}; a 3MF package has one, so export it again."
+        )
     return targets[0]
 
 

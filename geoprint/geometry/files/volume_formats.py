@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple, final
 
 import numpy as np
 
-from geoprint.errors import InputError
+from geoprint.errors import InputError, reason_of
 from geoprint.geometry.native import missing
 from geoprint.model import FloatArray
 
@@ -133,8 +133,8 @@ def _check_nifti(header: Nifti1Header, *, name: str) -> None:
         raise InputError(f"`{name}` is half a NIfTI file, its voxels lie in another; export it as one .nii file.")
     if magic[:3] not in {b"n+1", b"n+2"}:
         raise InputError(
-            f"`{name}` has the magic {magic[:8]!r} at the end of its header, a NIfTI file has b'n+1' or b'n+2'; it is "
-            "damaged or another format, so export the segmentation again as NIfTI."
+            f"`{name}` has the magic {magic[:8]!r} at the end of its header; NIfTI has b'n+1' or b'n+2'. It is "
+            "damaged or another format: export the segmentation again as NIfTI."
         )
     if code not in NIFTI_TYPES:
         raise InputError(
@@ -204,7 +204,7 @@ def grid_of(
     if len(content) > offset + count * stored.itemsize:
         raise InputError(
             f"`{name}` holds more than the {' x '.join(map(str, shape))} voxels of {count * stored.itemsize} bytes "
-            "that its header promises; the header does not belong to the data, so export it again.",
+            "that its header promises. The header does not match the data: export it again.",
             promised=count * stored.itemsize,
         )
     return np.frombuffer(content, dtype=stored, count=count, offset=offset).reshape(shape, order="F")
@@ -217,5 +217,5 @@ def unpacked(data: bytes, size: int, *, name: str, packing: str = "gzip") -> byt
             return stream.read(size + 1)
     except (OSError, EOFError, zlib.error) as error:
         raise InputError(
-            f"`{name}` cannot be unpacked ({error}); it is damaged, so copy or export it again."
+            f"`{name}` cannot be unpacked ({reason_of(error)}); it is damaged, so copy or export it again."
         ) from error

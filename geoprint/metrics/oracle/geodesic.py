@@ -247,9 +247,8 @@ def shortest_way(surface: Surface, first: int, last: int) -> SurfaceLine:
     horizon, start = _searched(mesh, here, there, limit=bound * (1.0 + ROUNDING))
     if horizon is None:
         raise FieldError(
-            f"{surface.name}: {_ends(surface, first, last)} are too many triangles apart to find the shortest way "
-            f"between them, which is up to {bound:.3g} mm long; give another point between them, if both are on the "
-            "side that is meant.",
+            f"{surface.name}: {_ends(surface, first, last)} are too many triangles apart for an exact shortest path, "
+            f"which is up to {bound:.3g} mm long. Add a point between them, on the side that is meant.",
             longest=bound,
             windows=WINDOWS,
         )

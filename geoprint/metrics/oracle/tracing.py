@@ -100,8 +100,8 @@ def trace(mesh: FlatMesh, places: Places, *, runs: IntArray, levels: IntArray, c
     lost = np.setdiff1d(first, pairs)
     if lost.size:
         raise FieldError(
-            f"run {runs[lost[0]] + 1} of the path has neighbouring points without a connection on the surface: "
-            "evenness cannot be measured; plan with another backend.",
+            f"run {runs[lost[0]] + 1} of the path joins points that are not connected on the surface, so evenness "
+            "cannot be measured: plan with another backend.",
             run=int(runs[lost[0]]),
         )
     # A connection is unwound from its end.

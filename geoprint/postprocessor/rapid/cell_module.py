@@ -58,27 +58,29 @@ def header_lines(
         checked: sentences about what was checked, besides that the text reads back as the plan.
         not_checked: sentences about what was not.
     """
-    lines = writing.comment(f"Written by geoprint {version('geoprint')}. Change the plan and write again, not this.")
+    lines = writing.comment(
+        f"Written by geoprint {version('geoprint')}. Do not edit: change the plan and write it again."
+    )
     if placement.calibrated:
         miss = float(placement.misses.max(initial=0.0))
-        words = f"Fixture calibrated; touched points lie within {miss:.2f} mm of where others put them."
+        words = f"Fixture calibrated; largest residual of the touched points: {miss:.2f} mm."
         lines += writing.comment(words)
     if placement.missing:
-        lines += writing.comment("PLACEMENT NOT KNOWN: runs dry only, whatever geoDryRun is.")
+        lines += writing.comment("PLACEMENT UNKNOWN: only runs dry, whatever geoDryRun is.")
         for what in placement.missing:
-            lines += writing.comment(f"Nobody has stated {what}.")
+            lines += writing.comment(f"Not stated: {what}.")
     if surface_within is not None:
         lines += writing.comment(f"Surface known within {surface_within:.2f} mm along its normal (95 %).")
     lines += writing.comment(f"Part: {part_name}")
     lines += writing.comment(f"Cell: {cell.name}; robot: {cell.robot.model}")
     lines += writing.comment(f"Spacing: {writing.number(spacing, decimals=4)} mm; runs: {runs}; targets: {targets}")
-    lines += writing.comment("Checked: the text reads back as the plan: targets, speeds, zones, outputs, frames.")
+    lines += writing.comment("Checked: the text matches the plan: targets, speeds, zones, outputs, frames.")
     for sentence in checked:
         lines += writing.comment(f"Checked: {sentence}")
     for sentence in not_checked:
         lines += writing.comment(f"Not checked: {sentence}")
     lines += writing.comment("Not checked: the real cell. Run it dry and slowly first.")
-    lines += writing.comment("It runs only beside GeoResident.sys, which shuts off at stops: controller/first_load.md.")
+    lines += writing.comment("It needs GeoResident.sys, which shuts outputs off at stops: controller/first_load.md.")
     return lines
 
 
@@ -175,8 +177,8 @@ def _tooldata(tool: Tool) -> str:
     if tool.mass_kg <= 0.0 or not tool.cog.any() or tool.inertia_kg_m2.min() < 0.0:
         raise UsageError(
             f"tool: the controller refuses a load of {tool.mass_kg} kg at {tool.cog.tolist()} mm with inertia "
-            f"{tool.inertia_kg_m2.tolist()} kg m2; give a mass above 0, the measured centre of gravity (not 0, 0, 0) "
-            "and moments of at least 0 in the cell file."
+            f"{tool.inertia_kg_m2.tolist()} kg m2. Give a mass above 0, the measured centre of gravity (not 0, 0, 0) "
+            "and moments of at least 0."
         )
     mass = writing.number(tool.mass_kg, decimals=writing.POSITION_DECIMALS)
     cog = writing.array(tool.cog, decimals=writing.POSITION_DECIMALS)

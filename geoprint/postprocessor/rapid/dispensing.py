@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from geoprint import transforms
-from geoprint.errors import VerificationError
+from geoprint.errors import VerificationError, how_many
 from geoprint.model import BoolArray, Dispensing, FloatArray, IntArray, Placement, Signals
 from geoprint.postprocessor.orders import Orders, TipsAt
 from geoprint.postprocessor.rapid.executed import move_times
@@ -43,8 +43,8 @@ def dispensing_of(made: Made, orders: Orders, *, signals: Signals, placement: Pl
     """
     if made.count != orders.count:
         raise VerificationError(
-            f"the program moves to {made.count} targets along its path, targets.csv has {orders.count}: how the arm "
-            "gains and loses speed in a move that was not timed is not known; restore its moves, or plan again.",
+            f"the program moves to {how_many(made.count, 'target')} along its path, targets.csv has {orders.count}. "
+            "Timing is known only for planned moves: restore them, or plan again.",
             targets=made.count,
             planned=orders.count,
         )

@@ -10,7 +10,7 @@ from typing import TypeAlias, cast, final
 import numpy as np
 
 from geoprint import transforms
-from geoprint.errors import VerificationError
+from geoprint.errors import VerificationError, how_many
 from geoprint.model import BoolArray, Cell, FloatArray, IntArray, Placement, Signals, comparable
 from geoprint.postprocessor.orders import Event, Orders
 from geoprint.postprocessor.rapid.expected import compare
@@ -65,7 +65,10 @@ def verify_switching(made: Made, events: tuple[Event, ...], *, signals: Signals)
         found = [each for each in switched.get(index, ()) if not each.flow]
         wanted = planned.get(index, [])
         if len(found) != len(wanted):
-            refuse(made.place(index), f"{len(found)} outputs switch in the move here, the plan switches {len(wanted)}")
+            refuse(
+                made.place(index),
+                f"{how_many(len(found), 'output')} to switch in the move here, the plan has {len(wanted)}",
+            )
         for trigger, event in zip(found, wanted, strict=True):
             place = Place(trigger.file, trigger.line)
             said = (trigger.signal, trigger.value, trigger.from_start)

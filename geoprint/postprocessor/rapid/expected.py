@@ -152,8 +152,8 @@ def _check_room(orders: Orders, signals: Signals, *, material: FloatArray, valve
     if early.size:
         raise VerificationError(
             f"signals.valve_open_s is {signals.valve_open:g} s, but the approach to the run at "
-            f"{material[early[0], 0]:.1f} s takes {material[early[0], 0] - since[early[0]]:.2f} s: the valve would "
-            "open in the run before; plan again."
+            f"{material[early[0], 0]:.1f} s takes {material[early[0], 0] - since[early[0]]:.2f} s. The valve would "
+            "open in the previous run: plan again."
         )
     if lamp[0, 0] < begin - _INSTANT or lamp[-1, 1] > end + _INSTANT:
         raise VerificationError(

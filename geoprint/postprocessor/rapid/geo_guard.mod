@@ -1,18 +1,18 @@
 MODULE GeoGuard
-  ! What stands around the path: asks before it moves, refuses to deposit where it must not, shuts off.
-  ! GeoResident.sys of rapid/controller shuts off at stops and outlasts this program, which refuses to run without it.
-  ! What a person sets counts from the next start from main on; geoDryRun:=TRUE counts from the next run on.
-@stacked|  ! GeoStack holds what a person sets, says which <LOWER> this is, and loads the next one when this has ended at home.
-  ! Around moves that are given a time VelSet is 100: geoSpeedPct is in the time itself, so that it counts once.
-@unknown|  ! PLACEMENT NOT KNOWN: nothing here switches an output on, whatever geoDryRun is.
+  ! Guards the path: asks before moving, refuses forbidden deposits, shuts outputs off.
+  ! It needs GeoResident.sys of rapid/controller, which shuts outputs off at stops and outlasts this program.
+  ! Settings count from the next start from main; geoDryRun:=TRUE counts from the next run.
+@stacked|  ! GeoStack holds the settings, gives the number of this <LOWER>, and loads the next one at home.
+  ! Moves with a given time run at VelSet 100: their time already contains geoSpeedPct.
+@unknown|  ! PLACEMENT UNKNOWN: no output is switched on, whatever geoDryRun is.
   VAR num geoOn:=0;
   VAR num geoPct:=25;
-  ! The run that was entered last; -1 until GeoBegin has asked everything.
+  ! The last run entered; -1 until GeoBegin has asked everything.
   VAR num geoRun:=-1;
 @known|  VAR bool geoPrints:=FALSE;
 @known|  VAR num geoFrom:=1;
 @known|  VAR bool geoCutShort:=FALSE;
-  ! Needs nothing but this program, so that error handlers can rely on it. A run that it ends has been cut short.
+  ! Depends only on this program, so that error handlers can rely on it. A run that it ends is cut short.
   PROC GeoSafe()
     SetDO <VALVE>,0;
     SetDO <LAMP>,0;
@@ -73,7 +73,7 @@ MODULE GeoGuard
     GeoSafe;
     RAISE;
   ENDPROC
-  ! The resident is called by name, so that a program without it loads and can say what is missing.
+  ! Calls the resident by name, so that a program without it loads and can report it.
   PROC GeoKeeper(string routine,INOUT num value)
     %routine% value;
   ERROR
@@ -127,8 +127,8 @@ MODULE GeoGuard
     GeoSafe;
     RAISE;
   ENDPROC
-@table+undriven|  ! The table moves only here, while the arm waits at home: whoever looks at it answers, nothing else knows.
-@driven|  ! The table moves only here, while the arm waits at home: whoever looks at it says that it may.
+@table+undriven|  ! The table moves only here, with the arm at home: the person who sees it answers.
+@driven|  ! The table moves only here, with the arm at home: the person who sees it permits it.
 @table|  PROC GeoAskTable()
 @table|    VAR num answer;
 @table|    TPErase;
@@ -158,7 +158,7 @@ MODULE GeoGuard
 @table|    GeoSafe;
 @table|    RAISE;
 @table|  ENDPROC
-@known|  ! What the last print has left in the middle of a run; it is forgotten only when somebody prints anew.
+@known|  ! A print that was cut short in a run is remembered until a new print starts.
 @known|  PROC GeoAskCutShort()
 @known|    VAR num left:=0;
 @known|    VAR num cut:=0;
@@ -223,7 +223,7 @@ MODULE GeoGuard
     GeoSafe;
     RAISE;
   ENDPROC
-  ! A target whose axes stand in other quadrants when it is lifted, with the configuration that it has then.
+  ! A target whose axes change quadrant when lifted, with its configuration there.
   FUNC robtarget GeoAloft(robtarget target,confdata lifted)
     IF geoOn=0 target.robconf:=lifted;
     RETURN target;

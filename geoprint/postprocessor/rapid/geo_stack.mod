@@ -1,13 +1,13 @@
 MODULE GeoStack
 <HEADER>
-@unknown|  ! PLACEMENT NOT KNOWN: no <LOWER> switches an output on, whatever geoDryRun is.
-  ! A person sets these five before a start from main; geoLast<UNIT> counts at once, geoDryRun:=TRUE from the next run on.
+@unknown|  ! PLACEMENT UNKNOWN: no <LOWER> switches an output on, whatever geoDryRun is.
+  ! A person sets these five before a start from main; geoLast<UNIT> counts at once, geoDryRun:=TRUE from the next run.
   PERS bool geoDryRun:=TRUE;
   PERS num geoSpeedPct:=25;
   PERS num geoFirst<UNIT>:=1;
   PERS num geoFirstRun:=1;
   PERS num geoLast<UNIT>:=<COUNT>;
-  ! The <LOWER> whose print was begun last; 0 is none. A print also moves geoFirst<UNIT> on, behind each <LOWER>.
+  ! The <LOWER> whose print began last; 0 is none. A print also advances geoFirst<UNIT> after each <LOWER>.
   PERS num geo<UNIT>Begun:=0;
   CONST num nGeo<UNIT>s:=<COUNT>;
 @pause|  CONST num nGeoLayerPause:=<PAUSE>;
@@ -31,7 +31,7 @@ MODULE GeoStack
     geoStackFrom:=geoFirst<UNIT>;
     geo<UNIT>From:=geoFirstRun;
   ENDPROC
-  ! Only one <LOWER> is there at a time, from home to home: all of them declare the same names.
+  ! Only one <LOWER> is loaded at a time, from home to home: all declare the same names.
   PROC GeoStack<UNIT>(num <LOWER>,string folder,string entry)
     IF <LOWER><geoStackFrom OR <LOWER>>geoLast<UNIT> RETURN;
     geo<UNIT>:=<LOWER>;
@@ -48,15 +48,15 @@ MODULE GeoStack
       geoFirst<UNIT>:=<LOWER>+1;
     ENDIF
   ENDPROC
-@pause|  ! Stands behind the last <LOWER> of each layer that another one comes upon.
+@pause|  ! Follows the last <LOWER> of each layer that has another one above it.
 @pause|  PROC GeoStackPause(num <LOWER>)
 @pause|    IF <LOWER><geoStackFrom OR <LOWER>>=geoLast<UNIT> RETURN;
 @pause|    IF geoDryRun OR (NOT geoStackPrints) RETURN;
 @pause|    TPWrite "Pause before the next layer, seconds: "\Num:=nGeoLayerPause;
 @pause|    WaitTime nGeoLayerPause;
 @pause|  ENDPROC
-@layers|  ! The name of a layer's routine holds a sum over its modules, so that those of another stack are not taken for it.
-@attitudes|  ! The name of an attitude's routine holds a sum over its modules, so that those of others are not taken for it.
+@layers|  ! The name of a layer's routine contains a checksum of its modules, so that another stack's are not mistaken for it.
+@attitudes|  ! The name of an attitude's routine contains a checksum of its modules, so that others are not mistaken for it.
   PROC GeoStackPrint(string entry)
     %entry%;
   ERROR

@@ -210,8 +210,7 @@ def _procedures(
         if len(lines) > MODULE_LINES - 2:  # MODULE, ENDMODULE
             raise UsageError(
                 f"run {number} has {last - first} targets, more than the {MODULE_LINES} lines of a RAPID module, and "
-                "is never split, because the valve is open along it: print faster, or on a smaller part, so that it "
-                "has fewer targets.",
+                "cannot be split while the valve is open. Print faster, or a smaller part.",
                 run=number - 1,
                 targets=last - first,
             )

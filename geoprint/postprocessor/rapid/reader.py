@@ -222,7 +222,7 @@ def _check_call(module: Module, call: Call, own: set[str]) -> None:
 def _check_handler(module: Module, routine: Routine) -> None:
     place = Place(module.file, routine.last_line)
     if not routine.handlers:
-        refuse(place, "the procedure has no error handler, so that an error would leave the outputs on")
+        refuse(place, "the procedure has no error handler: an error would leave the outputs on")
     (handler, *more), wanted = routine.handlers, ("GeoSafe", "RAISE")
     found = [_word(statement) for statement in each_kind(handler.body)]
     if more or handler.errors or found != list(wanted):

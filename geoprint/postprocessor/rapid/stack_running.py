@@ -9,6 +9,7 @@ from typing import TypeAlias, final
 
 import numpy as np
 
+from geoprint.errors import how_many
 from geoprint.model import BoolArray, Cell, FloatArray, IntArray, Placement, comparable
 from geoprint.postprocessor.rapid.language.syntax import Module, Place, Value, refuse
 from geoprint.postprocessor.rapid.machine import (
@@ -126,7 +127,7 @@ def compare_part(part: Part, own: Part, *, course: str) -> None:
     """
     said = f"{course}: {part.folder}"
     if part.count != own.count:
-        refuse(part.place(own.count), f"{said} makes {part.count} moves, its own program {own.count}")
+        refuse(part.place(own.count), f"{said} makes {how_many(part.count, 'move')}, its own program {own.count}")
     for name, words in _WRITTEN.items():
         _same(part, _column(part, name), _column(own, name), f"{said}: the {words}")
     _same_names(part, own, said)
@@ -413,7 +414,10 @@ class StackRun:
             first = float(moves.begins[along[0]]) if along.size else np.inf
             said = [text for moment, text in execution.texts if part.begin <= moment <= first]
             if f"{asked} {number}" not in said:
-                refuse(part.place(0), f"{course.name}: nobody is asked before the table comes to attitude {number}")
+                refuse(
+                    part.place(0),
+                    f"{course.name}: nothing asks before the table comes to attitude {number}",
+                )
 
     def _check_pauses(self, found: Sequence[float], dry_gaps: Sequence[float]) -> None:
         for number, (gap, none) in enumerate(zip(found, dry_gaps, strict=True), start=1):

@@ -11,7 +11,7 @@ from typing import final
 import numpy as np
 
 from geoprint import transforms
-from geoprint.errors import VerificationError
+from geoprint.errors import VerificationError, how_many
 from geoprint.model import Cell, FloatArray, Placement, frozen
 from geoprint.postprocessor.rapid.guard import GUARD, check_guard, resident_module
 from geoprint.postprocessor.rapid.language.parsing import parse_module, uncollected
@@ -270,7 +270,8 @@ def _check_stack(files: Mapping[str, str], layers: Sequence[OwnProgram], entries
             refuse(Place(STACK_MODULE, number), f"it must say {word.strip()!r} here, found {line.strip()[:80]!r}")
     if len(found) != len(wanted):
         refuse(
-            Place(STACK_MODULE, len(lines)), f"it must have {len(wanted)} lines without comments, found {len(found)}"
+            Place(STACK_MODULE, len(lines)),
+            f"it must have {how_many(len(wanted), 'line')} without comments, found {len(found)}",
         )
 
 

@@ -127,14 +127,14 @@ def _stack_module(
         printing.append(f'    GeoStack{words["UNIT"]} {number},"{layer.folder}","{entry}";')
         printing += [f"    GeoStackPause {number};"] if pause > 0.0 and number in ends else []
     header = [
-        f"Written by geoprint {version('geoprint')}. Change the plan and write again, not this.",
+        f"Written by geoprint {version('geoprint')}. Do not edit: change the plan and write it again.",
         f"Part: {part_name}",
         f"Cell: {cell.name}; robot: {cell.robot.model}",
-        f"{len(layers)} {one}s, each loaded from HOME: in its turn: copy their folders there first.",
+        f"{len(layers)} {one}s, loaded in turn from HOME:, so copy their folders there first.",
         *(_attitudes_of(layers) if tilted and ends else ()),
-        f"Checked: executed from home to home; each {one} makes the moves and switchings of its own program.",
+        f"Checked: executed from home to home; each {one} moves and switches as in its own program.",
         "Not checked: the real cell. Run it dry and slowly first.",
-        "It runs only beside GeoResident.sys, which shuts off at stops: controller/first_load.md.",
+        "It needs GeoResident.sys, which shuts outputs off at stops: controller/first_load.md.",
     ]
     words |= {
         "HEADER": "\n".join(line for text in header for line in writing.comment(text)),

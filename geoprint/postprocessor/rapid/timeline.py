@@ -85,8 +85,8 @@ def timeline(made: Made, orders: Orders, *, signals: Signals, tips_at: TipsAt) -
     deposits = orders.times[ends]
     if len(valve) != len(deposits):
         raise VerificationError(
-            f"the valve opens {len(valve)} times, but the plan lays material {len(deposits)} times; do not run this "
-            "program: write it again from its plan."
+            f"the valve opens {len(valve)} times, but the plan deposits otherwise ({len(deposits)}). Do not "
+            "run this program: write it again from its plan."
         )
     material = valve + np.array([signals.valve_open, signals.valve_close])
     errors = np.linalg.norm(tips_at(material.ravel()) - orders.tips[ends.ravel()], axis=1).reshape(-1, 2)

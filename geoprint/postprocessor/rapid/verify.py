@@ -253,7 +253,7 @@ def _verify_frames(made: Made, placement: Placement, *, lifted: bool) -> None:
         refuse(
             made.place(row),
             f"target {row + 1}{' of the dry run' if lifted else ''} is given in a frame at {place}, planned is one at "
-            f"{wanted[:3, 3].round(4).tolist()}: work object and displacement are not the planned ones",
+            f"{wanted[:3, 3].round(4).tolist()}. Restore work object and displacement",
         )
 
 

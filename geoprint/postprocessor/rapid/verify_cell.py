@@ -77,9 +77,9 @@ def verify_header(text: RapidText, *, placement: Placement, surface_within: floa
     """
     wanted: list[str] = []
     if placement.calibrated:
-        wanted.append(f"touched points lie within {float(placement.misses.max(initial=0.0)):.2f} mm")
+        wanted.append(f"largest residual of the touched points: {float(placement.misses.max(initial=0.0)):.2f} mm.")
     if placement.missing:
-        wanted += ["PLACEMENT NOT KNOWN: runs dry only", *(f"Nobody has stated {what}." for what in placement.missing)]
+        wanted += ["PLACEMENT UNKNOWN: only runs dry", *(f"Not stated: {what}." for what in placement.missing)]
     if surface_within is not None:
         wanted.append(f"Surface known within {surface_within:.2f} mm along its normal (95 %).")
     for module in (CELL_MODULE, "GeoPrint.mod"):

@@ -78,8 +78,8 @@ def identifier(name: str, *, what: str) -> str:
         raise UsageError(f"{what}: {name[:60]!r} is no RAPID name; {allowed}. Rename it in the cell file.", name=name)
     if name.lower() in RESERVED or _OWN_NAME.match(name.lower()):
         raise UsageError(
-            f"{what}: {name!r} is a word of RAPID or a name of geoprint's own modules (geo...); "
-            "choose another name for the output in the controller and in the cell file.",
+            f"{what}: {name!r} is a word of RAPID or a name of geoprint's own modules (geo...). Choose another name "
+            "for the output in the controller and in the cell file.",
             name=name,
         )
     return name

@@ -138,7 +138,7 @@ class MeasuredRecord(Record):
 
     file: str = Field(description="its name")
     format: str = Field(description="that it was read as")
-    deposit: str = Field(description="how deposit was told from travel")
+    deposit: str = Field(description="how deposit was distinguished from travel")
     points: Count = Field(description="that were read, those of travel too")
     runs: Count = Field(description="that were measured")
     dropped_runs: Count = Field(description="of a single point, left out")

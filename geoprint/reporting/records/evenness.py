@@ -21,7 +21,7 @@ class VarianceRecord(Record):
     repeatability: Rounded = Field(description="of the arm from run to run")
     path_repeatability: Rounded = Field(description="of the arm along a run")
     placement: Rounded = Field(description="of where the part stands")
-    needle_runout: Rounded = Field(description="of a bent needle; 0 where nobody knows how the tool stands")
+    needle_runout: Rounded = Field(description="of a bent needle; 0 if the orientation of the tool is unknown")
     path_accuracy: Rounded = Field(default=0.0, description="of an arm that lies off its paths; 0 in older versions")
 
 
@@ -129,7 +129,7 @@ class EvennessRecord(Record):
     distance: DistanceRecord | None = Field(
         default=None, description="of the backend, before curves are fitted; left out where none is promised or known"
     )
-    printed: PrintedRecord | None = Field(default=None, description="in print; left out where nobody expects one")
+    printed: PrintedRecord | None = Field(default=None, description="in print; left out if there is none")
     left: SpacingSideRecord = Field(description="to the left of the paths")
     right: SpacingSideRecord = Field(description="to the right")
     both: SpacingSideRecord = Field(description="all samples of both sides")

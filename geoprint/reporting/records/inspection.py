@@ -84,7 +84,8 @@ class FeedbackRecord(Record):
     least_factor: Rounded = Field(description="of the flow, over the wanted one")
     most_factor: Rounded = Field(description="likewise")
     speed_mm_s: Rounded | None = Field(
-        default=None, description="at which a valve lays that flow [mm/s]; left out where it prints as the cell says"
+        default=None,
+        description="at which a valve deposits that flow [mm/s]; left out where it prints as the cell says",
     )
     valve_opens_earlier_mm: Rounded = Field(description="than the cell says [mm of path]")
     valve_shuts_earlier_mm: Rounded = Field(description="than the cell says [mm of path]")
@@ -342,7 +343,7 @@ class OnPlanRecord(Record):
     judged: Rounded = Field(description="share of the plan's length in sight")
     missing: Rounded = Field(description="share of what is judged without material")
     usual: Rounded | None = Field(
-        description="width over the planned one that is usual: a photograph cannot tell spread from volume"
+        description="width over the planned one that is usual: a photograph cannot separate spread from volume"
     )
     width_mean_mm: Rounded | None = Field(description="of all beads [mm]; null where it is not known")
     width_planned_mm: Rounded = Field(description="mean of the planned widths [mm]")

@@ -72,7 +72,7 @@ class LeanPlaceRecord(Record):
     run: int = Field(description="from 0")
     place_mm: tuple[Thousandths, Thousandths, Thousandths] = Field(description="tip in the part's coordinates [mm]")
     lean_deg: Thousandths = Field(description="[degrees]")
-    deposit: bool = Field(description="whether material is laid there")
+    deposit: bool = Field(description="whether material is deposited there")
 
 
 class RunLeanRecord(Record):
@@ -82,7 +82,7 @@ class RunLeanRecord(Record):
     mean_deg: Thousandths = Field(description="along the run [degrees]")
     largest_deg: Thousandths = Field(description="[degrees]")
     eased_mm: Rounded = Field(description="length in which the tool was turned for the speed of the tip [mm]")
-    lacking_mm: Rounded = Field(description="length whose joints would not hold the set speed without that [mm]")
+    lacking_mm: Rounded = Field(description="length whose joints would miss the set speed otherwise [mm]")
     left_mm: Rounded = Field(description="length of it whose joints still do not [mm]")
 
 
@@ -117,7 +117,7 @@ class TargetsRecord(Record):
     closer: Count = Field(description="targets that come sooner than that after the one before")
     shortest_ms: Rounded = Field(description="between two [ms]")
     shortest_mm: Rounded = Field(description="move between two [mm]")
-    least_ms: Rounded = Field(description="time of a move that lays material [ms]; what is shorter is a 'close' bend")
+    least_ms: Rounded = Field(description="time of a depositing move [ms]; what is shorter is a 'close' bend")
     bends: tuple[BendRecord, ...] = Field(description="that straight moves do not follow, in the order of printing")
     dry_run_other_configuration: Count = Field(description="targets whose configuration differs in the dry run")
 
@@ -177,7 +177,7 @@ class MotionRecord(Record):
     deposited: DepositedRecord | None = Field(default=None, description="left out where nothing is deposited")
     slowdowns: tuple[Slowdown, ...] = Field(description="beside the ramps")
     placement_calibrated: bool = Field(description="whether touched points say where the fixture stands")
-    placement_missing: tuple[str, ...] = Field(description="what nobody stated; then programs run only dry")
+    placement_missing: tuple[str, ...] = Field(description="what is not stated; then programs only run dry")
     placement_orientation: OrientationRecord | None = Field(
         default=None, description="that was found for a demonstration; left out where it stands as the cell says"
     )
@@ -209,7 +209,7 @@ class ClearanceRecord(Record):
     tip_margin_mm: Rounded = Field(description="of the tip on travel and its rim on deposit [mm]")
     checks: Count = Field(description="places of the motion that were looked at")
     checked: tuple[str, ...] = Field(description="what against what")
-    not_checked: tuple[str, ...] = Field(description="what nobody looked at")
+    not_checked: tuple[str, ...] = Field(description="what was not checked")
     dry_run: DryRunRecord = Field(description="likewise")
 
 
@@ -225,7 +225,7 @@ class SwitchingRecord(Record):
     """What flows and shines when, simulated from the program as it was read back."""
 
     largest_error_mm: Rounded = Field(description="of the material from each run's ends [mm]")
-    lamp_alone_s: Rounded = Field(description="that the lamp shines where nothing is laid [s]")
+    lamp_alone_s: Rounded = Field(description="that the lamp shines without deposit [s]")
     runs: tuple[RunSwitchingRecord, ...] = Field(description="in the order of printing")
     lamp_s: tuple[tuple[float, ...], ...] = Field(description="on, from and to [s]")
     vacuum_s: tuple[tuple[float, ...], ...] = Field(description="drawing, from and to [s]")
@@ -236,7 +236,7 @@ class ProgramRecord(Record):
 
     modules: tuple[str, ...] = Field(description="its files in the folder rapid")
     targets: Count = Field(description="that it names")
-    dry_run_only: bool = Field(description="because nobody stated where the part stands")
+    dry_run_only: bool = Field(description="because the placement of the part is not stated")
     switching: SwitchingRecord = Field(description="of valve, lamp and vacuum")
 
 
@@ -373,8 +373,10 @@ class FibresRecord(Record):
     off_p95_deg: Rounded = Field(description="95th percentile of that [degrees]")
     helix_mean_deg: Rounded | None = Field(
         default=None,
-        description="mean angle to the direction around the axis, positive where they rise to the right, seen from "
-        "outside with the axis up [degrees]; left out where the lines have no axis",
+        description=(
+            "mean angle to the direction around the axis, positive where they rise to the right, seen from outside; "
+            "left out without an axis [degrees]"
+        ),
     )
     helix_deg: tuple[Rounded, Rounded] | None = Field(
         default=None, description="5th and 95th percentile of that [degrees]; left out with it"
@@ -491,9 +493,9 @@ class ChartRecord(Record):
     """What flattening does to lengths and areas; of several patches over all, with the coarsest raster."""
 
     resolution: int = Field(description="pixels along the longer side of the raster")
-    pixel_mm: Rounded = Field(description="side of a pixel in the chart [mm]")
+    pixel_mm: Rounded = Field(description="side of a pixel in the UV map [mm]")
     largest_pixel_on_surface_mm: Rounded = Field(description="side of the largest one on the surface [mm]")
-    area_scale: AreaScaleRecord = Field(description="of the chart")
+    area_scale: AreaScaleRecord = Field(description="of the UV map")
     mean_dilatation: Rounded = Field(description="longest over shortest scale of length; 1 is conformal")
     predicted_spacing: tuple[ChartLevelRecord, ...] = Field(description="one over the scale of length, level by level")
 
@@ -511,7 +513,7 @@ class DepositionRecord(Record):
     least_mm3_per_mm: Rounded = Field(description="of a flow that follows the width [mm3/mm]")
     most_mm3_per_mm: Rounded = Field(description="of a flow that follows the width [mm3/mm]")
     printed_mean_within: Rounded = Field(description="share off the mean thickness that 95 of 100 prints keep within")
-    light: Exposure | None = Field(description="null where nobody measured the lamp")
+    light: Exposure | None = Field(description="null if the lamp is not measured")
 
 
 class TimingsRecord(Record):
@@ -542,7 +544,7 @@ class PlanRecord(Record):
     feedback: FeedbackRecord | None = Field(default=None, description="what the last print taught")
     features: tuple[FeatureRecord, ...] = Field(default=(), description="that the job names, with what they measure")
     robot: tuple[RobotRecord, ...] = Field(
-        description="one a placement of the part, in the order of printing; none without a robot"
+        description="one a placement of the part, in the order of printing; empty without a robot"
     )
     joined: JoinedRecord | None = Field(
         default=None, description="the program of all attitudes; left out where there is one or none"

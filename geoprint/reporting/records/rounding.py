@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import BaseModel, ValidationError
 
 from geoprint.config.strict import describe
-from geoprint.errors import VerificationError
+from geoprint.errors import VerificationError, reason_of
 from geoprint.model import RECORDS, described
 from geoprint.postprocessor import Json, json_bytes, write_bundle
 
@@ -21,11 +21,6 @@ from geoprint.postprocessor import Json, json_bytes, write_bundle
 
 
 _R = TypeVar("_R", bound="Record")
-
-
-def how_many(count: int, noun: str) -> str:
-    """Return a number of things in words: '1 run', '2 runs'."""
-    return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
 def listed(phrases: Sequence[str]) -> str:
@@ -137,7 +132,7 @@ def read_record(path: Path | str, kind: type[_R]) -> _R:
             f"{path.name}: {describe(error)}; restore the file as it was written, or write it again."
         ) from error
     except (OSError, ValueError, RecursionError) as error:
-        raise VerificationError(f"{path.name} cannot be read ({error}); write it again.") from error
+        raise VerificationError(f"{path.name} cannot be read ({reason_of(error)}); write it again.") from error
 
 
 def _check_layout(name: str, parsed: object, kind: type[Record]) -> None:
@@ -159,7 +154,7 @@ def verify_record(path: Path, record: Record) -> None:
         VerificationError: it does not.
     """
     if read_record(path, type(record)) != record:
-        raise VerificationError(f"{path.name} does not read back as it was told; the disk may be faulty: write again.")
+        raise VerificationError(f"{path.name} does not read back as written; the disk may be faulty: write it again.")
 
 
 def save_record(

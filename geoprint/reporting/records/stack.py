@@ -54,7 +54,7 @@ class StackedLayerRecord(Record):
         " up [mm/s]"
     )
     laid_mm3: Rounded = Field(
-        description="volume that is laid, as the program was executed; without a robot, as the path has it [mm3]"
+        description="volume deposited by the executed program; without a robot, by the path [mm3]"
     )
     wanted_mm3: Rounded = Field(description="volume of the layer: area times height [mm3]")
     print_s: Rounded | None = Field(
@@ -70,9 +70,9 @@ class StackedLayerRecord(Record):
     dose_mj_cm2: float | None = Field(
         default=None, description="mean dose of its own passes at its top [mJ/cm2]; left out where the lamp is unknown"
     )
-    cure: LayerCureRecord | None = Field(default=None, description="left out where StackRecord's is")
+    cure: LayerCureRecord | None = Field(default=None, description="left out where that of all layers is")
     warnings: tuple[str, ...] = Field(description="what a person should act on")
-    not_checked: tuple[str, ...] = Field(description="what nobody looked at")
+    not_checked: tuple[str, ...] = Field(description="what was not checked")
 
 
 class FinishedRecord(Record):
@@ -88,7 +88,7 @@ class FinishedRecord(Record):
     under_sides: Rounded = Field(
         description="share of it over which sides lean in before it is as high as wanted; judged up to these"
     )
-    volume: Rounded = Field(description="volume laid over the wanted one")
+    volume: Rounded = Field(description="deposited volume over the wanted one")
 
 
 class FinishedFlowsRecord(Record):
@@ -118,10 +118,12 @@ class StackProgramRecord(Record):
     )
     table_kept_mm: float | None = Field(
         default=None,
-        description="smallest distance that is proven from the arm at home to what a table moves while it goes from "
-        "one layer to the next; left out where the part stands still [mm]",
+        description=(
+            "smallest proven distance from the arm at home to a table that moves between layers; left out where the "
+            "part stands still [mm]"
+        ),
     )
-    runs_dry_only: bool = Field(description="because nobody has stated where the part stands")
+    runs_dry_only: bool = Field(description="because the placement of the part is not stated")
     scenarios: tuple[str, ...] = Field(
         description="in which it was executed, each layer with the moves and switchings of its own program"
     )
@@ -147,7 +149,7 @@ class StackRecord(Record):
         description="of all layers, over a table of all their attitudes; null without a robot"
     )
     cure: CureRecord | None = Field(default=None, description="left out where the lamp or the material is unknown")
-    not_checked: tuple[str, ...] = Field(default=(), description="of the stack as one, what nobody looked at")
+    not_checked: tuple[str, ...] = Field(default=(), description="of the stack as one, what was not checked")
     left_out: tuple[LeftOutRecord, ...] = Field(description="layers above these in which there is nothing to print")
 
 
@@ -172,7 +174,7 @@ class ComparedStackRecord(Record):
     printable: bool | None = Field(description="null where that was not asked")
     not_printable: str | None = Field(description="why the robot cannot print a layer")
     warnings: tuple[str, ...] = Field(description="what to act on, with the layer that it is said of")
-    not_checked: tuple[str, ...] = Field(description="what nobody looked at")
+    not_checked: tuple[str, ...] = Field(description="what was not checked")
 
 
 class RefusedStackRecord(Record):

@@ -88,8 +88,8 @@ def require_abb_conventions(arm: Arm) -> None:
     left = "reach, timing and clearance can be had from the library, `geoprint plan` needs an ABB arm or --no-robot"
     if not isinstance(inverse, OrthoParallel):
         raise UsageError(
-            f"no RAPID program can be written for the arm {name}: {arm.no_closed_form}, and RAPID's configuration data "
-            f"are defined by the singularities of an arm with a spherical wrist; {left}."
+            f"a RAPID program is impossible for the arm {name}: {arm.no_closed_form}, and RAPID's configuration data "
+            f"need the singularities of a spherical wrist; {left}."
         )
     turned = (np.abs(inverse.offsets) > SAME_CONVENTION) | (inverse.signs < 0.0)
     moved = [np.abs(T - np.eye(4)).max() > SAME_CONVENTION for T in (inverse.T_base_foot, inverse.T_end_flange)]
@@ -102,8 +102,8 @@ def require_abb_conventions(arm: Arm) -> None:
             else f"its {'base' if moved[0] else 'flange'} frame is another"
         )
         raise UsageError(
-            f"no RAPID program can be written for the arm {name}: {what} as ABB counts, so that angles and "
-            f"configuration data would mean something else on the controller; write its URDF as ABB counts, or: {left}."
+            f"a RAPID program is impossible for the arm {name}: {what} in ABB's convention, so angles and "
+            f"configuration data would differ on the controller. Write its URDF in ABB's convention, or: {left}."
         )
 
 
@@ -201,7 +201,7 @@ class WristLoad:
         """What was found, for whoever stands at the robot."""
         return (
             f"load of {self.mass_kg:g} kg, inertia {self.axis_5_kg_m2:.4f} kg m2 about axis 5 and "
-            f"{self.axis_6_kg_m2:.4f} about axis 6, within what the maker allows; its load diagram was not compared."
+            f"{self.axis_6_kg_m2:.4f} about axis 6, within the maker's limits. Its load diagram was not compared."
         )
 
 
@@ -255,9 +255,9 @@ def check_load(tool: Tool, arm: Arm) -> WristLoad:
     ):
         if found > allowed:
             raise UsageError(
-                f"tool: its {what} is {found:.4g} {unit} with the centre of gravity {load.ahead:.0f} mm from axis 5 "
-                f"and {load.beside:.0f} mm from axis 6, allowed for the {arm.robot.model} is {allowed:g} {unit}: take "
-                "a lighter or shorter tool, or correct mass_kg, cog_mm and inertia_kg_m2 in the cell file.",
+                f"tool: its {what} is {found:.4g} {unit} at {load.ahead:.0f} mm from axis 5 and {load.beside:.0f} mm "
+                f"from axis 6; the {arm.robot.model} allows {allowed:g} {unit}. Use a lighter or shorter tool, or "
+                "correct mass_kg, cog_mm and inertia_kg_m2 in the cell file.",
                 found=found,
                 allowed=allowed,
             )
@@ -270,8 +270,8 @@ def _limits(robot: Robot) -> LoadLimits:
     limits = robot.load or maker
     if limits is None:
         raise UsageError(
-            f"robot: nobody has said what the flange of the {robot.model} may carry; give payload_kg and "
-            "wrist_inertia_kg_m2 (about axes 5 and 6) of its data sheet under [robot]."
+            f"robot: the flange load of the {robot.model} is unknown: give payload_kg and wrist_inertia_kg_m2 (about "
+            "axes 5 and 6) from its data sheet under [robot]."
         )
     if maker is not None and any(stated > most for stated, most in zip(astuple(limits), astuple(maker), strict=True)):
         raise UsageError(
@@ -294,6 +294,6 @@ def _require_body(tool: Tool) -> None:
     if gyration.min() < LEAST_GYRATION or gyration.max() > MOST_GYRATION:
         raise UsageError(
             f"{written} of {tool.mass_kg:g} kg mean radii of gyration of {gyration.min():.2g} to {gyration.max():.2g} "
-            f"mm, plausible are {LEAST_GYRATION:g} to {MOST_GYRATION:g}; give the moments about the centre of gravity "
+            f"mm, plausible are {LEAST_GYRATION:g} to {MOST_GYRATION:g}. Give the moments about the centre of gravity "
             "in kg m2."
         )

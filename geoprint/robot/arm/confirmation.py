@@ -22,7 +22,7 @@ AGREEMENT = 1e-9
 
 def unconfirmed_kinematics() -> tuple[str, ...]:
     """Return what a plan is to say of its kinematics where no second library confirms them."""
-    return () if _is_installed() else ("the kinematics, by a second library (pin is not installed)",)
+    return () if _is_installed() else ("the kinematics, by a second library: pin is not installed",)
 
 
 def confirm(robot: Robot, *, joints: FloatArray, Ts_base_link: FloatArray, Ts_base_flange: FloatArray) -> None:
@@ -68,8 +68,8 @@ def _frames_of_pinocchio(robot: Robot, joints: FloatArray) -> FloatArray:
         library = import_module("pinocchio")
     except ImportError as error:
         raise UsageError(
-            f"pin is installed and cannot be imported ({error}); run 'pip install --force-reinstall pin', or uninstall "
-            "it: a plan then says that no second library confirms its kinematics."
+            f"pin is installed but cannot be imported ({error}). Run 'pip install --force-reinstall pin', or "
+            "uninstall it: plans then state that their kinematics are not confirmed."
         ) from error
     try:
         model: pinocchio.Model = library.buildModelFromXML(urdf_of(robot))

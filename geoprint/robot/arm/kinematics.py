@@ -515,9 +515,9 @@ class Arm:
         if largest > AGREEMENT or astray > JOINT_AGREEMENT:
             why = f" ({self.no_closed_form})" if self.no_closed_form else ""
             raise UsageError(
-                f"the inverse kinematics of the arm {self.robot.model} miss the URDF's pose by {largest:.3g} m and the "
-                f"joint angles by {astray:.3g} rad, allowed are {AGREEMENT:g} and {JOINT_AGREEMENT:g}{why}: the arm "
-                "cannot move its flange in all directions; use another arm or correct its URDF.",
+                f"the inverse kinematics of the arm {self.robot.model} miss the URDF's pose by {largest:.3g} m and "
+                f"{astray:.3g} rad, allowed are {AGREEMENT:g} and {JOINT_AGREEMENT:g}{why}. The arm cannot move its "
+                "flange in all directions: use another arm, or correct its URDF.",
                 position_m=largest,
                 joints_rad=astray,
             )

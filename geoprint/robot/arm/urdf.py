@@ -16,7 +16,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.errors import UsageError
+from geoprint.errors import UsageError, how_many, reason_of
 from geoprint.model import FloatArray, Robot, frozen
 
 JOINTS = 6
@@ -83,7 +83,7 @@ def read_urdf_file(path: Path | str, *, flange: str) -> str:
         text = content.decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise UsageError(
-            f"robot.urdf: {path} cannot be read ({error}); check its name, rights and encoding."
+            f"robot.urdf: {path} cannot be read ({reason_of(error)}); check its name, rights and encoding."
         ) from error
     if len(content) > LARGEST_FILE:
         raise UsageError(
@@ -140,8 +140,8 @@ def chain_of(text: str, *, name: str, flange: str) -> Chain:
     moving = [joint for joint in joints if joint.get("type") != "fixed"]
     if base not in links or any(_link(joint, "child", name=name) == base for joint in moving):
         raise UsageError(
-            f"the URDF {name} leads from '{flange}' to '{base}', which is no base: it must be a link that no joint "
-            "moves; correct the parents of its joints."
+            f"the URDF {name} leads from '{flange}' to '{base}', which is not a base: a base is a link that no joint "
+            "moves. Correct the parents of its joints."
         )
     others = [joint for joint in parents.values() if joint.get("type") != "fixed"]
     _require_six(moving, others, name=name, flange=flange)
@@ -223,8 +223,8 @@ def _require_six(moving: list[ET.Element], others: list[ET.Element], *, name: st
     wrong = [joint for joint in moving if joint.get("type") != "revolute" or joint.find("mimic") is not None]
     if len(moving) != JOINTS or wrong:
         raise UsageError(
-            f"the URDF {name} moves '{flange}' by {len(moving)} joints: {', '.join(words) or 'none'}; geoprint needs "
-            "six of type revolute that nothing couples."
+            f"the URDF {name} moves '{flange}' by {how_many(len(moving), 'joint')}: {', '.join(words) or 'none'}; "
+            "geoprint needs six of type revolute that nothing couples."
         )
     if others:
         raise UsageError(
@@ -244,8 +244,8 @@ def _limits(joint: ET.Element, *, name: str) -> tuple[float, float, float]:
         low = high = speed = float("nan")
     if not (low < high and speed > 0.0 and np.isfinite([low, high, speed]).all()):
         raise UsageError(
-            f"the URDF {name}: joint '{joint.get('name')}' needs a <limit> with finite lower below upper [rad] and a "
-            f"velocity above 0 [rad/s], found lower {low:g}, upper {high:g}, velocity {speed:g}."
+            f"the URDF {name}: joint '{joint.get('name')}' needs a <limit> with finite lower below upper [rad] and "
+            f"velocity above 0 [rad/s]. Found lower {low:g}, upper {high:g}, velocity {speed:g}."
         )
     return low, high, speed
 

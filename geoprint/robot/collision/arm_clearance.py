@@ -268,7 +268,7 @@ def arm_control(model: str) -> str:
         kept = (0.5,) * len(link.solids)
         CollisionWorld(InflatedSolids(link.solids, kept=kept, reaches=ARM_REACHES), targets=(post,))
     count = sum(len(link.solids) for link in links) * len(ARM_REACHES) * 2 * 2
-    return f"links of the {model}: {count} known hits and misses found right"
+    return f"links of the {model}: known hits and misses found right: {count}"
 
 
 def _inflated(solids: tuple[Solid, ...], *, kept: float) -> InflatedSolids:
@@ -303,10 +303,9 @@ def _too_close(
         else f"{placements.stretch(worst.row)} with the tip at {in_words(placements.poses[worst.row, :3, 3])}"
     )
     return ClearanceError(
-        f"{when} {worst.finding}; at least {kept:.2f} mm are to be kept, and the check itself needs up to "
-        f"{ALLOWANCE:.2f} mm more; {count} of {placements.count} placements are too close: move or turn the part "
-        "(`geoprint place` looks for a better place), move "
-        "the obstacle, or measure the arm and correct the assumed sizes of its links.",
+        f"{when} {worst.finding}; at least {kept:.2f} mm are required, plus up to {ALLOWANCE:.2f} mm for the check "
+        f"itself. {count} of {placements.count} placements are too close. Move or turn the part (`geoprint place` "
+        "looks for a better placement), move the obstacle, or correct the assumed link sizes.",
         solid=worst.solid,
         against=worst.target,
         run=int(placements.runs[worst.row]),

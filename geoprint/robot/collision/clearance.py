@@ -148,12 +148,12 @@ def stands_on(obstacle: Obstacle) -> bool:
 
 
 # What no check looks at. The layers below one are the part; what it has deposited itself is not looked at either.
-DEPOSITED, DEPOSITED_BY_LAYER = "material already laid", "material that this layer itself has already laid"
+DEPOSITED, DEPOSITED_BY_LAYER = "material already deposited", "material already deposited in this layer"
 NOT_CHECKED = (
     "cables",
     DEPOSITED,
-    "the way to home from where the arm stands when the program starts",
-    "that the controller's world frame is its base frame",
+    "the way to home from where the arm is at program start",
+    "whether the controller's world frame is its base frame",
 )
 # What is not looked at besides, without an arm and without a lamp in the cell; and with an arm.
 WITHOUT_ARM = "arm links"
@@ -395,9 +395,9 @@ def _too_close(hits: Hits, world: CollisionWorld, placements: Placements, *, kep
     rounding = round(float(placements.rounding((solid,))[worst.row, 0]), 2)
     corner = f" and the rounded corner there up to {rounding:.2f} mm" if rounding else ""
     return ClearanceError(
-        f"{placements.stretch(worst.row)} at tip {in_words(worst.tip)} {worst.finding}; at least {wanted:.2f} mm "
-        f"are to be kept, and the check itself needs up to {ALLOWANCE:.2f} mm more{corner}; {count} of "
-        f"{placements.count} placements are too close: {TOO_CLOSE_ADVICE}.",
+        f"{placements.stretch(worst.row)} at tip {in_words(worst.tip)} {worst.finding}; at least {wanted:.2f} mm are "
+        f"required, plus up to {ALLOWANCE:.2f} mm for the check itself{corner}. {count} of {placements.count} "
+        f"placements are too close: {TOO_CLOSE_ADVICE}.",
         solid=worst.solid,
         against=worst.target,
         run=int(placements.runs[worst.row]),

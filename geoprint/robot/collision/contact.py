@@ -167,9 +167,9 @@ class CollisionWorld:
         largest = float(self.reaches[-1])
         if not (reaches <= largest + REACH_ROUNDING).all():
             raise InputError(
-                f"a solid would have to be inflated by {np.max(reaches):.1f} mm to cover a step of its "
-                f"path, at most {largest} mm is allowed: sample the path more finely, or smooth a rough "
-                "part (`geoprint remesh --smooth`)."
+                f"a solid would have to grow by {np.max(reaches):.1f} mm to cover a step of its path, at most "
+                f"{largest} mm is allowed. Sample the path more finely, or smooth a rough part (`geoprint remesh "
+                "--smooth`)."
             )
         rows = np.flatnonzero((reaches > NOT_TESTED).any(axis=1))
         classes = np.searchsorted(self.reaches + REACH_ROUNDING, reaches[rows])
@@ -289,6 +289,6 @@ def _expect(inflated: fcl.CollisionObject, model: fcl.CollisionObject, *, known:
     found = fcl.collide(inflated, model, fcl.CollisionRequest(), fcl.CollisionResult()) > 0
     if found != known:
         raise VerificationError(
-            f"the collision check is not to be trusted: a known {'hit' if known else 'miss'} of the {solid.name} and "
-            f"the {name} was found to be a {'hit' if found else 'miss'}; check the installation of python-fcl."
+            f"the collision check is wrong: a known {'hit' if known else 'miss'} of the {solid.name} and the {name} "
+            f"was reported as a {'hit' if found else 'miss'}. Check the installation of python-fcl."
         )

@@ -368,7 +368,7 @@ def refuse_tool_inside(placements: Placements, world: CollisionWorld) -> None:
             tip = placements.poses[row, :3, 3]
             raise ClearanceError(
                 f"{placements.stretch(row)} at tip {in_words(tip)} the {solid.name} is inside the closed "
-                f"{target.name}; correct where the part stands, or which side of the surface is outside.",
+                f"{target.name}; correct the placement of the part, or the outer side of the surface.",
                 solid=solid.name,
                 against=target.name,
                 place=triple(tip),
@@ -388,7 +388,10 @@ def refuse_links_inside(moving: Sequence[tuple[CollisionWorld, Placements]]) -> 
             owners = [link for link in against for _ in centres[link]]
             name = worlds[owners[int(np.argmax(within))]].solids[0].name
             raise ClearanceError(
-                f"the {name} is inside the closed {target.name} where the path begins; correct where the part stands.",
+                (
+                    f"the {name} is inside the closed {target.name} at the start of the path; correct the placement "
+                    "of the part."
+                ),
                 solid=name,
                 against=target.name,
             )

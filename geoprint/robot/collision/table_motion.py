@@ -262,9 +262,9 @@ def _too_close(
     said: str, moving: _Moving, sausage: Cylinder, *, place: FloatArray, distance: float, kept: float
 ) -> ClearanceError:
     return ClearanceError(
-        f"while the {said}, {moving.name} may come within {max(distance, 0.0):.1f} mm of the {sausage.name} "
-        f"at home, at {in_words(place)} in the base frame; {kept:.2f} mm are to be kept: choose a home with the arm "
-        "higher or farther back, or stand the table farther away.",
+        f"while the {said}, {moving.name} may come within {max(distance, 0.0):.1f} mm of the {sausage.name} at home, "
+        f"at {in_words(place)} in the base frame; {kept:.2f} mm are required. Choose a home with the arm higher or "
+        "farther back, or move the table away.",
         solid=sausage.name,
         against=moving.name,
         distance=distance,

@@ -8,7 +8,7 @@ from typing import TypeAlias, final
 import numpy as np
 from scipy.spatial import KDTree
 
-from geoprint.errors import ClearanceError, InputError, VerificationError
+from geoprint.errors import ClearanceError, InputError, VerificationError, how_many
 from geoprint.geometry import in_words, triple
 from geoprint.kernels import inner, uncounted
 from geoprint.model import FloatArray, IntArray
@@ -236,7 +236,7 @@ def refuse_rim(
     laying[1:] |= placements.deposit[:-1]
     rows = np.flatnonzero(laying)
     if not len(rows):
-        raise InputError("the path lays no material, so that there is no room under the needle's rim to check.")
+        raise InputError("the path has no deposit under the needle's rim to check.")
     tips = placements.poses[:, :3, 3]
     steps = np.where(placements.deposit[:-1], np.linalg.norm(np.diff(tips, axis=0), axis=1), 0.0)
     beside = np.maximum(np.append(steps, 0.0), np.append(0.0, steps))[rows]
@@ -248,8 +248,8 @@ def refuse_rim(
     least, row = float(rooms[target, index]), int(rows[index])
     if least == np.inf:
         raise VerificationError(
-            f"no surface is found below the tip at any of the {len(rows)} placements that lay material: path and part "
-            "do not belong together; check where the part stands."
+            f"no surface lies below the tip where material is deposited ({how_many(len(rows), 'placement')}): path "
+            "and part do not match. Check where the part stands."
         )
     if least < SMALLEST_ROOM:
         short = int((rooms.min(axis=0) < SMALLEST_ROOM).sum())
@@ -269,9 +269,9 @@ def _no_room(
     tip = placements.poses[row, :3, 3]
     side = "; if this is the wrong side of the part, `--flip` turns it" if room < 0.0 else ""
     return ClearanceError(
-        f"{placements.stretch(row)} at tip {in_words(tip)} the rim of the needle has {room:.2f} mm of room over the "
-        f"{target.name} at a stand-off of {standoff:.2f} mm, at least {SMALLEST_ROOM} mm are needed; {short} "
-        f"placements have too little: {NO_ROOM_ADVICE}{side}.",
+        f"{placements.stretch(row)} at tip {in_words(tip)} the needle's rim is {room:.2f} mm above the {target.name} "
+        f"(stand-off {standoff:.2f} mm); at least {SMALLEST_ROOM} mm are needed. {short} placements have too little: "
+        f"{NO_ROOM_ADVICE}{side}.",
         solid="needle's tip",
         against=target.name,
         run=int(placements.runs[row]),

@@ -463,7 +463,7 @@ def link_solids(model: str, *, urdf: str | None = None, flange: str = FLANGE_FRA
     fixed = [link for link, found in shapes.items() if found and link not in moving]
     if fixed:
         raise UsageError(
-            f"the arm {model}: its {fixed[0]} has a collision shape but hangs on a fixed joint; give the shape to the "
+            f"the arm {model}: its {fixed[0]} has a collision shape but is on a fixed joint. Move the shape to the "
             "link that it is fixed to."
         )
     names = ["arm's base", *(f"arm's link {joint}" for joint in range(1, JOINTS + 1))]

@@ -52,8 +52,8 @@ def lifted_path(joint_path: JointPath, targets: Targets, arm: Arm) -> tuple[Join
     if missing.any():
         row = int(np.argmax(missing))
         raise ReachError(
-            f"run {stream.runs[row] + 1}: {LIFT:g} mm above the part, where a dry run drives, the tip is out of reach "
-            f"at {stream.tips[row].round(1).tolist()} mm; move the part lower or nearer.",
+            f"run {stream.runs[row] + 1}: {LIFT:g} mm above the part, at the height of the dry run, the tip is out of "
+            f"reach at {stream.tips[row].round(1).tolist()} mm. Move the part lower or nearer.",
             run=int(stream.runs[row]),
         )
     joints: FloatArray = np.unwrap(found, axis=0)
@@ -91,7 +91,7 @@ def _refuse_other_joints(differences: FloatArray, *, runs: IntArray) -> None:
     if differences.max(initial=0.0) > SAME_JOINTS:
         row, joint = np.unravel_index(int(differences.argmax()), differences.shape)
         raise ReachError(
-            f"run {runs[row] + 1}: whoever resumes there comes down with joint {joint + 1} off the planned angle by "
+            f"run {runs[row] + 1}: resuming there, the arm comes down with joint {joint + 1} off the planned angle by "
             f"{np.degrees(differences[row, joint]):.3g} degrees; move or turn the part.",
             run=int(runs[row]),
         )
@@ -103,8 +103,8 @@ def _refuse_rounded_ends(runs: IntArray, zones: FloatArray) -> None:
     if rounded.any():
         run = int(runs[changes[int(np.argmax(rounded))] + 1])
         raise InputError(
-            f"the program does not stop where run {run + 1} begins or where the one before ends, but whoever resumes "
-            "there comes from elsewhere; thin the stream again.",
+            f"the program does not stop at the start of run {run + 1} or at the end of the previous run, where "
+            "printing may resume. Thin the stream again.",
             run=run,
         )
 

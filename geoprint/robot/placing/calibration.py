@@ -8,7 +8,7 @@ import numpy as np
 from scipy.special import chdtrc, chdtri, fdtrc, fdtri
 
 from geoprint import transforms
-from geoprint.errors import ClearanceError, InputError
+from geoprint.errors import ClearanceError, InputError, how_many
 from geoprint.model import FloatArray, IntArray, Placement, TouchedPoints, comparable, freeze_arrays, frozen
 from geoprint.robot.placing.placement import fit_touched_points
 
@@ -353,9 +353,9 @@ def refuse_uncertain(uncertainty: Uncertainty, *, standoff: float, part: str) ->
     if uncertainty.bound > standoff:
         x, y, z = uncertainty.place
         raise ClearanceError(
-            f"the touched points leave open where {part} stands: at ({x:.1f}, {y:.1f}, {z:.1f}) mm in the base frame "
-            f"its surface may lie {uncertainty.bound:.2f} mm off along its normal (95 % bound), allowed is the "
-            f"stand-off of {standoff:g} mm; `geoprint calibrate --part` says which point to touch next.",
+            f"the touched points leave {part} uncertain: {uncertainty.bound:.2f} mm along its normal at ({x:.1f}, "
+            f"{y:.1f}, {z:.1f}) mm in the base frame (95 % bound), allowed are {standoff:g} mm. `geoprint calibrate "
+            "--part` says which point to touch next.",
             bound_mm=uncertainty.bound,
             standoff_mm=standoff,
         )
@@ -442,8 +442,8 @@ def calibrate_tip(Ts_base_flange: FloatArray, *, noise: float | None = None) -> 
     count = len(Ts_base_flange)
     if count < FEWEST_POSES:
         raise InputError(
-            f"the tip touched its point in {count} poses; at least {FEWEST_POSES} are needed, because three fit "
-            "wherever they were: turn the tool in another direction and touch again.",
+            f"the tip touched its point in {how_many(count, 'pose')}; at least {FEWEST_POSES} are needed, because "
+            "three always fit. Turn the tool in another direction and touch again.",
             count=count,
         )
     rotations, positions = Ts_base_flange[:, :3, :3], Ts_base_flange[:, :3, 3]
@@ -478,9 +478,9 @@ def _require_swing(rotations: FloatArray) -> None:
     if swing < SMALLEST_SWING:
         x, y, z = axes[:, 0]
         raise InputError(
-            f"the orientations leave the tip open along ({x:.2f}, {y:.2f}, {z:.2f}) of the flange: in all poses that "
-            f"direction stays the same within {np.degrees(np.arcsin(swing)):.1f} degrees, needed are "
-            f"{np.degrees(np.arcsin(SMALLEST_SWING)):.0f}; tilt the tool about two axes, by 30 degrees or more.",
+            f"the orientations do not fix the tip along ({x:.2f}, {y:.2f}, {z:.2f}) of the flange: that direction "
+            f"varies by only {np.degrees(np.arcsin(swing)):.1f} degrees, needed are "
+            f"{np.degrees(np.arcsin(SMALLEST_SWING)):.0f}. Tilt the tool about two axes, by 30 degrees or more.",
             swing_deg=float(np.degrees(np.arcsin(swing))),
         )
 
@@ -494,8 +494,8 @@ def _require_agreement(statistics: TouchStatistics) -> None:
     worst = int(np.argmax(statistics.misses))
     if statistics.misses[worst] > LARGEST_MISS:
         raise InputError(
-            f"pose {worst + 1} of {len(statistics.misses)} has the tip {statistics.misses[worst]:.2f} mm from where "
-            f"the others put it, allowed are {LARGEST_MISS:g} mm: check its numbers, or touch the point again.",
+            f"pose {worst + 1} of {len(statistics.misses)} has the tip {statistics.misses[worst]:.2f} mm from the fit "
+            f"of the others, allowed are {LARGEST_MISS:g} mm. Check its numbers, or touch the point again.",
             pose=worst + 1,
             miss_mm=float(statistics.misses[worst]),
         )

@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from geoprint import transforms
-from geoprint.errors import InputError, ReachError
+from geoprint.errors import InputError, ReachError, how_many
 from geoprint.geometry.operators import face_areas, mean_normal
 from geoprint.model import FloatArray, Placement, Surface, TouchedPoints
 
@@ -74,8 +74,8 @@ def fit_touched_points(points: TouchedPoints) -> Placement:
     count = len(points.model)
     if count < FEWEST_POINTS:
         raise InputError(
-            f"the fixture has {count} touched points; at least {FEWEST_POINTS} are needed, because three fit wherever "
-            "they were touched: touch more corners.",
+            f"the fixture has {how_many(count, 'touched point')}; at least {FEWEST_POINTS} are needed, because three "
+            "always fit: touch more corners.",
             count=count,
         )
     try:
@@ -86,8 +86,8 @@ def fit_touched_points(points: TouchedPoints) -> Placement:
             raise
         listed = ", or ".join(f"{first + 1} and {second + 1}" for first, second in pairs)
         raise InputError(
-            f"touched points {listed} look swapped: exchanged, every point lies within {LARGEST_MISS:g} mm of where "
-            f"the others put it; correct their order or names. As listed: {error}",
+            f"touched points {listed} look swapped: exchanged, every point fits within {LARGEST_MISS:g} mm. Correct "
+            f"their order or names. As listed: {error}",
             swapped=listed,
         ) from error
 
@@ -138,9 +138,9 @@ def demo_placement(
     length = float(np.linalg.norm(mean))
     if not length >= least:
         raise ReachError(
-            f"{surface.name} has no demonstration placement: the mean of its unit normals has length {length:.2f}, "
-            f"needed is {least:g}, because it faces too many directions to say which is up; "
-            f"calibrate the cell with touched points, or plan a smaller patch or patches that face alike.",
+            f"{surface.name} has no demonstration placement: its normals face too many directions to define up (mean "
+            f"length {length:.2f}, needed is {least:g}). Calibrate the cell with touched points, or plan smaller "
+            "patches that face alike.",
             length=length,
             needed=least,
         )
@@ -168,7 +168,7 @@ def _extents(centred: FloatArray, *, name: str) -> FloatArray:
     if extents[1] <= COLLINEAR_SHARE * extents[0]:
         raise InputError(
             f"the {name} points of the fixture lie on a line: they spread {extents[0]:.3g} mm along it and "
-            f"{extents[1]:.3g} mm across, needed is more than {COLLINEAR_SHARE:.0%} of it; touch a point aside.",
+            f"{extents[1]:.3g} mm across, needed are {COLLINEAR_SHARE:.0%} of it. Touch a point off the line.",
             along_mm=float(extents[0]),
             across_mm=float(extents[1]),
         )
@@ -195,15 +195,15 @@ def _refuse_mirrored(points: TouchedPoints, *, planar: bool) -> None:
     )
     if not planar and mirrored_miss * MIRROR_FACTOR < miss:
         raise InputError(
-            f"the touched points are a mirror image of the model points (a reflection leaves {mirrored_miss:.3g} mm, "
-            f"the best rotation {miss:.3g} mm): check their order and the signs of their coordinates.",
+            f"the touched points mirror the model points (a reflection leaves {mirrored_miss:.3g} mm, the best "
+            f"rotation {miss:.3g} mm). Check their order and the signs of their coordinates.",
             rotation_mm=miss,
             reflection_mm=mirrored_miss,
         )
     if planar and rotation[2, 2] <= 0.0:
         raise InputError(
-            "the touched points turn the fixture's z axis downwards, as they do when they are listed in mirrored "
-            "order: check their order, or turn the model points so that their z axis points up.",
+            "the touched points turn the fixture's z axis down, as a mirrored order does. Check their order, or turn "
+            "the model points so that z points up.",
             z_up=float(rotation[2, 2]),
         )
 
@@ -241,8 +241,8 @@ def _misses(points: TouchedPoints) -> FloatArray:
         along, across = np.linalg.svd(centred, compute_uv=False)[:2]
         if across <= COLLINEAR_SHARE * along:
             raise InputError(
-                f"without touched point {k + 1} the other {count - 1} lie on a line, so nothing would show that it is "
-                "wrong: touch another point aside of that line.",
+                f"without touched point {k + 1}, the other {count - 1} lie on a line, so an error of it would be "
+                "invisible. Touch another point aside of that line.",
                 point=k + 1,
             )
         expected = transforms.apply(_fitted(points.model[others], points.touched[others]), points.model[k : k + 1])
@@ -250,8 +250,8 @@ def _misses(points: TouchedPoints) -> FloatArray:
     worst = int(np.argmax(misses))
     if misses[worst] > LARGEST_MISS:
         raise InputError(
-            f"touched point {worst + 1} of {count} lies {misses[worst]:.2f} mm from where the others put it, allowed "
-            f"are {LARGEST_MISS:g} mm: check the order of the points, or touch it again.",
+            f"touched point {worst + 1} of {count} lies {misses[worst]:.2f} mm from the fit of the others, allowed "
+            f"are {LARGEST_MISS:g} mm. Check the order of the points, or touch it again.",
             point=worst + 1,
             miss_mm=float(misses[worst]),
         )

@@ -205,15 +205,15 @@ def search_placement(
         InputError: the stream is empty, or the room permits no place within the arm's reach.
     """
     if poses.count == 0:
-        raise InputError("the pose stream is empty; there is nothing to place: plan at least one run.")
+        raise InputError("the pose stream is empty: plan at least one run.")
     samples = sample_poses(poses, T_base_work=T_fixture_work)
     judge = _Judge(samples, arm, rows=judged_samples(samples.Ts_base_tool))
     spins = 2.0 * np.pi * np.arange(GRID_SPINS) / GRID_SPINS
     candidates = [pose for pose in _grid(arm, start, room=room, height=height, tilt=tilt) if room.permits(pose)]
     if not candidates:
         raise InputError(
-            f"the part finds no place within the arm's reach, above the obstacles, below {room.ceiling:.0f} mm (the "
-            f"tip at home) and {COLUMN_RADIUS:g} mm from axis 1: raise home, or take a smaller part or body."
+            f"the arm cannot reach the part above the obstacles, below {room.ceiling:.0f} mm (the tip at home) and "
+            f"{COLUMN_RADIUS:g} mm from axis 1. Raise home, or choose a smaller part or body."
         )
     steps = np.diag(FIRST_STEPS)[
         [*([0, 1] if height is not None else [0, 1, 2]), 3, 4, *([5, 6] if tilt > 0.0 else [])]

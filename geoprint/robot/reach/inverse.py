@@ -247,7 +247,7 @@ def _best_motion(
     Among motions that may lean, the one that lacks room at fewest poses comes before the others.
     """
     if poses.count == 0:
-        raise InputError("the pose stream is empty; there is nothing to reach: plan at least one run.")
+        raise InputError("the pose stream is empty: plan at least one run.")
 
     def motion_with(attitudes: Attitudes) -> _StreamMotion:
         return _followed(poses, arm, attitudes, T_base_work=T_base_work, minimum_wrist_angle=minimum_wrist_angle)
@@ -375,7 +375,7 @@ def _confirm(path: JointPath, arm: Arm) -> None:
         raise VerificationError(
             f"run {path.poses.runs[worst] + 1}, pose {worst}: forward kinematics misses the commanded pose by "
             f"{off[worst]:.3g} mm and {turned[worst]:.3g} rad, allowed are {POSITION_TOLERANCE:g} mm and "
-            f"{ROTATION_TOLERANCE:g} rad; please report this as a defect of geoprint.",
+            f"{ROTATION_TOLERANCE:g} rad. Please report this as a defect of geoprint.",
             pose=worst,
             position_mm=float(off[worst]),
             rotation_rad=float(turned[worst]),

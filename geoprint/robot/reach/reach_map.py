@@ -72,9 +72,9 @@ class ReachMap:
             lengths="float: p", runs="int: p", places="float: p 3", base_places="float: p 3",
         )  # fmt: skip
         if not np.isin(self.reasons, [*Reason]).all():
-            raise InputError("ReachMap.reasons must be values of Reason.")
+            raise InputError("the reasons of a reach map must be known ones.")
         if self.lengths.min(initial=0.0) < 0.0:
-            raise InputError("ReachMap.lengths must not be negative.")
+            raise InputError("the lengths of a reach map must not be negative.")
 
     @property
     def complete(self) -> bool:
@@ -133,8 +133,10 @@ class ReachMap:
             Reason.WRIST: f"is near the wrist singularity: joint 5 at {angle:.1f} degrees, at least {least:.1f} is "
             "needed on deposit",
             Reason.FLIP: f"flips the wrist: joint {joint} turns by {angle:.0f} degrees at once, allowed are {most:.0f}",
-            Reason.WINDING: f"is the end of a winding: joint {joint} turns along the runs as far as {angle:.0f} "
-            f"degrees, allowed is {least:.0f} to {most:.0f}, at any whole turn",
+            Reason.WINDING: (
+                f"ends a winding: joint {joint} turns along the runs up to {angle:.0f} degrees, allowed is "
+                f"{least:.0f} to {most:.0f}, at any whole turn"
+            ),
         }[Reason(int(self.reasons[pose]))]
         where = f"{_place(self.places[pose])} mm (base {_place(self.base_places[pose])} mm)"
         return f"run {self.runs[pose] + 1} at {where} {what}"
@@ -146,9 +148,9 @@ class ReachMap:
         listed = ", ".join(f"{name.replace('_', ' ')} {_percent(share)}" for name, share in shares.items())
         alone = f"; no motion serves {_percent(self.unservable)}" if self.unservable > NOTABLE_SHARE else ""
         return ReachError(
-            f"{self.describe(first)}; the best branch and turn of the nozzle reaches {self.reached} of "
-            f"{self.reasons.size} poses and loses {_percent(self.lost)} of the deposited length ({listed}{alone}): "
-            "move or turn the part (`geoprint place` looks for a better place), or take another nozzle.",
+            f"{self.describe(first)}. The best branch and nozzle rotation reaches {self.reached} of "
+            f"{self.reasons.size} poses and loses {_percent(self.lost)} of the deposited length ({listed}{alone}). "
+            "Move or turn the part (`geoprint place` looks for a better placement), or use another nozzle.",
             run=int(self.runs[first]),
             work_mm=tuple(self.places[first].tolist()),
             base_mm=tuple(self.base_places[first].tolist()),

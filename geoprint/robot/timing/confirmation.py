@@ -38,7 +38,7 @@ def is_installed() -> bool:
 
 def unconfirmed_speeds() -> tuple[str, ...]:
     """Return what a plan is to say of its speeds where no second solver confirms them."""
-    return () if is_installed() else ("the speeds, by a second library (toppra is not installed)",)
+    return () if is_installed() else ("the speeds, by a second library: toppra is not installed",)
 
 
 def confirm(problem: Problem, speeds: FloatArray) -> bool:
@@ -61,8 +61,8 @@ def confirm(problem: Problem, speeds: FloatArray) -> bool:
     above = float(np.median(speeds[bounded] - found[bounded])) / float(problem.highest.max()) if bounded.any() else 0.0
     if above > AGREEMENT:
         raise VerificationError(
-            f"where the joints bound the speed, toppra finds less than geoprint, by {100.0 * above:.1f}% of the "
-            "largest; please report it with the part and the cell file."
+            f"toppra finds a lower speed than geoprint where joints limit it, by {100.0 * above:.1f}% of the largest. "
+            "Please report it with the part and the cell file."
         )
     return True
 
@@ -117,8 +117,8 @@ def _toppra() -> ModuleType:
                 import_module("toppra")
     except ImportError as error:
         raise UsageError(
-            f"toppra is installed and cannot be imported ({error}); run 'pip install --force-reinstall toppra', or "
-            "uninstall it: a plan then says that no second library confirms its speeds."
+            f"toppra is installed but cannot be imported ({error}). Run 'pip install --force-reinstall toppra', or "
+            "uninstall it: plans then state that their speeds are not confirmed."
         ) from error
     logging.getLogger("toppra").setLevel(logging.CRITICAL)
     return import_module("toppra")

@@ -189,8 +189,8 @@ def _refuse_jump(joint_path: JointPath, differences: FloatArray, rows: IntArray)
     if found > COINCIDENT_JOINTS:
         run = int(joint_path.poses.runs[pose])
         raise LimitError(
-            f"run {run + 1}, pose {pose}: joint {joint + 1} jumps by {found:.3g} rad where the tool stands still, "
-            f"allowed is {COINCIDENT_JOINTS:g} rad; keep the whole path on one branch.",
+            f"run {run + 1}, pose {pose}: joint {joint + 1} jumps by {found:.3g} rad while the tool stands still, "
+            f"allowed is {COINCIDENT_JOINTS:g} rad. Keep the whole path on one branch.",
             run=run, joint=int(joint) + 1, found_rad=found, allowed_rad=COINCIDENT_JOINTS,
         )  # fmt: skip
 
@@ -255,10 +255,10 @@ def held_straight(joint_path: JointPath, arm: Arm, *, process: Process) -> Joint
     worst = int(far[tips[far].argmax()])
     pose = int(knots.starts[worst])
     raise LimitError(
-        f"run {knots.runs[worst + 1] + 1}: between two poses at {in_words(joint_path.poses.tips[pose])} the joints "
-        f"leave the straight move by {tips[worst]:.3g} mm and {np.degrees(turned[worst]):.3g} degrees, "
-        f"allowed are {STRAIGHT_TOLERANCE:g} mm and 0.06 degrees; where the surface has a fold or a step there, smooth "
-        "it (`geoprint remesh --smooth`).",
+        f"run {knots.runs[worst + 1] + 1}: at {in_words(joint_path.poses.tips[pose])} the joints leave the straight "
+        f"move by {tips[worst]:.3g} mm and {np.degrees(turned[worst]):.3g} degrees, allowed are "
+        f"{STRAIGHT_TOLERANCE:g} mm and 0.06 degrees. If the surface has a fold or step there, smooth it (`geoprint "
+        "remesh --smooth`).",
         run=int(knots.runs[worst + 1]), found_mm=float(tips[worst]), allowed_mm=STRAIGHT_TOLERANCE,
     )  # fmt: skip
 
@@ -301,9 +301,9 @@ def off_moves(trajectory: Trajectory, written: JointPath, targets: Targets, arm:
         at = int(tip_off.argmax()) if found.distance > LARGEST_OFF else int(move[turned.argmax()])
         raise LimitError(
             f"run {int(written.poses.runs[targets.poses[at + 1]]) + 1}: at {in_words(places[at])} the timed path is "
-            f"{found.distance:.3g} mm and {np.degrees(found.turn):.3g} degrees from the move that is written, allowed "
-            f"are {LARGEST_OFF:g} mm and 0.2 degrees; where the surface has a fold or a step there, smooth it "
-            "(`geoprint remesh --smooth`).",
+            f"{found.distance:.3g} mm and {np.degrees(found.turn):.3g} degrees from the written move, allowed are "
+            f"{LARGEST_OFF:g} mm and 0.2 degrees. If the surface has a fold or step there, smooth it (`geoprint "
+            "remesh --smooth`).",
             run=int(written.poses.runs[targets.poses[at + 1]]), found_mm=found.distance, allowed_mm=LARGEST_OFF,
         )  # fmt: skip
     return found

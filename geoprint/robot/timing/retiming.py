@@ -132,9 +132,9 @@ def _refuse_excess(
     where = f"run {run + 1}{_bend(trajectory, poses, time=time)}" if run >= 0 else "the motion from or to home"
     amount = float(np.abs(found[row, joint]))
     raise LimitError(
-        f"{where}, {time:.3f} s: joint {joint + 1} {what} {amount:.4g} {unit}, allowed is {allowed[joint]:.4g} {unit}; "
-        "where the surface has a fold or a step there, smooth it (`geoprint remesh --smooth`), else lower the process "
-        "speeds.",
+        f"{where}, {time:.3f} s: joint {joint + 1} {what} {amount:.4g} {unit}, allowed is {allowed[joint]:.4g} "
+        f"{unit}. If the surface has a fold or step there, smooth it (`geoprint remesh --smooth`); otherwise lower "
+        "the process speeds.",
         run=run, joint=int(joint) + 1, time_s=time, found=amount, allowed=float(allowed[joint]),
     )  # fmt: skip
 
@@ -178,7 +178,7 @@ def _refuse_missed_pose(trajectory: Trajectory, joint_path: JointPath) -> None:
     if found > allowed[pose]:
         raise VerificationError(
             f"run {run + 1}: the trajectory passes pose {pose} with joint {joint + 1} off by {found:.3g} rad, allowed "
-            f"is {allowed[pose]:g} rad; please report this as a defect of geoprint.",
+            f"is {allowed[pose]:g} rad. Please report this as a defect of geoprint.",
             run=run, pose=int(pose), joint=int(joint) + 1, found_rad=found, allowed_rad=float(allowed[pose]),
         )  # fmt: skip
 
@@ -219,7 +219,7 @@ def retime(
         UsageError: toppra is installed and cannot be imported.
     """
     if joint_path.poses.count == 0:
-        raise InputError("the joint path has no poses; there is nothing to time: plan at least one run.")
+        raise InputError("the joint path has no poses: plan at least one run.")
     knots = path_knots(joint_path, process=process)
     timer = _LegTimer(robot, known if known is not None else {})
     knots, legs, found = _timed(knots, timer, process=process, slower=slower)
@@ -262,7 +262,9 @@ def _confirm_longest(knots: Knots, legs: list[Motion], *, robot: Robot) -> None:
         lengths, ceilings = knots.lengths_of(first, last), knots.ceilings[first:last]
         if confirm_motion(legs[leg], lengths, ceilings=ceilings, robot=robot):
             return
-    _LOG.warning("note: toppra finds no motion along the longest legs, so that no second library confirms the speeds.")
+    _LOG.warning(
+        "note: toppra finds no motion along the longest legs, so the speeds are not confirmed by a second library."
+    )
 
 
 @final

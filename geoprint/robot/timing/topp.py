@@ -218,8 +218,8 @@ def _solved_windows(
             return solved
         if (0, grid.size - 1) in failed:
             raise LimitError(
-                "no speed along the path keeps the joint accelerations: the path turns too sharply between its poses; "
-                "smooth it, or let the tool stop at the corner."
+                "no speed keeps the joint accelerations: the path turns too sharply between its poses. Smooth it, or "
+                "let the tool stop at the corner."
             )
         wider = _padded(grid, np.array(failed), steps=widening * PADDING_STEPS, length=widening * PADDING_RAMPS * ramp)
         windows = _merged(np.array([*solved, *wider]))

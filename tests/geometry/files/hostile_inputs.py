@@ -26,12 +26,12 @@ CASES = SHARED_DATA / "broken" / "crafted_cases.json"
 FILES = sorted(path.name for path in (SHARED_DATA / "broken").glob("*") if path.suffix != ".json")
 
 # What becomes of each crafted case: status, and words of the outcome that name the defect or the repair.
-INSIDE_OUT = "which is hollow: is the file mirrored, or are its faces flipped? Nothing else can tell"
+INSIDE_OUT = "which is hollow: check whether the file is mirrored or its faces are flipped"
 WELDED = (0, "1903 vertices joined")
 EXPECTED: dict[str, tuple[int, str]] = {
     "x_nan_vertex.ply": (3, "NaN or infinite coordinates: 1, the first is vertex 208"),
     "x_inf_vertex.stl": (3, "NaN or infinite coordinates: 5"),
-    "x_truncated.stl": (3, "it is cut off or damaged"),
+    "x_truncated.stl": (3, "t is cut off or damaged"),
     "x_count_too_large.stl": (3, "announces 4294967295 triangles"),
     "x_solid_header_binary.stl": WELDED,
     "x_zero_bytes.stl": (3, "is empty (0 bytes)"),
@@ -53,19 +53,19 @@ EXPECTED: dict[str, tuple[int, str]] = {
     "x_normalised.ply": (0, "check the unit"),
     "x_cracked_soup.stl": WELDED,
     "x_noise_0p3mm.ply": (0, "written and verified"),
-    "x_two_patches.ply": (3, "consists of 2 pieces"),
+    "x_two_patches.ply": (3, "has 2 separate components"),
     "x_pinhole.ply": (0, "1 holes closed, at ("),
     "x_fin.ply": (3, "edges with more than two faces: 1, the first at (130.57, 76.44, 37.72) mm"),
-    "x_bowtie.ply": (3, "consists of 2 pieces"),
+    "x_bowtie.ply": (3, "has 2 separate components"),
     "x_rolled_overhang.ply": (0, "written and verified"),
-    "x_folded_selfintersect.ply": (3, "passes through itself"),
+    "x_folded_selfintersect.ply": (3, "intersects itself"),
     "x_t_junction.ply": (0, "1 faces added where vertices lie on edges"),
     "x_slit_unwelded.ply": (0, "11 vertices joined"),
     "x_slivers_zero_area.ply": (0, "30 faces without area dropped"),
     "x_unreferenced_vertices.ply": (0, "200 vertices that no face uses dropped"),
     "x_single_triangle.ply": (0, "written and verified"),
     "x_flat_coarse.ply": (0, "written and verified"),
-    "x_zip_200MB_zeros.zip": (3, "to 200000000 bytes; at most 100 times its packed size"),
+    "x_zip_200MB_zeros.zip": (3, "to 200000000 bytes. At most 100 times its packed size"),
 }
 
 

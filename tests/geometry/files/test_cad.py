@@ -116,7 +116,7 @@ def test_numbers_that_no_part_has_are_refused_by_their_line(tmp_path: Path, numb
     # Those in a string, in a comment or before a line are no coordinates.
     step = f"ISO-10303-21;\nDATA;\n#1=P('1E99',(1.E-300,2.));/* 1E99\n*/\n#1234567890123=P('',(0.,{number},0.));\n"
     (tmp_path / "far.step").write_text(step)
-    with pytest.raises(InputError, match=rf"`far.step` line 5 holds the number {re.escape(number)}, at most 1e\+12"):
+    with pytest.raises(InputError, match=rf"`far.step` line 5 holds the number {re.escape(number)}; at most 1e\+12"):
         load(tmp_path / "far.step", unit=None)
     parameters = f"128,1,1,1,1,0,0,1,0,0,0.,{number.replace('E', 'D')},1."
     iges = [f"{'':72}S{1:7d}", f"{128:8d}{'00010001':>64}D0000400", f"{parameters:<64}{1:8d}P{1:7d}"]
@@ -136,7 +136,7 @@ def test_faces_that_are_no_numbers_are_refused_in_words(tmp_path: Path, monkeypa
         return glb
 
     monkeypatch.setattr(cad, "run_worker", answer)
-    with pytest.raises(InputError, match=r"`plate.igs` cannot be tessellated: its faces reach infinitely far"):
+    with pytest.raises(InputError, match=r"`plate.igs` cannot be tessellated: its faces reach to infinity"):
         load(tmp_path / "plate.igs", unit=None)
 
 

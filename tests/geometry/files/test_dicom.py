@@ -133,13 +133,13 @@ def nought(made: Dataset) -> None:
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        (fractional, "of the type FRACTIONAL, whose voxels are no plain yes or no"),
+        (fractional, "of type FRACTIONAL, whose voxels are not binary"),
         (image, "of the kind CT Image Storage, only segmentations"),
-        (short, r"promises \d+ frames of 9 x 7 voxels, which take \d+ bytes, but holds 10"),
+        (short, r"promises \d+ frames of 9 x 7 voxels \(\d+ bytes\), but holds 10"),
         (turned, "frames of several directions or pixel sizes"),
-        (uneven, r"do not make an even stack, frame \d+ lies"),
+        (uneven, r"are not evenly stacked\. Frame \d+ is"),
         (lost, "has frames without `ImagePositionPatient`"),
-        (miscounted, "announces 2000000000 frames and tells of"),
+        (miscounted, "announces 2000000000 frames and gives positions for"),
         (huge, "would unpack to"),
         (alone, "has a single slice and does not say how thick"),
         (nought, "has segments 0 to"),

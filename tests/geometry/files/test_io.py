@@ -103,10 +103,10 @@ REFUSED = {
     "zero.stl": (b"", r"empty \(0 bytes\)"),
     "page.stl": (b"<html>not found</html>", "is not an STL file: 22 bytes"),
     "page_long.stl": (b"<html>" + b" " * 200, "is not an STL file: 206 bytes"),
-    "cut.stl": (binary_stl()[:-20], "announces 4 triangles, which take 284 bytes as binary STL, but holds 264"),
+    "cut.stl": (binary_stl()[:-20], "announces 4 triangles, 284 bytes as binary STL, but holds 264"),
     "more.stl": (binary_stl() + b"more", "announces 4 triangles"),
     "count.stl": (binary_stl(announced=2**32 - 1), "announces 4294967295 triangles"),
-    "cut_ascii.stl": (ASCII_STL[:-60].encode(), "begins 1 solids and ends 0; it is cut off"),
+    "cut_ascii.stl": (ASCII_STL[:-60].encode(), "begins 1 solid and ends 0. It is cut off"),
     "none.stl": (binary_stl(announced=0)[:84], "holds no faces"),
     "none_ascii.stl": (b"solid nothing\nendsolid nothing\n", "holds no faces"),
     "infinite.stl": (binary_stl().replace(struct.pack("<f", 30.0), struct.pack("<f", np.inf)), "NaN or infinite"),
@@ -114,7 +114,7 @@ REFUSED = {
     "no_header.ply": (b"nothing of that kind", "does not begin with a PLY header"),
     "cut_header.ply": (binary_ply()[:60], "does not begin with a PLY header"),
     "cut.ply": (binary_ply()[:-3], "promises 4 of `vertex` and 4 of `face` in its header, at least 100 bytes"),
-    "huge.ply": (binary_ply(faces=2_000_000_000), "it is cut off or damaged"),
+    "huge.ply": (binary_ply(faces=2_000_000_000), "t is cut off or damaged"),
     "cut_ascii.ply": (ASCII_PLY[: ASCII_PLY.rindex("3 0 3 2")].encode(), "at least 28 numbers, but holds 24"),
     "cut_line.ply": (ASCII_PLY[:-3].encode(), "at least 28 numbers, but holds 27"),
     "points.ply": (ASCII_PLY.replace("face 4", "face 0").encode(), "holds 16 numbers behind the last element"),
@@ -133,7 +133,7 @@ REFUSED = {
     "points.obj": (b"v 0 0 0\nv 1 0 0\n", "holds no faces"),
     "keyword.off": (b"4 4 6\n", "does not begin with OFF"),
     "binary.off": (b"OFF BINARY\n" + bytes(200), "does not begin with OFF"),
-    "cut.off": (OFF[:-10].encode(), "promises 4 vertices and 4 faces, but holds only 7 lines"),
+    "cut.off": (OFF[:-10].encode(), "promises 4 vertices and 4 faces, but has only 7 lines"),
     "line.off": (OFF.replace("3 0 1 3", "3 0 1").encode(), "line 10 cannot be read: `3 0 1`"),
     "edge.off": (OFF.replace("3 0 1 3", "2 0 1").encode(), "line 10 cannot be read: `2 0 1`"),
     "negative.off": (OFF.replace("3 0 1 3", "3 0 1 -3").encode(), "face 1 refers to vertex -3"),
@@ -223,7 +223,7 @@ def test_vertices_that_no_face_uses_do_not_count_in_the_size(tmp_path: Path) -> 
 
 def test_a_part_too_far_from_the_origin_for_single_precision_is_refused(tmp_path: Path) -> None:
     far = "v 2000000 0 0\nv 2000030 0 0\nv 2000000 20 0\nf 1 2 3\n"
-    with pytest.raises(InputError, match=r"lies 2 km from the origin, .* steps of 0\.12 mm; move it"):
+    with pytest.raises(InputError, match=r"lies 2 km from the origin, .* steps of 0\.12 mm\. Move it"):
         load(written(tmp_path, "part.obj", far.encode()), unit="mm")
     near = far.replace("20000", "20")
     assert len(load(written(tmp_path, "part.obj", near.encode()), unit="mm").faces) == 1
@@ -415,11 +415,11 @@ def test_solids_with_any_names_and_cases_are_read(end: str) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
-        ("VERTEX 0 10.0 0\n", "VERTEX 0 10.0 0\nvertex 1 1 1\n", "line 2: facet 1 is not a facet of three corners"),
-        ("outer loop", "outer lop", "line 2: facet 1 is not"),
+        ("VERTEX 0 10.0 0\n", "VERTEX 0 10.0 0\nvertex 1 1 1\n", "line 2: facet 1 does not have three corners"),
+        ("outer loop", "outer lop", "line 2: facet 1 does not"),
         ("1e1", "1,1", r"has a facet with a word for a number"),
         ("EndSolid b\n", "", "begins 2 solids and ends 1"),
-        ("endfacet\nEndSolid", "EndSolid", "line 18: facet 3 is not a facet"),
+        ("endfacet\nEndSolid", "EndSolid", "line 18: facet 3 does not have"),
     ],
 )
 def test_a_facet_that_is_none_is_refused(old: str, new: str, sentence: str) -> None:
@@ -486,7 +486,7 @@ def test_the_l_of_the_field_passes_whatever_corner_is_first(name: str) -> None:
     [
         ("surf 0 1 0 1 1 2 3 4", r"line 5: `surf` belongs to curved surfaces or other files"),
         ("call other.obj", r"line 5: `call` belongs to"),
-        ("vertex 1 2 3", r"line 5: 'vertex' is no statement of OBJ"),
+        ("vertex 1 2 3", r"line 5: 'vertex' is not an OBJ statement"),
         ("v 1 2 3 0.5", r"line 5 cannot be read"),
     ],
 )
@@ -515,5 +515,5 @@ def test_what_obj_and_off_hold_besides_is_recorded(tmp_path: Path) -> None:
         "face colours": 1,
     }
     (tmp_path / "b.off").write_text("OFF\n3 1 0\n0 0 0\n30 0 0\n0 20 0\n3 0 1 2\n3 0 2 1\n")
-    with pytest.raises(InputError, match="line 7 stands behind the 3 vertices and 1 faces that its header promises"):
+    with pytest.raises(InputError, match="line 7 follows the 3 vertices and 1 faces that its header promises"):
         load_file(tmp_path / "b.off", unit="mm")

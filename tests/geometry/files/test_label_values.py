@@ -85,7 +85,7 @@ def test_intensities_from_0_to_1_are_probabilities_only_where_somebody_says_so(t
     even = np.random.default_rng(1).uniform(size=bump.shape)
     values = {"small": 0.03 * bump, "scaled": bump, "even": even}[kind]
     save_nifti(tmp_path / "p.nii", values.astype(np.float32), np.eye(4))
-    with pytest.raises(InputError, match=r"may be probabilities of a label or an image .* with `threshold = 0\.5`"):
+    with pytest.raises(InputError, match=r"If they are probabilities .* with `threshold = 0\.5`"):
         load_file(tmp_path / "p.nii", unit=None)
     if kind == "scaled":
         # exp(-(r / 12)^2) is a half at 12 sqrt(ln 2) = 9.991.
@@ -109,7 +109,7 @@ def test_intensities_are_called_an_image(tmp_path: Path, kind: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("threshold", "sentence"), [(0.5, "holds whole numbers, no shares"), (1.0, "`threshold = 1` is no share")]
+    ("threshold", "sentence"), [(0.5, "holds whole numbers, no shares"), (1.0, "`threshold = 1` is not a share")]
 )
 def test_a_threshold_that_nothing_takes_is_refused(tmp_path: Path, threshold: float, sentence: str) -> None:
     save_nifti(tmp_path / "a.nii", two_balls(), np.eye(4))

@@ -126,7 +126,7 @@ def test_a_sheet_with_a_cloud_about_it_is_refused(tmp_path: Path) -> None:
     random = np.random.default_rng(3)
     sheet = random.uniform(0.0, 40.0, (2000, 3)) * [1.0, 1.0, 0.0]
     dust = random.uniform(5.0, 45.0, (300, 3))
-    with pytest.raises(InputError, match=r"lie farther than .* too sparse or no surface"):
+    with pytest.raises(InputError, match=r"lie more than .* too sparse or no surface"):
         load(saved(tmp_path / "dusty.xyz", np.vstack([sheet, dust])), unit="mm")
 
 
@@ -142,7 +142,7 @@ def test_estimated_normals_are_those_of_the_sphere_and_all_on_one_side() -> None
     ("content", "sentence"),
     [
         ("1 2\n" * 300, "has 2 numbers a line"),
-        ("1 2 3\n" * 300, "has 1 points at different places"),
+        ("1 2 3\n" * 300, "has 1 distinct point"),
         ("1 2 nan\n" * 300, "NaN or infinite"),
         ("1 2 3\n4 5\n", "line 2: found 2 cells"),
         ("what is this", "has the columns what, is, this; points need one each of x, y and z"),
@@ -250,7 +250,7 @@ def test_a_header_names_columns_in_any_order_with_normals_and_unit() -> None:
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        (lines(" ", head="5\n"), "says that 5 points follow, and 4 do"),
+        (lines(" ", head="5\n"), "announces 5 points, but holds 4"),
         (lines(" ", head="a b c\n"), "has the columns a, b, c; points need one each of x, y and z"),
         (lines(" ") + "1 2\n", "line 5: found 2 cells"),
         (lines(" ") + "1 2 3x\n", "line 5, column 3: found '3x'"),

@@ -70,7 +70,9 @@ def test_labels_alone_are_read_with_their_places_in_mm(tmp_path: Path, unit: int
     np.testing.assert_array_equal(volume.labels, ball_labels(grid, SLABS))
     np.testing.assert_allclose(volume.affine[:3], length * grid[:3], rtol=1e-6)
     assert volume.unit == "mm"
-    with pytest.raises(UsageError, match=r"`ball.stl` is no label volume: its name must end in .nii, .nii.gz, .nrrd"):
+    with pytest.raises(
+        UsageError, match=r"`ball.stl` is not a label volume: its name must end in .nii, .nii.gz, .nrrd"
+    ):
         read_volume(b"", name="ball.stl")
 
 
@@ -138,7 +140,7 @@ def test_a_label_is_inspected_in_the_unit_that_the_volume_says(tmp_path: Path) -
     assert "read in mm\n" in text
     assert "border: none" in text
     listed = inspection_text(inspect_file(tmp_path / "ball.nii"))
-    assert "label 3: 1 voxels" in listed
+    assert "label 3: 1 voxel," in listed
     assert "`geoprint inspect ball.nii --label N` examines" in listed
 
 
@@ -180,7 +182,7 @@ def test_a_label_of_two_voxels_is_refused_with_a_command_that_works(
     assert terrace_height(surface) is None
     save_ply(rough.surface, tmp_path / "rough.ply")
     said = inspection_text(inspect_file(tmp_path / "rough.ply", unit="mm"))
-    advice = "`geoprint remesh rough.ply --smooth 6 --max-deviation 0.75 --out part.ply` takes them off"
+    advice = "`geoprint remesh rough.ply --smooth 6 --max-deviation 0.75 --out part.ply` removes them"
     assert f"staircase: steps of 1.5 mm, as around voxels; {advice}" in said
 
 
@@ -260,7 +262,7 @@ def test_what_is_no_volume_is_refused_by_name(tmp_path: Path, content: bytes, na
         (84, np.float32(0.0), "states voxels of 1 x 0 x 1 .* sides are above 0"),
         (108, np.float32(np.inf), "from byte inf on"),
         (116, np.float32(np.inf), "has a damaged NIfTI header"),
-        (344, b"nope", r"has the magic b'nope' at the end of its header, a NIfTI file has b'n\+1'"),
+        (344, b"nope", r"has the magic b'nope' at the end of its header; NIfTI has b'n\+1'"),
         (344, bytes(4), r"has the magic b''"),
         (344, b"ni1\0", "is half a NIfTI file"),
     ],

@@ -91,5 +91,5 @@ def test_vertices_that_no_line_joins_are_refused() -> None:
 def test_a_search_without_room_ends_in_a_refusal(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys.modules[shortest_way.__module__], "WINDOWS", 20)
     surface = sphere()
-    with pytest.raises(FieldError, match=r"too many triangles apart .* mm long; give another point between them"):
+    with pytest.raises(FieldError, match=r"too many triangles apart .* mm long. Add a point between them"):
         shortest_way(surface, 0, 300)

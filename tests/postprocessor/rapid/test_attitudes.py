@@ -178,7 +178,7 @@ def test_a_forgotten_question_is_found_by_executing_alone() -> None:
     own = attitudes()
     files = stacked(own)
     replaced("part-2/GeoGuard.mod", '    TPWrite "Bring the table to attitude "\\Num:=nGeoTable;\n', "")(files)
-    with pytest.raises(VerificationError, match="nobody is asked before the table comes to attitude 2"):
+    with pytest.raises(VerificationError, match="nothing asks before the table comes to attitude 2"):
         run_of(files, own).prove()
 
 

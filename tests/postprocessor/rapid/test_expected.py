@@ -135,7 +135,7 @@ def test_writer_and_checker_agree_on_ramps(pull: float, length: float, wait: flo
     ("lags", "reason"),
     [
         ({"valve_close": 5.0}, "would close before it opens"),
-        ({"valve_open": 0.3}, "would open in the run before"),
+        ({"valve_open": 0.3}, "would open in the previous run"),
         ({"uv_lead": 0.2}, "longer than the first approach"),
         ({"uv_tail": 0.2}, "longer than the first approach or the last retract"),
     ],

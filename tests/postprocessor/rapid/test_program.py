@@ -120,7 +120,7 @@ def test_without_calibration_nothing_makes_a_program_deposit() -> None:
     program = write(placement=DEMONSTRATION)
     assert program.dry_run
     for name in ("GeoCell.mod", "GeoPrint.mod", "GeoGuard.mod"):
-        assert "! PLACEMENT NOT KNOWN" in text_of(program, name)
+        assert "! PLACEMENT UNKNOWN" in text_of(program, name)
     assert not [line for line in code_of(program) if re.search(r"SetDO \w+,1|geoOn:=1", line)]
     assert [line for line in code_of(write()) if "geoOn:=1" in line]
 
@@ -370,7 +370,7 @@ def test_an_output_of_exactly_32_characters_is_taken() -> None:
 def test_a_flow_without_an_output_that_somebody_stated_runs_only_dry() -> None:
     cell = replace(CELL, signals=replace(CELL.signals, mode="analog"))
     placement = replace(PLACEMENT, flow_unstated=cell.signals.flow_unstated)
-    assert placement.missing[-1] == "what sets the flow (signals.flow and flow_per_mm3_s)"
+    assert placement.missing[-1] == "the flow output (signals.flow and flow_per_mm3_s)"
     program = write(cell=cell, placement=placement)
     assert program.dry_run
     assert not [line for line in code_of(program) if re.search(r"SetAO|TriggSpeed|geoOn:=1", line)]
@@ -448,7 +448,7 @@ def without(index: int) -> Targets:
         (without(1), "pose 1 of run 1 begins or ends a deposit"),
         (without(7), "pose 7 of run 1 begins or ends a deposit"),
         (broken_targets(poses=np.zeros(18, dtype=np.int64)), "first and the last"),
-        (broken_targets(zones=np.full(18, 0.1)), "no target with zone 0"),
+        (broken_targets(zones=np.full(18, 0.1)), "not a target with zone 0"),
         (broken_targets(zones=np.full(18, -0.1)), "at least 0 mm"),
         (broken_targets(speeds=np.zeros(18)), "at least 0.01 mm/s"),
     ],
@@ -462,7 +462,7 @@ def test_a_deposit_of_a_single_pose_is_refused() -> None:
     poses = stream()
     deposit = np.zeros(poses.count, dtype=np.bool_)
     deposit[2] = True
-    with pytest.raises(InputError, match="only pose of its deposit"):
+    with pytest.raises(InputError, match="alone in its deposit"):
         write(replace(poses, deposit=deposit), chosen=broken_targets(zones=np.zeros(18)))
 
 

@@ -95,13 +95,13 @@ DAMAGES = {
     "valve never opened": Damage(
         P, r"    TriggIO tGeoValveOn.*\n", "", "is pulled, but this routine has not", r"TriggL.*tGeoValveOn"),
     "valve not pulled": Damage(P,
-        r"tGeoValveOn\\T2:=", "", "1 outputs switch in the move here, the plan switches 2", r"TriggL.*tGeoLampOn"),
+        r"tGeoValveOn\\T2:=", "", "1 output to switch in the move here, the plan has 2", r"TriggL.*tGeoLampOn"),
     "valve and lamp not pulled": Damage(
         P, r"TriggL (.*),tGeoValveOn\\T2:=tGeoLampOn", r"MoveL \1",
-        "0 outputs switch in the move here, the plan switches 2", SECOND),
+        "0 outputs to switch in the move here, the plan has 2", SECOND),
     "valve opened one move late": Damage(
         P, r"((?:    TriggIO.*\n){2})(    )TriggL (.*),tGeoValveOn\\T2:=tGeoLampOn(.*\n)    MoveL (.*),vGeo1,",
-        r"\2MoveL \3\4\1    TriggL \5,vGeo1,tGeoValveOn\\T2:=tGeoLampOn,", "the plan switches 2", SECOND),
+        r"\2MoveL \3\4\1    TriggL \5,vGeo1,tGeoValveOn\\T2:=tGeoLampOn,", "the plan has 2", SECOND),
     "valve opened a millimetre late": Damage(
         P, r"tGeoValveOn,0\.0000", "tGeoValveOn,1.0000", "the plan has 0.0000 mm", "tGeoValveOn,1"),
     "valve opened at the end": Damage(P, r"tGeoValveOn,0\.0000\\Start", "tGeoValveOn,0.0000", "otherwise", "ValveOn,0"),
@@ -163,7 +163,7 @@ DAMAGES = {
     "dry run not lifted": Damage(C, r"19\.8966", "0.0000", "geoLift", "geoLift"),
     "surface known better": Damage(P, r"known within 0\.21", "known within 0.01", "must say", "known within"),
     "surface not uncertain": Damage(C, r"  ! Surface.*\n", "", "must say 'Surface known", "! Part"),
-    "touches closer": Damage(C, r"lie within 0\.11", "lie within 0.01", "must say 'touched", "lie within"),
+    "touches closer": Damage(C, r"points: 0\.11", "points: 0.01", "must say 'largest", "residual"),
     "frame of another plan": Damage(C, r"313\.0504", "313.1504", "geoFrame", "geoFrame"),
     "looser about the frame": Damage(C, r"nGeoShift:=0\.03", "nGeoShift:=0.04", "let the part lie off", "nGeoShift"),
     "looser about the frame's turn": Damage(C, r"nGeoTurn:=0", "nGeoTurn:=1", "let the part lie off", "no line"),
@@ -299,13 +299,13 @@ def test_a_demonstration_that_could_deposit_is_refused() -> None:
 
 
 def test_a_demonstration_that_does_not_say_so_is_refused() -> None:
-    program = damaged("GeoPrint.mod", lambda text: text.replace("NOT KNOWN", "FINE"), written(DEMONSTRATION))
-    with pytest.raises(VerificationError, match="line 3: the header must say 'PLACEMENT NOT KNOWN"):
+    program = damaged("GeoPrint.mod", lambda text: text.replace("T UNKNOWN", "T FINE"), written(DEMONSTRATION))
+    with pytest.raises(VerificationError, match="line 3: the header must say 'PLACEMENT UNKNOWN"):
         verify(program, DEMONSTRATION)
 
 
 def test_a_calibrated_program_is_not_accepted_for_a_demonstration() -> None:
-    with pytest.raises(VerificationError, match="PLACEMENT NOT KNOWN"):
+    with pytest.raises(VerificationError, match="PLACEMENT UNKNOWN"):
         verify(PROGRAM, DEMONSTRATION)
 
 

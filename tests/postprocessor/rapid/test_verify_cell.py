@@ -206,10 +206,10 @@ def test_a_joint_move_may_take_a_tenth_of_a_second_where_the_plan_needs_less(tex
 @pytest.mark.parametrize(
     ("placement", "lines"),
     [
-        (PLACEMENT, ["touched points lie within 0.11 mm", "Surface known within 0.21 mm"]),
+        (PLACEMENT, ["largest residual of the touched points: 0.11 mm", "Surface known within 0.21 mm"]),
         (
             DEMONSTRATION,
-            ["PLACEMENT NOT KNOWN: runs dry only", *(f"Nobody has stated {what}." for what in DEMONSTRATION.missing)],
+            ["PLACEMENT UNKNOWN: only runs dry", *(f"Not stated: {what}." for what in DEMONSTRATION.missing)],
         ),
     ],
 )

@@ -77,8 +77,12 @@ def test_a_chain_is_found_whatever_the_order_of_its_joints() -> None:
         ('upper="2.792526803190927"', 'upper="-3"', "joint 'joint_4' needs a <limit>.*upper -3"),
         ('velocity="7.330382858376184"', 'velocity="fast"', "joint 'joint_6' needs a <limit>"),
         ('velocity="7.330382858376184"', "", "joint 'joint_6' needs a <limit>"),
-        ('<parent link="base_link"/>', '<parent link="link_6"/>', "leads from 'tool0' to 'link_6', which is no base"),
-        ('<link name="base_link">', '<link name="ground">', "to 'base_link', which is no base"),
+        (
+            '<parent link="base_link"/>',
+            '<parent link="link_6"/>',
+            "leads from 'tool0' to 'link_6', which is not a base",
+        ),
+        ('<link name="base_link">', '<link name="ground">', "to 'base_link', which is not a base"),
         ('xyz="0.302 0 0"', 'xyz="0.302 0"', "joint 'joint_5' has xyz '0.302 0', which is not three finite"),
         ('xyz="0.302 0 0"', 'xyz="far 0 0"', "joint 'joint_5' has xyz 'far 0 0', which is not three finite"),
         ('<axis xyz="0 0 1"/>', '<axis xyz="0 0 0"/>', "joint 'joint_1' has an axis of length 0"),
@@ -115,7 +119,7 @@ def test_a_file_too_long_or_of_another_encoding_is_refused(tmp_path: Path) -> No
 def test_a_shape_on_a_link_that_is_fixed_to_another_is_refused() -> None:
     shape = '<collision><origin/><geometry><cylinder radius="1" length="1"/></geometry></collision>'
     text = read_urdf("irb120").replace('<link name="tool0"/>', f'<link name="tool0">{shape}</link>')
-    with pytest.raises(UsageError, match="tool0 has a collision shape but hangs on a fixed joint"):
+    with pytest.raises(UsageError, match="tool0 has a collision shape but is on a fixed joint"):
         link_solids("own", urdf=text)
 
 
@@ -125,7 +129,7 @@ def test_no_program_is_planned_for_an_arm_that_rapid_does_not_know(tmp_path: Pat
     cell = cell_with(tmp_path, text.replace('velocity="3"', 'velocity="9"').replace("6.28", "9.28"))
     part = Path(__file__).parents[3] / "data" / "plate.ply"
     job = job_of(surface=part, unit="mm", spacing=5.0, cell=cell, place="demo")
-    with pytest.raises(UsageError, match=r"no RAPID program .*own\.urdf: axes 4, 5 and 6 do not meet.*--no-robot"):
+    with pytest.raises(UsageError, match=r"a RAPID program .*own\.urdf: axes 4, 5 and 6 do not meet.*--no-robot"):
         plan(job)
 
 

@@ -276,4 +276,4 @@ def test_links_that_run_into_one_another_are_refused(
 def test_control_says_what_it_found():
     solids = sum(len(link.solids) for link in LINKS)
 
-    assert f"links of the irb120: {28 * solids} known hits and misses found right" in arm_control("irb120")
+    assert f"links of the irb120: known hits and misses found right: {28 * solids}" in arm_control("irb120")

@@ -69,7 +69,7 @@ def test_plain_plate_is_clear_by_what_the_tip_zone_leaves():
         "needle's tip on travel and its rim on deposit against part plate",
         "tool where the controller rounds targets, at most 0.000 mm off its way",
     )
-    assert set(found.not_checked) >= {"arm links", "UV lamp", "cables", "material already laid", "surroundings"}
+    assert set(found.not_checked) >= {"arm links", "UV lamp", "cables", "material already deposited", "surroundings"}
     assert any("the way to home" in sentence for sentence in found.not_checked)
 
 
@@ -140,7 +140,7 @@ def test_needle_in_the_part_is_refused():
 def test_lean_that_brings_the_rim_down_is_refused():
     with pytest.raises(
         ClearanceError,
-        match=r"in run 1 .* rim of the needle has -0.0. mm of room over the part.* wrong side .* `--flip` turns it",
+        match=r"in run 1 .* needle's rim is -0.0. mm above the part.* wrong side .* `--flip` turns it",
     ) as caught:
         check(over_plate(lean=np.radians(29.0)))
 
@@ -158,7 +158,7 @@ def test_lean_that_leaves_room_passes_with_its_known_margin():
 
 
 def test_standoff_of_almost_nothing_is_refused():
-    with pytest.raises(ClearanceError, match=r"has 0.00 mm of room over the part plate"):
+    with pytest.raises(ClearanceError, match=r"is 0.00 mm above the part plate"):
         check(run_of(pointing_down(LINE - np.array([0.0, 0.0, STANDOFF - 0.003]))))
 
 
@@ -230,7 +230,7 @@ def test_path_without_deposit_is_refused():
 
 
 def test_part_that_is_nowhere_near_the_path_is_refused():
-    with pytest.raises(VerificationError, match="no surface is found below the tip"):
+    with pytest.raises(VerificationError, match="no surface lies below the tip"):
         check(run_of(pointing_down(LINE + np.array([0.0, 0.0, 50.0]))))
 
 

@@ -211,7 +211,7 @@ def test_a_link_inside_a_closed_body_is_refused_where_the_path_begins(
     for solids in ((cylinder("link 2"), aside), (aside, cylinder("link 2"))):
         world = CollisionWorld(InflatedSolids(solids, kept=(KEPT, KEPT)), targets=(FAR, body))
         if within:
-            with pytest.raises(ClearanceError, match="is inside the closed body block where the path begins"):
+            with pytest.raises(ClearanceError, match="is inside the closed body block at the start of the path"):
                 refuse_links_inside([(world, moved)])
         else:
             refuse_links_inside([(world, moved)])

@@ -95,7 +95,7 @@ def test_rim_is_as_wide_as_the_needle_away_from_the_rounded_corner(y: float) -> 
 
 @pytest.mark.parametrize("y", [14.6, 15.0, 15.4])
 def test_rim_is_wider_by_the_rounding_anywhere_in_the_steps_beside_it(y: float) -> None:
-    with pytest.raises(ClearanceError, match="rim of the needle has") as caught:
+    with pytest.raises(ClearanceError, match="needle's rim is") as caught:
         beside(y)
     # What the rounding may lower is taken off too.
     assert caught.value.details["room"] == pytest.approx(0.3 - 0.35 - 1.01 * ROUNDING, abs=1e-6)

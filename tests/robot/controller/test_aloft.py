@@ -88,7 +88,7 @@ def test_a_run_that_does_not_begin_or_end_at_rest_is_refused() -> None:
     for row in (first - 1, first):
         zones = targets.zones.copy()
         zones[row] = 0.1
-        with pytest.raises(InputError, match="does not stop where run 2 begins"):
+        with pytest.raises(InputError, match="does not stop at the start of run 2"):
             lifted_path(path, replace(targets, zones=zones), ARM)
 
 
@@ -96,7 +96,7 @@ def test_a_run_that_does_not_begin_or_end_at_rest_is_refused() -> None:
 def test_the_run_that_does_not_begin_at_rest_is_named(rounded: int, run: int) -> None:
     zones = np.zeros(6)
     zones[rounded] = 0.1
-    with pytest.raises(InputError, match=f"does not stop where run {run} begins"):
+    with pytest.raises(InputError, match=f"does not stop at the start of run {run}"):
         _refuse_rounded_ends(np.array([0, 0, 1, 1, 2, 2]), zones)
 
 
@@ -127,7 +127,7 @@ def test_a_descent_that_ends_with_other_joints_than_the_print_has_is_refused() -
     path, targets = path_and_targets()
     turned = path.joints.copy()
     turned[path.poses.runs == 1, 5] += 2.0 * np.pi
-    with pytest.raises(ReachError, match=r"run 2: whoever resumes there comes down with joint 6 off .* by 360 degrees"):
+    with pytest.raises(ReachError, match=r"run 2: resuming there, the arm .* joint 6 off .* by 360 degrees"):
         lifted_path(replace(path, joints=turned), targets, ARM)
 
 
@@ -136,7 +136,7 @@ def test_a_dry_run_out_of_reach_is_refused() -> None:
     reached = [np.isfinite(ARM.solutions(tool_poses(two_runs(), T_base_work=place))[:, 0]).all() for place in places]
     path = solved(two_runs(), ARM, T_base_work=places[int(np.argmax(reached))])
     kept = np.arange(path.poses.count)
-    with pytest.raises(ReachError, match="where a dry run drives"):
+    with pytest.raises(ReachError, match="at the height of the dry run"):
         lifted_path(path, Targets(poses=kept, zones=np.zeros(kept.size), speeds=np.full(kept.size, 20.0)), ARM)
 
 

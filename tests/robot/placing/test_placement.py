@@ -71,7 +71,7 @@ def test_fewer_than_four_points_are_refused(count: int) -> None:
 def test_a_corner_that_the_others_put_elsewhere_is_refused_although_the_fit_follows_it(corner: int, axis: int) -> None:
     touched = TOUCHED.copy()
     touched[corner, axis] += 2.4
-    with pytest.raises(InputError, match=r"mm from where the others put it, allowed are 2 mm"):
+    with pytest.raises(InputError, match=r"mm from the fit of the others, allowed are 2 mm"):
         fit_touched_points(points(CORNERS, touched))
 
 
@@ -98,7 +98,7 @@ def test_points_on_a_line_are_refused(model: FloatArray, touched: FloatArray, na
 
 
 def test_mirrored_solid_is_refused() -> None:
-    with pytest.raises(InputError, match="mirror image"):
+    with pytest.raises(InputError, match="mirror the model points"):
         fit_touched_points(points(SOLID, SOLID * [1.0, -1.0, 1.0] + [300.0, 0.0, 0.0]))
 
 

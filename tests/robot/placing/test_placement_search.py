@@ -143,7 +143,7 @@ def test_height_is_kept_and_tilt_is_bounded_where_they_are_given() -> None:
 
 
 def test_part_that_fits_nowhere_and_empty_stream_are_refused() -> None:
-    with pytest.raises(InputError, match="finds no place within the arm's reach"):
+    with pytest.raises(InputError, match="the arm cannot reach the part"):
         search_placement(
             line(), arm(), T_fixture_work=np.eye(4), start=at(300, 0, 50), room=room(ceiling=-10.0), height=0.0
         )

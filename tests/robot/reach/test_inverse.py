@@ -136,7 +136,7 @@ def test_joint_6_unwinds_over_more_than_a_turn_within_its_range(total_deg: float
 
 
 def test_winding_beyond_the_range_of_joint_6_is_refused() -> None:
-    with pytest.raises(ReachError, match=r"joint 6 turns along the runs as far as .* allowed is -400 to 400"):
+    with pytest.raises(ReachError, match=r"joint 6 turns along the runs up to .* allowed is -400 to 400"):
         reach(winding(900.0), arm_of(straight_cell()), T_base_work=HERE)
 
 

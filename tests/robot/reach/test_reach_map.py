@@ -142,7 +142,7 @@ def test_worst_places_are_one_a_stretch_with_the_worst_reason_first() -> None:
 
 
 @pytest.mark.parametrize(
-    ("reasons", "lengths", "complaint"), [([0, 9], [1.0, 1.0], "values of Reason"), ([0], [-1.0], "not be negative")]
+    ("reasons", "lengths", "complaint"), [([0, 9], [1.0, 1.0], "known ones"), ([0], [-1.0], "not be negative")]
 )
 def test_impossible_maps_are_refused(reasons: list[int], lengths: list[float], complaint: str) -> None:
     with pytest.raises(InputError, match=complaint):

@@ -238,7 +238,7 @@ def test_a_path_that_no_speed_can_follow_is_refused_by_its_run(
         return None
 
     monkeypatch.setattr(path_speeds, "reachable_speeds", give_up)
-    with pytest.raises(LimitError, match="run 1: no speed along the path keeps the joint accelerations") as refusal:
+    with pytest.raises(LimitError, match="run 1: no speed keeps the joint accelerations") as refusal:
         timed(path)
     assert refusal.value.details["run"] == 0
 
@@ -288,7 +288,7 @@ def test_a_motion_is_refused_that_toppra_finds_slower(path: JointPath, monkeypat
         return None if found is None else 0.95 * found
 
     monkeypatch.setattr(confirmation, "_speeds_of_toppra", slower)
-    with pytest.raises(VerificationError, match="where the joints bound the speed, toppra finds less"):
+    with pytest.raises(VerificationError, match="toppra finds a lower speed than geoprint"):
         timed(path)
 
 

@@ -93,7 +93,7 @@ def test_what_is_off_the_written_moves_is_found_all_along_and_refused() -> None:
     assert 0.0 < found.distance < 0.015
     assert 0.0 < found.turn < np.radians(0.15)
     loose = timed(path)
-    with pytest.raises(LimitError, match=r"run 1: at .* the timed path is .* mm and .* degrees from the move"):
+    with pytest.raises(LimitError, match=r"run 1: at .* the timed path is .* mm and .* degrees from the written move"):
         off_moves(loose, path, written_targets(path, loose, process=CELL.process), ARM)
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
+from geoprint.errors import how_many
 from geoprint.postprocessor.rapid.language.context import Context
 from geoprint.postprocessor.rapid.language.kinds import (
     BOOL,
@@ -325,7 +326,7 @@ def _element(element: Element, here: Context) -> Kind | None:
     if of is None:
         return None
     if of.dimensions != len(element.indices):
-        here.say(element.line, f"{len(element.indices)} indices are given to a {of.shown()}")
+        here.say(element.line, f"a {of.shown()} is given {how_many(len(element.indices), 'index', 'indices')}")
         return None
     return of._replace(dimensions=0)
 
@@ -375,7 +376,7 @@ def _judge_aggregate(aggregate: Aggregate, here: Context, wanted: Kind | None) -
         components = here.kinds.components(wanted)
         if components is not None and len(components) != len(aggregate.parts):
             found = len(aggregate.parts)
-            here.say(aggregate.line, f"a {wanted.shown()} has {len(components)} components, found {found}")
+            here.say(aggregate.line, f"a {wanted.shown()} has {how_many(len(components), 'component')}, found {found}")
         elif components is not None:
             parts = tuple(kind for _, kind in components)
     for part, kind in zip(aggregate.parts, parts, strict=True):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import NamedTuple, final
 
+from geoprint.errors import how_many
 from geoprint.postprocessor.rapid.language.names import Names, Symbol
 from geoprint.postprocessor.rapid.language.syntax import Alias, Datum, Literal, Parameter, RecordType, Routine, Value
 
@@ -127,7 +128,7 @@ class Kinds:
             return "" if isinstance(value, tuple) else f"{_shown(value)} is no {kind.shown()}"
         if not isinstance(value, tuple) or len(value) != len(parts):
             found = f"{len(value)}" if isinstance(value, tuple) else _shown(value)
-            return f"a {kind.shown()} has {len(parts)} components, found {found}"
+            return f"a {kind.shown()} has {how_many(len(parts), 'component')}, found {found}"
         for one, (_, part) in zip(value, parts, strict=True):
             # Most of a program are the numbers of targets.
             if part == NUM and type(one) is float and -LARGEST_NUM <= one <= LARGEST_NUM:

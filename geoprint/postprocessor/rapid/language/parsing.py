@@ -429,7 +429,7 @@ def _module(file: str, cursor: Cursor, *, lines: int) -> Module:
     name = cursor.name("a module")
     attributes = _attributes(cursor)
     if "NOVIEW" in attributes and cursor.kind not in _DECLARATIONS:
-        cursor.refuse(f"module {name} is encoded (NOVIEW), so that nobody can read what it does")
+        cursor.refuse(f"module {name} is encoded (NOVIEW) and cannot be read")
     types: list[RecordType | Alias] = []
     data: list[Datum] = []
     routines: list[Routine] = []

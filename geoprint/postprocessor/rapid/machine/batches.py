@@ -218,7 +218,7 @@ class Batches:
         of_form = np.array([(form[0], *_speeds(known[form[1]]), _radius(known[form[2]])) for form in common])
         verbs, speeds, turning, zones = of_form[forms].T
         if speeds.min() <= 0.0 or turning.min() <= 0.0:
-            fault("ERR_SPEED_REFRESH_LIM", "the speed of a move is 0, so that the arm would never arrive")
+            fault("ERR_SPEED_REFRESH_LIM", "the speed of a move is 0: the arm would never arrive")
         share = scale(state)
         durations = np.maximum(
             lengths / np.minimum(speeds * share, motion.modes.fastest), angles / (np.radians(turning) * share)

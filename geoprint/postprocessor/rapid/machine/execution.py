@@ -18,7 +18,7 @@ from geoprint.postprocessor.rapid.language.syntax import Value
 Event: TypeAlias = Literal["PowerOn", "Reset", "Start", "Stop", "QStop", "Restart"]
 # What this machine leaves out, so that whoever tells of an execution can say it.
 NOT_KNOWN = (
-    "how far the arm lags behind its path, and how it swings",
+    "the lag of the arm behind its path, and its vibration",
     "ramps: each move takes its length over its speed",
     "the maker's own path in a corner: a parabola through the zone is taken, passed in the time of both lines",
     "the controller's own delays: instructions and outputs take no time",

@@ -35,7 +35,7 @@ def load(state: State, file: str) -> None:
     for other in sorted(state.loaded):
         both = sorted(task.shared_names(file) & task.shared_names(other))
         if both:
-            fault("ERR_LOADED", f"{file} brings {both[0]}, which {other} has brought and nobody has unloaded")
+            fault("ERR_LOADED", f"{file} brings {both[0]}, which {other} has loaded and which is still there")
     state.loaded |= {file}
     begin_data(state, file)
     state.routines |= {

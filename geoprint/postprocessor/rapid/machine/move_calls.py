@@ -8,6 +8,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, cast
 
+from geoprint.errors import how_many
 from geoprint.postprocessor.rapid.language.syntax import (
     Aggregate,
     Binary,
@@ -45,7 +46,7 @@ def compile_instruction(call: Call, scope: Scope) -> Step:
     instruction = INSTRUCTIONS[call.name.lower()]
     arguments = positional(call.arguments)
     if len(arguments) != instruction.takes:
-        unknown(scope.file, call.line, f"{call.name} is given {len(arguments)} arguments")
+        unknown(scope.file, call.line, f"{call.name} is given {how_many(len(arguments), 'argument')}")
     makers = [
         reference(argument, scope)
         if place in instruction.references
@@ -98,7 +99,9 @@ def compile_move(call: Call, scope: Scope, *, code: RoutineCode, task: MachineTa
         return
     wanted, found = MOVES[name], positional(call.arguments)
     if len(found) != len(wanted):
-        unknown(scope.file, call.line, f"{call.name} is given {len(found)} arguments, and takes {len(wanted)}")
+        unknown(
+            scope.file, call.line, f"{call.name} is given {how_many(len(found), 'argument')}, and takes {len(wanted)}"
+        )
     known = {*_OPTIONS, *(("noeoffs",) if name == "moveabsj" else ())}
     known |= set(_TRIGGERS if name.startswith("trigg") else ())
     for argument in call.arguments:

@@ -162,7 +162,7 @@ def scale(state: State) -> float:
     """Return the share of the programmed speed at which the arm moves."""
     share = state.motion.modes.override * state.scenario.override / 10000.0
     if share <= 0.0:
-        fault("ERR_SPEED_REFRESH_LIM", "the speed is 0, so that the arm would never arrive")
+        fault("ERR_SPEED_REFRESH_LIM", "the speed is 0: the arm would never arrive")
     return share
 
 
@@ -264,7 +264,7 @@ def _duration(
         return cast("float", timed) / share
     v_tip, v_turn = speeds
     if v_tip <= 0.0 or v_turn <= 0.0:
-        fault("ERR_SPEED_REFRESH_LIM", "the speed of a move is 0, so that the arm would never arrive")
+        fault("ERR_SPEED_REFRESH_LIM", "the speed of a move is 0: the arm would never arrive")
     fastest = min(v_tip * share, state.motion.modes.fastest)
     return max(length / fastest, turn / (math.radians(v_turn) * share))
 

@@ -68,8 +68,7 @@ def unknown(file: str, line: int, what: str) -> NoReturn:
         VerificationError: always.
     """
     raise VerificationError(
-        f"{file}, line {line}: {what}; what cannot be executed here has not been checked. Do not run this program; "
-        "write it again from its plan.",
+        f"{file}, line {line}: {what}, which was not checked. Do not run this program: write it again from its plan.",
         module=file,
         line=line,
         reason=what,

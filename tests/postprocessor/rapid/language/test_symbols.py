@@ -110,7 +110,7 @@ def test_what_a_controller_takes_passes(line: str) -> None:
         ("FOR i FROM 1 TO 2 DO ENDFOR x:=i;", "i is declared nowhere"),
         ("piece.length:=1;", "a part has no component length"),
         ("x.size:=1;", "a num has no component size"),
-        ("grid{1}:=1;", "1 indices are given to a num{*,*}"),
+        ("grid{1}:=1;", "a num{*,*} is given 1 index"),
         ("piece:=[1,[0,0,0]];", "a part has 3 components, found 2"),
         ("p:=[1,2,x,3];", "a pos has 3 components, found 4"),
         ("p:=[1,2,TRUE];", "TRUE is no num"),
