@@ -108,7 +108,7 @@ def test_points_off_the_part_are_refused(tmp_path: Path) -> None:
 
 
 def test_a_feather_of_a_shape_or_without_a_rim_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="ends as its shape says: leave `feather` out"):
+    with pytest.raises(UsageError, match="ends where its shape ends: omit `feather`"):
         _over(_job(tmp_path, target=_saved(tmp_path, BOX), feather=2.0))
     ball = sphere(radius=6.0)
     with pytest.raises(UsageError, match="has no rim for the thickness to rise from"):

@@ -176,7 +176,7 @@ def test_without_pinocchio_the_arm_is_the_same_and_said_not_to_be_confirmed(monk
     monkeypatch.setattr(confirmation.importlib.util, "find_spec", missing)
     monkeypatch.setattr(confirmation, "import_module", pytest.fail)
     Arm(straight_cell().robot, T_flange_tool=np.eye(4))
-    assert unconfirmed_kinematics() == ("the kinematics, by a second library (pin is not installed)",)
+    assert unconfirmed_kinematics() == ("the kinematics, by a second library: pin is not installed",)
 
 
 def test_a_broken_pinocchio_is_named_with_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -184,7 +184,7 @@ def test_a_broken_pinocchio_is_named_with_what_to_do(monkeypatch: pytest.MonkeyP
         raise ImportError("libpinocchio.so: undefined symbol")
 
     monkeypatch.setattr(confirmation, "import_module", broken)
-    with pytest.raises(UsageError, match=r"pin is installed and cannot be imported \(libpinocchio.*uninstall"):
+    with pytest.raises(UsageError, match=r"pin is installed but cannot be imported \(libpinocchio.*uninstall"):
         Arm(straight_cell().robot, T_flange_tool=np.eye(4))
 
 

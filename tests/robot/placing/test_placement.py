@@ -62,7 +62,7 @@ def test_any_rigid_motion_of_a_solid_fixture_is_recovered(turn: list[float], mov
 
 @pytest.mark.parametrize("count", [0, 1, 2, 3])
 def test_fewer_than_four_points_are_refused(count: int) -> None:
-    with pytest.raises(InputError, match=f"has {count} touched points; at least 4"):
+    with pytest.raises(InputError, match=f"has {count} touched points?; at least 4"):
         fit_touched_points(points(CORNERS[:count], TOUCHED[:count]))
 
 
@@ -77,7 +77,7 @@ def test_a_corner_that_the_others_put_elsewhere_is_refused_although_the_fit_foll
 
 def test_a_point_that_nothing_could_contradict_is_refused() -> None:
     on_an_edge = np.array([[-50.0, 50.0, 0.0], [0.0, 50.0, 0.0], [50.0, 50.0, 0.0], [50.0, -50.0, 0.0]])
-    with pytest.raises(InputError, match="without touched point 4 the other 3 lie on a line"):
+    with pytest.raises(InputError, match="without touched point 4, the other 3 lie on a line"):
         fit_touched_points(points(on_an_edge, on_an_edge + 300.0))
 
 

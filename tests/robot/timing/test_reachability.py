@@ -85,7 +85,7 @@ def test_toppra_confirms_them_and_refuses_faster_ones(seed: int) -> None:
     slower = confirmation._speeds_of_toppra(problem)  # pyright: ignore[reportPrivateUsage]
     assert slower is not None
     np.testing.assert_allclose(found, slower, atol=1e-3)
-    with pytest.raises(confirmation.VerificationError, match="please report it"):
+    with pytest.raises(confirmation.VerificationError, match="Please report it"):
         confirmation.confirm(problem, 1.05 * found)
 
 
@@ -113,7 +113,7 @@ def test_a_toppra_that_cannot_be_imported_is_told(monkeypatch: pytest.MonkeyPatc
     monkeypatch.delitem(confirmation.sys.modules, "toppra", raising=False)
     monkeypatch.setattr(confirmation, "import_module", broken)
     problem = straight(acceleration=1.0, ceiling=1.0)
-    with pytest.raises(UsageError, match="cannot be imported \\(libseidel is missing\\); run 'pip install"):
+    with pytest.raises(UsageError, match="cannot be imported \\(libseidel is missing\\)\\. Run 'pip install"):
         confirmation.confirm(problem, problem.highest)
 
 

@@ -253,7 +253,7 @@ def test_without_toppra_a_motion_is_the_same_and_said_not_to_be_confirmed(
     monkeypatch.setattr(confirmation.importlib.util, "find_spec", missing)
     monkeypatch.setattr(confirmation, "import_module", pytest.fail)
     np.testing.assert_array_equal(timed(path).joints, trajectory.joints)
-    assert unconfirmed_speeds() == ("the speeds, by a second library (toppra is not installed)",)
+    assert unconfirmed_speeds() == ("the speeds, by a second library: toppra is not installed",)
 
 
 def test_where_toppra_finds_no_motion_shorter_legs_are_asked_about_and_then_it_is_said(
