@@ -8,7 +8,7 @@ from typing import final
 
 from pydantic import Field
 
-from geoprint.model import Clearance, Count, Rounded, Thousandths, frozen, recorded
+from geoprint.model import Count, Rounded, Thousandths, frozen, recorded
 from geoprint.postprocessor import Json, Orders, Setup
 from geoprint.postprocessor.rapid import Executed, Settings, StackSettings, Timeline
 from geoprint.postprocessor.rapid.stack_running import StackProof
@@ -36,23 +36,16 @@ class Finding:
 
 
 @final
-@frozen
-class Repeated:
-    """What was computed once more from the bundle's own part, body, cell and targets.
+class RepeatedRecord(Record):
+    """What was computed once more, with `--full`."""
 
-    Attributes:
-        printing: clearance of the print, or None without a program or where it is not clear.
-        dry: clearance of the dry run, or None likewise.
-        uniformity: how even the paths are, or None where that cannot be measured.
-        seconds: that it took [s].
-        memory: most that the process has taken so far [MB].
-    """
-
-    printing: Clearance | None
-    dry: Clearance | None
-    uniformity: EvennessRecord | None
-    seconds: float
-    memory: int
+    smallest_mm: Rounded | None = Field(description="clearance of the tool [mm]; null without a program")
+    arm_smallest_mm: Rounded | None = Field(description="clearance of the arm [mm]")
+    tip_margin_mm: Rounded | None = Field(description="as in plan.json [mm]")
+    dry_run_smallest_mm: Rounded | None = Field(description="clearance of the dry run [mm]")
+    uniformity: EvennessRecord | None = Field(description="as in plan.json; null where it could not be measured")
+    seconds: Thousandths = Field(description="that it took [s]")
+    peak_memory_mb: Count = Field(description="of the whole process so far [MB]")
 
 
 @final
@@ -121,7 +114,7 @@ class Checked:
     executed: Executed | None = None
     program: bool = True
     program_sha256: str = ""
-    repeated: Repeated | None = None
+    repeated: RepeatedRecord | None = None
     seen: tuple[SeenRecord, ...] = ()
     attitudes: tuple[Checked, ...] = ()
     joined: CheckedParts | None = None
@@ -194,19 +187,6 @@ class AttitudeSettingsNow(Record):
     first_attitude: int = Field(description="from which on it prints, from 1")
     first_run: int = Field(description="of that attitude, from which on it prints, from 1")
     last_attitude: int = Field(description="behind which it ends")
-
-
-@final
-class RepeatedRecord(Record):
-    """What was computed once more, with `--full`."""
-
-    smallest_mm: Rounded | None = Field(description="clearance of the tool [mm]; null without a program")
-    arm_smallest_mm: Rounded | None = Field(description="clearance of the arm [mm]")
-    tip_margin_mm: Rounded | None = Field(description="as in plan.json [mm]")
-    dry_run_smallest_mm: Rounded | None = Field(description="clearance of the dry run [mm]")
-    uniformity: EvennessRecord | None = Field(description="as in plan.json; null where it could not be measured")
-    seconds: Thousandths = Field(description="that it took [s]")
-    peak_memory_mb: Count = Field(description="of the whole process so far [MB]")
 
 
 @final

@@ -21,8 +21,6 @@ from geoprint.reporting.check import (
     CheckedComparison,
     CheckedComparisonRecord,
     CheckRecord,
-    Repeated,
-    RepeatedRecord,
 )
 from geoprint.reporting.evidence import evidence_rows, seen_rows
 from geoprint.reporting.metrics import COVERED_ONCE
@@ -206,7 +204,7 @@ def _record(checked: Checked, name: str) -> CheckRecord:
         set_to=settings,
         switching=None if switching is None else record_switching(switching),
         extent_base_mm=None if extent is None else tuple(tuple(corner.round(3).tolist()) for corner in extent),
-        repeated=None if checked.repeated is None else _repeated(checked.repeated),
+        repeated=checked.repeated,
         evidence=_executed_now(checked, robot[0].evidence) if robot else None,
         attitudes=tuple(_record(one, one.folder.name) for one in checked.attitudes),
         attitudes_set_to=None if joined is None or joined.settings is None else _attitudes_now(joined.settings),
@@ -223,19 +221,6 @@ def _attitudes_now(found: StackSettings) -> AttitudeSettingsNow:
         first_attitude=found.first_layer,
         first_run=found.first_run,
         last_attitude=found.last_layer,
-    )
-
-
-def _repeated(found: Repeated) -> RepeatedRecord:
-    printing, dry = found.printing, found.dry
-    return RepeatedRecord(
-        smallest_mm=None if printing is None else printing.smallest,
-        arm_smallest_mm=None if printing is None else printing.arm_smallest,
-        tip_margin_mm=None if printing is None else printing.tip_margin,
-        dry_run_smallest_mm=None if dry is None else dry.smallest,
-        uniformity=found.uniformity,
-        seconds=found.seconds,
-        peak_memory_mb=found.memory,
     )
 
 
@@ -288,11 +273,11 @@ def repeated_texts(checked: Checked) -> list[str]:
     again = checked.repeated
     if again is None:
         return []
-    clear = [] if again.printing is None else [f"{again.printing.smallest:.2f} mm clear"]
-    clear += [] if again.dry is None else [f"{again.dry.smallest:.2f} mm in the dry run"]
+    clear = [] if again.smallest_mm is None else [f"{again.smallest_mm:.2f} mm clear"]
+    clear += [] if again.dry_run_smallest_mm is None else [f"{again.dry_run_smallest_mm:.2f} mm in the dry run"]
     even = again.uniformity
     clear += [] if even is None else [f"{COVERED_ONCE.text(even)} of the area covered once"]
-    return [f"{', '.join(clear)}: as in plan.json ({again.seconds:.1f} s, {again.memory} MB)"]
+    return [f"{', '.join(clear)}: as in plan.json ({again.seconds:.1f} s, {again.peak_memory_mb} MB)"]
 
 
 def underived_texts(checked: Checked) -> list[str]:

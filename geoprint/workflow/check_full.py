@@ -21,7 +21,7 @@ from geoprint.model import Clearance, JointPath, Obstacle, Placement, PoseStream
 from geoprint.positioner import table_machine
 from geoprint.postprocessor import PLAN, Orders, Setup, TrajectoryTable, read_trajectory_table
 from geoprint.reporting import peak_memory, record_evenness
-from geoprint.reporting.check import Finding, Repeated
+from geoprint.reporting.check import Finding, RepeatedRecord
 from geoprint.reporting.metrics import CATALOGUE, OF_BACKEND
 from geoprint.reporting.records.evenness import EvennessRecord
 from geoprint.reporting.records.plan import ClearanceRecord, PlanRecord, RobotRecord
@@ -48,7 +48,7 @@ _T = TypeVar("_T")
 
 def repeat(
     folder: Path, record: PlanRecord, motions: Sequence[tuple[Path, Setup, Orders]]
-) -> tuple[Repeated, tuple[Finding, ...]]:
+) -> tuple[RepeatedRecord, tuple[Finding, ...]]:
     """Check clearance and evenness of a bundle once more.
 
     Args:
@@ -78,7 +78,17 @@ def repeat(
     if even is not None and record.uniformity is not None:
         findings += _uneven(even, record.uniformity)
     seconds = time.perf_counter() - started
-    return Repeated(_narrowest(printing), _narrowest(dry), even, seconds, peak_memory()), tuple(findings)
+    clear, lifted = _narrowest(printing), _narrowest(dry)
+    record = RepeatedRecord(
+        smallest_mm=None if clear is None else clear.smallest,
+        arm_smallest_mm=None if clear is None else clear.arm_smallest,
+        tip_margin_mm=None if clear is None else clear.tip_margin,
+        dry_run_smallest_mm=None if lifted is None else lifted.smallest,
+        uniformity=even,
+        seconds=seconds,
+        peak_memory_mb=peak_memory(),
+    )
+    return record, tuple(findings)
 
 
 def _narrowest(found: Sequence[Clearance]) -> Clearance | None:

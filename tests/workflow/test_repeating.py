@@ -35,15 +35,13 @@ def test_all_that_is_computed_once_more_is_what_the_plan_says(printed: Path) -> 
     assert checked.findings == ()
     again = checked.repeated
     assert again is not None
-    assert again.printing is not None
-    assert again.dry is not None
     assert again.uniformity is not None
     record = json.loads((printed / "plan.json").read_text())
     clearance = record["robot"][0]["clearance"]
-    assert again.printing.smallest == pytest.approx(clearance["smallest_mm"], abs=0.01)
-    assert again.printing.arm_smallest == pytest.approx(clearance["arm_smallest_mm"], abs=0.01)
-    assert again.printing.tip_margin == pytest.approx(clearance["tip_margin_mm"], abs=0.01)
-    assert again.dry.smallest == pytest.approx(clearance["dry_run"]["smallest_mm"], abs=0.01)
+    assert again.smallest_mm == pytest.approx(clearance["smallest_mm"], abs=0.01)
+    assert again.arm_smallest_mm == pytest.approx(clearance["arm_smallest_mm"], abs=0.01)
+    assert again.tip_margin_mm == pytest.approx(clearance["tip_margin_mm"], abs=0.01)
+    assert again.dry_run_smallest_mm == pytest.approx(clearance["dry_run"]["smallest_mm"], abs=0.01)
     assert again.uniformity.gap == pytest.approx(record["uniformity"]["gap"], abs=5e-4)
     said = " ".join(check_text(checked).split())
     assert (
