@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from geoprint.errors import how_many
-from geoprint.reporting.records.evidence import STAGES, EvidenceRecord, ExecutedRecord, ParsedRecord, SeenRecord, Stage
+from geoprint.postprocessor.rapid import Executed
+from geoprint.reporting.records.evidence import STAGES, EvidenceRecord, ParsedRecord, SeenRecord, Stage
 
 # What each stage is called.
 WORDS: dict[Stage, str] = {
@@ -51,16 +53,17 @@ def of_all(record: Sequence[EvidenceRecord]) -> EvidenceRecord:
     )
     if len(record) == 1 or len(executed) < len(record):
         return first if len(record) == 1 else first.model_copy(update={"parsed": parsed, "executed": None})
-    update = {
-        "lines": sum(one.lines for one in executed),
-        "lines_executed": sum(one.lines_executed for one in executed),
-        "not_executed": tuple(each for one in executed for each in one.not_executed),
-        "largest_motion_mm": max(one.largest_motion_mm for one in executed),
-        "largest_move_time_s": max(one.largest_move_time_s for one in executed),
-        "largest_run_time_share": max(one.largest_run_time_share for one in executed),
-        "largest_output_mm": max(one.largest_output_mm for one in executed),
-    }
-    return first.model_copy(update={"parsed": parsed, "executed": executed[0].model_copy(update=update)})
+    together = replace(
+        executed[0],
+        statements=sum(one.statements for one in executed),
+        executed=sum(one.executed for one in executed),
+        not_executed=tuple(each for one in executed for each in one.not_executed),
+        motion=max(one.motion for one in executed),
+        move_time=max(one.move_time for one in executed),
+        run_time=max(one.run_time for one in executed),
+        outputs=max(one.outputs for one in executed),
+    )
+    return first.model_copy(update={"parsed": parsed, "executed": together})
 
 
 def seen_rows(seen: Sequence[SeenRecord], *, program_sha256: str) -> list[tuple[str, str]]:
@@ -76,15 +79,15 @@ def seen_rows(seen: Sequence[SeenRecord], *, program_sha256: str) -> list[tuple[
     return rows
 
 
-def _executed(found: ExecutedRecord) -> list[tuple[str, str]]:
+def _executed(found: Executed) -> list[tuple[str, str]]:
     """Return how a program was executed, how far that lies from the plan, and what nobody can tell."""
     missed = sum(len(each.lines) for each in found.not_executed)
     left = f", not executed {missed} (plan.json says why)" if missed else ""
-    lines = f"{found.lines_executed} of {found.lines} lines{left}"
+    lines = f"{found.executed} of {found.statements} lines{left}"
     how = f"by geoprint, without a controller, in {how_many(len(found.scenarios), 'scenario')}: {lines}"
     off = (
-        f"at most {found.largest_motion_mm:.4f} mm, outputs {found.largest_output_mm:.4f} mm, a move "
-        f"{found.largest_move_time_s * 1e3:.2f} ms, a run {found.largest_run_time_share:.2%} of its time"
+        f"at most {found.motion:.4f} mm, outputs {found.outputs:.4f} mm, a move "
+        f"{found.move_time * 1e3:.2f} ms, a run {found.run_time:.2%} of its time"
     )
     rows = [("executed", how), ("off the plan", off)]
     return [*rows, (NOT_SIMULATED, "; ".join(found.not_known))] if found.not_known else rows

@@ -11,7 +11,7 @@ import numpy as np
 from geoprint.model import Bend, FloatArray, IntArray, JointPath, PoseStream, Program, Targets
 from geoprint.postprocessor.rapid import CELL_MODULE, STACK_MODULE, Executed, Timeline, as_new
 from geoprint.reporting.prints import record_deposited, record_table_pose
-from geoprint.reporting.records.evidence import EvidenceRecord, ExecutedRecord, NotExecutedRecord, ParsedRecord
+from geoprint.reporting.records.evidence import EvidenceRecord, ParsedRecord
 from geoprint.reporting.records.plan import (
     BendRecord,
     ClearanceRecord,
@@ -69,34 +69,8 @@ def record_evidence(program: Program, executed: Executed) -> EvidenceRecord:
             lines=sum(len(text.splitlines()) for _, text in program.modules),
             targets=program.targets,
         ),
-        executed=record_executed(executed),
+        executed=executed,
     )
-
-
-def record_executed(found: Executed) -> ExecutedRecord:
-    """Return what was executed of a program that moves target by target as planned, so that its figures are finite."""
-    return ExecutedRecord(
-        scenarios=found.scenarios,
-        lines=found.statements,
-        lines_executed=found.executed,
-        not_executed=tuple(
-            NotExecutedRecord(file=file, lines=tuple(lines), reason=reason)
-            for (file, reason), lines in _by_reason(found).items()
-        ),
-        largest_motion_mm=found.motion,
-        largest_move_time_s=found.move_time,
-        largest_run_time_share=found.run_time,
-        largest_output_mm=found.outputs,
-        not_known=found.not_known,
-    )
-
-
-def _by_reason(found: Executed) -> dict[tuple[str, str], list[int]]:
-    """Return the lines that were not executed by their module and reason."""
-    lines: dict[tuple[str, str], list[int]] = {}
-    for file, line, reason in found.not_executed:
-        lines.setdefault((file, reason), []).append(line)
-    return lines
 
 
 def program_digest(modules: Iterable[tuple[str, str]]) -> str:

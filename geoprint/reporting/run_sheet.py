@@ -36,7 +36,7 @@ from geoprint.reporting.records.plan import (
     RobotRecord,
 )
 from geoprint.reporting.records.rounding import as_json
-from geoprint.reporting.robot_summary import record_executed, record_switching
+from geoprint.reporting.robot_summary import record_switching
 
 # The run sheet of a program over a tilting table: its attitudes in order, what to bring the table to, what to set.
 
@@ -294,7 +294,7 @@ def _executed_now(checked: Checked, record: EvidenceRecord) -> EvidenceRecord:
     """Return what plan.json says, but executed in this check; not at all where it goes to other targets."""
     found = checked.executed
     same = found is not None and np.isfinite([found.motion, found.outputs]).all()
-    return record.model_copy(update={"executed": record_executed(found) if found is not None and same else None})
+    return EvidenceRecord.of(record, executed=found if same else None)
 
 
 def entry(label: str, texts: Sequence[str], *, width: int | None) -> list[str]:

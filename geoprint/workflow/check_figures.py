@@ -26,9 +26,10 @@ from geoprint.postprocessor.rapid import CONTROLLER_FOLDER, STACK_MODULE, contro
 from geoprint.process import bore_of, exposure, pressure_for
 from geoprint.reporting.cautions import coverage_warnings, placement_texts
 from geoprint.reporting.check import Checked, Finding
+from geoprint.reporting.records.evidence import EvidenceRecord
 from geoprint.reporting.records.plan import PlanRecord, RobotRecord
 from geoprint.reporting.records.rounding import as_json
-from geoprint.reporting.robot_summary import record_executed, record_switching
+from geoprint.reporting.robot_summary import record_switching
 from geoprint.robot.arm import Arm, check_load, unconfirmed_kinematics
 from geoprint.robot.timing import joints_at, tips_at, unconfirmed_speeds
 from geoprint.toolpath import largest_lean, mean_lean
@@ -327,8 +328,9 @@ def _program_findings(one: Checked, setup: Setup, orders: Orders, of: RobotRecor
     if of.evidence.program_sha256 != one.program_sha256:
         yield Finding(PLAN, 1, f"{at}.evidence.program_sha256 is not the hash of the program that lies here")
     if one.executed is not None and np.isfinite([one.executed.motion, one.executed.outputs]).all():
-        executed = as_json(record_executed(one.executed))
-        said = {} if of.evidence.executed is None else as_json(of.evidence.executed)
+        evidence = as_json(EvidenceRecord.of(of.evidence, executed=one.executed))
+        executed = cast("Mapping[str, Json]", evidence["executed"])
+        said = as_json(of.evidence).get("executed", {})
         yield from figures(PLAN, f"{at}.evidence.executed", said, executed, near=EVIDENCE_NEAR)
 
 

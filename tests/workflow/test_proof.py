@@ -11,10 +11,11 @@ import pytest
 
 import geoprint
 from geoprint.errors import UsageError, VerificationError
+from geoprint.postprocessor.rapid.executed import Executed, NotExecuted
 from geoprint.reporting import PlanRecord, check_summary, read_record
 from geoprint.reporting.evidence import evidence_rows
 from geoprint.reporting.part_report import evidence_table
-from geoprint.reporting.records.evidence import EvidenceRecord, ExecutedRecord, NotExecutedRecord
+from geoprint.reporting.records.evidence import EvidenceRecord
 from geoprint.reporting.records.plan import BendRecord
 from geoprint.reporting.stack_sheet import check_text
 from geoprint.results import Plan
@@ -184,10 +185,10 @@ def test_the_report_says_what_is_proven_of_each_backend(printed: Path, compared:
 
 
 def test_what_was_executed_here_says_that_this_is_no_controller(printed: Path) -> None:
-    executed = ExecutedRecord(
-        scenarios=("dry", "printing"), lines=322, lines_executed=320, largest_motion_mm=0.0004,
-        largest_move_time_s=0.00052, largest_run_time_share=0.0003, largest_output_mm=0.02, not_known=("lag", "ramps"),
-        not_executed=(NotExecutedRecord(file="GeoGuard.mod", lines=(44, 46), reason="an error"),),
+    executed = Executed(
+        scenarios=("dry", "printing"), statements=322, executed=320, motion=0.0004,
+        move_time=0.00052, run_time=0.0003, outputs=0.02, not_known=("lag", "ramps"),
+        not_executed=(NotExecuted(file="GeoGuard.mod", lines=(44, 46), reason="an error"),),
     )  # fmt: skip
     evidence = record(printed).model_copy(update={"executed": executed})
     rows = dict(evidence_rows(evidence, (), program_sha256=evidence.program_sha256))

@@ -11,7 +11,18 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import VerificationError, how_many
-from geoprint.model import BoolArray, Cell, FloatArray, IntArray, Placement, Signals, comparable
+from geoprint.model import (
+    BoolArray,
+    Cell,
+    Count,
+    FloatArray,
+    IntArray,
+    Placement,
+    Rounded,
+    Signals,
+    comparable,
+    recorded,
+)
 from geoprint.postprocessor.orders import Event, Orders
 from geoprint.postprocessor.rapid.expected import compare
 from geoprint.postprocessor.rapid.language.syntax import Module, Place, Series, Value, refusal, refuse
@@ -264,7 +275,27 @@ _Ran: TypeAlias = tuple[str, Mapping[str, tuple[IntArray, BoolArray]]]
 
 
 @final
-@comparable
+@recorded("NotExecutedRecord")
+class NotExecuted:
+    """Lines of a module that nothing here executed, for one reason.
+
+    Attributes:
+        file: of the program, or of what a controller keeps for it.
+        lines: from 1.
+        reason: what alone leads there.
+    """
+
+    file: str
+    lines: tuple[Count, ...]
+    reason: str
+
+
+@final
+@recorded(
+    "ExecutedRecord",
+    statements="lines", executed="lines_executed", motion="largest_motion_mm", move_time="largest_move_time_s",
+    run_time="largest_run_time_share", outputs="largest_output_mm",
+)  # fmt: skip
 class Executed:
     """What was executed of a program, in figures.
 
@@ -272,7 +303,7 @@ class Executed:
         scenarios: how it was run, in words.
         statements: how many lines of its modules hold some.
         executed: how many of these were executed, each statement in at least one scenario.
-        not_executed: file and line of the others, and what alone leads there.
+        not_executed: the others.
         motion: how far a target lies from where the plan has it, at most [mm].
         move_time: by how much a move takes longer or shorter than planned, at most [s]; corners are passed as their
             parabolas are long, ramps are left out.
@@ -282,14 +313,14 @@ class Executed:
     """
 
     scenarios: tuple[str, ...]
-    statements: int
-    executed: int
-    not_executed: tuple[tuple[str, int, str], ...]
-    motion: float
-    move_time: float
-    run_time: float
-    outputs: float
-    not_known: tuple[str, ...] = NOT_KNOWN
+    statements: Count
+    executed: Count
+    not_executed: tuple[NotExecuted, ...]
+    motion: Rounded
+    move_time: Rounded
+    run_time: Rounded
+    outputs: Rounded
+    not_known: tuple[str, ...]
 
 
 @final
@@ -426,16 +457,19 @@ def _figures(
     }
     missed: set[tuple[str, int, str]] = set()
     count = done = 0
-    for file, (lines, _) in made.execution.statements.items():
+    for file, (written, _) in made.execution.statements.items():
         seen: BoolArray = np.logical_or.reduce([statements[file][1] for _, statements in ran])
-        left = np.unique(lines[~seen])
-        count, done = count + np.unique(lines).size, done + np.unique(lines).size - left.size
+        left = np.unique(written[~seen])
+        count, done = count + np.unique(written).size, done + np.unique(written).size - left.size
         missed |= {(file, line, _ERROR if (file, line) in handled else _ELSE) for line in left.tolist()}
     motion, move_time, run_time = deviations(made, orders, placement=placement)
     outputs = switching_deviation(made, events) if made.count == orders.count else np.inf
-    return Executed(
-        tuple(name for name, _ in ran), count, done, tuple(sorted(missed)), motion, move_time, run_time, outputs
-    )
+    lines: dict[tuple[str, str], list[int]] = {}
+    for file, line, reason in sorted(missed):
+        lines.setdefault((file, reason), []).append(line)
+    left_out = tuple(NotExecuted(file, tuple(some), reason) for (file, reason), some in lines.items())
+    names = tuple(name for name, _ in ran)
+    return Executed(names, count, done, left_out, motion, move_time, run_time, outputs, NOT_KNOWN)
 
 
 def switching_deviation(made: Made, events: tuple[Event, ...]) -> float:

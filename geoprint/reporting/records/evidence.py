@@ -6,7 +6,8 @@ from typing import Literal, TypeAlias, get_args
 
 from pydantic import Field
 
-from geoprint.model import Count, Rounded
+from geoprint.model import Count
+from geoprint.postprocessor.rapid import Executed
 from geoprint.reporting.records.rounding import Record
 
 # What people see a program do, each stage nearer to a print than the one before.
@@ -25,30 +26,6 @@ class ParsedRecord(Record):
     targets: Count = Field(description="that were read back and compared with the plan")
 
 
-class NotExecutedRecord(Record):
-    """Lines of a module that nothing here executed, for one reason."""
-
-    file: str = Field(description="of the program, or of what a controller keeps for it")
-    lines: tuple[Count, ...] = Field(description="from 1")
-    reason: str = Field(description="what alone leads there")
-
-
-class ExecutedRecord(Record):
-    """The program executed here, which is no controller."""
-
-    scenarios: tuple[str, ...] = Field(description="how it was run; each did what it must")
-    lines: Count = Field(description="that hold statements")
-    lines_executed: Count = Field(description="of these, in at least one scenario")
-    not_executed: tuple[NotExecutedRecord, ...] = Field(description="the others")
-    largest_motion_mm: Rounded = Field(description="from where the plan has a target")
-    largest_move_time_s: Rounded = Field(
-        description="by which a move takes longer or shorter than planned, ramps left out"
-    )
-    largest_run_time_share: Rounded = Field(description="the same of the moves of a run, as a share of its time")
-    largest_output_mm: Rounded = Field(description="along the path, from where the plan switches an output")
-    not_known: tuple[str, ...] = Field(description="what no simulation knows")
-
-
 class EvidenceRecord(Record):
     """What geoprint itself has proven of a program; it claims no more than that it was executed here."""
 
@@ -56,7 +33,7 @@ class EvidenceRecord(Record):
         description="of its modules in lower case, with their switches as written", pattern=_SHA256
     )
     parsed: ParsedRecord = Field(description="read back")
-    executed: ExecutedRecord | None = Field(default=None, description="left out where it was not executed")
+    executed: Executed | None = Field(default=None, description="left out where it was not executed")
 
 
 class SeenRecord(Record):

@@ -53,16 +53,17 @@ def test_a_program_is_executed_in_every_manner_and_does_what_the_plan_says() -> 
     )  # fmt: skip
     assert executed.motion < 1e-4
     assert executed.outputs < 2e-4
-    assert executed.executed + len(executed.not_executed) == executed.statements
+    assert executed.executed + sum(len(each.lines) for each in executed.not_executed) == executed.statements
 
 
 def test_what_no_scenario_executes_is_listed_with_its_reason() -> None:
     modules, proof = written()
     texts = dict([*modules, resident_module(CELL, PLACEMENT)])
-    lines = {(file, line): texts[file].split("\n")[line - 1].strip() for file, line, _ in proof.executed.not_executed}
+    missed = [(each.file, line) for each in proof.executed.not_executed for line in each.lines]
+    lines = {(file, line): texts[file].split("\n")[line - 1].strip() for file, line in missed}
     assert {words for (file, _), words in lines.items() if file == "GeoPrint.mod"} <= {"GeoSafe;", "RAISE;"}
     assert 0 < len(lines) < proof.executed.statements / 3
-    assert {reason for _, _, reason in proof.executed.not_executed} <= {
+    assert {each.reason for each in proof.executed.not_executed} <= {
         "an error that the controller raises", "a stop, a refusal or an answer that no scenario brings here",
     }  # fmt: skip
 
