@@ -85,9 +85,9 @@ def plan(
     # Before the imports, which take longer than all else until a part is read: what is mistyped is told at once.
     asked = None if surface is None else job_asked(surface, keys)
     from geoprint.postprocessor import check_writable
-    from geoprint.reporting import again_text, as_json as json_of, outcome_text, record_timings
+    from geoprint.reporting import as_json as json_of, outcome_text, record_timings, replanned_text
     from geoprint.reporting.prints import next_appraisal
-    from geoprint.workflow import best_placed, compiled_ahead, job_file_of, plan as run, save_plan, written_bundle
+    from geoprint.workflow import best_placed, job_file_of, plan as run, precompiled, save_plan, written_bundle
 
     bundle = None if again is None else written_bundle(again)
     changed = {name: value for name, value in keys.items() if name != "source"}
@@ -98,7 +98,7 @@ def plan(
     if job.layered and job.layer is None:
         _plan_stack(job, out, overwrite=overwrite, verbose=verbose, as_json=as_json)
         return
-    with watch(expected=planning_stages([job])) as observe, compiled_ahead():
+    with watch(expected=planning_stages([job])) as observe, precompiled():
         planned = run(best_placed(job, observe=observe), observe=observe)
         observe("writing")
         record = save_plan(planned, out, overwrite=overwrite, report=True)
@@ -107,7 +107,7 @@ def plan(
     wrote(out, "written and verified")
     if bundle is not None:
         differing = bundle.differing(out)
-        say(again_text(str(bundle.folder), written_by=bundle.version, differing=differing, changed=_named(changed)))
+        say(replanned_text(str(bundle.folder), written_by=bundle.version, differing=differing, changed=_named(changed)))
     if record.feedback is not None:
         say(next_appraisal(str(out)))
 
@@ -172,7 +172,7 @@ def compare(
     from geoprint.distance import compared_backends
     from geoprint.postprocessor import check_writable
     from geoprint.reporting import as_json as json_of, comparison_table
-    from geoprint.workflow import beside, best_placed, compare_parts, compiled_ahead, save_comparisons
+    from geoprint.workflow import beside, best_placed, compare_parts, precompiled, save_comparisons
 
     limit_memory(max_memory)
     out = _stated(jobs, out, command="compare")
@@ -186,7 +186,7 @@ def compare(
         return
     names = backends_of(backends)
     expected = planning_stages(jobs, backends=-(-len(names or compared_backends()) // PROCESSES))
-    with watch(expected=expected) as observe, compiled_ahead(), beside(PROCESSES - 1) as helper:
+    with watch(expected=expected) as observe, precompiled(), beside(PROCESSES - 1) as helper:
         jobs = [best_placed(job, observe=observe) for job in jobs]
         compared = compare_parts(jobs, backends=names, observe=observe, helper=helper)
         observe("writing")

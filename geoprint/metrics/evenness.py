@@ -96,7 +96,7 @@ def finely(curves: Polylines, *, spacing: float, area: float) -> Polylines:
     return Polylines(points[kept[curves.runs[owner]]], np.concatenate([[0], np.cumsum(counts[kept])]))
 
 
-def laid_path(
+def path_on_mesh(
     mesh: FlatMesh, places: SurfacePoints, curves: Polylines, distances: FloatArray, *, spacing: float, allowed: float
 ) -> SurfacePath:
     """Connect the places of polylines over a surface.
@@ -332,7 +332,7 @@ def _of_curves(surface: Surface, curves: Polylines, *, spacing: float, offset_up
     cut = finely(curves, spacing=spacing, area=float(face_areas(surface).sum()))
     places, off = closest(fine, cut.points)
     allowed = OFF_SURFACE_SHARE * spacing if offset_up_to is None else offset_up_to
-    path = laid_path(mesh, places, cut, off, spacing=spacing, allowed=allowed)
+    path = path_on_mesh(mesh, places, cut, off, spacing=spacing, allowed=allowed)
     return _Paths(fine, mesh, path, np.arange(path.lengths.size), off)
 
 

@@ -43,13 +43,13 @@ from geoprint.reporting.page import html_report as html_report
 from geoprint.reporting.pictures import figure as figure
 from geoprint.reporting.placement import proposal_summary as proposal_summary, proposal_text as proposal_text
 from geoprint.reporting.plan import (
-    again_text as again_text,
     outcome_text as outcome_text,
     patch_summary as patch_summary,
     patch_text as patch_text,
     peak_memory as peak_memory,
     record_plan as record_plan,
     record_timings as record_timings,
+    replanned_text as replanned_text,
     summary as summary,
 )
 from geoprint.reporting.records.comparison import (

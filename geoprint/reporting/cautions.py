@@ -19,7 +19,7 @@ from geoprint.model import Cell
 from geoprint.reporting.metrics import cover_text
 from geoprint.reporting.prints import feedback_notes, made_up_notes
 from geoprint.reporting.records.plan import FibresRecord, MotionRecord, PatchRecord, PlanRecord, RobotRecord
-from geoprint.reporting.verdict import coverage_advice, covering, middle_sentences
+from geoprint.reporting.verdict import coverage_advice, covering, medial_axis_sentences
 from geoprint.results import Plan, Side, Workpiece
 from geoprint.robot.placing import NOTABLE_SHARE
 from geoprint.toolpath import creases
@@ -113,7 +113,7 @@ def details_of(plan: Plan, record: PlanRecord) -> tuple[str, ...]:
     """
     return (
         *([record.surface.side.sentence] if _is_confirmed(record.surface.side) else []),
-        *middle_sentences(record.middles),
+        *medial_axis_sentences(record.middles),
         *(_inaccurate(record, least=NOTABLE_INACCURACY, below=LARGEST_INACCURACY) if plan.robot else ()),
         *(_near_borders(record.robot) if plan.job.place == "demo" else []),
         *_of_each(record.robot, _bends),

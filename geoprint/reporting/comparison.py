@@ -31,7 +31,7 @@ from geoprint.reporting.records.comparison import (
 from geoprint.reporting.records.plan import PlanRecord
 from geoprint.reporting.records.rounding import stamp
 from geoprint.reporting.tables import GAP as SEAM, Cells, fitting, grid, left_out, line_width, marked_lines
-from geoprint.reporting.verdict import middle_sentences, ranked, verdict
+from geoprint.reporting.verdict import medial_axis_sentences, ranked, verdict
 from geoprint.results import Comparison, FailedPart, Plan, Planned
 
 # From comparisons to what compare.json says of them, with what is said of each plan, and the report page.
@@ -305,7 +305,7 @@ def _mind(record: RecordedComparison, *, verbose: bool) -> list[str]:
     warnings = _of_all(record, lambda plan: [text for text in plan.warnings if text not in coverage_warnings(plan)])
     notes = _of_all(record, lambda plan: [text for text in plan.notes if text not in evener_backends(plan)])
     details = _of_all(
-        record, lambda plan: [text for text in plan.details if text not in middle_sentences(plan.middles)]
+        record, lambda plan: [text for text in plan.details if text not in medial_axis_sentences(plan.middles)]
     )
     unchecked = [text for plans in record.plans for text in _unchecked(plans)]
     return marked_lines(warnings=warnings, notes=notes, details=details, not_checked=unchecked, verbose=verbose)

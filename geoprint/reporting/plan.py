@@ -58,7 +58,7 @@ from geoprint.reporting.records.plan import (
 from geoprint.reporting.records.rounding import as_json, place_of, stamp
 from geoprint.reporting.robot_summary import LISTED_PLACES, record_robot
 from geoprint.reporting.tables import marked_lines
-from geoprint.results import Laid, Layer, Patch, Plan
+from geoprint.results import DepositedLayer, Layer, Patch, Plan
 from geoprint.toolpath import largest_lean, mean_lean
 
 # What is said of a patch that was cut from a body: the lines that a person reads, and the object for programs.
@@ -301,7 +301,7 @@ def _printed(plan: Plan) -> PrintedRecord | None:
     return record_printed(plan.printed, of_cell=says_errors(plan), standoff=standoff)
 
 
-def _deposition(deposited: Laid, plan: Plan) -> DepositionRecord:
+def _deposition(deposited: DepositedLayer, plan: Plan) -> DepositionRecord:
     cell = plan.workpiece.cell
     errors, flow = cell.errors or PrintErrors(), deposited.following_flow[deposited.following_flow > 0.0]
     rate = plan.poses.flow.max(keepdims=True) * cell.process.speed
@@ -413,7 +413,7 @@ def _path_lines(record: PlanRecord) -> list[str]:
     return [*lines, *feature_lines({settings.backend or "": record.features})]
 
 
-def again_text(folder: str, *, written_by: str, differing: Sequence[str], changed: Sequence[str]) -> str:
+def replanned_text(folder: str, *, written_by: str, differing: Sequence[str], changed: Sequence[str]) -> str:
     """Return the line on a bundle that was planned again.
 
     Args:

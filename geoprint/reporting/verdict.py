@@ -14,7 +14,7 @@ from geoprint.reporting.metrics import GAP, THICKNESS, cover_text
 from geoprint.reporting.records.comparison import PlannedRecord, RefusedRecord
 from geoprint.reporting.records.evenness import EvennessRecord
 from geoprint.reporting.records.rounding import listed
-from geoprint.results import TriedMiddle
+from geoprint.results import TriedMedialAxis
 
 # Uncovered or overlapped area below this share is not worth a word.
 NOTABLE = 0.001
@@ -43,7 +43,7 @@ def verdict(
         *printed,
         *_faults(order),
         *_same_middle(order),
-        *(text for row in order for text in middle_sentences(row.middles, backend=row.backend)),
+        *(text for row in order for text in medial_axis_sentences(row.middles, backend=row.backend)),
         *table_sentences(order),
         *_printing(order),
         *_levels(order),
@@ -70,7 +70,7 @@ def coverage_advice(measured: EvennessRecord, spacing: float) -> list[str]:
     return [f"Try {what}, or `--from best`, which looks for a source that covers more."]
 
 
-def middle_sentences(middles: Sequence[TriedMiddle], *, backend: str | None = None) -> list[str]:
+def medial_axis_sentences(middles: Sequence[TriedMedialAxis], *, backend: str | None = None) -> list[str]:
     """Say what becomes of contours where fronts meet, and what would with the other kind; nothing where none was tried.
 
     Args:

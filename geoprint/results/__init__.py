@@ -20,15 +20,15 @@ from geoprint.results.outcomes import (
     VolumeInspection as VolumeInspection,
 )
 from geoprint.results.plan import (
+    DepositedLayer as DepositedLayer,
     Fed as Fed,
     JoinedProgram as JoinedProgram,
-    Laid as Laid,
     Layer as Layer,
     Order as Order,
     Plan as Plan,
     RobotPlan as RobotPlan,
     Tilting as Tilting,
-    TriedMiddle as TriedMiddle,
+    TriedMedialAxis as TriedMedialAxis,
 )
 from geoprint.results.workpiece import (
     Orientation as Orientation,

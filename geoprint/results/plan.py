@@ -86,7 +86,7 @@ class Tilting:
 
 @final
 @frozen
-class Laid:
+class DepositedLayer:
     """Flow along the paths of a plan.
 
     Attributes:
@@ -129,7 +129,7 @@ class Fed:
 
 @final
 @recorded("MiddleRecord")
-class TriedMiddle:
+class TriedMedialAxis:
     """What may become of contours where fronts meet, and how they cover then.
 
     Attributes:
@@ -261,8 +261,8 @@ class Plan:
     robot: tuple[RobotPlan, ...]
     timings: tuple[tuple[str, float], ...]
     flattenings: tuple[Shown, ...]
-    deposited: Laid | None = None
-    middles: tuple[TriedMiddle, ...] = ()
+    deposited: DepositedLayer | None = None
+    middles: tuple[TriedMedialAxis, ...] = ()
     not_printable: str | None = None
     printed: Printed | None = None
     followed: FollowedLines | None = None

@@ -16,7 +16,7 @@ from geoprint.workflow.mesh_files import examine as examine, inspect_file as ins
 from geoprint.workflow.patches import PatchChoice as PatchChoice, cut_patch as cut_patch, patches_of as patches_of
 from geoprint.workflow.placing import best_placed as best_placed, propose_placement as propose_placement
 from geoprint.workflow.planning import plan as plan
-from geoprint.workflow.precompile import compiled_ahead as compiled_ahead
+from geoprint.workflow.precompile import precompiled as precompiled
 from geoprint.workflow.processes import beside as beside
 from geoprint.workflow.replan import job_file_of as job_file_of, job_from as job_from, written_bundle as written_bundle
 from geoprint.workflow.saving import save as save, save_comparisons as save_comparisons, save_plan as save_plan

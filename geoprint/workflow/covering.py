@@ -14,7 +14,7 @@ from geoprint.distance import Piecewise
 from geoprint.errors import FieldError
 from geoprint.metrics import Covering, DistanceErrors, Uniformity, distance_errors, printed, ranked, uniformity
 from geoprint.model import Cell, Contours, FloatArray, Placement, PrintErrors, ScalarField
-from geoprint.results import Layer, Plan, TriedMiddle, Workpiece
+from geoprint.results import Layer, Plan, TriedMedialAxis, Workpiece
 from geoprint.robot.placing import calibrate_fixture, position_uncertainty, turn_uncertainty
 from geoprint.toolpath import arrange, seams_of
 from geoprint.transforms import apply
@@ -157,8 +157,8 @@ def _covering(measured: Uniformity) -> Covering:
     return Covering(measured.gap, measured.overlap, measured.thickness.cv)
 
 
-def _tried(middle: str, paths: Plan, found: Uniformity, *, taken: bool) -> TriedMiddle:
-    return TriedMiddle(middle, *_covering(found), paths.toolpath.curves.count, taken)
+def _tried(middle: str, paths: Plan, found: Uniformity, *, taken: bool) -> TriedMedialAxis:
+    return TriedMedialAxis(middle, *_covering(found), paths.toolpath.curves.count, taken)
 
 
 # What the cell makes of a plan: its errors, and how even prints are expected to be.

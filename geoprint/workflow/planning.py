@@ -25,7 +25,7 @@ from geoprint.model import Cell, Clearance, FloatArray, JointPath, Placement, Po
 from geoprint.postprocessor import Orders, TipsAt, orders_of
 from geoprint.postprocessor.rapid import Executed, Timeline, check_timeline, check_times, proven_program, timeline
 from geoprint.process import following_flow
-from geoprint.results import Laid, Plan, RobotPlan, Workpiece
+from geoprint.results import DepositedLayer, Plan, RobotPlan, Workpiece
 from geoprint.robot.arm import Arm, check_load
 from geoprint.robot.collision import ClearanceCheck, runs_hit_by_links
 from geoprint.robot.controller import (
@@ -150,7 +150,7 @@ def _with_layer(covered: Measured, stage: Stages) -> Plan:
     paths, measured = covered
     workpiece = paths.workpiece
     with stage("layer"):
-        stream, deposited = _lay(paths.poses, measured.pose_widths, workpiece, spacing=paths.contours.spacing)
+        stream, deposited = _deposit(paths.poses, measured.pose_widths, workpiece, spacing=paths.contours.spacing)
     paths = _whole_layer(replace(paths, poses=stream, deposited=deposited))
     if workpiece.cell.table is not None:
         with stage("table"):
@@ -294,7 +294,9 @@ def _easing(paths: Plan, leaning: Leaning, check: ClearanceCheck) -> Easing:
     return Easing(process.speed, min(leaning.max_tilt, lowered), leaning.room, check.arm_touches)
 
 
-def _lay(poses: PoseStream, widths: FloatArray, workpiece: Workpiece, *, spacing: float) -> tuple[PoseStream, Laid]:
+def _deposit(
+    poses: PoseStream, widths: FloatArray, workpiece: Workpiece, *, spacing: float
+) -> tuple[PoseStream, DepositedLayer]:
     """Give a stream the flow that the cell's signals allow.
 
     'io' can only open and shut a valve, so the flow is constant; 'analog' sets it along the path, so it follows.
@@ -311,7 +313,7 @@ def _lay(poses: PoseStream, widths: FloatArray, workpiece: Workpiece, *, spacing
     cell = workpiece.cell
     wanted = poses.flow / (spacing * cell.process.layer_height)
     followed = following_flow(widths, deposit=poses.deposit, spacing=spacing, process=cell.process, wanted=wanted)
-    deposited = Laid(cell.signals.mode, spacing * float(wanted.max()), following_flow=followed)
+    deposited = DepositedLayer(cell.signals.mode, spacing * float(wanted.max()), following_flow=followed)
     return (replace(poses, flow=followed) if deposited.mode == "analog" else poses), deposited
 
 

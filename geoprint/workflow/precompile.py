@@ -44,7 +44,7 @@ GARBAGE = 100_000
 
 
 @contextmanager
-def compiled_ahead() -> Generator[None]:
+def precompiled() -> Generator[None]:
     """Compile beside the body what it will need, if nothing is kept of an earlier run, but can be, with a second core.
 
     The process ends with the body at the latest. Whether it did anything, or failed, makes no difference but of time.

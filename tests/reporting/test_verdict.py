@@ -11,8 +11,8 @@ from geoprint.config import job_of
 from geoprint.geometry.files import save_ply
 from geoprint.reporting import comparison_table, recorded_comparison, verdict
 from geoprint.reporting.records.comparison import PartRecord, PlannedRecord, RefusedRecord
-from geoprint.reporting.verdict import middle_sentences
-from geoprint.results import TriedMiddle
+from geoprint.reporting.verdict import medial_axis_sentences
+from geoprint.results import TriedMedialAxis
 from geoprint.workflow import compare
 from tests.meshes import comb, plate
 
@@ -202,19 +202,19 @@ def test_on_a_comb_with_fingers_narrower_than_a_spacing_nothing_is_even_enough(t
 
 
 def test_the_middle_that_was_taken_is_told_with_the_one_that_was_not_and_nothing_where_there_is_no_choice() -> None:
-    fitted = TriedMiddle(middle="fitted", gap=0.004, overlap=0.001, cv=0.01, runs=7, taken=True)
-    plain = TriedMiddle(middle="plain", gap=0.02, overlap=0.013, cv=0.05, runs=9, taken=False)
+    fitted = TriedMedialAxis(middle="fitted", gap=0.004, overlap=0.001, cv=0.01, runs=7, taken=True)
+    plain = TriedMedialAxis(middle="plain", gap=0.02, overlap=0.013, cv=0.05, runs=9, taken=False)
     said = "Area missed + covered twice: 0.4% + 0.1% in 7 runs; with `--set middle=plain`: 2.0% + 1.3% in 9 runs."
-    assert middle_sentences([plain, fitted]) == [f"At the medial axis, contours are fitted. {said}"]
-    assert middle_sentences([fitted, plain], backend="heat") == [
+    assert medial_axis_sentences([plain, fitted]) == [f"At the medial axis, contours are fitted. {said}"]
+    assert medial_axis_sentences([fitted, plain], backend="heat") == [
         f"At the medial axis, contours with heat are fitted. {said}"
     ]
-    assert middle_sentences([]) == middle_sentences([plain]) == middle_sentences([fitted]) == []
+    assert medial_axis_sentences([]) == medial_axis_sentences([plain]) == medial_axis_sentences([fitted]) == []
 
 
 def test_compared_backends_have_one_middle_and_that_is_said(record: PlannedRecord) -> None:
-    fitted = TriedMiddle(middle="fitted", gap=0.004, overlap=0.001, cv=0.01, runs=7, taken=True)
-    plain = TriedMiddle(middle="plain", gap=0.02, overlap=0.013, cv=0.05, runs=9, taken=False)
+    fitted = TriedMedialAxis(middle="fitted", gap=0.004, overlap=0.001, cv=0.01, runs=7, taken=True)
+    plain = TriedMedialAxis(middle="plain", gap=0.02, overlap=0.013, cv=0.05, runs=9, taken=False)
     rows = [like(record, name).model_copy(update={"middles": (fitted, plain)}) for name in ("a", "b")]
     alike = "At the medial axis, the backends use fitted contours, which suit the best of them"
     assert f"{alike}." in verdict("part", rows)

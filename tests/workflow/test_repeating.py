@@ -267,8 +267,8 @@ def test_the_command_says_whether_the_bytes_are_the_same(
 
 
 def test_another_version_is_named_where_bytes_differ() -> None:
-    from geoprint.reporting import again_text
+    from geoprint.reporting import replanned_text
 
-    said = again_text("old", written_by="0.0.1", differing=["plan.json"], changed=[])
+    said = replanned_text("old", written_by="0.0.1", differing=["plan.json"], changed=[])
     assert said.startswith("warning: replanned from old, but 1 file differs (plan.json")
     assert "it was written by geoprint 0.0.1, this is " in said

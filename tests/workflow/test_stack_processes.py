@@ -23,7 +23,7 @@ from geoprint.geometry.files import save_ply
 from geoprint.metrics.oracle import geodesic, tracing
 from geoprint.robot.controller import choice, fitting
 from geoprint.robot.reach import ladder
-from geoprint.workflow import compiled_ahead, plan, plan_stack, precompile
+from geoprint.workflow import plan, plan_stack, precompile, precompiled
 from geoprint.workflow.processes import FORSAKEN as ABANDONED, ended_at_once
 from tests.meshes import plate, spherical_cap
 from tests.workflow.layers_here import planning_here
@@ -251,11 +251,11 @@ def signatures(kernel: Callable[..., object]) -> set[object]:
 
 @pytest.mark.usefixtures("first_run")
 def test_a_process_compiles_beside_the_body_and_ends_with_it_whether_or_not_that_fails() -> None:
-    with compiled_ahead():
+    with precompiled():
         (beside,) = multiprocessing.active_children()
         assert beside.is_alive()
     assert multiprocessing.active_children() == []
-    with pytest.raises(ValueError, match="'1 beside'"), compiled_ahead():
+    with pytest.raises(ValueError, match="'1 beside'"), precompiled():
         float(f"{len(multiprocessing.active_children())} beside")
     assert multiprocessing.active_children() == []
 
@@ -273,7 +273,7 @@ def test_nothing_is_compiled_beside_a_later_run_or_on_a_single_core(
     monkeypatch: pytest.MonkeyPatch, place: object, name: str, answer: Callable[..., object]
 ) -> None:
     monkeypatch.setattr(place, name, answer)
-    with compiled_ahead():
+    with precompiled():
         assert multiprocessing.active_children() == []
 
 

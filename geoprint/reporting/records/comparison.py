@@ -21,7 +21,7 @@ from geoprint.reporting.records.plan import (
     SurfaceRecord,
 )
 from geoprint.reporting.records.rounding import Record
-from geoprint.results import TriedMiddle
+from geoprint.results import TriedMedialAxis
 
 # The schema of compare.json: what is said of each part, and of each backend that was asked to plan it.
 #
@@ -38,7 +38,7 @@ class PlannedRecord(Record):
     deposition: DepositionRecord | None = Field(description="as in plan.json")
     overhang: OverhangRecord | None = Field(default=None, description="as in plan.json")
     patches: tuple[PatchRecord, ...] = Field(description="as in plan.json")
-    middles: tuple[TriedMiddle, ...] = Field(default=(), description="as in plan.json")
+    middles: tuple[TriedMedialAxis, ...] = Field(default=(), description="as in plan.json")
     features: tuple[FeatureRecord, ...] = Field(default=(), description="as in plan.json")
     printable: bool | None = Field(description="null where that was not asked")
     not_printable: str | None = Field(description="why the robot cannot print it")

@@ -19,7 +19,7 @@ from geoprint.reporting.records.evenness import EvennessRecord, OverhangRecord
 from geoprint.reporting.records.evidence import EvidenceRecord
 from geoprint.reporting.records.inspection import FeedbackRecord
 from geoprint.reporting.records.rounding import Pair, Record
-from geoprint.results import Side, TriedMiddle, TriedSource
+from geoprint.results import Side, TriedMedialAxis, TriedSource
 from geoprint.robot.timing import Slowed
 
 # What features measure of a plan.
@@ -536,7 +536,7 @@ class PlanRecord(Record):
     field: FieldRecord = Field(description="of distance that the paths follow")
     patches: tuple[PatchRecord, ...] = Field(default=(), description="where the part was cut from a body")
     sources: tuple[TriedSource, ...] = Field(default=(), description="that were tried, where the best was asked for")
-    middles: tuple[TriedMiddle, ...] = Field(default=(), description="that were tried, where the best was sought")
+    middles: tuple[TriedMedialAxis, ...] = Field(default=(), description="that were tried, where the best was sought")
     chart: ChartRecord | None = Field(default=None, description="of a backend that works in the plane")
     uniformity: EvennessRecord | None = Field(default=None, description="left out where it was not measured")
     deposition: DepositionRecord | None = Field(default=None, description="of material")
