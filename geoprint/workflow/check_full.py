@@ -79,7 +79,7 @@ def repeat(
         findings += _uneven(even, record.uniformity)
     seconds = time.perf_counter() - started
     clear, lifted = _narrowest(printing), _narrowest(dry)
-    record = RepeatedRecord(
+    repeated = RepeatedRecord(
         smallest_mm=None if clear is None else clear.smallest,
         arm_smallest_mm=None if clear is None else clear.arm_smallest,
         tip_margin_mm=None if clear is None else clear.tip_margin,
@@ -88,7 +88,7 @@ def repeat(
         seconds=seconds,
         peak_memory_mb=peak_memory(),
     )
-    return record, tuple(findings)
+    return repeated, tuple(findings)
 
 
 def _narrowest(found: Sequence[Clearance]) -> Clearance | None:
