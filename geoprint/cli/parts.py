@@ -123,16 +123,9 @@ def remesh(
     _check_ply(out, overwrite=overwrite)
     with watch("remeshing"):
         found = remesh_file(
-            surface,
-            unit=unit,
-            label=label,
-            thin=thin,
-            threshold=threshold,
-            wavelength=smooth,
-            edge_length=edge_length,
-            faces=faces,
-            max_deviation=max_deviation,
-        )
+            surface, unit=unit, label=label, thin=thin, threshold=threshold, wavelength=smooth,
+            edge_length=edge_length, faces=faces, max_deviation=max_deviation,
+        )  # fmt: skip
     save_ply(found.after, out)
     result(remeshing_text(found), lambda: remeshing_summary(found), as_json=as_json)
     wrote(out)

@@ -170,7 +170,6 @@ def appraise(
             record, text = _of_print(files[0], plan, how, out=out, overwrite=overwrite)
         else:
             record, text = _of_part(files[0], (part, unit, most), how, out=out, overwrite=overwrite)
-    # Of several photographs no one is the print.
     _tell(record, text, plan=plan if len(files) == 1 else None, out=out, as_json=as_json)
 
 
