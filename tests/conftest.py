@@ -28,6 +28,8 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 # Every process that tests start would otherwise compile the whole package, and every run all tests.
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+# Workers of pytest-xdist have one, and results would be broken to it.
+os.environ.pop("COLUMNS", None)
 
 _CLOCK = Clock()
 # What the extra `slow` installs, because the tests that need it are slow with it.

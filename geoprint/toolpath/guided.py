@@ -367,7 +367,7 @@ class GuidedPattern:
 
     Examples:
         >>> GuidedPattern.title
-        'rows beside a drawn curve'
+        'rows along a drawn curve'
     """
 
     title: ClassVar[str] = "rows along a drawn curve"

@@ -180,7 +180,7 @@ class SpiralPattern:
 
     Examples:
         >>> SpiralPattern.title
-        'one stroke from the rim to the middle'
+        'one path from the rim to the centre'
     """
 
     title: ClassVar[str] = "one path from the rim to the centre"

@@ -282,7 +282,7 @@ def test_the_body_of_a_bundle_is_read_where_its_outline_is_needed(folder: Path) 
         ("a.png --plan plan --fiducials marks.csv --lens lens.toml", 3, "the lens is of photographs of 480 x 400"),
         ("a.png --plan plan --fiducials marks.csv --lens a.png", 2, "need its inner corners"),
         ("a.png --plan plan --fiducials marks.csv --lens a.png --lens lens.toml", 2, "`--lens` takes one lens"),
-        ("", 2, "`geoprint appraise` needs `FILES`: photographs of prints; "),
+        ("", 2, "`geoprint appraise` needs `FILES`: photographs of prints "),
     ],
 )
 def test_what_is_wrong_is_said_in_one_sentence(run: Run, line: str, status: int, complaint: str) -> None:

@@ -91,7 +91,7 @@ MISTAKES: dict[str, tuple[Callable[[Path], None], str, str]] = {
         f"plan {SMALL} --cell lacking.toml --place demo --out out",
         r"standoff_mm.*`geoprint init`",
     ),
-    "two sources": (two_sources, "plan two.toml --out out", r"give each its own"),
+    "two sources": (two_sources, "plan two.toml --out out", r"give each patch its own"),
     "older version": (older_bundle, "check old", r"`geoprint plan`"),
     "extra is not installed": (labels, "inspect labels.nii --label 2", r"pip install .*\[medical\]'"),
 }

@@ -246,7 +246,7 @@ def test_corners_are_no_faults_and_are_said_to_be_looked_at_for_gaps_alone() -> 
     assert not any(found.gaps(run) + found.blobs(run) + found.thin(run) for run in range(3))
     assert found.judged.all()
     (doubt,) = (each for each in doubts(found) if "corners" in each)
-    assert doubt.startswith(f"along {1.0 - found.measured.lone.mean():.0%} of the plan")
+    assert doubt.startswith(f"only gaps are judged along {1.0 - found.measured.lone.mean():.0%} of the plan")
 
 
 @pytest.mark.parametrize(("runs", "volume"), [(1, 1.5), (2, 1.0), (2, 1.5)])

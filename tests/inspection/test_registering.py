@@ -23,7 +23,7 @@ def test_without_open3d_it_is_said_what_to_install(monkeypatch: pytest.MonkeyPat
         assert name == "open3d"
 
     monkeypatch.setattr(importlib.util, "find_spec", nothing)
-    with pytest.raises(UsageError, match=r"laying scans onto parts needs the package open3d.*geoprint\[scan\]"):
+    with pytest.raises(UsageError, match=r"needs the package open3d.*\[scan\]"):
         registered(np.zeros((300, 3)), PLATE, None, start=np.eye(4))
 
 

@@ -245,7 +245,7 @@ def test_a_plate_twisted_by_a_right_angle_is_singular_and_refused() -> None:
     machine = hexapod()
     singular = pose((0.0, 0.0, 0.0), (0.0, 0.0, math.pi / 2.0))
     assert machine.margins(singular[None])[0] < 0.0
-    with pytest.raises(ReachError, match=r"hexapod: (with legs .* is singular|no pose of the plate)"):
+    with pytest.raises(ReachError, match=r"hexapod: (with legs .* singular|no pose of the plate)"):
         machine.plate(machine.axes(singular[None])[0])
 
 

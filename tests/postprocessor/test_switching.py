@@ -334,8 +334,8 @@ def test_a_lamp_that_is_dark_where_material_flows_or_in_its_lead_or_tail_is_seen
     [
         ({"valve_close": 5.0}, "would close before it opens"),
         ({"valve_open": 0.3}, "longer than the approach to a run"),
-        ({"uv_lead": 0.2}, "shorten them"),
-        ({"uv_tail": 0.2}, "shorten them"),
+        ({"uv_lead": 0.2}, "Shorten them"),
+        ({"uv_tail": 0.2}, "Shorten them"),
     ],
 )
 def test_lags_longer_than_the_motion_that_is_there_for_them_are_refused(lags: dict[str, float], reason: str) -> None:

@@ -169,5 +169,5 @@ def test_tips_of_square_corners_reach_outwards_and_those_beside_the_rim_stay() -
 
 
 def test_an_unknown_middle_is_refused() -> None:
-    with pytest.raises(UsageError, match="no middle 'wide'; choose one of: plain, fitted"):
+    with pytest.raises(UsageError, match="no `middle` 'wide'; choose one of: plain, fitted"):
         PATTERNS["contours"](middle="wide")

@@ -182,14 +182,14 @@ def test_every_piece_needs_a_line() -> None:
     first = _plate()
     both = united([first, Surface(first.vertices + np.array([0.0, 40.0, 0.0]), first.faces)])
     source = curve_source(both, _across(20.0))
-    with pytest.raises(UsageError, match="run beside a line with two ends"):
+    with pytest.raises(UsageError, match="need a line with two ends"):
         PATTERNS["guided"]().paths(both, source, backend=BACKENDS["heat"](both), spacing=1.0)
 
 
 def test_a_border_and_a_point_are_no_line() -> None:
     surface = _plate()
     for source in (boundary_source(surface), point_source(surface, np.zeros(3), tolerance=0.1)):
-        with pytest.raises(UsageError, match=r"draw one \(`--from curve.csv`"):
+        with pytest.raises(UsageError, match=r"Draw one \(`--from curve.csv`"):
             PATTERNS["guided"]().paths(surface, source, backend=BACKENDS["heat"](surface), spacing=1.0)
 
 

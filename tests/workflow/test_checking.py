@@ -209,7 +209,7 @@ EDITS: list[tuple[str, Callable[[str], str], str, str]] = [
     ("trajectory.csv", without_rows, "trajectory.csv", "passes target"),
     ("poses.csv", lambda text: text.replace("\n0,0,-1,0,", "\n0,0,-1,0,nan,", 1), "poses.csv", "number of columns"),
     ("targets.csv", lambda text: text.replace("\n0,0,", "\n9,0,", 1), "targets.csv", "do not rise"),
-    ("targets.csv", lambda text: rewritten(text, column=2, value="0"), "targets.csv", "no material is laid"),
+    ("targets.csv", lambda text: rewritten(text, column=2, value="0"), "targets.csv", "no material is deposited"),
     ("targets.csv", lambda text: rewritten(text, column=2, value="1"), "targets.csv", "after the last target"),
     ("targets.csv", lambda text: rewritten(text, column=3, value="1.0"), "targets.csv", "valve_close_s is 0.08 s, but"),
     ("targets.csv", lambda text: "\n".join([*text.split("\n")[:9], ""]), "targets.csv", "after the last target"),

@@ -359,7 +359,7 @@ def test_what_is_no_layer_is_refused(tmp_path: Path) -> None:
         compare(job_of(**asked, thickness=2.0, layer=5))
     with pytest.raises(UsageError, match="`--layer 2` needs a thickness"):
         plan(job_of(**asked, layer=2))
-    with pytest.raises(UsageError, match="`--pattern contours,spiral` is of a thickness"):
+    with pytest.raises(UsageError, match="`--pattern contours,spiral` needs a thickness"):
         plan(job_of(**asked, pattern="contours,spiral"))
     with pytest.raises(UsageError, match="over one patch"):
         job_of(**asked, thickness=2.0, patches=[{"at": [5, 5, 0], "radius": 2.0}, {"at": [15, 5, 0], "radius": 2.0}])
@@ -367,7 +367,7 @@ def test_what_is_no_layer_is_refused(tmp_path: Path) -> None:
         plan_stack(job_of(**asked), tmp_path / "device")
     low = tmp_path / "low.toml"
     low.write_text(packaged_cell_text("irb120-bent45").replace("layer_height_mm = 0.5", "layer_height_mm = 0.7"))
-    with pytest.raises(UsageError, match=r"ends within the lower half of layers of 0\.7 mm: raise"):
+    with pytest.raises(UsageError, match=r"ends within the lower half of layers of 0\.7 mm. Raise"):
         plan(job_of(**asked, thickness=1.4, layer=1, cell=low))
 
 

@@ -1,15 +1,15 @@
 MODULE GeoCell
-  ! Written by geoprint VERSION. Change the plan and write again, not this.
-  ! Fixture calibrated; touched points lie within 0.11 mm of where others put them.
+  ! Written by geoprint VERSION. Do not edit: change the plan and write it again.
+  ! Fixture calibrated; largest residual of the touched points: 0.11 mm.
   ! Surface known within 0.21 mm along its normal (95 %).
   ! Part: two rings
   ! Cell: bench; robot: irb120
   ! Spacing: 2.0000 mm; runs: 2; targets: 18
-  ! Checked: the text reads back as the plan: targets, speeds, zones, outputs, frames.
+  ! Checked: the text matches the plan: targets, speeds, zones, outputs, frames.
   ! Checked: clearance of the nozzle
   ! Not checked: the operator
   ! Not checked: the real cell. Run it dry and slowly first.
-  ! It runs only beside GeoResident.sys, which shuts off at stops: controller/first_load.md.
+  ! It needs GeoResident.sys, which shuts outputs off at stops: controller/first_load.md.
   PERS bool geoDryRun:=TRUE;
   PERS num geoSpeedPct:=25;
   PERS num geoFirstRun:=1;

@@ -1,16 +1,16 @@
 MODULE GeoGuard
-  ! What stands around the path: asks before it moves, refuses to deposit where it must not, shuts off.
-  ! GeoResident.sys of rapid/controller shuts off at stops and outlasts this program, which refuses to run without it.
-  ! What a person sets counts from the next start from main on; geoDryRun:=TRUE counts from the next run on.
-  ! Around moves that are given a time VelSet is 100: geoSpeedPct is in the time itself, so that it counts once.
+  ! Guards the path: asks before moving, refuses forbidden deposits, shuts outputs off.
+  ! It needs GeoResident.sys of rapid/controller, which shuts outputs off at stops and outlasts this program.
+  ! Settings count from the next start from main; geoDryRun:=TRUE counts from the next run.
+  ! Moves with a given time run at VelSet 100: their time already contains geoSpeedPct.
   VAR num geoOn:=0;
   VAR num geoPct:=25;
-  ! The run that was entered last; -1 until GeoBegin has asked everything.
+  ! The last run entered; -1 until GeoBegin has asked everything.
   VAR num geoRun:=-1;
   VAR bool geoPrints:=FALSE;
   VAR num geoFrom:=1;
   VAR bool geoCutShort:=FALSE;
-  ! Needs nothing but this program, so that error handlers can rely on it. A run that it ends has been cut short.
+  ! Depends only on this program, so that error handlers can rely on it. A run that it ends is cut short.
   PROC GeoSafe()
     SetDO doValve,0;
     SetDO doUV,0;
@@ -60,7 +60,7 @@ MODULE GeoGuard
     GeoSafe;
     RAISE;
   ENDPROC
-  ! The resident is called by name, so that a program without it loads and can say what is missing.
+  ! Calls the resident by name, so that a program without it loads and can report it.
   PROC GeoKeeper(string routine,INOUT num value)
     %routine% value;
   ERROR
@@ -114,7 +114,7 @@ MODULE GeoGuard
     GeoSafe;
     RAISE;
   ENDPROC
-  ! What the last print has left in the middle of a run; it is forgotten only when somebody prints anew.
+  ! A print that was cut short in a run is remembered until a new print starts.
   PROC GeoAskCutShort()
     VAR num left:=0;
     VAR num cut:=0;
@@ -174,7 +174,7 @@ MODULE GeoGuard
     GeoSafe;
     RAISE;
   ENDPROC
-  ! A target whose axes stand in other quadrants when it is lifted, with the configuration that it has then.
+  ! A target whose axes change quadrant when lifted, with its configuration there.
   FUNC robtarget GeoAloft(robtarget target,confdata lifted)
     IF geoOn=0 target.robconf:=lifted;
     RETURN target;

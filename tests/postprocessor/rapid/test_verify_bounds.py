@@ -244,7 +244,7 @@ def test_an_output_switches_within_a_fifth_of_a_micrometre_of_its_place(
     ("change", "words"),
     [
         ({"from_start": False}, "otherwise"), ({"value": 0.0}, "otherwise"), ({"signal": "douv"}, "otherwise"),
-        ({"move": -1}, "1 outputs switch in the move here, the plan switches 2"),
+        ({"move": -1}, "1 output to switch in the move here, the plan has 2"),
     ],
 )  # fmt: skip
 def test_an_output_that_switches_otherwise_or_not_at_all_is_found(

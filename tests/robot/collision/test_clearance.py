@@ -225,7 +225,7 @@ def test_obstacle_in_the_base_frame_gives_the_same_distance_wherever_the_part_st
 
 
 def test_path_without_deposit_is_refused():
-    with pytest.raises(InputError, match="lays no material"):
+    with pytest.raises(InputError, match="the path has no deposit"):
         check(run_of(pointing_down(LINE), deposit=np.zeros(len(LINE), dtype=np.bool_)))
 
 

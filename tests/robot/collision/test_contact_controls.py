@@ -103,7 +103,7 @@ def test_a_reach_beyond_12_mm_is_refused_wherever_it_stands(row: int) -> None:
     assert not world.touches(poses, reaches=reaches).any()
     for reach in (12.001, np.nan):
         reaches[row] = reach
-        with pytest.raises(InputError, match=r"inflated by (12\.0|nan) mm"):
+        with pytest.raises(InputError, match=r"grow by (12\.0|nan) mm"):
             world.touches(poses, reaches=reaches)
 
 

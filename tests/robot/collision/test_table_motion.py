@@ -97,7 +97,7 @@ def test_a_table_far_below_the_arm_moves_freely_and_one_below_the_needle_does_no
     assert moved(kind, np.array(up)) > 100.0
     with pytest.raises(ClearanceError, match=r"goes to attitude 1 of 1, .* at home") as error:
         moved(kind, np.array(up), lower=12.0)
-    assert "choose a home with the arm higher" in str(error.value)
+    assert "Choose a home with the arm higher" in str(error.value)
 
 
 def test_what_passes_only_between_two_attitudes_is_found() -> None:

@@ -207,5 +207,5 @@ def test_a_part_known_worse_than_the_stand_off_is_refused_with_both_figures() ->
     found = calibrated(TOUCHED, noise=NOISE)
     up = normal_uncertainty(found, TRUTH[None, :3, 3], normals=np.array([[0.0, 0.0, 1.0]]))
     refuse_uncertain(up, standoff=0.2, part="plate")
-    with pytest.raises(ClearanceError, match=r"plate stands: .*0\.20 mm off .*stand-off of 0\.19 mm"):
+    with pytest.raises(ClearanceError, match=r"plate uncertain: 0\.20 mm .*allowed are 0\.19 mm"):
         refuse_uncertain(up, standoff=0.19, part="plate")

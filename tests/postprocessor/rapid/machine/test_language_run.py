@@ -206,7 +206,7 @@ def test_nothing_unknown_is_stepped_over() -> None:
         "n:=elsewhere;": "elsewhere is no datum or signal",
         "MoveL [[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]\\Conc,v20,fine,tool0;": "the option Conc",
         "SetDO doValve\\SDelay:=1,1;": "the option SDelay",
-        "SetDO doValve;": "is given 1 arguments",
+        "SetDO doValve;": "is given 1 argument,",
         "go;": "is not given its parameter far",
         "Fixed:=3;": "is a constant",
     }.items():
