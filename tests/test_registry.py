@@ -164,7 +164,7 @@ def test_an_option_without_a_default_has_to_be_given(registry: Registry[Titled])
 def test_facts_and_options_that_make_no_sense_are_refused(registry: Registry[Titled]) -> None:
     registry.register("odd", Odd)
     entry = registry.find("odd")
-    with pytest.raises(UsageError, match=r"`summary` of the trial 'odd' that was registered is 3; it must be of the same kind"):
+    with pytest.raises(UsageError, match=r"`summary` of the trial 'odd' that was registered is 3; it must be of"):
         assert entry.summary
     with pytest.raises(UsageError, match=r"options of the trial 'odd' .* cannot be read"):
         entry.checked({})
