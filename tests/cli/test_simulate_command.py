@@ -158,9 +158,9 @@ def test_a_plan_without_a_robot_is_laid_by_its_paths(run: Run, tmp_path: Path) -
     record = record_of(run, tmp_path / "planned", "--flow", 1.2)
     assert record.laid_by == "paths"
     assert record.laid_mm3 / record.wanted_mm3 == pytest.approx(1.2, rel=1e-2)
-    status, _, stderr = run(tmp_path / "planned")
+    status, stdout, _ = run(tmp_path / "planned")
     assert status == 0
-    assert "by its paths, without a program" in stderr
+    assert "by its paths, without a program" in stdout
     assert run(tmp_path)[0] == 3
     assert run(tmp_path / "planned", "--flow", 0)[0] == 3
     assert run(tmp_path / "planned", "--tone", "film")[0] == 2

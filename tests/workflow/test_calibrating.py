@@ -28,7 +28,7 @@ from tests.meshes import plate
 CORNERS = "name,x,y,z\na,-50,50,0\nb,50,50,0\nc,50,-50,0\nd,-50,-50,0\nmiddle,0,0,0\nfar,200,0,0\n"
 TOUCHED = "name,x,y,z\na,250.1,50,30\nb,350,50.1,30\nc,350,-50,30.1\nd,250,-50.1,30\n"
 # What a plan says where it knows the surface worse than a third of its stand-off.
-WORSE = "of the stand-off: `geoprint calibrate --part`"
+WORSE = "of the stand-off. `geoprint calibrate --part`"
 
 
 def written(folder: Path, name: str, text: str) -> Path:
@@ -248,7 +248,7 @@ def test_a_calibrated_cell_that_does_not_state_the_parts_place_makes_programs_th
     assert record["robot"][0]["program"]["dry_run_only"] is True
     motion = record["robot"][0]["motion"]
     assert (motion["placement_calibrated"], motion["placement_missing"]) == (
-        True, ["where the part stands on the fixture (part_mm)"],
+        True, ["the pose of the part on the fixture (part_mm)"],
     )  # fmt: skip
     # Nobody knows how well the surface is known either.
     assert "surface_within_mm" not in record["robot"][0]["motion"]
@@ -256,8 +256,8 @@ def test_a_calibrated_cell_that_does_not_state_the_parts_place_makes_programs_th
     assert "RUNS DRY ONLY" in sheet
     assert "geoDryRun FALSE" not in sheet
     for text in (outcome_text(record_plan(planned)), sheet, modules["GeoCell.mod"], modules["GeoPrint.mod"]):
-        assert "not known" in text.lower()
-        assert "where the part stands on the fixture (part_mm)" in text
+        assert "unknown" in text.lower()
+        assert "the pose of the part on the fixture (part_mm)" in text
         assert "touched points)" not in text
 
 

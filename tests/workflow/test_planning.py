@@ -476,7 +476,7 @@ def test_a_calibrated_cell_writes_a_program_that_may_deposit(tmp_path: Path) -> 
     assert robot.placement.calibrated
     assert not robot.program.dry_run
     np.testing.assert_allclose(robot.placement.T_base_work[:3, 3], [280.0, -15.0, 50.0], atol=1e-9)
-    assert "NOT KNOWN" not in "".join(text for _, text in robot.program.modules)
+    assert "UNKNOWN" not in "".join(text for _, text in robot.program.modules)
 
 
 def test_backends_agree_on_a_plate_and_on_a_cylinder(tmp_path: Path) -> None:

@@ -252,7 +252,7 @@ def test_the_command_says_whether_the_bytes_are_the_same(
     out = tmp_path / "out"
     assert called(monkeypatch, "plan", "--from", heat, "--out", out) == 0
     said, noted = capsys.readouterr()
-    assert "no program: the robot cannot print this: " in said
+    assert "no program, the robot cannot print this: " in said
     assert f"replanned from {heat}: all files are identical" in noted
     # Only `plan` writes a report of one plan.
     (out / "report.html").unlink()
