@@ -9,7 +9,17 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from geoprint.model import FloatArray, IntArray
-from geoprint.robot.controller.targets import Course, _leaves, _nearest, _next_soon, _patterns, _run_of  # pyright: ignore[reportPrivateUsage]
+from geoprint.robot.controller.fitting import rounded_deviations, zones_of
+from geoprint.robot.controller.targets import (  # pyright: ignore[reportPrivateUsage]
+    Course,
+    _chain,
+    _leaves,
+    _nearest,
+    _next_soon,
+    _patterns,
+    _run_of,
+    rounded_chain,
+)
 from geoprint.transforms import same_sign
 from tests.robot.joint_paths import DOWN
 
@@ -125,3 +135,20 @@ def test_where_one_move_in_25_comes_too_soon_only_those_below_the_least_time_are
     assert _next_soon(made, rows, after=-1) == expected
     assert _next_soon(made, rows, after=39) == 40
     assert _next_soon(made, rows, after=40) is None
+
+
+def test_about_a_move_that_is_too_short_poses_count_and_not_what_the_path_bulges() -> None:
+    """Two poses 6 ms apart are 0.006 mm off a line, one on each side, and by what the path bulges may be 0.003 mm."""
+    times = 0.006 * np.arange(60.0)
+    tips = np.linspace([0.0, 0.0, 0.0], [5.9, 0.0, 0.0], 60)
+    tips[[30, 31], 1] = 0.006, -0.006
+    plain = course(tips, times)
+    allowed = plain.allowed.copy()
+    allowed[25:37] = 0.003
+    bulged = replace(plain, allowed=allowed, turns=np.where(allowed < 0.01, 1e-4, plain.turns))
+
+    rows, places = rounded_chain(bulged)
+    assert plain.shortest(rows).size == 0
+    np.testing.assert_array_equal(rows, rounded_chain(plain)[0])
+    assert rounded_deviations(tips, rows, places, zones_of(places, plain.resting(rows))).max() <= 0.01
+    assert plain.shortest(_chain(bulged)[0]).size > 0
