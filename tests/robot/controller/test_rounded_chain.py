@@ -10,16 +10,9 @@ from scipy.spatial.transform import Rotation
 
 from geoprint.model import FloatArray, IntArray
 from geoprint.robot.controller.fitting import rounded_deviations, zones_of
-from geoprint.robot.controller.targets import (  # pyright: ignore[reportPrivateUsage]
-    Course,
-    _chain,
-    _leaves,
-    _nearest,
-    _next_soon,
-    _patterns,
-    _run_of,
-    rounded_chain,
-)
+from geoprint.robot.controller.targets import Course, rounded_chain
+
+from geoprint.robot.controller.targets import _chain, _leaves, _nearest, _next_soon, _patterns, _run_of  # pyright: ignore[reportPrivateUsage]  # isort: skip
 from geoprint.transforms import same_sign
 from tests.robot.joint_paths import DOWN
 
