@@ -122,6 +122,6 @@ def test_without_second_libraries_the_same_program_is_written_and_said_not_to_be
         said[found] = capsys.readouterr().err
     for file in ("rapid/GeoPrint.mod", "rapid/GeoCell.mod", "trajectory.csv", "targets.csv"):
         assert (tmp_path / "neither" / file).read_bytes() == (tmp_path / "both" / file).read_bytes()
-    for word in ("the speeds, by a second library (toppra", "the kinematics, by a second library (pin"):
-        assert f"not checked: {word} is not installed)" in said["neither"]
+    for word in ("the speeds, by a second library: toppra", "the kinematics, by a second library: pin"):
+        assert f"not checked: {word} is not installed" in said["neither"]
         assert word not in said["both"]

@@ -75,7 +75,7 @@ def nothing(_folder: Path) -> None: ...
 
 # The proof and the change that was tried come through the whole chain.
 OUT_OF_REACH = (
-    r"`geoprint place`.*no direction within 15 degrees of the normal, turn or branch .* serves run 1 .*"
+    r"`geoprint place`.*no nozzle direction within 15 degrees of the normal, turn or branch .* reaches run 1 .*"
     r"`--cell irb120-straight160\.toml` prints it \(tried: the whole program is checked\)"
 )
 # What is typed, what it needs before, and what the sentence has to say of the next step.

@@ -245,7 +245,7 @@ def test_a_part_that_looks_alike_from_two_sides_with_a_plan_that_does_is_refused
     ratio = record.value.details["clearer"]
     assert isinstance(ratio, float)
     assert 1.0 <= ratio < 1.5
-    assert f"they lie {ratio:.2g} times nearer" in str(record.value)
+    assert f"The printed lines are {ratio:.2g} times nearer" in str(record.value)
 
 
 def test_a_patch_on_a_body_that_the_plan_does_not_know_is_refused(

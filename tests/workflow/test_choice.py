@@ -156,9 +156,9 @@ def test_the_better_middle_is_taken_and_both_are_told(tmp_path: Path) -> None:
     assert best.job.middle is None
     record = record_plan(best)
     assert [each.middle for each in record.middles] == ["fitted", "plain"]
-    (note,) = (note for note in record.details if "fronts meet" in note)
-    assert "contours are fitted; area missed + covered twice: 0.0% + 0.0% in 5 runs" in note
-    assert "in 4 runs if plain (`--set middle=plain`)" in note
+    (note,) = (note for note in record.details if "medial axis" in note)
+    assert "contours are fitted. Area missed + covered twice: 0.0% + 0.0% in 5 runs" in note
+    assert "with `--set middle=plain`: " in note
 
 
 def test_plain_contours_stay_where_they_leave_next_to_nothing(tmp_path: Path) -> None:

@@ -99,7 +99,7 @@ def test_several_parts_land_in_folders_of_their_own_and_compare_json_follows_its
     # One backend of the curved part is enough.
     save_comparisons([flat, broken, replace(curved, outcomes=curved.outcomes[1:])], tmp_path / "out")
     found = json.loads((tmp_path / "out" / "compare.json").read_text())
-    assert found["schema"] == 9
+    assert found["schema"] == 10
     assert [part["part"] for part in found["parts"]] == ["part.ply", "broken.ply", "part.ply"]
     assert set(found["parts"][0]) == SCHEMA_KEYS
     assert set(found["parts"][1]) == {"part", "failed"}
@@ -136,14 +136,14 @@ def test_the_verdict_tells_flat_parts_from_curved_ones(parts: tuple[Comparison |
     assert isinstance(flat, Comparison)
     assert isinstance(curved, Comparison)
     # Of what both cover alike the more even one comes first; corners and the middle leave a few per cent on a plate.
-    assert said_of(flat)[0].startswith("lscm covers part.ply most evenly: ")
+    assert said_of(flat)[0].startswith("lscm covers part.ply most evenly. ")
     for _, row in flat.planned:
         assert row.uniformity.thickness.cv < 0.05
         assert row.uniformity.gap < 0.01
     assert dict(curved.planned)["lscm"].uniformity.thickness.cv > 0.1
     assert said_of(curved)[0].startswith("heat covers part.ply best: ")
     assert "even enough" not in said_of(curved)[0]
-    assert any("lscm leaves" in sentence for sentence in said_of(curved))
+    assert any("lscm misses" in sentence for sentence in said_of(curved))
     assert any("number of levels differs" in sentence for sentence in said_of(curved))
     assert "The robot was left out: nothing says whether it can print these." in said_of(flat)
 

@@ -116,7 +116,7 @@ def test_the_folder_checks_and_says_how_its_program_is_loaded(device: tuple[Path
         assert f"in 2 layers and {first + second} attitudes of the table" in said
         assert f", attitudes 1 to {first}; then 20 s at home" in said
         assert f", attitudes {first + 1} to {first + second}" in said
-        assert "copy rapid/layer-01 to of rapid/" in said
+        assert "copy the folders layer-01 to layer-02 of rapid/" in said
         assert "only you can notice a wrong attitude" in said
         assert f"geoLastAttitude, 1 to {first + second}, ends the program after that attitude" in said
 

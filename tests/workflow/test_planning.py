@@ -349,7 +349,7 @@ def test_a_part_out_of_reach_is_refused_with_run_place_and_next_step(tmp_path: P
     text = packaged_cell_text("irb120-bent45").replace("[300, 0, 50]", "[900, 0, 50]")
     # The cell says how the plate is turned, so that no other orientation is tried.
     cell.write_text(text.replace("# demo_rpy_deg", "demo_rpy_deg"))
-    with pytest.raises(ReachError, match=r"run \d+ at \(.*move"):
+    with pytest.raises(ReachError, match=r"run \d+ at \(.*Move"):
         plan(job_of(surface=part, unit="mm", spacing=3.0, cell=cell, place="demo"))
 
 

@@ -262,8 +262,8 @@ def test_a_stack_is_not_held_against_layers_that_were_changed(device: tuple[Path
     folder = shutil.copytree(device[0], tmp_path / "device")
     shutil.rmtree(folder / "layer-01")
     text = check_text(check_folder(folder))
-    assert "layer-01  is not the plan that was made" in text
-    assert "rapid/GeoStack.pgf, line 1: a layer is not as it was planned" in text
+    assert "layer-01  differs from the plan that was made" in text
+    assert "rapid/GeoStack.pgf, line 1: a layer differs from its plan" in text
     (folder / "stack.json").write_text("{}", encoding="utf-8")
     text = check_text(check_folder(folder))
     assert "stack.json, line 1: " in text
@@ -291,7 +291,7 @@ def test_what_a_person_saw_the_program_of_a_stack_do_stands_on_its_run_sheet(
         record_seen(checked, "printed", note="fine")
     evidence = folder / "evidence.json"
     evidence.write_text(evidence.read_text().replace(seen.program_sha256, "0" * 64))
-    assert "does not count: seen of another program: loaded" in " ".join(check_text(check_folder(folder)).split())
+    assert "does not count: reported for another program: loaded" in " ".join(check_text(check_folder(folder)).split())
     evidence.write_text("{}")
     checked = check_folder(folder)
     (unread,) = checked.findings
