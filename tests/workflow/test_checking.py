@@ -163,7 +163,7 @@ def test_a_cell_with_all_that_it_may_have_plans_and_passes(tmp_path: Path) -> No
     assert first == pytest.approx([closed - 0.1, opened], abs=1e-3)
     assert last[0] < last[1]
     assert "    GeoFlood;\n" in (out / "rapid" / "GeoGuard.mod").read_text()
-    assert "Event Preset Time to 0.05 s or more" in sheet
+    assert "Event Preset Time to at least 0.05 s" in sheet
     assert "    GeoPrime;\n" in (out / "rapid" / "GeoGuard.mod").read_text()
     path = (out / "rapid" / "GeoPrint.mod").read_text()
     flow = r"TriggSpeed tGeoFlow,0\\Start,0\.05,aoFlow,(0\.1\d*)\*geoOn\\DipLag:=0\.05;"
