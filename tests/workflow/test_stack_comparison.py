@@ -129,8 +129,9 @@ def test_what_cannot_be_compared_as_stacks_is_refused(tmp_path: Path, monkeypatc
     with planning_here(), pytest.raises(FieldError, match=r"layer 1: "):
         compare_stacks(job, tmp_path / "out", backends=["lscm"])
     assert not (tmp_path / "out").exists()
-    command = (
-        f"compare {tmp_path}/ball.ply {tmp_path}/ball.ply --unit mm --spacing 1 --thickness 1 --out {tmp_path}/out"
-    )
+    # The part's own faults would come first: a ball has no rim.
+    flat = tmp_path / "plate.ply"
+    save_ply(plate((20.0, 12.0), (20, 12)), flat)
+    command = f"compare {flat} {flat} --unit mm --spacing 1 --thickness 1 --no-robot --out {tmp_path}/out"
     assert _status(monkeypatch, command) == 2
-    assert _status(monkeypatch, command.replace(f"{tmp_path}/ball.ply ", "", 1) + " --samples") == 2
+    assert _status(monkeypatch, command.replace(f"{flat} ", "", 1) + " --samples") == 2
