@@ -194,4 +194,4 @@ def test_a_part_out_of_reach_as_it_stands_is_tilted_until_it_is_reached(planned:
     again = demo_placement(planned.workpiece.part, position=cell.demo_position, rotation=cell.demo_turn)
     np.testing.assert_allclose(again.T_base_work, robot.placement.T_base_work, atol=1e-9)
     np.testing.assert_allclose(robot.placement.T_base_fixture[:3, 3], POSITION, atol=1e-9)
-    assert f"note: turned by {stated}" in outcome_text(record_plan(planned), verbose=True)
+    assert f"note: part turned by {stated}" in outcome_text(record_plan(planned), verbose=True)
