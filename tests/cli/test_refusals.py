@@ -204,8 +204,7 @@ def test_a_reader_that_is_gone_is_no_failure() -> None:
     os.close(reading)
     asked = [*GEOPRINT, "recommend", "--pressure", "20", "--rounds", "12", "--good", "10", "20", "--json"]
     done = subprocess.run(asked, stdout=writing, stderr=subprocess.PIPE, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    assert "20 kPa and 12 rounds beside" in done.stderr
+    assert (done.returncode, done.stderr) == (0, "")
     shown = subprocess.run([*GEOPRINT, "--help"], stdout=writing, stderr=subprocess.PIPE, text=True, check=False)
     os.close(writing)
     assert (shown.returncode, shown.stderr) == (0, "")
