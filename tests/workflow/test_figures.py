@@ -91,7 +91,7 @@ def test_what_a_plan_chooses_is_found_by_planning_it_again(
     assert check_folder(valve, full=True).findings == ()
     again = plan(geoprint.job_from(valve))
 
-    def planned(_: object) -> Plan:
+    def planned(_: object, *, observe: object) -> Plan:  # noqa: ARG001
         return again
 
     # All of them are of one plan.

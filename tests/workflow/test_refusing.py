@@ -115,7 +115,9 @@ def test_hollow_too_narrow_for_the_needle_is_proved_and_a_thinner_one_named_that
     error = refusal(bowl, chain, seen=seen)
     assert isinstance(error, ClearanceError)
     message, details = str(error), error.details
-    assert message.startswith("the rim has no room; no nozzle direction within 15 degrees of the normal, turn or branch (")
+    assert message.startswith(
+        "the rim has no room; no nozzle direction within 15 degrees of the normal, turn or branch"
+    )
     assert ADVICE not in message
     assert "the nozzle has no room. A 25.4 mm needle of 22 gauge prints it (tried: the whole program is checked): " in (
         message

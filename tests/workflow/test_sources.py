@@ -114,7 +114,8 @@ def test_of_a_band_one_rim_covers_more_than_both_and_is_taken(tmp_path: Path) ->
     record = json.loads(json.dumps(summary(best)))
     assert [source["taken"] for source in record["sources"]] == [each.taken for each in tried.values()]
     assert any(
-        note.startswith(f"distance is measured from {taken.source}, which covers best. Area missed") for note in record["notes"]
+        note.startswith(f"distance is measured from {taken.source}, which covers best. Area missed")
+        for note in record["notes"]
     )
 
 
