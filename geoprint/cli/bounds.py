@@ -24,7 +24,7 @@ QUICK_STAGE = 1.0
 PATIENCE = 2.0
 # Addresses that the libraries take before any work [GB].
 LEAST_MEMORY = 1.5
-# The time that is left is told from this share of the expected work on, and this long after the start [s].
+# The time that is left is shown from this share of the expected work on, and this long after the start [s].
 TELLING_SHARE, TELLING_TIME = 0.05, 2.0
 # A stage that takes longer than expected never counts as more than this share of itself.
 MOST_OF_STAGE = 0.95

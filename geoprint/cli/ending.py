@@ -70,8 +70,8 @@ def _ended(error: BaseException) -> int:
         if "--json" in sys.argv:
             import json
 
-            told = {"error": f"stopped; {kept}", "kind": "Stopped", "exit_status": STOPPED_BY_USER}
-            sys.stdout.write(f"{json.dumps(told)}\n")
+            stopped = {"error": f"stopped; {kept}", "kind": "Stopped", "exit_status": STOPPED_BY_USER}
+            sys.stdout.write(f"{json.dumps(stopped)}\n")
         sys.stderr.write(f"geoprint: stopped; {kept}\n")
         return STOPPED_BY_USER
     import traceback

@@ -82,7 +82,7 @@ def plan(
     again = source if isinstance(source, Path) else None
     if (surface is None) is (again is None):
         raise UsageError("give a part or a job file, or `--from` a bundle that shall be planned again: one of them.")
-    # Before the imports, which take longer than all else until a part is read: what is mistyped is told at once.
+    # Before the imports, which take longer than all else until a part is read: what is mistyped is named at once.
     asked = None if surface is None else job_asked(surface, keys)
     from geoprint.postprocessor import check_writable
     from geoprint.reporting import as_json as json_of, outcome_text, record_timings, replanned_text

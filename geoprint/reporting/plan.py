@@ -442,14 +442,14 @@ def replanned_text(folder: str, *, written_by: str, differing: Sequence[str], ch
 
 def _printed_text(record: PrintedRecord) -> str:
     """Return the line on the thickness in print."""
-    mend = (
+    cause = (
         "largest error source: the plan itself"
         if record.mend_first is None
         else f"largest error source: {WORDS[record.mend_first]}"
     )
     whose = "" if record.errors == "cell" else "; errors assumed from the packaged cell"
     return (
-        f"in print: thickness is expected to vary by {expected_text(record)}, 95% interval in brackets; {mend}{whose}"
+        f"in print: thickness is expected to vary by {expected_text(record)}, 95% interval in brackets; {cause}{whose}"
     )
 
 

@@ -153,9 +153,9 @@ class Course:
 
     def short(self, rows: IntArray) -> tuple[int, int]:
         """Return how many of these are shorter than the least time, and how many there are."""
-        return self.shortest(rows).size, self.soon(rows).size
+        return self.too_short(rows).size, self.soon(rows).size
 
-    def shortest(self, rows: IntArray) -> IntArray:
+    def too_short(self, rows: IntArray) -> IntArray:
         """Return the moves of a chain that deposit material and are shorter than the least time."""
         soon = self.soon(rows)
         return soon[np.diff(self.times[rows])[soon] < self.periods[0] * (1.0 - TIME_ROUNDING)]
@@ -163,7 +163,7 @@ class Course:
     def eased(self, rows: IntArray) -> Course:
         """Return a course on which poses about these may be off by all of the tolerance, however the path bulges."""
         allowed, turns = self.allowed.copy(), self.turns.copy()
-        for move in self.shortest(rows).tolist():
+        for move in self.too_short(rows).tolist():
             near = slice(rows[max(move - ABOUT, 0)], rows[min(move + 1 + ABOUT, rows.size - 1)] + 1)
             allowed[near], turns[near] = self.tolerance, ANGLE_TOLERANCE
         return replace(self, allowed=allowed, turns=turns)
@@ -175,9 +175,9 @@ def rounded_chain(course: Course) -> tuple[IntArray, FloatArray]:
     A move that no controller takes in time is worse than what the path bulges: about such a one only poses count.
     """
     rows, places = _chain(course)
-    if course.shortest(rows).size:
+    if course.too_short(rows).size:
         others, elsewhere = _chain(course.eased(rows))
-        if course.shortest(others).size < course.shortest(rows).size:
+        if course.too_short(others).size < course.too_short(rows).size:
             return others, elsewhere
     return rows, places
 

@@ -1,5 +1,7 @@
 """Parts of the chain with targets beside the path: times of patterns, and stretches that leave the tolerance."""
 
+# pyright: reportPrivateUsage=false
+
 from __future__ import annotations
 
 from dataclasses import replace
@@ -10,9 +12,16 @@ from scipy.spatial.transform import Rotation
 
 from geoprint.model import FloatArray, IntArray
 from geoprint.robot.controller.fitting import rounded_deviations, zones_of
-from geoprint.robot.controller.targets import Course, rounded_chain
-
-from geoprint.robot.controller.targets import _chain, _leaves, _nearest, _next_soon, _patterns, _run_of  # pyright: ignore[reportPrivateUsage]  # isort: skip
+from geoprint.robot.controller.targets import (
+    Course,
+    _chain,
+    _leaves,
+    _nearest,
+    _next_soon,
+    _patterns,
+    _run_of,
+    rounded_chain,
+)
 from geoprint.transforms import same_sign
 from tests.robot.joint_paths import DOWN
 
@@ -141,7 +150,7 @@ def test_about_a_move_that_is_too_short_poses_count_and_not_what_the_path_bulges
     bulged = replace(plain, allowed=allowed, turns=np.where(allowed < 0.01, 1e-4, plain.turns))
 
     rows, places = rounded_chain(bulged)
-    assert plain.shortest(rows).size == 0
+    assert plain.too_short(rows).size == 0
     np.testing.assert_array_equal(rows, rounded_chain(plain)[0])
     assert rounded_deviations(tips, rows, places, zones_of(places, plain.resting(rows))).max() <= 0.01
-    assert plain.shortest(_chain(bulged)[0]).size > 0
+    assert plain.too_short(_chain(bulged)[0]).size > 0
