@@ -12,6 +12,7 @@ throws it away.
 
 from __future__ import annotations
 
+from itertools import chain
 from pathlib import Path
 
 import geoprint
@@ -20,7 +21,7 @@ from benchmarks.guide.filming import film
 from benchmarks.guide.pictures import PICTURES
 from benchmarks.parts.tables import script_parser
 from geoprint.guide import Page, html_guide, pages
-from geoprint.guide.pages import NAMES
+from geoprint.guide.pages import NAMES, PARTS
 
 FOLDER = Path(geoprint.__file__).parent / "guide" / "pictures"
 INDEX = FOLDER.parent / "README.md"
@@ -55,17 +56,21 @@ def main() -> None:
 
 def index() -> str:
     """Return the list of the guide's pages for whoever looks into its folder."""
-    rows = [f"| {_linked(page)} | {page.summary} |" for page in pages()]
+    tables = [
+        ["", f"## {heading}", "", "| page | what it shows |", "|---|---|"]
+        + [f"| {_linked(page)} | {page.summary} |" for page in pages() if page.part == part]
+        for part, heading in PARTS.items()
+    ]
     words = (
         "`geoprint guide` lists these pages in a terminal, `geoprint guide NAME` shows one, and `geoprint guide --html "
         "FILE` writes all of them as one page that opens offline."
     )
-    return "\n".join(["# The guide", "", words, "", "| page | what it shows |", "|---|---|", *rows, ""])
+    return "\n".join(["# The guide", "", words, *chain(*tables), ""])
 
 
 def _linked(page: Page) -> str:
     # What the docstrings say stands in no file of its own.
-    return page.title if page.name == NAMES else f"[{page.title}](pages/{page.name}.md)"
+    return page.title if page.name == NAMES else f"[{page.title}](pages/{page.part}/{page.name}.md)"
 
 
 if __name__ == "__main__":

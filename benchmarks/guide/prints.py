@@ -32,7 +32,7 @@ WIDTH, COLOURS = 720, 128
 
 def appraised(data: Path) -> bytes:
     """Draw what the page finds in the photograph that its own block makes."""
-    blocks = page_named("appraise").blocks
+    blocks = page_named("inspection").blocks
     (made,) = (block.text for block in blocks if block.language == "python")
     (lens,) = (block.text for block in blocks if block.word == "lens.toml")
     data = data.resolve()

@@ -97,7 +97,7 @@ def spiral(data: Path) -> bytes:
 
 def guided(data: Path) -> bytes:
     """Draw the plate covered by rows beside the page's line, to the rim and within contours."""
-    (block,) = page_named("guided").blocks
+    (block,) = page_named("guided-rows").blocks
     line = [[float(number) for number in place.split(",")] for place in re.findall(r"-?\d+,-?\d+,0", block.text)]
     figure, axes = panels(2, width=8.2, height=3.3)
     for axis, contours in zip(axes, (0, 2), strict=True):
@@ -115,7 +115,7 @@ def guided(data: Path) -> bytes:
 
 def fibres(data: Path) -> bytes:
     """Draw the apex covered by the strokes along the page's fields."""
-    block = page_named("fibres").blocks[0]
+    block = page_named("fibers").blocks[0]
     figure, axes = panels(2, width=7.2, height=3.6)
     with tempfile.TemporaryDirectory() as folder:
         for axis, line in zip(axes, re.findall(r"(?s)printf '%s\\n' (.*?) > (\w+)\.toml", block.text), strict=True):
@@ -139,7 +139,7 @@ def fibres(data: Path) -> bytes:
 
 def widths(data: Path) -> bytes:
     """Draw the apex covered by the strokes of the page's field files, each as wide as it is."""
-    blocks = [block for block in page_named("widths").blocks if block.language == "toml"]
+    blocks = [block for block in page_named("fiber-width").blocks if block.language == "toml"]
     figure, axes = panels(len(blocks), width=7.2, height=3.6)
     with tempfile.TemporaryDirectory() as folder:
         for axis, block in zip(axes, blocks, strict=True):

@@ -1,6 +1,7 @@
 """The guide: pages of Markdown in `pages/`, each found by itself, and the whole as one HTML page that opens offline.
 
-A new page is one file there and its picture in `pictures/`, which `python -m benchmarks.guide` draws.
+They stand in four parts: tutorials, how-to, reference and explanation. A new page is one file there and its picture in
+`pictures/`, which `python -m benchmarks.guide` draws.
 """
 
 from geoprint.guide.pages import (

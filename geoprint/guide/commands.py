@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -42,13 +43,22 @@ def guide(
         _write(html, html_guide(shown), overwrite=overwrite)
         wrote(html)
     elif topic is None:
-        names = max(len(page.name) for page in shown)
-        lines = [f"{page.name:<{names}}  {page.title}: {page.summary[0].lower()}{page.summary[1:]}" for page in shown]
-        show("\n".join([*lines, "", "`geoprint guide NAME` shows a page, `geoprint guide --html FILE` writes all."]))
+        show(_listed(shown))
     else:
         page = page_named(topic)
         width = columns(sys.stdout)
         tell(_plain(page) if width is None else rendered(page, width=width))
+
+
+def _listed(shown: Sequence[Page]) -> str:
+    """Return a list of pages, part by part."""
+    from geoprint.guide.pages import PARTS
+
+    names = max(len(page.name) for page in shown)
+    lines: list[str] = []
+    for part, heading in PARTS.items():
+        lines += [heading, *(f"  {page.name:<{names}}  {page.title}" for page in shown if page.part == part), ""]
+    return "\n".join([*lines, "`geoprint guide NAME` shows a page, `geoprint guide --html FILE` writes all."])
 
 
 def _plain(page: Page) -> str:

@@ -1,10 +1,11 @@
 """The pages of the guide as their files have them.
 
-A page begins with what is said of it, a key a line between two lines of three hyphens:
+They stand in four folders of `pages/`: tutorials, how-to, reference and explanation. A page begins with what is said
+of it, a key a line between two lines of three hyphens:
 
     ---
     order: 10
-    title: The first comparison
+    title: Compare two planners on one part
     summary: Which backend covers a part more evenly.
     ---
 
@@ -177,13 +178,16 @@ def _items(lines: Sequence[str]) -> Sequence[str]:
     return [re.sub(r"^(\*{0,2}\w+)(?=: )", r"`\1`", item) for item in items]
 
 
+# The parts of the guide: the folders that its pages stand in, with their headings.
+PARTS = {"tutorials": "Tutorials", "how-to": "How-to", "reference": "Reference", "explanation": "Explanation"}
 # The page that is made from the docstrings.
-NAMES = "names"
+NAMES = "api"
+NAMES_ORDER = 1000
 NAMES_SUMMARY = "What the library has, stage by stage, with shapes and units, as its docstrings say it."
 _KEYS = ("order", "title", "summary")
 _BLOCK = re.compile(r"^```(\w+)(?: (\S+))?\n(.*?)^```$", re.DOTALL | re.MULTILINE)
-_PAGE_LINK = re.compile(r"(?<!!)\[([^\]]*)\]\(([\w-]+)\.md\)")
-_PAGE_PICTURE = re.compile(r"!\[([^\]]*)\]\(\.\./pictures/([^)\s]+)\)")
+_PAGE_LINK = re.compile(r"(?<!!)\[([^\]]*)\]\((?:\.\./[\w-]+/)?([\w-]+)\.md\)")
+_PAGE_PICTURE = re.compile(r"!\[([^\]]*)\]\(\.\./\.\./pictures/([^)\s]+)\)")
 
 
 @final
@@ -209,13 +213,15 @@ class Page:
 
     Attributes:
         name: that it is asked for by; that of its file.
-        order: pages stand in ascending order.
+        part: of the guide, a key of PARTS.
+        order: pages of a part stand in ascending order.
         title: of the page, a few words.
         summary: one sentence.
         read: returns its Markdown, without the title.
     """
 
     name: str
+    part: str
     order: int
     title: str
     summary: str
@@ -245,17 +251,16 @@ class Page:
 
 @cache
 def pages() -> tuple[Page, ...]:
-    """Return the pages in their order, those of features too; the last one lists the public names.
+    """Return the pages in their order, part by part, those of features too; one lists the public names.
 
     Raises:
         ValueError: a page lacks what has to stand at its head.
     """
-    own = [_read(file) for file in _folder("pages").iterdir() if file.name.endswith(".md")]
-    added = [_read(page, of=feature) for feature in features() if (page := feature.folder / PAGE).is_file()]
-    ordered = sorted([*own, *added], key=lambda page: page.order)
+    own = [_read(file, part=part) for part in PARTS for file in (_folder("pages") / part).iterdir()]
+    added = [_read(file, of=feature) for feature in features() if (file := feature.folder / PAGE).is_file()]
     # Read only where it is asked for: it imports everything.
-    last = Page(NAMES, ordered[-1].order + 1, "The public names", NAMES_SUMMARY, names_text)
-    return (*ordered, last)
+    names = Page(NAMES, "reference", NAMES_ORDER, "API: the public names", NAMES_SUMMARY, names_text)
+    return tuple(sorted([*own, *added, names], key=lambda page: ([*PARTS].index(page.part), page.order)))
 
 
 def page_named(name: str) -> Page:
@@ -282,7 +287,7 @@ def _folder(name: str) -> Traversable:
     return resources.files("geoprint.guide") / name
 
 
-def _read(file: Traversable, *, of: Feature | None = None) -> Page:
+def _read(file: Traversable, *, part: str = "how-to", of: Feature | None = None) -> Page:
     """Read one page; that of a feature bears the name of its folder."""
     text = file.read_text(encoding="utf-8")
     marked, _, body = text.removeprefix("---\n").partition("\n---\n")
@@ -291,7 +296,7 @@ def _read(file: Traversable, *, of: Feature | None = None) -> Page:
     if lacking or not body.strip():
         raise ValueError(f"the page {file.name} of the guide lacks {', '.join(lacking) or 'a text'} at its head.")
     name, written = file.name.removesuffix(".md") if of is None else of.folder.name, f"{body.strip()}\n"
-    return Page(name, int(head["order"]), head["title"], head["summary"], lambda: written)
+    return Page(name, part, int(head["order"]), head["title"], head["summary"], lambda: written)
 
 
 # The whole guide as one HTML page: it opens offline, in any browser; nothing is fetched and nothing runs.
@@ -299,8 +304,8 @@ def _read(file: Traversable, *, of: Feature | None = None) -> Page:
 
 _TYPES = {"png": "image/png", "svg": "image/svg+xml"}
 _FENCE = re.compile(r"^```(\w+) (\S+)$", re.MULTILINE)
-_PICTURE = re.compile(r'src="\.\./pictures/([^"]+)"')
-_LINK = re.compile(r'href="([\w-]+)\.md"')
+_PICTURE = re.compile(r'src="\.\./\.\./pictures/([^"]+)"')
+_LINK = re.compile(r'href="(?:\.\./[\w-]+/)?([\w-]+)\.md"')
 
 
 def html_guide(shown: Sequence[Page], *, title: str = "geoprint: the guide") -> bytes:
@@ -313,7 +318,11 @@ def html_guide(shown: Sequence[Page], *, title: str = "geoprint: the guide") -> 
     Returns:
         UTF-8 HTML with every picture in it; the same for the same pages.
     """
-    contents = "".join(f'<li><a href="#{page.name}">{html.escape(page.title)}</a></li>\n' for page in shown)
+    contents = "".join(
+        f"<h2>{heading}</h2>\n<ol>\n{''.join(map(_listed, of_part))}</ol>\n"
+        for part, heading in PARTS.items()
+        if (of_part := [page for page in shown if page.part == part])
+    )
     text = Template(_packaged("guide.html")).substitute(
         title=html.escape(title),
         style=_packaged("guide.css"),
@@ -321,6 +330,11 @@ def html_guide(shown: Sequence[Page], *, title: str = "geoprint: the guide") -> 
         pages="\n".join(map(_section, shown)),
     )
     return text.encode("utf-8")
+
+
+def _listed(page: Page) -> str:
+    """Return the entry of a page in the contents."""
+    return f'<li><a href="#{page.name}">{html.escape(page.title)}</a></li>\n'
 
 
 def _section(page: Page) -> str:

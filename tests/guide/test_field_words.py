@@ -29,7 +29,7 @@ def test_the_help_names_them_where_ours_differ(
         assert word in shown
 
 
-@pytest.mark.parametrize("text", [README, page_named("words").text], ids=["README", "page"])
+@pytest.mark.parametrize("text", [README, page_named("glossary").text], ids=["README", "page"])
 @pytest.mark.parametrize(
     ("ours", "field"),
     [
@@ -47,7 +47,7 @@ def test_readme_and_guide_pair_them(text: str, ours: str, field: str) -> None:
     assert any(ours in each and field in each for each in paragraphs)
 
 
-@pytest.mark.parametrize("text", [README, page_named("checked").text], ids=["README", "page"])
+@pytest.mark.parametrize("text", [README, page_named("checks").text], ids=["README", "page"])
 def test_what_geoprint_is_not_is_said(text: str) -> None:
     for words in ("no beating heart", "no medical device", "slices no solids"):
         assert words in said(text)

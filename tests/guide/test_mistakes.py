@@ -139,7 +139,7 @@ def test_an_option_that_holds_once_is_refused_where_it_is_given_twice(capsys: py
 
 
 def test_the_page_on_refusals_lists_all_of_them() -> None:
-    mistakes, _, _ = page_named("refused").text.partition("When the arm or the nozzle cannot print")
+    mistakes, _, _ = page_named("troubleshooting").text.partition("When the arm or the nozzle cannot print")
     rows = [line for line in mistakes.splitlines() if line.startswith("| ")][1:]
     assert len(rows) == len(MISTAKES)
     for mistake, row in zip(MISTAKES, rows, strict=True):

@@ -12,7 +12,7 @@ from geoprint.guide.pages import STAGES, public_names
 from tests.architecture.whole_code_base import whole_code_base
 from tests.shared_plans import SharedPlans
 
-TEXT = page_named("names").text
+TEXT = page_named("api").text
 # Packages that are not for scripts: the command line, this guide, figures of plain values, and what holds no names.
 ASIDE = {"geoprint.cli", "geoprint.guide", "geoprint.reporting", "geoprint.robot", "geoprint.robots"}
 
