@@ -34,10 +34,15 @@ PREPARING = ("reading", "refining", "source")
 COVERING = ("contours", "path", "evenness")
 WITH_ROBOT = ("surroundings", "room to lean", "reach", "timing", "collision check", "program")
 PRINTED, SEARCH, CHECKING, WRITING = "expected print", "search", "checking", "writing"
+# Stages of the commands about files and of `recommend`.
+READING, EXAMINING, TRIAL, CUTTING = "reading", "examining", "trial", "cutting"
+SMOOTHING, TRIANGULATING, COMPARING = "smoothing", "triangulating", "comparing"
+ADVISING = (READING, "distance")
 WEIGHTS = {
     "reading": 1.0, "refining": 0.1, "source": 0.1, "contours": 0.7, "path": 0.6, "evenness": 1.5, SEARCH: 10.0,
     "surroundings": 0.1, "room to lean": 0.1, "reach": 3.0, "timing": 4.0, "collision check": 2.5, "program": 2.0,
     PRINTED: 0.5, WRITING: 4.0, CHECKING: 5.0,
+    EXAMINING: 1.0, TRIAL: 0.5, CUTTING: 1.0, SMOOTHING: 1.0, TRIANGULATING: 1.0, COMPARING: 1.0, "distance": 0.3,
 }  # fmt: skip
 # Stages that count themselves: layers, attitudes, bundles, files.
 _COUNTED = re.compile(r"\b(?P<done>\d{1,6}) of (?P<all>\d{1,6})$|\b(?P<layers>\d{1,6}) layers, (?P<ready>\d+) done$")

@@ -7,7 +7,19 @@ from typing import Annotated
 
 import typer
 
-from geoprint.cli.bounds import CHECKING, limit_memory, planning_stages, watch
+from geoprint.cli.bounds import (
+    CHECKING,
+    COMPARING,
+    CUTTING,
+    EXAMINING,
+    READING,
+    SMOOTHING,
+    TRIAL,
+    TRIANGULATING,
+    limit_memory,
+    planning_stages,
+    watch,
+)
 from geoprint.cli.ending import error_object, wrote
 from geoprint.cli.options import AsJson, Keys, MaxMemory, Overwrite, Part, PartOrJob, job_asked, takes
 from geoprint.cli.terminal import columns, print_json, result, say, show
@@ -31,13 +43,16 @@ def inspect(
 
     Of a label volume it lists the labels.
     """
+    from geoprint.distance import backend_names
     from geoprint.reporting import inspection_summary, inspection_text
     from geoprint.results import VolumeInspection
     from geoprint.workflow import inspect_file
 
     limit_memory(max_memory)
-    with watch("inspecting"):
-        seen = inspect_file(surface, unit=unit, label=label, threshold=threshold, longest_hole=fill_holes)
+    with watch(expected=[READING, EXAMINING, *[TRIAL] * len(backend_names())]) as observe:
+        seen = inspect_file(
+            surface, unit=unit, label=label, threshold=threshold, longest_hole=fill_holes, observe=observe
+        )
     if picture is not None:
         if isinstance(seen, VolumeInspection):
             raise UsageError(f"{seen.name} gives no surface to draw; choose a label that does with `--label N`.")
@@ -69,8 +84,9 @@ def patch(
     paths = [out.with_stem(f"{out.stem}-{number}") if several else out for number in range(1, len(job.patches) + 1)]
     for path in paths:
         _check_ply(path, overwrite=overwrite)
-    with watch("cutting"):
-        cut = patches_of(job, load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold))
+    with watch(READING, expected=[READING, *[CUTTING] * len(job.patches)]) as observe:
+        loaded = load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold)
+        cut = patches_of(job, loaded, observe=observe)
     for number, (one, path) in enumerate(zip(cut, paths, strict=True), start=1):
         save_ply(one.surface, path)
         if not as_json:
@@ -121,10 +137,11 @@ def remesh(
 
     limit_memory(max_memory)
     _check_ply(out, overwrite=overwrite)
-    with watch("remeshing"):
+    steps = [SMOOTHING] * (smooth is not None) + [TRIANGULATING] * (edge_length is not None or faces is not None)
+    with watch(expected=[READING, *steps, COMPARING]) as observe:
         found = remesh_file(
             surface, unit=unit, label=label, thin=thin, threshold=threshold, wavelength=smooth,
-            edge_length=edge_length, faces=faces, max_deviation=max_deviation,
+            edge_length=edge_length, faces=faces, max_deviation=max_deviation, observe=observe,
         )  # fmt: skip
     save_ply(found.after, out)
     result(remeshing_text(found), lambda: remeshing_summary(found), as_json=as_json)

@@ -126,14 +126,16 @@ def cell_of(text: str, *, name: str, folder: Path | str = Path()) -> Cell:
         UsageError: it is not TOML, or has an unknown, missing or meaningless key.
     """
     # The arm and its URDF take longer to import than the help of a command may take.
-    from geoprint.config.cell_file import machine_of
+    from geoprint.config.cell_file import CellFile, machine_of
 
     table = parsed_toml(text, name=name)
     try:
         return machine_of(table, name=name, folder=Path(folder))
     except ValidationError as error:
         where = line_of(error, text, name=name)
-        raise UsageError(f"{where}: {describe(error)}; `geoprint init` writes a cell with every key.") from error
+        raise UsageError(
+            f"{where}: {describe(error, kind=CellFile)}; `geoprint init` writes a cell with every key."
+        ) from error
     except (InputError, UsageError) as error:
         raise UsageError(f"{name}: {error}", **error.details) from error
 

@@ -240,7 +240,9 @@ def read_field(path: Path | str) -> FieldFile:
         found = FieldFile.model_validate(parsed_toml(text, name=name))
     except ValidationError as error:
         where = line_of(error, text, name=name)
-        raise UsageError(f"{where}: {describe(error)}; `geoprint init` writes a commented field.toml.") from error
+        raise UsageError(
+            f"{where}: {describe(error, kind=FieldFile)}; `geoprint init` writes a commented field.toml."
+        ) from error
     wall, width = found.wall, found.width
     if wall is not None:
         wall = wall.model_copy(update={"volume": _beside(path, "wall", "volume", wall.volume)})

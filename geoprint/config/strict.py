@@ -6,14 +6,15 @@ import json
 import re
 import tomllib
 import types
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from reprlib import Repr
-from typing import Annotated, Literal, TypeAlias, Union, final, get_args, get_origin
+from typing import Annotated, Literal, TypeAlias, Union, cast, final, get_args, get_origin
 
 from annotated_types import MinLen
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
@@ -27,6 +28,7 @@ from geoprint.model import described
 Triple = Annotated[list[float], Field(min_length=3, max_length=3)]
 # Where a key stands: keys of tables, and items of lists.
 Place: TypeAlias = tuple[int | str, ...]
+Schema: TypeAlias = Mapping[str, object]
 # Rounds from the border to the farthest point.
 Rounds = Annotated[int, Field(ge=1, le=100_000)]
 
@@ -37,6 +39,8 @@ MOST_BYTES = 1_000_000
 KINDED = frozenset({"table"})
 # Letters of a key or a value, and items of a list, that a message repeats.
 MOST_SHOWN, MOST_ITEMS = 60, 12
+# Least likeness, as `difflib` counts it, of a key that an unknown one may have been meant as.
+NEAR = 0.6
 
 _HEADER = re.compile(r"\s*(\[\[?)\s*([\w.-]+)\s*\]")
 _KEY = re.compile(r"\s*([\w-]+)\s*[.=]")
@@ -46,11 +50,12 @@ _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = MOST_SHOWN
 _SHORT.maxlist = MOST_ITEMS
 
 
+# Errors that pydantic finds for a key that a table or a value does not have.
+_UNKNOWN = frozenset({"extra_forbidden", "unexpected_keyword_argument"})
 # What a value must be, by the kinds of errors that pydantic finds.
 _MUST_BE = {
     "missing": "this key is missing",
-    "extra_forbidden": "there is no such key",
-    "unexpected_keyword_argument": "there is no such key",
+    **dict.fromkeys(_UNKNOWN, "there is no such key"),
     "greater_than": "it must be greater than {gt:g}",
     "greater_than_equal": "it must be at least {ge:g}",
     "less_than": "it must be less than {lt:g}",
@@ -124,24 +129,29 @@ def key_at(place: Place) -> str:
     return ".".join(str(part + 1 if isinstance(part, int) else part[:MOST_SHOWN]) for part in place)
 
 
-def describe(error: ValidationError, named: Callable[[Place], str] = key_at) -> str:
+def describe(
+    error: ValidationError, named: Callable[[Place], str] = key_at, *, kind: type[object] | None = None
+) -> str:
     """Say in one phrase what the first wrong key of a table is, and how many more there are.
 
     Args:
         error: about the table.
         named: what the place of a key is called.
+        kind: of the table; an unknown key is then followed by the nearest one there, or by all.
     """
     first = _first(error)
     where = named(_place(first["loc"]))
-    found = "" if first["type"] in {"missing", "value_error", "too_long"} else f", found {_SHORT.repr(first['input'])}"
+    shown = first["type"] not in {"missing", "value_error", "too_long"} and not isinstance(first["input"], Mapping)
+    found = f", found {_SHORT.repr(first['input'])}" if shown else ""
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
-    return f"{where}{': ' if where else ''}{in_words(first)}{found}{more}"
+    allowed = _allowed(kind, _place(first["loc"])) if kind is not None and first["type"] in _UNKNOWN else ""
+    return f"{where}{': ' if where else ''}{in_words(first)}{found}{more}{allowed}"
 
 
 def unknown_key(error: ValidationError) -> str:
     """Return the path of the first key that a table does not have, or nothing where something else is wrong."""
     first = _first(error)
-    return key_at(_place(first["loc"])) if first["type"] == "extra_forbidden" else ""
+    return key_at(_place(first["loc"])) if first["type"] in _UNKNOWN else ""
 
 
 def in_words(problem: ErrorDetails) -> str:
@@ -179,10 +189,40 @@ def line_of(error: ValidationError, text: str, *, name: str) -> str:
     return name if line is None else f"{name}, line {line}"
 
 
+def _allowed(kind: type[object], place: Place) -> str:
+    """Return the key that is nearest to an unknown one in its table, or all keys of that table, in brackets."""
+    schema = cast("Schema", TypeAdapter(kind).json_schema())
+    tables = list(_tables(schema, schema))
+    for part in place[:-1]:
+        inner = [table.get("items") if isinstance(part, int) else _properties(table).get(part) for table in tables]
+        tables = [table for each in inner if each is not None for table in _tables(schema, cast("Schema", each))]
+    keys = list(dict.fromkeys(key for table in tables for key in _properties(table)))
+    near = get_close_matches(str(place[-1]), keys, n=1, cutoff=NEAR)
+    if near:
+        return f" (did you mean `{near[0]}`?)"
+    return f" (allowed here: {', '.join(keys[:MOST_ITEMS])}{', ...' if len(keys) > MOST_ITEMS else ''})" if keys else ""
+
+
+def _tables(schema: Schema, node: Schema) -> Iterator[Schema]:
+    """Yield what a node of a JSON schema stands for: references followed, alternatives one by one."""
+    if "$ref" in node:
+        definitions = cast("Mapping[str, Schema]", schema["$defs"])
+        yield from _tables(schema, definitions[str(node["$ref"]).rpartition("/")[2]])
+    elif alternatives := cast("list[Schema]", node.get("anyOf") or node.get("oneOf") or node.get("allOf")):
+        for each in alternatives:
+            yield from _tables(schema, each)
+    else:
+        yield node
+
+
+def _properties(table: Schema) -> Schema:
+    return cast("Schema", table.get("properties", {}))
+
+
 def _first(error: ValidationError) -> ErrorDetails:
     """Return what is wrong with a table: an unknown key first, since a mistyped one is missing by its own name, too."""
     problems = error.errors()
-    return next((problem for problem in problems if problem["type"] == "extra_forbidden"), problems[0])
+    return next((problem for problem in problems if problem["type"] in _UNKNOWN), problems[0])
 
 
 def _place(found: Place) -> Place:

@@ -226,7 +226,7 @@ def _stated(path: Path) -> Lens:
     try:
         table = LensTable.model_validate(parsed_toml(text, name=path.name))
     except ValidationError as error:
-        raise UsageError(f"{line_of(error, text, name=path.name)}: {describe(error)}.") from error
+        raise UsageError(f"{line_of(error, text, name=path.name)}: {describe(error, kind=LensTable)}.") from error
     return Lens(
         (table.width, table.height), np.array([table.fx, table.fy]), np.array([table.cx, table.cy]),
         np.array([table.k1, table.k2]),

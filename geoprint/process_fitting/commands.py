@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from geoprint.cli.bounds import watch
+from geoprint.cli.bounds import ADVISING, watch
 from geoprint.cli.options import AsJson, Keys, job_asked, takes
 from geoprint.cli.terminal import print_json, result, tell
 
@@ -31,8 +31,8 @@ def recommend(
     from geoprint.process_fitting.text import recommendation_summary, recommendation_text
 
     job = job_asked(surface or Path(), keys)
-    with watch("part"):
-        found = recommendation(job, part=surface is not None, pressure_kpa=pressure, good=good)
+    with watch(expected=ADVISING) as observe:
+        found = recommendation(job, part=surface is not None, pressure_kpa=pressure, good=good, observe=observe)
     result(recommendation_text(found), lambda: recommendation_summary(found), as_json=as_json)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from geoprint.config import Job, job_cell, load_cell
@@ -28,7 +29,12 @@ MILLIGRAMS_PER_GRAM = 1000.0
 
 
 def recommendation(
-    job: Job, *, part: bool, pressure_kpa: float | None, good: tuple[float, int] | None
+    job: Job,
+    *,
+    part: bool,
+    pressure_kpa: float | None,
+    good: tuple[float, int] | None,
+    observe: Callable[[str], None] = lambda _: None,
 ) -> Advice | Beside:
     """Find what fits a pressure, or how it compares with a print that worked.
 
@@ -38,6 +44,7 @@ def recommendation(
         pressure_kpa: of the air; that of the cell if not given.
         good: pressure [kPa] and rounds of a print that worked, to compare with instead of knowing the material; that
             of the cell where it names one and no material.
+        observe: called with the name of each stage as it starts.
 
     Raises:
         UsageError: nobody names a pressure, the cell names no material and there is no good print, or rounds are asked
@@ -50,7 +57,7 @@ def recommendation(
         good = cell.good_print.pressure / PASCAL_PER_KPA, cell.good_print.rounds
     if good is not None:
         return _beside_good_print(pressure_kpa=pressure_kpa, rounds=job.rounds or cell.process.rounds, good=good)
-    return _advice(job, cell, part=part, pressure_kpa=pressure_kpa)
+    return _advice(job, cell, part=part, pressure_kpa=pressure_kpa, observe=observe)
 
 
 def fit_flow(path: Path | str, *, cell: Path | str | None, density: float, model: str) -> FittedFluid:
@@ -83,13 +90,15 @@ def _pressure(cell: Cell, asked_kpa: float | None) -> float:
     return (cell.process.pressure or 0.0) / PASCAL_PER_KPA if asked_kpa is None else asked_kpa
 
 
-def _advice(job: Job, cell: Cell, *, part: bool, pressure_kpa: float) -> Advice:
+def _advice(job: Job, cell: Cell, *, part: bool, pressure_kpa: float, observe: Callable[[str], None]) -> Advice:
     material, process = _material(cell, pressure_kpa), cell.process
     depth = mass = None
     if part:
+        observe("reading")
         surface = prepared_part(
             job, load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold)
         ).surface
+        observe("distance")
         depth = largest_distance(job, surface)
         mass = float(face_areas(surface).sum()) * process.layer_height * material.density / MILLIGRAMS_PER_GRAM
     asked = _asked_spacing(job, cell, depth=depth)

@@ -50,7 +50,7 @@ def measure_files(
         observe: called with the name of each stage as it starts.
 
     Raises:
-        UsageError: no spacing is given, or there are too many files.
+        UsageError: the first argument is no job, no spacing is given, or there are too many files.
         InputError: a file cannot be read, or does not lie on the part.
     """
     spacing, cell = _checked_spacing(job, paths, offset_up_to), job_cell(job)
@@ -82,8 +82,15 @@ def measure_files(
 
 def _checked_spacing(job: Job, paths: Sequence[Path | str], offset_up_to: float | None) -> float:
     """Return the spacing that was meant, after a look at what else was asked for."""
+    if not isinstance(job, Job):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise UsageError(
+            "measure_files takes the job first and the files of toolpaths second; the first argument here is no job. "
+            "Make one of the part: `geoprint.job_of(surface=PART, spacing=MM)`."
+        )
     if job.spacing is None:
         raise UsageError("give `--spacing`: the intended distance between neighbouring paths in mm.")
+    if isinstance(paths, str | Path):
+        raise UsageError(f"give the files of toolpaths as a list: `[{str(paths)!r}]`.")
     if not 1 <= len(paths) <= MOST_FILES:
         raise UsageError(f"give 1 to {MOST_FILES} files of toolpaths, found {len(paths)}.")
     if offset_up_to is not None and not (np.isfinite(offset_up_to) and offset_up_to > 0.0):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -121,6 +122,7 @@ def inspect_file(
     label: int | None = None,
     threshold: float | None = None,
     longest_hole: float | None = None,
+    observe: Callable[[str], None] = lambda _: None,
 ) -> FileInspection | VolumeInspection:
     """Examine a mesh file, or say which labels a volume holds.
 
@@ -130,12 +132,14 @@ def inspect_file(
         label: of a label volume, which one is meant; without it a volume of several is not made a mesh.
         threshold: of a volume of shares or probabilities, from which on a voxel belongs to a label.
         longest_hole: holes up to this long [mm] count as closed by preparing.
+        observe: called with the name of each stage as it starts.
 
     Raises:
         UsageError: the unit is unknown or not that of the file, or the label is not in the file.
         InputError: the file cannot be read.
     """
     path = Path(path)
+    observe("reading")
     labels, record, volume = labels_of(path, unit=unit, threshold=threshold) or ((), Reading({}, {}, ()), None)
     if len(labels) > 1 and label is None:
         return VolumeInspection(path.name, labels, None, record)
@@ -145,6 +149,7 @@ def inspect_file(
         if not labels:
             raise
         return VolumeInspection(path.name, labels, str(error), record)
+    observe("examining")
     found = inspect(loaded.surface, longest_hole=longest_hole)
     used = found.examined.vertices[found.examined.faces.ravel()]
     return FileInspection(
@@ -158,7 +163,7 @@ def inspect_file(
         regions=_regions(loaded),
         side=_side(loaded.surface, found),
         terraces=None if found.refusal is not None else terrace_height(found.examined),
-        backends=tuple((name, _trial(name, found)) for name in backend_names()),
+        backends=tuple(_trials(found, observe)),
         reading=loaded.reading,
         labels=labels,
         landmarks=() if found.refusal is not None else _landmarks(loaded, found, volume),
@@ -208,6 +213,7 @@ def remesh_file(
     edge_length: float | None = None,
     faces: int | None = None,
     max_deviation: float | None = None,
+    observe: Callable[[str], None] = lambda _: None,
 ) -> Remeshed:
     """Prepare a part, smooth it and give it other triangles, as far as asked for; then measure what that has changed.
 
@@ -221,25 +227,31 @@ def remesh_file(
         edge_length: as for `geometry` [mm].
         faces: as for `surfaces.decimate`, instead.
         max_deviation: how far the surfaces, and their rims, may lie apart [mm]; None for DEVIATION_SHARE of the part.
+        observe: called with the name of each stage as it starts.
 
     Raises:
         UsageError: nothing is asked for, or edge length and faces both.
         InputError: the file cannot be used; or the new surface lies farther off than allowed, or cannot be planned on.
     """
     _check_asked(wavelength, edge_length, faces)
+    observe("reading")
     before, preparation = prepare(load_file(path, unit=unit, label=label, thin=thin, threshold=threshold).surface)
     diagonal = float(np.linalg.norm(np.ptp(before.vertices, axis=0)))
     allowed = DEVIATION_SHARE * diagonal if max_deviation is None else max_deviation
     after, steps = before, list[str]()
     if wavelength is not None:
+        observe("smoothing")
         after = smooth(after, wavelength=wavelength)
         steps.append(f"smoothed below {wavelength:g} mm")
     if edge_length is not None:
+        observe("triangulating")
         after = remesh(after, edge_length=edge_length)
         steps.append(f"remeshed to edges of {edge_length:g} mm")
     if faces is not None:
+        observe("triangulating")
         after = decimate(after, faces=faces)
         steps.append(f"decimated to {how_many(faces, 'face')}")
+    observe("comparing")
     _check_topology(after, preparation)
     found = Remeshed(before, preparation, after, tuple(steps), deviation(before, after), allowed)
     _check_deviation(found)
@@ -260,6 +272,13 @@ def _side(filed: Surface, found: Inspection) -> str:
     if found.rims:
         return f"the side set by the file's winding, {shape_in_words(found.examined)}"
     return inverted_in_words(filed) or f"a closed surface of {signed_volume(filed) / 1000.0:.4g} cm3 shows it"
+
+
+def _trials(found: Inspection, observe: Callable[[str], None]) -> Iterator[tuple[str, str]]:
+    """Yield each backend's name and whether it plans on the surface."""
+    for name in backend_names():
+        observe(f"{name}: trial")
+        yield name, _trial(name, found)
 
 
 def _trial(name: str, found: Inspection) -> str:

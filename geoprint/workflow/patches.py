@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import combinations, pairwise
 from typing import final
@@ -396,7 +396,7 @@ def prepared_part(job: Job, loaded: MeshFile) -> PreparedPart:
     return PreparedPart(surface, tuple(patch.preparation for patch in patches), patches, _common_body(patches))
 
 
-def patches_of(job: Job, body: MeshFile) -> tuple[Patch, ...]:
+def patches_of(job: Job, body: MeshFile, *, observe: Callable[[str], None] = lambda _: None) -> tuple[Patch, ...]:
     """Return the patches that a job cuts from its body, in its order; none where the whole body is the part.
 
     Raises:
@@ -406,6 +406,7 @@ def patches_of(job: Job, body: MeshFile) -> tuple[Patch, ...]:
     several = len(job.patches) > 1
     patches: list[Patch] = []
     for number, region in enumerate(job.patches, start=1):
+        observe("cutting")
         place = "" if region.at is None else f" at {in_words(np.array(region.at))}"
         with naming(f"patch {number}{place}" if several else ""):
             patches.append(cut_patch(body.surface, choice_of(region, body), longest_hole=job.fill_holes))

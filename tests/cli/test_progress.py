@@ -9,8 +9,12 @@ from pathlib import Path
 
 import pytest
 
+from geoprint import cli
 from geoprint.cli.bounds import WEIGHTS, Progress, planning_stages, watch
 from geoprint.config import Job
+from geoprint.config.cells import packaged_cell_text
+
+DATA = Path(__file__).parents[2] / "data"
 
 
 class Clock:
@@ -68,8 +72,45 @@ def test_stages_that_count_themselves_have_a_share_and_others_alone_none(stage: 
 def test_every_stage_that_planning_names_has_a_weight() -> None:
     jobs = [Job(surface=Path("a.ply"), place="best"), Job(surface=Path("a.ply"), robot=False)]
     stages = planning_stages(jobs, backends=2)
-    assert set(stages) == {*WEIGHTS} - {"checking"}
+    assert set(stages) <= {*WEIGHTS}
     assert (stages.count("evenness"), stages.count("reach"), stages.count("writing")) == (10, 3, 1)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["inspect", "part.ply", "--unit", "mm"],
+        ["patch", "part.ply", "--unit", "mm", "--at", "0", "0", "0", "--radius", "6", "--out", "cut.ply"],
+        ["remesh", "part.ply", "--unit", "mm", "--smooth", "2", "--edge-length", "2", "--out", "new.ply"],
+        ["recommend", "part.ply", "--unit", "mm", "--cell", "cell.toml", "--pressure", "30", "--rounds", "5"],
+    ],
+    ids=lambda command: command[0],
+)
+def test_commands_about_files_show_a_share_at_every_stage_and_expect_what_comes(
+    command: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "part.ply").write_bytes((DATA / "plate.ply").read_bytes())
+    cell = packaged_cell_text("irb120-bent45")
+    material = "\n[material]\ndensity_g_cm3 = 1.1\nconsistency_pa_sn = 20\nflow_index = 0.6\nyield_stress_pa = 0\n"
+    (tmp_path / "cell.toml").write_text(cell + material)
+    shown: list[tuple[str, float | None]] = []
+    begin = Progress.begin
+
+    def beginning(self: Progress, stage: str) -> None:
+        begin(self, stage)
+        shown.append((stage, self.share))
+
+    monkeypatch.setattr(Progress, "begin", beginning)
+    monkeypatch.setattr("sys.argv", ["geoprint", *command])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert not ended.value.code
+    shares = [share for _, share in shown]
+    assert None not in shares
+    assert shares[0] == pytest.approx(0.0, abs=0.01)
+    assert shares == sorted(shares, key=lambda share: share or 0.0)
+    assert 0.2 < (shares[-1] or 0.0) < 1.0
 
 
 def test_elsewhere_than_on_a_terminal_a_stage_is_a_line_once_some_time_has_passed(

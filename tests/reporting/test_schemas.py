@@ -80,6 +80,10 @@ def with_an_unknown_key(record: dict[str, Any]) -> None:
     record["surface"]["side"]["colour"] = "red"
 
 
+def with_a_mistyped_key(record: dict[str, Any]) -> None:
+    record["surface"]["area_mm"] = 3.0
+
+
 @pytest.mark.parametrize(
     ("edit", "sentence"),
     [
@@ -89,7 +93,11 @@ def with_an_unknown_key(record: dict[str, Any]) -> None:
             of_another_version,
             r"plan\.json has layout 1 of another version of geoprint, this one reads 10",
         ),
-        (with_an_unknown_key, r"surface\.side\.colour: there is no such key, found 'red'"),
+        (with_an_unknown_key, r"surface\.side\.colour: there is no such key, found 'red' \(allowed here: \w+"),
+        (
+            with_a_mistyped_key,
+            r"plan\.json: surface\.area_mm: there is no such key, found 3\.0 \(did you mean `area_mm2`",
+        ),
     ],
 )
 def test_a_wrong_plan_is_refused_with_file_key_found_and_allowed(

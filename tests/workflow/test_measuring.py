@@ -137,6 +137,13 @@ def test_a_spacing_and_a_sensible_allowance_are_asked_for(folder: Path) -> None:
         measure_files(job(folder / "plate.ply"), [])
 
 
+def test_arguments_in_the_wrong_order_are_refused_in_a_sentence(folder: Path) -> None:
+    with pytest.raises(UsageError, match="takes the job first and the files of toolpaths second"):
+        measure_files([folder / "rows.csv"], job(folder / "plate.ply"))  # pyright: ignore[reportArgumentType]
+    with pytest.raises(UsageError, match=r"as a list: `\['rows\.csv'\]`"):
+        measure_files(job(folder / "plate.ply"), "rows.csv")
+
+
 def test_a_patch_of_a_body_is_cut_as_for_planning(folder: Path) -> None:
     path = folder / "middle.csv"
     path.write_text("x,y,z,run\n15,14,0,1\n25,14,0,1\n15,16,0,2\n25,16,0,2\n", encoding="utf-8")

@@ -129,7 +129,7 @@ def read_record(path: Path | str, kind: type[_R]) -> _R:
         return kind.model_validate_json(content)
     except ValidationError as error:
         raise VerificationError(
-            f"{path.name}: {describe(error)}; restore the file as it was written, or write it again."
+            f"{path.name}: {describe(error, kind=kind)}; restore the file as it was written, or write it again."
         ) from error
     except (OSError, ValueError, RecursionError) as error:
         raise VerificationError(f"{path.name} cannot be read ({reason_of(error)}); write it again.") from error
