@@ -21,7 +21,7 @@ from benchmarks.guide.filming import film
 from benchmarks.guide.pictures import PICTURES
 from benchmarks.parts.tables import script_parser
 from geoprint.guide import Page, html_guide, pages
-from geoprint.guide.pages import NAMES, PARTS
+from geoprint.guide.pages import PARTS
 
 FOLDER = Path(geoprint.__file__).parent / "guide" / "pictures"
 INDEX = FOLDER.parent / "README.md"
@@ -69,8 +69,7 @@ def index() -> str:
 
 
 def _linked(page: Page) -> str:
-    # What the docstrings say stands in no file of its own.
-    return page.title if page.name == NAMES else f"[{page.title}](pages/{page.part}/{page.name}.md)"
+    return page.title if page.is_generated else f"[{page.title}](pages/{page.part}/{page.name}.md)"
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from functools import partial
 from importlib import import_module
@@ -87,8 +87,8 @@ class _Command(TyperCommand):
         refuse_repeated(self, arguments[1])
         return super().make_context(*arguments, **extra)
 
-    def format_options(self, ctx: Any, formatter: Any) -> None:
-        """Write the panels, with one width of their first columns."""
+    def panels(self, ctx: Any) -> Mapping[str, Sequence[tuple[str, str]]]:
+        """Return what the command takes, panel by panel: how it is written, and what is said of it."""
         rows: dict[str, list[tuple[str, str]]] = {panel: [] for panel in PANELS}
         for parameter in self.get_params(ctx):
             record = parameter.get_help_record(ctx)
@@ -98,11 +98,15 @@ class _Command(TyperCommand):
                 rows["Arguments"].append((parameter.metavar or str(parameter.name).upper(), record[1]))
             else:
                 rows[getattr(parameter, "rich_help_panel", None) or "Options"].append(record)
+        return {panel: each for panel, each in rows.items() if each}
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write the panels, with one width of their first columns."""
+        rows = self.panels(ctx)
         width = min(max(len(first) for each in rows.values() for first, _ in each), WIDEST)
         for panel, each in rows.items():
-            if each:
-                with formatter.section(panel):
-                    formatter.write_dl([(f"{first:<{width}}", said) for first, said in each], col_max=width)
+            with formatter.section(panel):
+                formatter.write_dl([(f"{first:<{width}}", said) for first, said in each], col_max=width)
 
 
 class _Later(TyperCommand):
@@ -112,15 +116,14 @@ class _Later(TyperCommand):
         super().__init__(name, short_help=short_help)
         self._load = load
 
+    def loaded(self) -> _Command:
+        """Return the command of the function that is loaded."""
+        alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+        alone.command(cls=_Command)(self._load())
+        return cast("_Command", typer.main.get_command(alone))
+
     def make_context(self, *arguments: Any, **extra: Any) -> Any:
-        return _command_of(self._load).make_context(*arguments, **extra)
-
-
-def _command_of(load: Callable[[], Any]) -> TyperCommand:
-    """Return the command of the function that is loaded."""
-    alone = typer.Typer(add_completion=False, rich_markup_mode=None)
-    alone.command(cls=_Command)(load())
-    return cast("TyperCommand", typer.main.get_command(alone))
+        return self.loaded().make_context(*arguments, **extra)
 
 
 def _function(module: str, name: str) -> Any:
@@ -155,6 +158,15 @@ class _Commands(TyperGroup):
 
 
 _KNOWN = {str(command.name): command for command in _known()}
+
+
+def documented() -> Iterator[tuple[str, str, Mapping[str, Sequence[tuple[str, str]]]]]:
+    """Yield name, description and panels of every command of this package and its features."""
+    for name, later in _KNOWN.items():
+        command = later.loaded()
+        yield name, command.help or "", command.panels(typer.Context(command, info_name=name))
+
+
 app = typer.Typer(
     name=NAME,
     cls=_Commands,

@@ -18,172 +18,24 @@ from __future__ import annotations
 
 import base64
 import html
-import inspect
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache
-from importlib import import_module, resources
+from importlib import resources
 from importlib.resources.abc import Traversable
 from string import Template
-from types import MappingProxyType, ModuleType
-from typing import cast, final
+from typing import final
 
 from markdown_it import MarkdownIt
 
 from geoprint.errors import UsageError
 from geoprint.features import PAGE, Feature, features
-
-# The page of the public names: what every package passes on, with signature, shapes and units from the docstrings.
-
-
-# Packages in the order in which data passes them, with what one looks for there.
-_TOP = "geoprint"
-STAGES = {
-    _TOP: "The whole at once",
-    "geoprint.config": "Jobs and cells",
-    "geoprint.geometry.files": "Files",
-    "geoprint.geometry": "Surfaces, their defects and repair, other triangles",
-    "geoprint.distance": "Distance and contours",
-    "geoprint.fibers": "Direction fields",
-    "geoprint.layers": "Layers",
-    "geoprint.toolpath": "Patterns and paths",
-    "geoprint.metrics": "Evenness",
-    "geoprint.inspection": "Photographs of the print",
-    "geoprint.simulation": "A simulated print",
-    "geoprint.toolpath_files": "Toolpaths of any program",
-    "geoprint.process": "Material",
-    "geoprint.process_fitting": "Process settings from measurements",
-    "geoprint.positioner": "Tables that move the part",
-    "geoprint.robot.placing": "Where the part stands",
-    "geoprint.robot.arm": "The arm",
-    "geoprint.robot.reach": "Reach",
-    "geoprint.robot.timing": "Timing",
-    "geoprint.robot.controller": "The controller",
-    "geoprint.robot.collision": "Collision",
-    "geoprint.postprocessor": "Tables and bundle",
-    "geoprint.postprocessor.rapid": "RAPID",
-    "geoprint.workflow": "Where the stages meet",
-    "geoprint.results": "Results",
-    "geoprint.reporting": "What is said of a result",
-    "geoprint.model": "Values",
-    "geoprint.errors": "Refusals",
-}
-# The sections of a docstring that are shown line by line, and what stands before each.
-_SECTIONS = {"Attributes": "", "Args": "", "Returns": "returns: "}
-# Defaults that are shown as they are written.
-_PLAIN = (bool, int, float, str, type(None))
-_BEFORE = """\
-Every stage is a function from frozen values to a new one, and what each of these packages names is public.
-Lengths are mm, times s, angles rad; letters in brackets are the shapes of arrays.
-"""
-_HEADING = re.compile(r"^(\w+):$")
-
-
-def names_text() -> str:
-    """Return the Markdown: a section a package, an entry a name."""
-    parts = [_BEFORE]
-    for name, heading in STAGES.items():
-        package = import_module(name)
-        first = inspect.getdoc(package) or ""
-        parts.append(f"## {heading}: `{name}`\n\n{first.partition(chr(10) * 2)[0]}\n")
-        whole = name != _TOP
-        parts += [_entry(each, getattr(package, each), whole=whole) for each in public_names(package)]
-    return "\n".join(parts)
-
-
-def public_names(package: ModuleType) -> Sequence[str]:
-    """Return what a package passes on: functions, classes, and tables of what is chosen by name.
-
-    They stand in the package's own order where it has one, else from a to z.
-    """
-    named: Sequence[str] | None = getattr(package, "__all__", None)
-    return [
-        name
-        for name in named or sorted(vars(package), key=str.lower)
-        if not name.startswith("_") and _is_shown(getattr(package, name), package.__name__)
-    ]
-
-
-def _is_shown(value: object, package: str) -> bool:
-    """Return whether a name is a function, a class or a table of geoprint, at home at or below its package."""
-    if isinstance(value, MappingProxyType):
-        return True
-    return (inspect.isfunction(value) or inspect.isclass(value)) and (
-        package == _TOP or value.__module__.startswith(package)
-    )
-
-
-def _entry(name: str, value: object, *, whole: bool) -> str:
-    """Return what is said of one name; of those at the top, which stand below again, the first sentence alone."""
-    if isinstance(value, MappingProxyType):
-        return f"### `{name}`\n\n{''.join(_known(cast('Mapping[str, type]', value)))}"
-    sections = _sections(inspect.getdoc(value) or "")
-    first = f"### `{name}{_signature(value)}`\n\n{' '.join(sections[''])}\n"
-    if not whole:
-        return first
-    lines = [f"- {before}{each}\n" for title, before in _SECTIONS.items() for each in _items(sections.get(title, []))]
-    raised = re.findall(r"^    (\w+): ", "\n".join(sections.get("Raises", [])), re.MULTILINE)
-    if raised:
-        lines.append(f"- raises: {', '.join(f'`{each}`' for each in raised)}\n")
-    return f"{first}\n{''.join(lines)}"
-
-
-def _known(entries: Mapping[str, type]) -> Iterator[str]:
-    """Yield a line for each backend or pattern, with what it says of itself and its options."""
-    for name, entry in entries.items():
-        said = str(getattr(entry, "summary", getattr(entry, "title", ""))).rstrip(".")
-        parameters = inspect.signature(entry).parameters.values()
-        options = ", ".join(f"`{name}.{one.name}`" for one in parameters if one.kind is one.KEYWORD_ONLY)
-        yield f"- `{name}`: {said}.{f' Options: {options}.' if options else ''}\n"
-
-
-def _signature(value: object) -> str:
-    """Return the arguments of a function as they are written; nothing for a class, whose attributes are listed."""
-    if not inspect.isfunction(value):
-        return ""
-    whole = inspect.signature(value)
-    plain = [
-        one if one.default is one.empty or isinstance(one.default, _PLAIN) else one.replace(default=...)
-        for one in whole.parameters.values()
-    ]
-    return str(whole.replace(parameters=plain)).replace("'", "").replace("Ellipsis", "...")
-
-
-def _sections(text: str) -> Mapping[str, list[str]]:
-    """Return the lines of a docstring by the heading that they stand under; the first line alone under none."""
-    found: dict[str, list[str]] = {"": []}
-    under = ""
-    for line in text.splitlines():
-        if heading := _HEADING.match(line):
-            under = heading[1]
-        elif under:
-            found.setdefault(under, []).append(line)
-        elif line.strip():
-            found[""].append(line.strip())
-        else:
-            under = "more"
-    return found
-
-
-def _items(lines: Sequence[str]) -> Sequence[str]:
-    """Return the entries of a section, each in one line: what is indented more goes on with the entry above it."""
-    items: list[str] = []
-    for line in filter(str.strip, lines):
-        if line.startswith("     ") and items:
-            items[-1] += f" {line.strip()}"
-        else:
-            items.append(line.strip())
-    return [re.sub(r"^(\*{0,2}\w+)(?=: )", r"`\1`", item) for item in items]
-
+from geoprint.guide.reference import GENERATED
 
 # The parts of the guide: the folders that its pages stand in, with their headings.
 PARTS = {"tutorials": "Tutorials", "how-to": "How-to", "reference": "Reference", "explanation": "Explanation"}
-# The page that is made from the docstrings.
-NAMES = "api"
-NAMES_ORDER = 1000
-NAMES_SUMMARY = "What the library has, stage by stage, with shapes and units, as its docstrings say it."
 _KEYS = ("order", "title", "summary")
 _BLOCK = re.compile(r"^```(\w+)(?: (\S+))?\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 _PAGE_LINK = re.compile(r"(?<!!)\[([^\]]*)\]\((?:\.\./[\w-]+/)?([\w-]+)\.md\)")
@@ -228,6 +80,11 @@ class Page:
     read: Callable[[], str]
 
     @property
+    def is_generated(self) -> bool:
+        """Whether it is made from the code, so that it stands in no file."""
+        return any(name == self.name for _, name, *_ in GENERATED)
+
+    @property
     def text(self) -> str:
         """Its Markdown, without the title."""
         return self.read()
@@ -251,16 +108,16 @@ class Page:
 
 @cache
 def pages() -> tuple[Page, ...]:
-    """Return the pages in their order, part by part, those of features too; one lists the public names.
+    """Return the pages in their order, part by part, those of features and those that are made from the code too.
 
     Raises:
         ValueError: a page lacks what has to stand at its head.
     """
     own = [_read(file, part=part) for part in PARTS for file in (_folder("pages") / part).iterdir()]
     added = [_read(file, of=feature) for feature in features() if (file := feature.folder / PAGE).is_file()]
-    # Read only where it is asked for: it imports everything.
-    names = Page(NAMES, "reference", NAMES_ORDER, "API: the public names", NAMES_SUMMARY, names_text)
-    return tuple(sorted([*own, *added, names], key=lambda page: ([*PARTS].index(page.part), page.order)))
+    # Made only where they are asked for, which imports everything.
+    made = [Page(name, "reference", order, title, summary, text) for order, name, title, summary, text in GENERATED]
+    return tuple(sorted([*own, *added, *made], key=lambda page: ([*PARTS].index(page.part), page.order)))
 
 
 def page_named(name: str) -> Page:
@@ -348,7 +205,7 @@ def _section(page: Page) -> str:
     rendered = _PICTURE.sub(lambda found: f'src="{_inline(found[1])}"', rendered)
     rendered = _LINK.sub(r'href="#\1"', rendered)
     rendered = rendered.replace("<table>", '<div class="wide"><table>').replace("</table>", "</table></div>")
-    if page.name == NAMES:
+    if page.is_generated:
         rendered = _folded(rendered)
     head = f'<h2>{html.escape(page.title)}</h2>\n<p class="summary">{html.escape(page.summary)}</p>'
     return f'<section id="{page.name}">\n{head}\n{rendered}</section>'

@@ -1,4 +1,4 @@
-"""The page of the public names has every name of every package, with shapes and units from its docstring."""
+"""The pages that are made from the code have every name, command, key and figure, with shapes and units."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from importlib import import_module
 import pytest
 
 from geoprint.guide import page_named
-from geoprint.guide.pages import STAGES, public_names
+from geoprint.guide.reference import STAGES, public_names
 from tests.architecture.whole_code_base import whole_code_base
 from tests.shared_plans import SharedPlans
 
@@ -50,3 +50,35 @@ def test_signatures_shapes_units_and_options_are_told(line: str) -> None:
 def test_no_default_is_an_address_in_memory() -> None:
     assert " object at 0x" not in TEXT
     assert "<function" not in TEXT
+
+
+def test_every_command_is_listed_with_its_options_by_panel() -> None:
+    text = page_named("commands").text
+    assert {"plan", "compare", "measure", "appraise", "guide"} <= set(
+        re.findall(r"^## geoprint (\S+)$", text, re.MULTILINE)
+    )
+    plan = text.partition("## geoprint plan\n")[2].partition("\n## ")[0]
+    assert re.findall(r"^\| (\w+) \|  \|$", plan, re.MULTILINE)[:3] == ["Arguments", "Part", "Paths"]
+    assert r"| `--unit mm\|cm\|m\|um\|in` | Length unit of the file. |" in plan
+
+
+@pytest.mark.parametrize(
+    ("page", "line"),
+    [
+        ("job-keys", "| `spacing` | `1.0` | Distance between neighbouring paths (stepover). |"),
+        (
+            "job-keys",
+            "| `source.loops` | `[1]` | some loops of the border, the longest is 1; `geoprint inspect` lists them |",
+        ),
+        (
+            "job-keys",
+            "| `patches.N.cone_deg` | `30.0` | where the normal turns at most this far from that at the point |",
+        ),
+        ("cell-keys", "## `[signals]`"),
+        ("files", "| `uniformity.thickness.within_10_percent` | number | the same for a tenth |"),
+        ("files", "- `points`: (p, 3) point of the surface on deposit, tip of the nozzle on travel [mm]."),
+        ("metrics", "| area missed | gap | `gap` | farther than 0.55 spacings from every path | lower |"),
+    ],
+)
+def test_keys_files_and_figures_are_listed_with_meaning_and_unit(page: str, line: str) -> None:
+    assert line in page_named(page).text.splitlines()

@@ -16,7 +16,7 @@ from geoprint.guide import Page, page_named, pages, picture_bytes
 from tests.guide.here import working_here
 
 ROOT = Path(__file__).parents[2]
-PAGES = [page for page in pages() if page.name != "api"]
+PAGES = [page for page in pages() if not page.is_generated]
 # Pages that go on with what another one has written, behind that one.
 GO_ON = {"your-cell": ("calibrate", "fine-lines", "controller", "checks", "simulate")}
 # Largest picture [bytes], and most lines of a page: two screens and its tables.

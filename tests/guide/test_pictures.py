@@ -14,4 +14,4 @@ def test_the_smoke_run_draws_a_picture_and_writes_the_guide(
     main()
     picture, guide = (int(line.split()[-2]) for line in capsys.readouterr().out.splitlines())
     assert 3_000 < picture < 30_000
-    assert 500_000 < guide < 2_200_000
+    assert 500_000 < guide < 4_000_000
