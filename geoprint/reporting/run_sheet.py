@@ -111,7 +111,7 @@ def proof_rows(
         f"motion: {', '.join(refused)}"
     )
     people = [f"{stage}: {what}" for stage, what in seen_rows(seen, program_sha256=program_sha256)]
-    return [("executed", [executed]), ("evidence", people)]
+    return [("SHA-256", [program_sha256]), ("executed", [executed]), ("evidence", people)]
 
 
 def _set_to(one: str, settings: StackSettings, *, dry_only: bool) -> str:
@@ -249,6 +249,7 @@ def run_sheet(checked: Checked, *, width: int | None = None) -> str:
     lines = [f"RUN SHEET  {record.input.name}  ({checked.folder.name})", ""]
     for label, texts in (
         ("program", _program(setup, orders, modules=robot.program.modules)),
+        ("SHA-256", [checked.program_sha256]),
         ("is set to", _settings(setup, settings)),
         ("patches", _patches(record.patches)),
         ("placement", [*_placement(setup), *orientation_notes(robot.motion)]),

@@ -125,7 +125,10 @@ def test_the_command_prints_the_page_and_ends_with_5_where_something_is_wrong(
     copy: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert called(monkeypatch, "check", copy) == 0
-    assert "RUN SHEET  plate.ply" in capsys.readouterr().out
+    sheet = capsys.readouterr().out
+    assert "RUN SHEET  plate.ply" in sheet
+    evidence = json.loads((copy / "plan.json").read_text())["robot"][0]["evidence"]
+    assert f"SHA-256           {evidence['program_sha256']}" in sheet.split("\n")
     guard = copy / "rapid" / "GeoGuard.mod"
     guard.write_text(guard.read_text().replace("    SetDO doUV,0;\n", "", 1))
     assert called(monkeypatch, "check", copy, "--json") == 5
