@@ -1,13 +1,13 @@
 """Draws the pictures of the guide and writes it as one HTML page.
 
     python -m benchmarks.guide [--draw [NAME ...]] [--film REPORT] [--index] [--html FILE]
-                               [--smoke]
+                               [--site FOLDER] [--smoke]
 
 With --draw all pictures in `geoprint/guide/pictures` are drawn anew, or those that are named; `report.png` needs
 Chromium with its driver, and `through.png` a heart's labels, which are no part of this tree. With --film the moving
 picture of README is taken, likewise, of the report.html that README's first command wrote. With --index
-the list of its pages is written, with --html the guide, as `geoprint guide --html` does. --smoke draws one picture and
-throws it away.
+the list of its pages is written, with --html the guide, as `geoprint guide --html` does, with --site its site, for
+which the extra `docs` is needed. --smoke draws one picture and throws it away.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ import geoprint
 from benchmarks import ROOT
 from benchmarks.guide.filming import film
 from benchmarks.guide.pictures import PICTURES
+from benchmarks.guide.site import build, lay_out
 from benchmarks.parts.tables import script_parser
 from geoprint.guide import Page, html_guide, pages
 from geoprint.guide.pages import PARTS
@@ -35,6 +36,7 @@ def main() -> None:
     parser.add_argument("--film", type=Path, metavar="REPORT", help="take README's moving picture of this report")
     parser.add_argument("--index", action="store_true", help="write the list of pages anew")
     parser.add_argument("--html", type=Path, metavar="FILE", help="write the guide as one page")
+    parser.add_argument("--site", type=Path, metavar="FOLDER", help="build the site of the guide in a new folder")
     arguments = parser.parse_args()
     if arguments.smoke:
         print(f"fine-lines.png: {len(PICTURES['fine-lines.png'](ROOT / 'data'))} bytes")
@@ -52,6 +54,8 @@ def main() -> None:
     if arguments.html is not None:
         arguments.html.write_bytes(html_guide(pages()))
         print(f"written: {arguments.html}")
+    if arguments.site is not None:
+        print(f"built: {build(lay_out(arguments.site))}")
 
 
 def index() -> str:

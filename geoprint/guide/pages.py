@@ -9,6 +9,8 @@ of it, a key a line between two lines of three hyphens:
     summary: Which backend covers a part more evenly.
     ---
 
+A `group` may be added: pages of a part with the same one stand together.
+
 The rest is Markdown. Blocks of `sh` and `python` are run by the tests, one page after another in one folder; what `sh
 refused` says ends in a refusal. A block with a second word (`toml job.toml`, `csv touched.csv`) is the file of that
 name. Whatever else stands in a block (`text`, `console`) is only shown.
@@ -69,6 +71,7 @@ class Page:
         order: pages of a part stand in ascending order.
         title: of the page, a few words.
         summary: one sentence.
+        group: of pages of its part that it stands with; empty where it stands alone.
         read: returns its Markdown, without the title.
     """
 
@@ -77,6 +80,7 @@ class Page:
     order: int
     title: str
     summary: str
+    group: str
     read: Callable[[], str]
 
     @property
@@ -116,7 +120,7 @@ def pages() -> tuple[Page, ...]:
     own = [_read(file, part=part) for part in PARTS for file in (_folder("pages") / part).iterdir()]
     added = [_read(file, of=feature) for feature in features() if (file := feature.folder / PAGE).is_file()]
     # Made only where they are asked for, which imports everything.
-    made = [Page(name, "reference", order, title, summary, text) for order, name, title, summary, text in GENERATED]
+    made = [Page(name, "reference", order, title, summary, "", text) for order, name, title, summary, text in GENERATED]
     return tuple(sorted([*own, *added, *made], key=lambda page: ([*PARTS].index(page.part), page.order)))
 
 
@@ -153,7 +157,7 @@ def _read(file: Traversable, *, part: str = "how-to", of: Feature | None = None)
     if lacking or not body.strip():
         raise ValueError(f"the page {file.name} of the guide lacks {', '.join(lacking) or 'a text'} at its head.")
     name, written = file.name.removesuffix(".md") if of is None else of.folder.name, f"{body.strip()}\n"
-    return Page(name, part, int(head["order"]), head["title"], head["summary"], lambda: written)
+    return Page(name, part, int(head["order"]), head["title"], head["summary"], head.get("group", ""), lambda: written)
 
 
 # The whole guide as one HTML page: it opens offline, in any browser; nothing is fetched and nothing runs.

@@ -94,10 +94,10 @@ def metrics_text() -> str:
 
     better = {True: "lower", False: "higher", None: "neither"}
     rows = [
-        (each.label, each.column, _code(each.key), _escaped(each.meaning), better[each.lower_is_better])
+        (each.label, each.column, _escaped(each.meaning), better[each.lower_is_better], _code(each.key))
         for each in CATALOGUE
     ]
-    return f"{METRICS}\n{_table(('figure', 'in tables', 'in files', 'meaning', 'better'), rows)}"
+    return f"{METRICS}\n{_table(('figure', 'in tables', 'meaning', 'better', 'in files'), rows)}"
 
 
 def files_text() -> str:
@@ -215,6 +215,8 @@ _BEFORE = """\
 Every stage is a function from frozen values to a new one, and what each of these packages names is public.
 Lengths are mm, times s, angles rad; letters in brackets are the shapes of arrays.
 """
+# Letters of a line of code.
+WIDEST = 80
 _HEADING = re.compile(r"^(\w+):$")
 
 
@@ -257,7 +259,7 @@ def _entry(name: str, value: object, *, whole: bool) -> str:
     if isinstance(value, MappingProxyType):
         return f"### `{name}`\n\n{''.join(_known(cast('Mapping[str, type]', value)))}"
     sections = _sections(inspect.getdoc(value) or "")
-    first = f"### `{name}{_signature(value)}`\n\n{' '.join(sections[''])}\n"
+    first = f"### `{name}`\n\n{_signature(name, value)}{' '.join(sections[''])}\n"
     if not whole:
         return first
     lines = [f"- {before}{each}\n" for title, before in _SECTIONS.items() for each in _items(sections.get(title, []))]
@@ -276,7 +278,7 @@ def _known(entries: Mapping[str, type]) -> Iterator[str]:
         yield f"- `{name}`: {said}.{f' Options: {options}.' if options else ''}\n"
 
 
-def _signature(value: object) -> str:
+def _signature(name: str, value: object) -> str:
     """Return the arguments of a function as they are written; nothing for a class, whose attributes are listed."""
     if not inspect.isfunction(value):
         return ""
@@ -285,7 +287,12 @@ def _signature(value: object) -> str:
         one if one.default is one.empty or isinstance(one.default, _PLAIN) else one.replace(default=...)
         for one in whole.parameters.values()
     ]
-    return str(whole.replace(parameters=plain)).replace("'", "").replace("Ellipsis", "...")
+    text = f"{name}{whole.replace(parameters=plain)}".replace("'", "").replace("Ellipsis", "...")
+    if len(text) > WIDEST:
+        # An argument a line, as it is written where it does not fit one; the star before those that are named.
+        inner = re.split(r", (?=\*|\w+(?:: | ?=))", text[len(name) + 1 : text.rindex(")")])
+        text = f"{name}(\n" + "".join(f"    {each},\n" for each in inner) + text[text.rindex(")") :]
+    return f"```python\n{text}\n```\n\n"
 
 
 def _sections(text: str) -> Mapping[str, list[str]]:

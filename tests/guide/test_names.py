@@ -37,7 +37,8 @@ def test_a_package_is_listed_with_all_of_its_names(package: str) -> None:
     "line",
     [
         "- `vertices`: (n, 3) positions [mm] in the part's own (work) frame.",
-        "### `boundary_source(surface: Surface) -> Source`",
+        "```python\nboundary_source(surface: Surface) -> Source\n```",
+        "```python\ncompare(\n    job: Job,\n    *,\n    backends: Sequence[str] | None = None,\n",
         "Return (k,) length along a polyline of (k, 3) points from its start [mm].",
         "measures distances in the plane. Options: `lscm.resolution`.",
         "- raises: `FieldError`, `MeshError`",
@@ -77,7 +78,7 @@ def test_every_command_is_listed_with_its_options_by_panel() -> None:
         ("cell-keys", "## `[signals]`"),
         ("files", "| `uniformity.thickness.within_10_percent` | number | the same for a tenth |"),
         ("files", "- `points`: (p, 3) point of the surface on deposit, tip of the nozzle on travel [mm]."),
-        ("metrics", "| area missed | gap | `gap` | farther than 0.55 spacings from every path | lower |"),
+        ("metrics", "| area missed | gap | farther than 0.55 spacings from every path | lower | `gap` |"),
     ],
 )
 def test_keys_files_and_figures_are_listed_with_meaning_and_unit(page: str, line: str) -> None:
