@@ -44,6 +44,7 @@ from geoprint.geometry.pieces import (
     pieces as pieces,
     some_curves as some_curves,
     united as united,
+    whole_steps as whole_steps,
 )
 from geoprint.geometry.points import (
     PLACE_TOLERANCE as PLACE_TOLERANCE,

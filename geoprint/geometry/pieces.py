@@ -19,6 +19,25 @@ from geoprint.model import BoolArray, FloatArray, IntArray, Surface, SurfaceCurv
 CANDIDATES = 12
 
 
+# A length that is a whole number of steps but for this share of one is cut into so many: a descent from the dry run is
+# as long as ten, and whoever reads targets back, rounded to 1e-6 mm, finds the same.
+STEP_ROUNDING = 1e-5
+
+
+def whole_steps(lengths: FloatArray | float, *, step: float = 1.0) -> IntArray:
+    """Return into how many even parts lengths are cut, none of them longer than a step; into one at least.
+
+    Args:
+        lengths: of any shape, in the unit of the step.
+        step: largest part.
+
+    Examples:
+        >>> whole_steps(np.array([0.0, 2.5, 3.0000000001]))
+        array([1, 3, 3])
+    """
+    return np.maximum(np.ceil(np.asarray(lengths) / step - STEP_ROUNDING), 1.0).astype(np.int64)
+
+
 def arc_lengths(points: FloatArray) -> FloatArray:
     """Return (k,) length along a polyline of (k, 3) points from its start [mm].
 
@@ -44,7 +63,7 @@ def even_points(points: FloatArray, *, step: float) -> FloatArray:
         array([0. , 1.5, 3. ])
     """
     arcs = arc_lengths(points)
-    stations: FloatArray = np.linspace(0.0, float(arcs[-1]), max(int(np.ceil(arcs[-1] / step)), 1) + 1)
+    stations: FloatArray = np.linspace(0.0, float(arcs[-1]), int(whole_steps(arcs[-1], step=step)) + 1)
     return np.column_stack([np.interp(stations, arcs, points[:, i]) for i in range(points.shape[1])])
 
 
@@ -93,7 +112,7 @@ class PolylineDistance:
 def _cut(points: FloatArray, *, step: float) -> FloatArray:
     """Return the corners of a polyline with as many points between each two that no piece is longer than a step."""
     sides = np.diff(points, axis=0)
-    parts = np.maximum(np.ceil(np.linalg.norm(sides, axis=1) / step), 1.0).astype(np.int64)
+    parts = whole_steps(np.linalg.norm(sides, axis=1), step=step)
     side = np.repeat(np.arange(int(parts.size)), parts)
     shares = (np.arange(side.size) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[side]
     return np.vstack([points[side] + shares[:, None] * sides[side], points[-1:]])

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.errors import FieldError
-from geoprint.geometry import arc_lengths, closest
+from geoprint.geometry import arc_lengths, closest, whole_steps
 from geoprint.metrics.oracle import FlatMesh, Places, SurfacePath, flat_places, spatial, trace
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, frozen
 
@@ -141,8 +141,6 @@ def _stretches(
 OFF_SURFACE_SHARE = 0.1
 # The ends of a closed run coincide up to this share of the spacing.
 CLOSED_SHARE = 1e-6
-# A length that is a whole number of steps up to this share of one is cut into so many.
-WHOLE_STEPS = 1e-6
 
 
 class Samples(NamedTuple):
@@ -242,7 +240,7 @@ def sampled(path: SurfacePath, *, step: float) -> Samples:
         path: r runs.
         step: [mm].
     """
-    counts = np.maximum(np.ceil(path.lengths / step - WHOLE_STEPS), 1).astype(np.int64) + 1
+    counts = whole_steps(path.lengths, step=step) + 1
     runs = np.repeat(np.arange(counts.size), counts)
     rank = np.arange(runs.size) - np.repeat(np.cumsum(counts) - counts, counts)
     arcs = path.lengths[runs] * rank / np.repeat(counts - 1, counts)

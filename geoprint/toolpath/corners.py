@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from geoprint.geometry import PolylineDistance, arc_lengths, closest, positions
+from geoprint.geometry import PolylineDistance, arc_lengths, closest, positions, whole_steps
 from geoprint.model import FloatArray, IntArray, Surface, SurfacePoints
 from geoprint.toolpath.poses import lifting_normals
-from geoprint.toolpath.resample import ROUNDING, graded
+from geoprint.toolpath.resample import graded
 
 # Runs whose tip never turns back: where a line trembles or bends in a few fine steps, samples are left out.
 #
@@ -169,7 +169,7 @@ def _without_tremor(places: FloatArray, *, closed: bool, window: float, most: fl
     """Return even places along a polyline (k, 3), moved by at most so much to where a window puts them [mm]."""
     arcs = arc_lengths(places)
     length = float(arcs[-1])
-    count = max(int(np.ceil(length / window * SAMPLES_PER_WINDOW - ROUNDING)), FEWEST_SAMPLES)
+    count = max(int(whole_steps(length, step=window / SAMPLES_PER_WINDOW)), FEWEST_SAMPLES)
     deviation = window / length * count
     even: FloatArray = np.linspace(0.0, length, count + 1)
     line = np.column_stack([np.interp(even, arcs, places[:, i]) for i in range(3)])

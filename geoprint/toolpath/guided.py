@@ -21,6 +21,7 @@ from geoprint.geometry import (
     even_points,
     pieces,
     some_curves,
+    whole_steps,
 )
 from geoprint.model import Contours, FloatArray, IntArray, Paths, ScalarField, Source, Surface, SurfaceCurves, frozen
 
@@ -188,7 +189,7 @@ class Lines:
         arcs, line = self._arcs[first.line], self._lines[first.line]
         whole = float(arcs[-1])
         along = (second.arc - first.arc + 0.5 * whole) % whole - 0.5 * whole
-        steps = max(int(np.ceil(abs(along) / (STEP_SHARE * self._spacing))), 1)
+        steps = int(whole_steps(abs(along), step=STEP_SHARE * self._spacing))
         at = np.mod(first.arc + along * np.linspace(0.0, 1.0, steps + 1)[1:-1], whole)
         return np.column_stack([np.interp(at, arcs, line[:, axis]) for axis in range(3)])
 

@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 from scipy.spatial import KDTree
 
-from geoprint.geometry import arc_lengths, normals, positions
+from geoprint.geometry import arc_lengths, normals, positions, whole_steps
 from geoprint.model import (
     GAP_SHARE,
     OVERLAP_SHARE,
@@ -118,7 +118,7 @@ def _sampled(
     """Return places, normals, inward directions and arcs of even samples along a polyline (n, 3), and its length."""
     arcs = arc_lengths(line)
     length = float(arcs[-1])
-    count = max(int(np.ceil(length / step)), FEWEST_SAMPLES)
+    count = max(int(whole_steps(length, step=step)), FEWEST_SAMPLES)
     even: FloatArray = np.linspace(0.0, length, count + 1)[: count if closed else count + 1]
     places, up = interpolated(even, arcs, line), _unit(interpolated(even, arcs, outward))
     before, behind = (np.roll(places, 1, axis=0), np.roll(places, -1, axis=0)) if closed else _ends_repeated(places)

@@ -10,7 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from geoprint.geometry import all_curves, arc_lengths, closest, some_curves
+from geoprint.geometry import all_curves, arc_lengths, closest, some_curves, whole_steps
 from geoprint.model import (
     BoolArray,
     Contours,
@@ -358,7 +358,7 @@ APART, APART_SHARE = 2.0, 0.4
 # is not longer than this [spacings].
 TIP = 3.0
 # Distance of samples [spacings]; a length that is a whole number of them but for rounding has that many.
-STEP, ROUNDING = 0.05, 1e-6
+STEP = 0.05
 # Pairs of samples that are so many samples apart, along either side, belong to the same two sides.
 SAME_SIDES = 3.0
 # A bead between two sides keeps this distance from the curve that closes across its end. Where one along a finger would
@@ -462,7 +462,7 @@ def _parts(curve: _Part, *, spacing: float) -> list[_Part] | None:
 def _cut(part: _Part, *, spacing: float) -> list[_Part] | None:
     """Return what a curve becomes where it is cut at its longest two sides; None where it has none."""
     arcs = arc_lengths(part.line)
-    count = int(np.ceil(float(arcs[-1]) / (STEP * spacing) - ROUNDING))
+    count = int(whole_steps(arcs[-1], step=STEP * spacing))
     if count < 2:
         return None
     outline = _Outline(part.line, arcs, part.closed, 0.0, count)
@@ -526,7 +526,7 @@ def _ring_cut(outline: _Outline, sides: _Sides, *, spacing: float) -> list[_Part
 def _lasso(bead: FloatArray, ring: FloatArray, *, spacing: float) -> FloatArray:
     """Return a bead (n, 3) that goes on round a ring (k, 3) from its foot, as far as that stays apart from it [mm]."""
     arcs = arc_lengths(ring)
-    even: FloatArray = np.linspace(0.0, float(arcs[-1]), int(np.ceil(arcs[-1] / (STEP * spacing) - ROUNDING)) + 1)
+    even: FloatArray = np.linspace(0.0, float(arcs[-1]), int(whole_steps(arcs[-1], step=STEP * spacing)) + 1)
     places = interpolated(even, arcs, ring)
     start = CLEAR * spacing
     behind = even >= 0.5 * even[-1]

@@ -10,8 +10,9 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from geoprint.errors import FieldError
-from geoprint.geometry import arc_lengths, closest, normals, positions, vertex_normals
+from geoprint.geometry import arc_lengths, closest, normals, positions, vertex_normals, whole_steps
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, Tool, Toolpath, freeze_arrays, frozen
+from geoprint.toolpath.resample import ROUNDING
 from geoprint.transforms import interpolate_poses, quaternion_of, rigid, rotation_of, same_sign, smallest_rotation
 
 # Normals along which a run is lifted to its stand-off: the surface's, and smoothed where those would fold the line.
@@ -213,7 +214,7 @@ def slerp(start: FloatArray, end: FloatArray, shares: FloatArray) -> FloatArray:
 def _filtered(normals: FloatArray, arcs: FloatArray, *, deviation: float, closed: bool) -> FloatArray:
     """Return unit normals after a Gaussian filter of one standard deviation [mm] along the arc."""
     length = float(arcs[-1])
-    count = int(np.ceil(length / deviation * SAMPLES_PER_DEVIATION))
+    count = int(whole_steps(length, step=deviation / SAMPLES_PER_DEVIATION))
     even: FloatArray = np.linspace(0.0, length, count + 1)
     sampled = np.column_stack([np.interp(even, arcs, normals[:, i]) for i in range(3)])
     sigma = deviation / (length / count)
@@ -368,7 +369,7 @@ def sampled_polyline(corners: FloatArray, *, step: float = TRAVEL_STEP) -> tuple
         (k, 3) samples, and (c,) the rows of the corners among them.
     """
     arcs = arc_lengths(corners)
-    counts = np.maximum(np.ceil(np.diff(arcs) / step).astype(np.int64), 1)
+    counts = whole_steps(np.diff(arcs), step=step)
     rows = np.concatenate([[0], np.cumsum(counts)])
     pieces = np.repeat(np.arange(counts.size), counts)
     share = (np.arange(int(rows[-1])) - rows[pieces]) / counts[pieces]
@@ -382,7 +383,7 @@ def _string_over(shares: FloatArray, heights: FloatArray) -> IntArray:
     for row in range(len(shares)):
         while len(rows) > 1:
             (x, y), (u, v) = ((shares[k] - shares[rows[-2]], heights[k] - heights[rows[-2]]) for k in (rows[-1], row))
-            if y * u > v * x:
+            if y * u > v * x + ROUNDING:
                 break
             rows.pop()
         rows.append(row)
@@ -391,7 +392,7 @@ def _string_over(shares: FloatArray, heights: FloatArray) -> IntArray:
 
 def _apart(points: FloatArray) -> FloatArray:
     """Return the first of (n, 3) points in each cell of a grid, in the order of the cells."""
-    cells = np.floor(points / TERRAIN_STEP)
+    cells = np.floor(points / TERRAIN_STEP + ROUNDING)
     # Several times as fast as NumPy's unique rows.
     order = np.lexsort(cells.T[::-1])
     other = np.append(np.True_, (np.diff(cells[order], axis=0) != 0.0).any(axis=1))
@@ -412,7 +413,7 @@ def _inner_points(triangles: FloatArray) -> FloatArray:
     found, rest = [np.empty((0, 3))], triangles
     while len(rest):
         sides = np.linalg.norm(rest - np.roll(rest, -1, axis=1), axis=2).max(axis=1)
-        rest = rest[sides > TERRAIN_STEP]
+        rest = rest[sides > (1.0 + ROUNDING) * TERRAIN_STEP]
         a, b, c = rest[:, 0], rest[:, 1], rest[:, 2]
         ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
         found += [ab, bc, ca]

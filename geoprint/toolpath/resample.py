@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from geoprint.geometry import arc_lengths, closest, positions
+from geoprint.geometry import arc_lengths, closest, positions, whole_steps
 from geoprint.model import FloatArray, IntArray, Surface, SurfacePoints
 from geoprint.transforms import EQUAL
 
@@ -114,7 +114,7 @@ def _carried(
 def _sample_arcs(places: FloatArray, arcs: FloatArray, *, step: float, chord_error: float) -> FloatArray:
     """Choose where to sample: even arcs first, then the farthest point of every piece whose chord errs too much."""
     length = float(arcs[-1])
-    even: FloatArray = np.linspace(0.0, length, max(int(np.ceil(length / step - ROUNDING)), 1) + 1)
+    even: FloatArray = np.linspace(0.0, length, int(whole_steps(length, step=step)) + 1)
     kept = np.zeros(arcs.size, dtype=np.bool_)
     kept[[0, -1]] = True
     while True:

@@ -138,6 +138,22 @@ def test_a_polyline_is_sampled_with_its_corners() -> None:
     np.testing.assert_allclose(np.linalg.norm(np.diff(samples, axis=0), axis=1), [2.5 / 3] * 3 + [1.0])
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_rounding_changes_neither_how_travel_is_sampled_nor_where_it_bends_nor_what_it_passes_over(seed: int) -> None:
+    """A lift of five whole steps, a crossing over a flat top, and a part whose corners lie on the grid of points."""
+    noise = np.random.default_rng(seed)
+
+    def moved(points: FloatArray) -> FloatArray:
+        return points + noise.normal(scale=1e-9, size=points.shape)
+
+    lift = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 5.0], [10.0, 0.0, 5.0]])
+    assert len(sampled_polyline(moved(lift))[0]) == len(sampled_polyline(lift)[0]) == 16
+    flat_top = np.clip(hill(20.0), None, 8.0)
+    np.testing.assert_allclose(travel_over(moved(flat_top)), travel_over(flat_top), atol=1e-6)
+    own, part = plate((8.0, 6.0), (8, 6)), plate((8.0, 6.0), (8, 6)).vertices
+    np.testing.assert_allclose(terrain_points([Surface(moved(part), own.faces)]), terrain_points([own]), atol=1e-6)
+
+
 # Normals in creases: known answers just on either side of the bound, and that the tip always advances.
 
 

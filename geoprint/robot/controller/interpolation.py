@@ -9,6 +9,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import InputError, ReachError
+from geoprint.geometry import whole_steps
 from geoprint.model import ControllerPath, FloatArray, IntArray, JointPath, Targets
 from geoprint.robot.arm import JOINTS, Arm, configuration_data
 from geoprint.robot.controller.targets import required_poses
@@ -108,9 +109,6 @@ def written_path(joint_path: JointPath, targets: Targets, arm: Arm) -> JointPath
 # form, and rounding grows by 1 / sin of the wrist angle only. A target so near to a quarter turn may count as either.
 SAME_JOINTS = 1e-6
 
-# A move of a whole number of steps but for this share of one takes no further step: a descent from the dry run is as
-# long as ten, and whoever reads the targets back, rounded to 1e-6 mm, finds the same rows.
-WHOLE_STEPS = 1e-5
 # Steps of a joint move are cut so that they stay below the largest one by this factor: equal steps of the joints are
 # not quite equal steps of the tip.
 STEP_MARGIN = 0.95
@@ -185,7 +183,7 @@ def _sampled_lines(joint_path: JointPath, targets: Targets, arm: Arm, *, step: f
     moves = np.linalg.norm(end[:, :3, 3] - start[:, :3, 3], axis=1)
     turns = transforms.rotation_angle(np.swapaxes(start[:, :3, :3], 1, 2) @ end[:, :3, :3])
     steps = np.maximum(moves / step, turns / TURN_STEP)
-    counts = np.maximum(np.ceil(steps - WHOLE_STEPS), 1.0).astype(np.int64)
+    counts = whole_steps(steps)
     places = np.concatenate([[0], np.cumsum(counts)])
     rows = np.repeat(np.arange(counts.size), counts)
     shares = (np.arange(rows.size) - places[rows]) / counts[rows]
@@ -273,7 +271,7 @@ def _refuse(what: str, joint_path: JointPath, Ts_base_tool: FloatArray, runs: In
 
 def _joint_move(start: FloatArray, end: FloatArray, arm: Arm, *, step: float) -> FloatArray:
     """Return rows (k, 6) of joint angles from start to end, both included, bounded in tip movement and in turn."""
-    count = max(int(np.ceil(np.abs(end - start).max() / TURN_STEP)), 1)
+    count = int(whole_steps(np.abs(end - start).max(), step=TURN_STEP))
     while True:
         rows = start + np.linspace(0.0, 1.0, count + 1)[:, None] * (end - start)
         rows[-1] = end

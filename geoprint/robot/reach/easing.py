@@ -18,7 +18,7 @@ from scipy import sparse
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.geometry import arc_lengths
+from geoprint.geometry import arc_lengths, whole_steps
 from geoprint.model import BoolArray, Eased, FloatArray, IntArray, JointPath, PoseStream, frozen
 from geoprint.robot.arm import Arm, configuration_data, tilts, wrist_angles
 from geoprint.robot.reach.costs import LARGEST_JUMP
@@ -133,7 +133,7 @@ def _basis(arcs: FloatArray) -> _Basis | None:
     from scipy.interpolate import BSpline
 
     length = float(arcs[-1])
-    pieces = max(int(np.ceil(length / KNOT)), 1)
+    pieces = int(whole_steps(length, step=KNOT))
     free = pieces + DEGREE - 2 * CLAMPED
     if free < 1:
         return None

@@ -8,6 +8,7 @@ from typing import final
 import numpy as np
 
 from geoprint import transforms
+from geoprint.geometry import whole_steps
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Robot, comparable, frozen
 from geoprint.robot.arm import JOINTS, Arm, singularity_distances, wrist_angles
 
@@ -57,7 +58,7 @@ def sample_poses(poses: PoseStream, *, T_base_work: FloatArray) -> PoseSamples:
         The samples, in the order of motion.
     """
     commanded = tool_poses(poses, T_base_work=T_base_work)
-    steps = np.maximum(np.ceil(np.maximum(tip_lengths(poses) / STEP, turns(poses) / TURN_STEP)), 1.0).astype(np.int64)
+    steps = whole_steps(np.maximum(tip_lengths(poses) / STEP, turns(poses) / TURN_STEP))
     starts = np.concatenate([[0], np.cumsum(steps)])
     rows = np.repeat(np.arange(poses.count - 1), steps)
     shares = (np.arange(rows.size) - starts[rows]) / steps[rows]
@@ -187,7 +188,7 @@ def keyframes_of(poses: PoseStream, *, T_base_work: FloatArray, rates: FloatArra
     scale = np.append(0.0, np.cumsum((rates[1:] + rates[:-1]) / 2.0 * np.diff(lengths)))
     if not scale[-1] > 0.0:
         return _at_rest(poses, T_base_work=T_base_work)
-    count = int(np.ceil(scale[-1]))
+    count = int(whole_steps(scale[-1]))
     places = scale * (count / scale[-1])
     places[-1] = count
     targets = np.arange(count + 1, dtype=np.float64)

@@ -140,26 +140,26 @@ def test_what_holds_its_speed_keeps_it() -> None:
     assert steps((10.0, 20.0), (30.0, 20.0)).highest_speed(20.0) is None
     # 2 % of one run is too much for all of them, and 1 % is not.
     assert steps((10.0, 19.8)).highest_speed(20.0) is None
-    assert steps((10.0, 19.6)).highest_speed(20.0) == pytest.approx(19.9)
+    assert steps((10.0, 19.6)).highest_speed(20.0) == 19.95
 
 
 def test_a_short_run_is_given_no_more_than_4_and_a_half_percent_too_much() -> None:
     """A run at 10 mm/s gets v / 10 of its volume: 10.45 mm/s are too fast by a twentieth of a millimetre a second."""
-    assert steps((1.0, 10.0), (99.0, 20.0)).highest_speed(20.0) == 10.4
+    assert steps((1.0, 10.0), (99.0, 20.0)).highest_speed(20.0) == pytest.approx(10.45, abs=0.011)
     # What a run loses within 4.5 % is kept where all of them get no more than 1.8 % too much.
     assert steps((20.0, 19.2), (80.0, 20.0)).highest_speed(20.0) is None
 
 
 def test_what_a_dot_is_given_too_much_counts_over_the_width_of_its_bead() -> None:
     """A fifth of a width at v instead of 10 mm/s: (v / 10 - 1) / 5 <= 0.045, v <= 12.25."""
-    assert steps((0.2, 10.0), (99.8, 20.0)).highest_speed(20.0) == 12.2
+    assert steps((0.2, 10.0), (99.8, 20.0)).highest_speed(20.0) == pytest.approx(12.25, abs=0.011)
 
 
 def test_all_runs_together_are_given_no_more_than_1_8_percent_too_much() -> None:
     """One run at 10 mm/s: 10.18 mm/s at most."""
-    assert steps((10.0, 10.0)).highest_speed(20.0) == 10.1
+    assert steps((10.0, 10.0)).highest_speed(20.0) == 10.18
     # Half of it, at v: (v / 10 + 1) / 2 <= 1.018, v <= 10.36, where each run by itself would allow 10.45.
-    assert steps((50.0, 10.0), (50.0, 20.0)).highest_speed(20.0) == 10.3
+    assert steps((50.0, 10.0), (50.0, 20.0)).highest_speed(20.0) == 10.36
 
 
 def test_within_a_run_only_the_sum_counts() -> None:
@@ -201,7 +201,7 @@ def test_a_flow_that_settles_gives_each_run_half_of_its_wait_and_the_ramp_at_its
     assert speed is not None
     shares = [
         each * (np.maximum(found.times, found.lengths / each).sum() + settle / 2.0) / lengths[-1]
-        for each in (speed, speed + 0.1)
+        for each in (speed, speed + 0.01)
     ]
     assert shares[0] <= 1.018 < shares[1]
 
@@ -226,7 +226,7 @@ def test_a_ring_whose_joints_hold_less_than_the_ceiling_is_printed_slower_and_ge
     found = printed(path)
     speed = found.process.speed
     assert 5.0 < speed < 18.0
-    assert speed == round(speed, 1)
+    assert speed == round(speed, 2)
     assert share(path, found.trajectory, speed=speed) == pytest.approx(1.005, abs=0.012)
     # It is the highest one: 5 % faster less than 90 % of the length are at speed.
     assert found.trajectory.share_at_speed >= 0.9
