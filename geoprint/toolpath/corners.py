@@ -12,6 +12,7 @@ from geoprint.geometry import PolylineDistance, arc_lengths, closest, positions,
 from geoprint.model import FloatArray, IntArray, Surface, SurfacePoints
 from geoprint.toolpath.poses import lifting_normals
 from geoprint.toolpath.resample import graded
+from geoprint.transforms import nearest
 
 # Runs whose tip never turns back: where a line trembles or bends in a few fine steps, samples are left out.
 #
@@ -392,7 +393,10 @@ def _started_at_near_corner(outline: _Outline, *, spacing: float) -> _Outline:
     arcs, turns = outline.arcs, outline.turns(REACH_SHARE * spacing)
     to_seam = np.minimum(arcs, arcs[-1] - arcs)
     near = np.where(to_seam < LARGEST_REACH_SHARE * spacing, turns, 0.0)[:-1]
-    return outline.started_at(int(near.argmax())) if near.max() > CORNER_ANGLE else outline
+    if near.max() <= CORNER_ANGLE:
+        return outline
+    equal = np.flatnonzero(near >= near.max() - EQUAL_TURN)
+    return outline.started_at(int(equal[nearest(to_seam[equal], outline.places[equal])]))
 
 
 def _attempt(outline: _Outline, *, spacing: float, smallest_radius: float) -> _Solution:

@@ -205,6 +205,16 @@ def test_a_closed_run_with_a_corner_at_its_seam_stays_closed_and_starts_there() 
     assert missed(found, *square[1:]) == pytest.approx([0.02941] * 3, rel=0.01)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_rounding_does_not_decide_at_which_of_two_like_corners_a_closed_run_starts(seed: int) -> None:
+    """Its seam lies in the middle of a side that is shorter than the reach, so that both corners are next to it."""
+    ring = line_through((10.2, 10.0), (10.4, 10.0), (10.4, 12.0), (10.0, 12.0), (10.0, 10.0), (10.2, 10.0))
+    noise = np.random.default_rng(seed).normal(scale=1e-9, size=ring.shape)
+    noise[-1] = noise[0]
+    own, other = (places_of(rounded(each, closed=True).pieces[0].points) for each in (ring, ring + noise))
+    np.testing.assert_allclose(other, own, atol=1e-6)
+
+
 def test_a_closed_run_with_two_hairpins_becomes_two_open_ones() -> None:
     needle = line_through((15.0, 10.0), (25.0, 10.2), (15.0, 10.4), (5.0, 10.2), (15.0, 10.0))
     found = rounded(needle, closed=True)
