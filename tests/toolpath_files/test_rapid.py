@@ -156,7 +156,7 @@ REFUSED = {
         module(f"p.extax.eax_a:=30;\n{rows()}", "VAR robtarget p;"), "line 6: it gives an external axis a value"
     ),
     "a displacement": (module(f"PDispOn p1,gun;\n{rows()}", f"CONST robtarget p1:={target(0, 0)};"), "line 6: PDispOn"),
-    "an unknown word": (module(f"Wobble 3;\n{rows()}"), "line 6: Wobble is declared nowhere"),
+    "an unknown word": (module(f"Wobble 3;\n{rows()}"), "line 6: Wobble is not declared"),
     "paint": (module(f"{rows()}\nPaintL {target(0, 0)},v20,z5,gun;"), "line 19: PaintL is no instruction"),
     "a delay": (module(rows("SetDO \\SDelay:=0.2,doGlue,1;")), "line 8: the option SDelay"),
     "a bead that changes on the way": (

@@ -106,7 +106,7 @@ def verify_flow(made: Made, orders: Orders, *, signals: Signals) -> None:
         for trigger in (each for each in switched.get(index, ()) if each.flow):
             place = Place(trigger.file, trigger.line)
             if trigger.signal != (signals.flow or "").lower() or not signals.sets_flow:
-                refuse(place, f"{trigger.signal} is no output for a flow that follows the speed")
+                refuse(place, f"{trigger.signal} is not an output for a flow that follows the speed")
             ends = trigger.value == 0.0
             lags: Listed = [signals.flow_lag, 0.0 if ends else signals.flow_lag]
             compare([trigger.lag, trigger.dip_lag], lags, tolerance=1e-6, place=place, what="the lag of the flow")
@@ -219,12 +219,12 @@ def stopped(task: MachineTask, made: Made, *, valve: str) -> list[tuple[str, Exe
     lit = {name: value for name, value in controller.state.signals.items() if value}
     place = Place(task.declared.routines[scenario.ties["Stop"][0].lower()].file, 1)
     if lit:
-        refuse(place, f"behind a stop {', '.join(lit)} is still on")
+        refuse(place, f"after a stop {', '.join(lit)} is still on")
     controller.go_on()
     execution = controller.execution()
     later = [each for each in execution.switchings if each.time > controller.state.clock]
     if execution.ended != "exit" or later:
-        refuse(place, "stopped while it deposits, the program goes on printing instead of telling where to begin again")
+        refuse(place, "stopped while it deposits, the program goes on printing instead of saying where to resume")
     return [("stopped in the first deposit, and gone on", execution)]
 
 

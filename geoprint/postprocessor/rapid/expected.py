@@ -220,7 +220,7 @@ def compare_frame(found: Listed, planned: FloatArray, *, place: Place, what: str
         VerificationError: they differ.
     """
     if not isinstance(found, list) or len(found) != 2:
-        refuse(place, f"{what} is no pose")
+        refuse(place, f"{what} is not a pose")
     position, quaternion = found
     compare(position, literal(planned[:3, 3]), tolerance=POSITION_TOLERANCE, place=place, what=f"{what} position")
     compare(quaternion, literal(np.zeros(4)), tolerance=1.0, place=place, what=f"{what} quaternion")

@@ -68,11 +68,11 @@ def _compare(module: str, text: str, wanted: list[str]) -> None:
         place = Place(module, number)
         check_line(line, place)
         if number > len(wanted):
-            refuse(place, f"{line.strip()[:60]!r} stands behind the end of the module")
+            refuse(place, f"{line.strip()[:60]!r} follows the end of the module")
         if line != wanted[number - 1]:
             refuse(place, f"the guard must say {wanted[number - 1].strip()!r} here, found {line.strip()[:80]!r}")
     if len(found) < len(wanted):
-        refuse(Place(module, len(found)), f"the guard breaks off before {wanted[len(found)].strip()!r}")
+        refuse(Place(module, len(found)), f"the guard ends before {wanted[len(found)].strip()!r}")
 
 
 def _expected(file: str, cell: Cell, *, placement: Placement, loading: bool, stacked: bool = False) -> list[str]:

@@ -125,11 +125,11 @@ def check_form(name: str, text: str) -> None:
         if line.count(";") > 1 and not line.lstrip().startswith("!"):
             refuse(Place(name, number), "more than one statement stands in the line, which geoprint never writes")
         if _WAITS.match(line) and not _RESTS.match(lines[number - 2]):
-            refuse(Place(name, number), "a wait stands only behind a move to a fine point")
+            refuse(Place(name, number), "a wait may only follow a move to a fine point")
     for match in _LEADING_ZERO.finditer(text):
         number = text.count("\n", 0, match.start()) + 1
         if not lines[number - 1].lstrip().startswith("!"):
-            refuse(Place(name, number), f"{match[0][1:]}... is no number as geoprint writes it")
+            refuse(Place(name, number), f"{match[0][1:]}... is not a number as geoprint writes it")
     _check_triggers(name, lines)
 
 
@@ -144,7 +144,7 @@ def _check_triggers(name: str, lines: list[str]) -> None:
         elif match := _PULLED.match(line):
             missing = [pulled for pulled in (match[1], *_FURTHER.findall(line)) if pulled.lower() not in defined]
             if missing:
-                refuse(Place(name, number), f"{missing[0]} is pulled, but this routine has not defined it before")
+                refuse(Place(name, number), f"{missing[0]} is used, but this routine has not defined it before")
 
 
 def check_line(line: str, place: Place) -> None:
@@ -261,11 +261,11 @@ def read_program_file(name: str, text: str) -> tuple[str, ...]:
     lines = text.split("\n")
     frame = [lines[0], *lines[1:2], *lines[-2:]]
     if frame != ['<?xml version="1.0" encoding="ISO-8859-1" ?>', "<Program>", "</Program>", ""]:
-        refuse(Place(name, 1), "this is no list of modules")
+        refuse(Place(name, 1), "this is not a list of modules")
     listed: list[str] = []
     for number, line in enumerate(lines[2:-2], start=3):
         match = re.fullmatch(r"\t<Module>([A-Za-z0-9]+\.mod)</Module>", line)
         if match is None:
-            refuse(Place(name, number), f"{line[:60]!r} names no module")
+            refuse(Place(name, number), f"{line[:60]!r} does not name a module")
         listed.append(match[1])
     return tuple(listed)

@@ -242,7 +242,7 @@ def _check_lines(path: str, text: str, wanted: Sequence[str], layer: OwnProgram,
         place = Place(path, number)
         check_line(line, place)
         if number > len(wanted):
-            refuse(place, f"{line.strip()[:60]!r} stands behind the end of the module")
+            refuse(place, f"{line.strip()[:60]!r} follows the end of the module")
         said = line
         if name == _PRINT:
             said = line.replace(f'"{layer.folder}/GeoPath', '"GeoPath')
@@ -253,7 +253,7 @@ def _check_lines(path: str, text: str, wanted: Sequence[str], layer: OwnProgram,
                 f"the layer's own program says {wanted[number - 1].strip()[:80]!r} here, found {line.strip()[:80]!r}",
             )
     if len(found) < len(wanted):
-        refuse(Place(path, len(found)), f"the module breaks off before {wanted[len(found)].strip()[:80]!r}")
+        refuse(Place(path, len(found)), f"the module ends before {wanted[len(found)].strip()[:80]!r}")
 
 
 def _check_stack(files: Mapping[str, str], layers: Sequence[OwnProgram], entries: Sequence[str]) -> None:

@@ -316,7 +316,7 @@ def _refuse_other_verbs(made: Made) -> None:
     others = np.flatnonzero(~np.isin(verbs, [VERBS.index(verb) for verb in ("MoveL", "TriggL")]))
     if others.size:
         target = int(others[0])
-        refuse(made.place(target), f"target {target + 1}: {VERBS[verbs[target]]} is no straight move")
+        refuse(made.place(target), f"target {target + 1}: {VERBS[verbs[target]]} is not a straight move")
 
 
 def _refuse_standing(made: Made) -> None:
@@ -325,7 +325,7 @@ def _refuse_standing(made: Made) -> None:
     standing = np.flatnonzero(near & ~_turned(made.turns[1:], made.turns[:-1]))
     if standing.size:
         row = int(standing[0]) + 1
-        refuse(made.place(row), f"target {row + 1}: the move goes nowhere, the target before is the same")
+        refuse(made.place(row), f"target {row + 1}: the move has no length: the target before is the same")
 
 
 def _findings(

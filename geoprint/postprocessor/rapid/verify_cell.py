@@ -269,7 +269,7 @@ def _verify_tool(datum: Declaration, *, cell: Cell) -> None:
     tool, value = cell.tool, datum.value
     load = value[2] if isinstance(value, list) and len(value) == 3 else None
     if not isinstance(value, list) or value[0] is not True or not isinstance(load, list) or len(load) != 6:
-        refuse(datum.place, "tooldata is no tool held by the robot")
+        refuse(datum.place, "tooldata must be a tool held by the robot")
     compare_frame(value[1], tool.T_flange_tool, place=datum.place, what="tool frame")
     compare(load[0], tool.mass_kg, tolerance=_LOAD_TOLERANCE, place=datum.place, what="load")
     axes = transforms.rigid(tool.principal_axes, tool.cog)

@@ -47,7 +47,7 @@ def controller_findings(
         if name not in files:
             yield refusal(_place(name, 1), "the file is missing")
         elif name not in wanted:
-            yield refusal(_place(name, 1), "no program of geoprint brings this file")
+            yield refusal(_place(name, 1), "this file belongs to no program of geoprint")
         elif name == _RESIDENT:
             try:
                 check_resident(files[name], cell=cell, placement=placement)

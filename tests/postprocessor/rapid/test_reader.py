@@ -79,21 +79,21 @@ DAMAGES = {
         r"TriggL \[\[[^]]*\],\[5\.0000,8"
     ),
     "swapped coordinates": Damage(P, r"\[\[5\.0000,8\.6603", "[[8.6603,5.0000", "position", r"\[\[8\.6603"),
-    "NaN": Damage(P, r"\[\[5\.0000,8\.6603", "[[NaN,8.6603", "NaN is declared nowhere", "NaN"),
+    "NaN": Damage(P, r"\[\[5\.0000,8\.6603", "[[NaN,8.6603", "NaN is not declared", "NaN"),
     "infinite number": Damage(P, r"\[\[5\.0000,8\.6603", "[[1e999,8.6603", "too large for a num", "1e999"),
-    "text for a number": Damage(P, r"\[\[5\.0000,8\.6603", "[[true,8.6603", "TRUE is no num", "true"),
+    "text for a number": Damage(P, r"\[\[5\.0000,8\.6603", "[[true,8.6603", "TRUE is not a num", "true"),
     "four coordinates": Damage(P, r"\[\[5\.0000,", "[[5.0000,1.0,", "a pos has 3 components, found 4", "5.0000,1.0,"),
-    "33-character name": Damage(P, r"GeoRun2;", f"{'a' * 33};", "is declared nowhere", "aaaa"),
+    "33-character name": Damage(P, r"GeoRun2;", f"{'a' * 33};", "is not declared", "aaaa"),
     "33-character procedure": Damage(P, r"PROC GeoRun2", f"PROC {'a' * 33}", "at most 32 characters", "aaaa"),
-    "33-character signal": Damage(P, r"doValve", "a" * 33, "is declared nowhere", "aaaa"),
-    "81-character string": Damage(C, "=TRUE", f'="{"x" * 81}"', "is no bool", "xxxx"),
+    "33-character signal": Damage(P, r"doValve", "a" * 33, "is not declared", "aaaa"),
+    "81-character string": Damage(C, "=TRUE", f'="{"x" * 81}"', "is not a bool", "xxxx"),
     "other string": Damage(C, '""', '"T_ROB2"', "wobjdata", "T_ROB2"),
     "wrong quaternion": Damage(P, r"0\.08645827,-0", "0.08745827,-0", "quaternion", "0.08745827"),
     "quaternion of another attitude": Damage(P, r"\[0\.08645827,-0\.99500417", "[0.08645827,0.99500417",
                                              "quaternion", r"\[0\.08645827,0\.99500417"),
     "moved by half a micrometre": Damage(P, r"8\.6603", "8.6608", "position", "8.6608"),
     "valve never opened": Damage(
-        P, r"    TriggIO tGeoValveOn.*\n", "", "is pulled, but this routine has not", r"TriggL.*tGeoValveOn"),
+        P, r"    TriggIO tGeoValveOn.*\n", "", "is used, but this routine has not", r"TriggL.*tGeoValveOn"),
     "valve not pulled": Damage(P,
         r"tGeoValveOn\\T2:=", "", "1 output to switch in the move here, the plan has 2", r"TriggL.*tGeoLampOn"),
     "valve and lamp not pulled": Damage(
@@ -110,14 +110,14 @@ DAMAGES = {
     "valve opened in a dry run": Damage(P, r"doValve,geoOn", "doValve,1", "switched to 1 here in a dry run",
         "doValve,1"),
     "lamp for valve": Damage(P, r"DOp:=doValve,geoOn", "DOp:=doUV,geoOn", "otherwise", "tGeoValveOn"),
-    "other output": Damage(P, r"DOp:=doUV,geoOn", "DOp:=doGripper,geoOn", "doGripper is declared nowhere", "doGripper"),
+    "other output": Damage(P, r"DOp:=doUV,geoOn", "DOp:=doGripper,geoOn", "doGripper is not declared", "doGripper"),
     "a flow that nobody asked for": Damage(
         P, r"(    TriggIO tGeoValveOn)", r"    TriggSpeed tGeoValveOff,0\\Start,0,aoFlow,1*geoOn;\n\1",
-        "aoFlow is declared nowhere", "TriggSpeed"),
+        "aoFlow is not declared", "TriggSpeed"),
     "triggers out of order": Damage(P, r"\\T2:=tGeoLampOn", r"\\T3:=tGeoLampOn", "one after the other", "T3"),
     "trigger without a trigger move": Damage(P, r"TriggL", "MoveL", r"MoveL takes no \T2", SECOND),
     "trigger of another type": Damage(C, "VAR triggdata tGeoLampOn", "CONST num tGeoLampOn:=1",
-        "wants a triggdata, found a num",
+        "needs a triggdata, found a num",
                                       "no line"),
     "SetDO on the path": Damage(P, r"    TriggIO tGeoValveOn", "    SetDO doValve,1;\n    TriggIO tGeoValveOn",
                                 "switched to 1 here in a dry run", "SetDO"),
@@ -131,7 +131,7 @@ DAMAGES = {
         P, r"(    MoveL \[\[-5\.0000,8.*\n)(    MoveL \[\[-10\.0000.*\n)", r"\2\1", "position", r"\[\[-10\.0000,0"),
     "wrong zone": Damage(P, r"vGeo2,zGeo2", "vGeo2,zGeo1", "zone", r"\[\[-10\.0000,0"),
     "rounded where it must stop": Damage(P, r"vGeo2,fine", "vGeo2,zGeo1", "zone", r"vGeo2,zGeo1"),
-    "unknown zone": Damage(P, r"vGeo2,zGeo2", "vGeo2,zGeo9", "zGeo9 is declared nowhere", "zGeo9"),
+    "unknown zone": Damage(P, r"vGeo2,zGeo2", "vGeo2,zGeo9", "zGeo9 is not declared", "zGeo9"),
     "larger zone": Damage(C, r"FALSE,0\.3,0\.3", "FALSE,0.4,0.3", "zonedata", "FALSE,0.4"),
     "wrong speed": Damage(P, r"vGeo2,zGeo2", "vGeo3,zGeo2", "speed", r"vGeo3,zGeo2"),
     "faster": Damage(C, r"\[20,500", "[21,500", "speed", "no line"),
@@ -151,7 +151,7 @@ DAMAGES = {
     "no work object": Damage(P, r"\\WObj:=wGeoPart", "", "in wobj0", r"MoveL.*tGeoNozzle;", nth=3),
     "tool shifted": Damage(C, r"84\.8528", "84.8538", "tool frame", "84.8538"),
     "tool turned": Damage(C, r"0\.38268343", "-0.38268343", "tool frame", "-0.38268343"),
-    "tool not held": Damage(C, r"tGeoNozzle:=\[TRUE", "tGeoNozzle:=[FALSE", "no tool held", "tGeoNozzle"),
+    "tool not held": Damage(C, r"tGeoNozzle:=\[TRUE", "tGeoNozzle:=[FALSE", "must be a tool held", "tGeoNozzle"),
     "tool heavier": Damage(C, r"\[0\.6000", "[0.7000", "load", "0.7000"),
     "part shifted": Damage(C, r"312\.3457", "312.3467", "uframe", "312.3467"),
     "part shifted on its fixture": Damage(C, r"\[1\.2500", "[1.2600", "oframe", "1.2600"),
@@ -190,8 +190,8 @@ DAMAGES = {
                                r"ENDPROC\n  PROC GeoRun2"),
     "error handler that goes on": Damage(P, "RAISE;", "TRYNEXT;", "must be GeoSafe; RAISE", "TRYNEXT"),
     "run left out": Damage(P, "    GeoRun2;\n", "", "geoend 2 is called where geoenter 2 must be", "GeoEnd 2"),
-    "run that does not exist": Damage(P, "    GeoRun2;\n", "    GeoRun3;\n", "GeoRun3 is declared nowhere", "GeoRun3"),
-    "run that calls itself": Damage(P, r"(PROC GeoRun2\(\)\n)", r"\1    GeoRun2;\n", "calls nest deeper than 200",
+    "run that does not exist": Damage(P, "    GeoRun2;\n", "    GeoRun3;\n", "GeoRun3 is not declared", "GeoRun3"),
+    "run that calls itself": Damage(P, r"(PROC GeoRun2\(\)\n)", r"\1    GeoRun2;\n", "calls are nested deeper than 200",
         "no line"),
     "run called late": Damage(P, "    GeoRun2;\n", '    %"GeoRun2"%;\n', "called by %", '%"'),
     "deposits at once": Damage(C, "geoDryRun:=TRUE", "geoDryRun:=FALSE", "must be declared TRUE", "geoDryRun:="),
@@ -201,7 +201,7 @@ DAMAGES = {
                                "no use for it", "tGeoOther"),
     "a module loaded during another": Damage(
         P, "    GeoRun2;\n", '    StartLoad\\\\Dynamic,diskhome\\\\File:="GeoPrint.mod",geoLoading;\n    GeoRun2;\n',
-        "geoLoading is declared nowhere", "StartLoad"),
+        "geoLoading is not declared", "StartLoad"),
     "unloaded too early": Damage(P, "    GeoRun2;\n", '    UnLoad diskhome\\\\File:="GeoPrint.mod";\n    GeoRun2;\n',
                                  "ERR_UNLOAD: GeoPrint.mod is not loaded by the program", "UnLoad"),
     "unknown instruction": Damage(P, "    GeoRun2;", "    TuneReset;", "TuneReset", "TuneReset"),
@@ -224,17 +224,17 @@ DAMAGES = {
         P, "PROC GeoRun2", "PROC tGeoNozzle", "declared twice: also in GeoCell.mod", "PROC tGeoNozzle"),
     "procedure twice": Damage(P, "PROC GeoRun2", "PROC GeoRun1", "declared twice", "the second"),
     "data after procedures": Damage(
-        P, r"(  PROC GeoRun2)", r"  CONST num n:=1;\n\1", "wants data first", "CONST num"
+        P, r"(  PROC GeoRun2)", r"  CONST num n:=1;\n\1", "needs data first", "CONST num"
     ),
     "end of a procedure missing": Damage(
-        P, r"  ENDPROC\n(?=  PROC GeoRun1)", "", "PROC begins no statement", "PROC GeoRun1"
+        P, r"  ENDPROC\n(?=  PROC GeoRun1)", "", "PROC cannot begin a statement", "PROC GeoRun1"
     ),
     "end of the last procedure missing": Damage(P, r"  ENDPROC\n(?=ENDMODULE)", "", "ENDPROC is missing", "ENDMODULE"),
     "end of the module missing": Damage(P, r"ENDMODULE\n", "", "ENDMODULE is missing", "no line"),
     "other module name": Damage(P, "MODULE GeoPrint", "MODULE GeoPrimt", "name of its file", "MODULE GeoPrimt"),
     "module not listed": Damage("GeoPrint.pgf", r"\t<Module>GeoCell.mod</Module>\n", "", "it must list", "xml"),
-    "list broken": Damage("GeoPrint.pgf", "<Program>\n", "", "no list of modules", "xml"),
-    "list of something else": Damage("GeoPrint.pgf", "GeoCell.mod<", "../a.mod<", "names no module", "a.mod"),
+    "list broken": Damage("GeoPrint.pgf", "<Program>\n", "", "not a list of modules", "xml"),
+    "list of something else": Damage("GeoPrint.pgf", "GeoCell.mod<", "../a.mod<", "does not name a module", "a.mod"),
 }  # fmt: skip
 
 

@@ -261,7 +261,7 @@ DAMAGES: dict[str, tuple[Callable[[Files], object], str]] = {
     ),
     "a line more": (
         replaced("layer-02/GeoPrint.mod", "ENDMODULE\n", "ENDMODULE\n\n"),
-        "stands behind the end of the module",
+        "follows the end of the module",
     ),
     "a module that breaks off": (
         lambda files: files.update({"layer-02/GeoCell.mod": files["layer-02/GeoCell.mod"][:-20]}),

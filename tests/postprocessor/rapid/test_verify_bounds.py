@@ -181,7 +181,7 @@ def test_a_move_that_goes_nowhere_is_found(switched: tuple[Proof, Orders], sign:
         )
         planned = replace(wanted, tips=tips, quaternions=quaternions)
         if stands:
-            with pytest.raises(VerificationError, match=rf"target {TARGET + 1}: the move goes nowhere"):
+            with pytest.raises(VerificationError, match=rf"target {TARGET + 1}: the move has no length"):
                 _verify_targets(made, proof.dry, planned)
         else:
             _verify_targets(made, proof.dry, planned)
@@ -190,7 +190,7 @@ def test_a_move_that_goes_nowhere_is_found(switched: tuple[Proof, Orders], sign:
 @pytest.mark.parametrize(("verb", "name"), [(1, "MoveC"), (2, "MoveJ"), (3, "MoveAbsJ"), (5, "TriggC"), (6, "TriggJ")])
 def test_a_move_that_is_no_straight_line_is_found(switched: tuple[Proof, Orders], verb: int, name: str) -> None:
     proof, wanted = switched
-    with pytest.raises(VerificationError, match=rf"target {TARGET + 1}: {name} is no straight move"):
+    with pytest.raises(VerificationError, match=rf"target {TARGET + 1}: {name} is not a straight move"):
         _verify_targets(moved(proof.printing, "verbs", lambda v: v * 0 + verb), proof.dry, wanted)
 
 
@@ -283,7 +283,7 @@ def test_a_flow_keeps_its_value_by_one_percent_and_its_lag_by_a_microsecond(flow
         ({"lag": 0.049}, "the lag of the flow"), ({"dip_lag": 0.0}, "the lag of the flow"),
         ({"distance": 0.5}, "a flow changes at the start of a move"),
         ({"from_start": False}, "a flow changes at the start of a move"),
-        ({"signal": "aoother"}, "aoother is no output for a flow"), ({"flow": False}, "the flow in the move here is 0"),
+        ({"signal": "aoother"}, "aoother is not an output for a flow"), ({"flow": False}, "the flow in the move here is 0"),
     ):  # fmt: skip
         changed = with_switching(made, begins, **change)
         if words:
@@ -311,7 +311,7 @@ def test_a_flow_that_ends_before_the_plan_does_is_found(flowing: tuple[Proof, Or
 
 @pytest.mark.parametrize("signals", [CELL.signals, replace(ANALOG.signals, mode="io")])
 def test_a_cell_that_only_switches_has_no_flow(flowing: tuple[Proof, Orders], signals: Signals) -> None:
-    with pytest.raises(VerificationError, match="aoflow is no output for a flow that follows the speed"):
+    with pytest.raises(VerificationError, match="aoflow is not an output for a flow that follows the speed"):
         verify_flow(flowing[0].printing, flowing[1], signals=signals)
 
 
@@ -401,5 +401,5 @@ def test_what_is_found_comes_in_order_and_what_cannot_be_read_is_not_run(switche
     # What has no meaning is not executed, but everything else is still looked at.
     unknown, proof = judged(pgf, data, ("GeoPrint.mod", "    GeoRun2;", "    GeoRun3;"))
     assert proof is None
-    assert any("GeoRun3 is declared nowhere" in str(each) for each in unknown)
+    assert any("GeoRun3 is not declared" in str(each) for each in unknown)
     assert any("nGeoBack is" in str(each) for each in unknown)

@@ -110,12 +110,12 @@ def test_a_datum_may_differ_by_its_digits_and_no_more(
 
 
 OTHERS: list[tuple[str, tuple[int, ...], Listed, str]] = [
-    ("tGeoNozzle", (0,), False, "no tool held by the robot"),
-    ("tGeoNozzle", (2,), [1.0, 2.0], "no tool held by the robot"),
-    ("tGeoNozzle", (), "tool", "no tool held by the robot"),
-    ("tGeoNozzle", (), 5.0, "no tool held by the robot"),
-    ("tGeoNozzle", (), [True, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]]], "no tool held by the robot"),
-    ("tGeoNozzle", (1,), [1.0, 2.0, 3.0], "tool frame is no pose"),
+    ("tGeoNozzle", (0,), False, "must be a tool held by the robot"),
+    ("tGeoNozzle", (2,), [1.0, 2.0], "must be a tool held by the robot"),
+    ("tGeoNozzle", (), "tool", "must be a tool held by the robot"),
+    ("tGeoNozzle", (), 5.0, "must be a tool held by the robot"),
+    ("tGeoNozzle", (), [True, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]]], "must be a tool held by the robot"),
+    ("tGeoNozzle", (1,), [1.0, 2.0, 3.0], "tool frame is not a pose"),
     ("wGeoPart", (0,), True, "wobjdata is True"),
     ("wGeoPart", (1,), False, "wobjdata is False"),
     ("wGeoPart", (2,), "STN1", "wobjdata is STN1"),

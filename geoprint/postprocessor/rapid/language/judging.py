@@ -82,7 +82,7 @@ def judge_arguments(
     for parameter in routine.parameters:
         if not parameter.optional and parameter.group not in given and len(matched) == len(arguments):
             given.add(parameter.group)
-            here.say(line, f"{name} is not given its argument {parameter.name}")
+            here.say(line, f"{name} lacks the argument {parameter.name}")
     for argument, parameter in matched:
         _judge_argument(argument, parameter, symbol, here, judge=judge)
 
@@ -100,9 +100,9 @@ def _matched(
             here.say(argument.line, f"{name} takes no {what}")
             continue
         if any(other.group == parameter.group for _, other in found):
-            here.say(argument.line, f"{name} is given {parameter.name} beside what it excludes, or twice")
+            here.say(argument.line, f"{name} is given {parameter.name} twice, or together with what excludes it")
         elif parameter.group < last:
-            here.say(argument.line, f"{name} takes {parameter.name} before the arguments in front of it")
+            here.say(argument.line, f"{name} takes {parameter.name} further ahead among its arguments")
         last = max(last, parameter.group)
         last_required = last_required if parameter.optional else max(last_required, parameter.group)
         found.append((argument, parameter))
@@ -127,7 +127,7 @@ def _judge_argument(
         return
     if is_switch or argument.value is None:
         if (argument.value is None) != is_switch:
-            here.say(argument.line, f"{what} {'is a switch and takes no value' if is_switch else 'wants a value'}")
+            here.say(argument.line, f"{what} {'is a switch and takes no value' if is_switch else 'needs a value'}")
         return
     # One value may fill one of several parameters: as the first of the kind that fits.
     rivals = [parameter]
@@ -152,7 +152,7 @@ def _judge_forwarded(argument: Argument, parameter: Parameter, what: str, here: 
     given = here.inner.get(argument.forwarded.lower())
     node = given.node if given else None
     if not isinstance(node, Parameter) or not node.optional:
-        here.say(argument.line, f"{argument.forwarded} is no optional parameter here, and {what} is to be given on")
+        here.say(argument.line, f"{argument.forwarded} is not an optional parameter here, and {what} is to receive it")
     elif (node.kind.lower() == "switch") != (parameter.kind.lower() == "switch"):
         here.say(argument.line, f"{what} is a {parameter.kind}, and {argument.forwarded} is a {node.kind}")
 
@@ -200,7 +200,7 @@ def _judge_mode(argument: Argument, parameter: Parameter, what: str, here: Conte
     value = argument.value
     root = None if value is None or isinstance(value, Literal) else root_of(value)
     if root is None:
-        here.say(argument.line, f"{what} is handed over by reference, and this is no datum")
+        here.say(argument.line, f"{what} is passed by reference, so it must be a variable")
         return
     symbol = here.find(root.name)
     node = symbol.node if symbol else None
@@ -209,11 +209,11 @@ def _judge_mode(argument: Argument, parameter: Parameter, what: str, here: Conte
     storage = node.storage if isinstance(node, Datum) else ""
     mode = node.mode if isinstance(node, Parameter) else ""
     if symbol.role == "loop" or (storage == "CONST" and not is_signal):
-        here.say(argument.line, f"{what} is handed over by reference, and {root.name} never changes")
+        here.say(argument.line, f"{what} is passed by reference, but {root.name} never changes")
     elif parameter.mode == "PERS" and (storage == "VAR" or (isinstance(node, Parameter) and mode in {"", "VAR"})):
-        here.say(argument.line, f"{what} wants a PERS, and {root.name} is none")
+        here.say(argument.line, f"{what} needs a PERS, but {root.name} is not one")
     elif parameter.mode == "VAR" and (storage == "PERS" or mode == "PERS"):
-        here.say(argument.line, f"{what} wants a VAR, and {root.name} is a PERS")
+        here.say(argument.line, f"{what} needs a VAR, but {root.name} is a PERS")
 
 
 # Judges expressions: every name means something, operators and parts have what they need, and what kind results.
@@ -249,7 +249,7 @@ def judge(expression: Expression, here: Context, *, wanted: Kind | None = None, 
     """
     if isinstance(expression, Literal):
         if why := here.kinds.misfit(expression.value, wanted):
-            here.say(expression.line, f"{why}, wanted for {what}" if what else why)
+            here.say(expression.line, f"{why}, needed for {what}" if what else why)
         return wanted if isinstance(expression.value, tuple) else kind_of_literal(expression)
     if isinstance(expression, Aggregate):
         _judge_aggregate(expression, here, wanted)
@@ -259,7 +259,7 @@ def judge(expression: Expression, here: Context, *, wanted: Kind | None = None, 
     else:
         found = _kind(expression, here)
     if not fits(found, wanted) and found is not None and wanted is not None:
-        here.say(expression.line, f"{what or 'this'} wants a {wanted.shown()}, found a {found.shown()}")
+        here.say(expression.line, f"{what or 'this'} needs a {wanted.shown()}, found a {found.shown()}")
     return found
 
 
@@ -291,7 +291,7 @@ def _found(name: Name, here: Context) -> Kind | None:
         here.miss(name.line, name.name)
         return None
     if symbol.role in {"routine", "type", "module"}:
-        here.say(name.line, f"{name.name} is a {symbol.role}, and a value is wanted")
+        here.say(name.line, f"{name.name} is a {symbol.role}; a value is needed here")
         return None
     if isinstance(symbol.node, Parameter) and symbol.node.kind.lower() == "switch":
         here.say(name.line, f"{name.name} is a switch, which has no value: ask Present({name.name})")
@@ -336,9 +336,9 @@ def _function(call: FunctionCall, here: Context) -> Kind | None:
     if symbol is None:
         here.miss(call.line, call.name)
     elif symbol.role not in {"routine", "known"}:
-        here.say(call.line, f"{call.name} is no function")
+        here.say(call.line, f"{call.name} is not a function")
     elif isinstance(symbol.node, Routine) and symbol.node.kind != "FUNC":
-        here.say(call.line, f"{call.name} is a {symbol.node.kind}, and a function is wanted")
+        here.say(call.line, f"{call.name} is a {symbol.node.kind}; a function is needed here")
     elif call.name.lower() == "present":
         _present(call, here)
         return BOOL
@@ -353,7 +353,7 @@ def _present(call: FunctionCall, here: Context) -> None:
     """Judge the question whether a parameter is given, a switch among them, which has no value."""
     value = call.arguments[0].value if len(call.arguments) == 1 else None
     if not isinstance(value, Name):
-        here.say(call.line, "Present asks for one parameter of its routine")
+        here.say(call.line, "Present takes one parameter of its routine")
     elif here.find(value.name) is None:
         here.miss(call.line, value.name)
 
@@ -389,7 +389,7 @@ def _unary(unary: Unary, here: Context) -> Kind | None:
         return BOOL
     kind = _value(_kind(unary.operand, here))
     if kind is not None and kind not in _NUMERIC and kind != _POS:
-        here.say(unary.line, f"{unary.operator} has no meaning for a {kind.shown()}")
+        here.say(unary.line, f"{unary.operator} cannot be applied to a {kind.shown()}")
         return None
     return kind
 
@@ -427,13 +427,13 @@ def _result(binary: Binary, left: Kind | None, right: Kind | None, here: Context
         return BOOL if operator in _COMPARED else right if left == NUMBER else left
     if operator in _EQUALITY:
         if not fits(left, right) and not fits(right, left) and left is not None and right is not None:
-            here.say(binary.line, f"a {left.shown()} is compared with a {right.shown()}")
+            here.say(binary.line, f"a {left.shown()} cannot be compared with a {right.shown()}")
         return BOOL
     if left is None or right is None:
         return BOOL if operator in _ORDER else None
     found = _TABLE.get((operator, left, right))
     if found is None:
-        here.say(binary.line, f"{operator} has no meaning between a {left.shown()} and a {right.shown()}")
+        here.say(binary.line, f"{operator} cannot be applied to a {left.shown()} and a {right.shown()}")
         return BOOL if operator in _ORDER else None
     return found
 
@@ -548,7 +548,7 @@ def _assignment(assignment: Assignment, here: Context) -> None:
     symbol = here.find(root.name) if root else None
     if symbol is not None and root is not None:
         if isinstance(symbol.node, Datum) and symbol.node.storage == "CONST":
-            here.say(assignment.line, f"{root.name} is a CONST, and a value is assigned to it")
+            here.say(assignment.line, f"{root.name} is a CONST, but a value is assigned to it")
         elif symbol.role in {"loop", "signal"}:
             here.say(assignment.line, f"no value can be assigned to {root.name}, which is a {symbol.role}")
     judge(assignment.value, here, wanted=target, what="the assignment")
@@ -586,9 +586,9 @@ def _call(call: Call, here: Context) -> None:
     if symbol is None:
         here.miss(call.line, name)
     elif symbol.role not in {"routine", "known"}:
-        here.say(call.line, f"{name} is no procedure")
+        here.say(call.line, f"{name} is not a procedure")
     elif isinstance(symbol.node, Routine) and symbol.node.kind != "PROC":
-        here.say(call.line, f"{name} is a {symbol.node.kind}, and a procedure is wanted")
+        here.say(call.line, f"{name} is a {symbol.node.kind}; a procedure is needed here")
     elif isinstance(symbol.node, Routine):
         judge_arguments(call.line, call.arguments, symbol, here, judge=judge)
         return
@@ -621,17 +621,17 @@ def _is_sound(statement: Call | Assignment, here: Context) -> bool:
 def _leave(leave: Leave, here: Context) -> None:
     routine = here.routine
     if leave.verb in {"RETRY", "TRYNEXT"} and not here.handling:
-        here.say(leave.line, f"{leave.verb} stands outside an error handler")
+        here.say(leave.line, f"{leave.verb} is outside an error handler")
     elif leave.verb == "RAISE":
         if leave.value is not None:
             judge(leave.value, here, wanted=NUM, what="RAISE")
         elif not here.handling:
-            here.say(leave.line, "RAISE without a number stands outside an error handler")
+            here.say(leave.line, "RAISE without a number is outside an error handler")
     elif leave.verb == "RETURN" and routine is not None:
         if routine.kind != "FUNC" and leave.value is not None:
             here.say(leave.line, f"{routine.name} is a {routine.kind} and returns no value")
         elif routine.kind == "FUNC" and leave.value is None:
-            here.say(leave.line, f"{routine.name} is a function, and RETURN brings no value")
+            here.say(leave.line, f"{routine.name} is a function, but RETURN has no value")
         elif leave.value is not None:
             wanted = here.kinds.of_type(routine.returns, file=here.file)
             judge(leave.value, here, wanted=wanted, what=f"RETURN of {routine.name}")
@@ -645,9 +645,9 @@ def _jump(statement: Goto | Label, here: Context) -> None:
 def _connect(connect: Connect, here: Context) -> None:
     kind = judge(connect.interrupt, here)
     if not fits(kind, _INTERRUPT) and kind is not None:
-        here.say(connect.line, f"CONNECT wants an intnum, found a {kind.shown()}")
+        here.say(connect.line, f"CONNECT needs an intnum, found a {kind.shown()}")
     trap = here.find(connect.trap)
     if trap is None:
         here.miss(connect.line, connect.trap)
     elif trap.role != "known" and (not isinstance(trap.node, Routine) or trap.node.kind != "TRAP"):
-        here.say(connect.line, f"{connect.trap} is no trap")
+        here.say(connect.line, f"{connect.trap} is not a trap")

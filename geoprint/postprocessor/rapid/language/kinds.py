@@ -125,7 +125,7 @@ class Kinds:
             self._parts[kind] = self.components(kind)
         parts = self._parts[kind]
         if parts is None:
-            return "" if isinstance(value, tuple) else f"{_shown(value)} is no {kind.shown()}"
+            return "" if isinstance(value, tuple) else f"{_shown(value)} is not a {kind.shown()}"
         if not isinstance(value, tuple) or len(value) != len(parts):
             found = f"{len(value)}" if isinstance(value, tuple) else _shown(value)
             return f"a {kind.shown()} has {how_many(len(parts), 'component')}, found {found}"
@@ -139,7 +139,7 @@ class Kinds:
 
     def _array_misfit(self, value: Value, kind: Kind, sizes: tuple[int | None, ...]) -> str:
         if not isinstance(value, tuple):
-            return f"{_shown(value)} is no array"
+            return f"{_shown(value)} is not an array"
         size = sizes[0] if sizes else None
         if size is not None and len(value) != size:
             return f"the array has {size} elements, found {len(value)}"
@@ -170,7 +170,7 @@ def kind_of_literal(literal: Literal) -> Kind | None:
 
 def _leaf_misfit(value: Value, kind: Kind) -> str:
     if type(value) is not _LEAVES[kind.name]:
-        return f"{_shown(value)} is no {kind.name}"
+        return f"{_shown(value)} is not a {kind.name}"
     if isinstance(value, str) and len(value) > STRING_LENGTH:
         return f"a string has at most {STRING_LENGTH} characters, found {len(value)}"
     if isinstance(value, float) and kind.name == "num" and abs(value) > LARGEST_NUM:

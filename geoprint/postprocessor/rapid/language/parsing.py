@@ -185,7 +185,7 @@ def _sum(cursor: Cursor) -> Expression:
     while cursor.kind in _SUMS:
         line, operator, count = cursor.line, cursor.kind, count + 1
         if count > _MOST_OPERANDS:
-            cursor.refuse(f"more than {_MOST_OPERANDS} operands stand in one sum or product")
+            cursor.refuse(f"more than {_MOST_OPERANDS} operands are in one sum or product")
         cursor.step()
         left = Binary(line, operator, left, _product(cursor))
     return left
@@ -197,7 +197,7 @@ def _product(cursor: Cursor) -> Expression:
     while cursor.kind in _PRODUCTS:
         line, operator, count = cursor.line, cursor.kind, count + 1
         if count > _MOST_OPERANDS:
-            cursor.refuse(f"more than {_MOST_OPERANDS} operands stand in one sum or product")
+            cursor.refuse(f"more than {_MOST_OPERANDS} operands are in one sum or product")
         cursor.step()
         left = Binary(line, operator, left, _signed(cursor))
     return left
@@ -287,7 +287,7 @@ def statement(cursor: Cursor) -> Statement:
     if kind == "name":
         return _named(cursor)
     if kind in {"VAR", "PERS", "CONST"}:
-        cursor.refuse(f"{kind} declares a datum behind a statement; RAPID wants a routine's data first")
+        cursor.refuse(f"{kind} declares data after a statement; RAPID needs a routine's data first")
     if kind in {"IF", "TEST", "FOR", "WHILE"}:
         cursor.step()
         return {"IF": _if, "TEST": _test, "FOR": _for, "WHILE": _while}[kind](cursor, line)
@@ -304,10 +304,10 @@ def statement(cursor: Cursor) -> Statement:
         found = Connect(line, target, cursor.name("a trap"))
     elif cursor.take("%"):
         late = expression(cursor)
-        cursor.need("%", "the name of a late call")
+        cursor.need("%", "the name of a late-bound call")
         found = Call(line, "", late, arguments(cursor, ";"))
     else:
-        cursor.refuse(f"{cursor.shown()} begins no statement")
+        cursor.refuse(f"{cursor.shown()} cannot begin a statement")
     cursor.need(";", kind)
     return found
 
@@ -425,7 +425,7 @@ def parse_module(file: str, text: str, *, whole_calls: bool = True) -> Module:
 
 
 def _module(file: str, cursor: Cursor, *, lines: int) -> Module:
-    cursor.need("MODULE", "the begin of the file")
+    cursor.need("MODULE", "the start of the file")
     name = cursor.name("a module")
     attributes = _attributes(cursor)
     if "NOVIEW" in attributes and cursor.kind not in _DECLARATIONS:
@@ -446,7 +446,7 @@ def _module(file: str, cursor: Cursor, *, lines: int) -> Module:
             cursor.refuse(f"a declaration or ENDMODULE is missing: found {cursor.shown()}")
     cursor.step()
     if not cursor.ended:
-        cursor.refuse(f"text stands behind ENDMODULE: found {cursor.shown()}")
+        cursor.refuse(f"text follows ENDMODULE: found {cursor.shown()}")
     return Module(file, name, attributes, tuple(types), tuple(data), tuple(routines), tuple(cursor.comments), lines)
 
 
@@ -455,7 +455,7 @@ def _attributes(cursor: Cursor) -> tuple[str, ...]:
     if cursor.take("("):
         while not found or cursor.take(","):
             if cursor.kind not in _ATTRIBUTES:
-                cursor.refuse(f"{cursor.shown()} is no attribute of a module")
+                cursor.refuse(f"{cursor.shown()} is not an attribute of a module")
             found.append(cursor.kind)
             cursor.step()
         cursor.need(")", "the attributes of a module")

@@ -50,7 +50,7 @@ def judge_data(data: Sequence[Datum], here: Context, *, closed: bool) -> None:
         elif datum.storage == "CONST":
             here.say(datum.line, f"{datum.name} is a CONST without a value")
         elif datum.storage == "PERS" and closed:
-            here.say(datum.line, f"{datum.name} is a PERS without a value to begin with")
+            here.say(datum.line, f"{datum.name} is a PERS without an initial value")
 
 
 def judge_type(name: str, line: int, here: Context) -> None:
@@ -59,7 +59,7 @@ def judge_type(name: str, line: int, here: Context) -> None:
     if symbol is None:
         here.miss(line, name)
     elif symbol.role not in {"type", "known"}:
-        here.say(line, f"{name} is no type")
+        here.say(line, f"{name} is not a type")
 
 
 def _judge_value(datum: Datum, value: Expression, here: Context) -> None:
@@ -71,7 +71,7 @@ def _judge_value(datum: Datum, value: Expression, here: Context) -> None:
         return
     judge(value, here, wanted=kind, what=datum.name)
     if datum.storage == "PERS":
-        here.say(datum.line, f"{datum.name} is a PERS, and begins with a literal only")
+        here.say(datum.line, f"{datum.name} is a PERS, so its initial value must be a literal")
     else:
         _judge_constant(value, datum.name, here)
 
@@ -94,11 +94,11 @@ def _judge_constant(expression: Expression, what: str, here: Context) -> None:
         case Component() | Element():
             _judge_constant(expression.of, what, here)
         case FunctionCall():
-            here.say(expression.line, f"{what} is to be constant, and {expression.name} is a function")
+            here.say(expression.line, f"{what} must be constant, but {expression.name} is a function")
         case Name():
             symbol = here.find(expression.name)
             if symbol is not None and isinstance(symbol.node, Datum) and symbol.node.storage != "CONST":
-                here.say(expression.line, f"{what} is to be constant, and {expression.name} is a {symbol.node.storage}")
+                here.say(expression.line, f"{what} must be constant, but {expression.name} is a {symbol.node.storage}")
         case Literal():
             pass
 
@@ -122,7 +122,7 @@ def judge_names(modules: Sequence[Module], names: Names, say: Say, *, closed: bo
         heads = [Symbol(module.name, "module", module.file, 1, None)]
         known = first.setdefault(f"module {module.name.lower()}", heads[0])
         if known is not heads[0]:
-            say(module.file, 1, f"module {module.name} is there twice: also in {known.file}")
+            say(module.file, 1, f"module {module.name} is declared twice: also in {known.file}")
         own: dict[str, Symbol] = {}
         if closed:
             _judge_once(heads, first, say)
@@ -132,7 +132,7 @@ def judge_names(modules: Sequence[Module], names: Names, say: Say, *, closed: bo
                 _judge_once([symbol], first, say)
             brought = names.brought.get(symbol.name.lower())
             if closed and module.name.lower() != "user" and brought is not None and brought.node is not None:
-                say(symbol.file, symbol.line, f"{symbol.name} is what the controller brings, and is declared anew")
+                say(symbol.file, symbol.line, f"{symbol.name} is built into the controller, but is declared again")
         for symbol in heads + [one for one, _ in declared(module)]:
             _judge_length(symbol, say)
 
@@ -152,10 +152,10 @@ def _judge_order(module: Module, outside: Context) -> None:
     """Judge that types stand before data and data before routines, as RAPID wants them."""
     for kind in module.types:
         if any(kind.line > other.line for other in (*module.data[:1], *module.routines[:1])):
-            outside.say(kind.line, f"{kind.name} is declared behind data or a routine; RAPID wants types first")
+            outside.say(kind.line, f"{kind.name} is declared after data or a routine; RAPID needs types first")
     for datum in module.data:
         if any(datum.line > routine.line for routine in module.routines[:1]):
-            outside.say(datum.line, f"{datum.name} is declared behind a routine; RAPID wants data first")
+            outside.say(datum.line, f"{datum.name} is declared after a routine; RAPID needs data first")
 
 
 def _judge_routine(routine: Routine, outside: Context, *, closed: bool) -> None:
@@ -168,7 +168,7 @@ def _judge_routine(routine: Routine, outside: Context, *, closed: bool) -> None:
     labels: dict[str, int] = {}
     for label in (label for body in bodies for label in labels_in(body)):
         if labels.setdefault(label.name.lower(), label.line) != label.line:
-            outside.say(label.line, f"the label {label.name} is there twice in {routine.name}")
+            outside.say(label.line, f"the label {label.name} is declared twice in {routine.name}")
     here = outside.within(routine, own, frozenset(labels))
     if routine.returns:
         judge_type(routine.returns, routine.line, here)
@@ -276,9 +276,9 @@ def examine(
         try:
             judge_module(module, here, closed=closed)
         except RecursionError:
-            say(module.file, 1, "statements or operators stand within one another too deeply")
+            say(module.file, 1, "statements or operators are nested too deeply")
     missing = [entry for entry in missing if entry[2].lower() not in assumed]
     if closed:
         for file, line, name in missing:
-            say(file, line, f"{name} is declared nowhere, and the controller does not bring it")
+            say(file, line, f"{name} is not declared, and is not built into the controller")
     return Task(tuple(modules), names, tuple(missing)), errors

@@ -45,7 +45,7 @@ RESERVED = frozenset(
         VAR VIEWONLY WHILE WITH XOR""",
     )
 )
-TOO_DEEP = "statements or brackets stand within one another too deeply"
+TOO_DEEP = "statements or brackets are nested too deeply"
 # What an editor leaves where a programmer has still to write something: a controller stops there.
 _PLACEHOLDERS = frozenset({"TDN", "DDN", "RDN", "PAR", "ALT", "DIM", "SMT", "VAR", "EIT", "CSE", "EXP", "ARG", "ID"})
 _FORMS = {
@@ -211,7 +211,7 @@ def _meaning(word: str, place: Place) -> _Meaning:
     if kind == "hole" and word[1:-1] in _PLACEHOLDERS:
         reason = f"the placeholder {word} was never filled in"
     else:
-        reason = "a text has no closing quotation mark" if word == '"' else f"{word!r} begins nothing in RAPID"
+        reason = "a text has no closing quotation mark" if word == '"' else f"{word!r} has no meaning in RAPID"
     raise refusal(place, reason)
 
 
@@ -308,7 +308,7 @@ class Cursor:
         """
         if self.kind != kind:
             # It is missing where the token before it ends.
-            refuse(Place(self._file, self.last_line), f"{kind} is missing behind {after}: found {self.shown()}")
+            refuse(Place(self._file, self.last_line), f"{kind} is missing after {after}: found {self.shown()}")
         self.step()
 
     def name(self, what: str) -> str:

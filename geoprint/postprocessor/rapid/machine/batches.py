@@ -150,7 +150,7 @@ class Batches:
         first = int(np.searchsorted(self._steps, pc))
         rows = slice(first, int(self._stops[first]))
         if not self._units[first]:
-            fault("ERR_ARGVALERR", f"the orientation {self._turns[first].tolist()} is no unit quaternion")
+            fault("ERR_ARGVALERR", f"the orientation {self._turns[first].tolist()} is not a unit quaternion")
         if not self._units[rows].all():
             # The step of the one that is none is executed by itself.
             rows = slice(first, first + int(np.argmin(self._units[rows])))

@@ -40,10 +40,10 @@ def binder(
         elif waiting:
             named = waiting.pop(0)
         else:
-            unknown(scope.file, argument.line, f"{routine.name} is given too many arguments")
+            unknown(scope.file, argument.line, f"{routine.name} has too many arguments")
         given[named.name] = argument
     if waiting:
-        unknown(scope.file, line, f"{routine.name} is not given its parameter {waiting[0].name}")
+        unknown(scope.file, line, f"{routine.name} lacks the parameter {waiting[0].name}")
     makers = [_maker(parameter, given.get(parameter.name), scope) for parameter in routine.parameters]
     return lambda state: [make(state) for make in makers]
 
@@ -56,9 +56,9 @@ def late_call(call: Call, run: Callable[[State], Value], scope: Scope) -> Callab
         name = cast("str", run(state)).rpartition(":")[2].lower()
         routine = state.routines.get(name)
         if routine is None:
-            fault("ERR_REFUNKPRC", f"there is no procedure {name} in a module that is loaded")
+            fault("ERR_REFUNKPRC", f"there is no procedure {name} in a loaded module")
         if routine.kind != "PROC":
-            fault("ERR_CALLPROC", f"{name} is no procedure")
+            fault("ERR_CALLPROC", f"{name} is not a procedure")
         if name not in binders:
             try:
                 binders[name] = binder(routine, call.arguments, scope, line=call.line), scope.weigh()
@@ -107,7 +107,7 @@ def _forwarded(parameter: Parameter, argument: Argument, scope: Scope) -> Callab
     """Return what hands on an optional parameter of the routine around, if it is there."""
     local = scope.locals.get(argument.forwarded.lower())
     if local is None:
-        unknown(scope.file, argument.line, f"{argument.forwarded} is no parameter that could be handed on")
+        unknown(scope.file, argument.line, f"{argument.forwarded} is not a parameter that can be passed on")
     slot, kept = local.slot, local.by_reference
     if kept == by_reference(parameter):
         return lambda state: state.local[slot]
@@ -142,7 +142,7 @@ def options_of(
         if not argument.optional:
             continue
         if name not in known:
-            unknown(scope.file, argument.line, f"the option {argument.name} is none that this machine knows here")
+            unknown(scope.file, argument.line, f"the option {argument.name} is unknown to this machine here")
         look = compiled if name in OUTPUTS else operand
         makers[name] = (lambda _: True) if argument.value is None else look(argument.value, scope).run
     if not makers:

@@ -69,7 +69,7 @@ def reference(expression: Expression, scope: Scope) -> Callable[[State], Referen
 
         return part
     if not isinstance(expression, Name):
-        unknown(scope.file, expression.line, "a value is handed over where a datum is needed")
+        unknown(scope.file, expression.line, "a value is passed where a variable is needed")
     local = scope.locals.get(expression.name.lower())
     if local is not None:
         slot = local.slot
@@ -78,7 +78,7 @@ def reference(expression: Expression, scope: Scope) -> Callable[[State], Referen
         return lambda state: Reference(len(state.frames) - 1, slot)
     datum = scope.datum(expression.name)
     if datum is None:
-        unknown(scope.file, expression.line, f"{expression.name} is no datum that this machine knows")
+        unknown(scope.file, expression.line, f"{expression.name} is unknown to this machine")
     found = Reference(-1, datum.slot)
     return lambda _: found
 
@@ -124,7 +124,7 @@ def _of_all(expression: Name, scope: Scope) -> Code:
         kind, value = PREDEFINED[name]
         return Code(kind, lambda _: value)
     if name not in scope.declared.signals:
-        unknown(scope.file, expression.line, f"{expression.name} is no datum or signal that this machine knows")
+        unknown(scope.file, expression.line, f"{expression.name} is unknown to this machine as data or signal")
     return Code(scope.declared.signals[name], lambda _: name)
 
 
@@ -207,7 +207,7 @@ def _function(expression: FunctionCall, scope: Scope) -> Code:
     if name in {"present", "dim"}:
         return _of_argument(name, expression.arguments, scope)
     if name not in FUNCTIONS:
-        unknown(scope.file, expression.line, f"{expression.name} is no function that this machine knows")
+        unknown(scope.file, expression.line, f"{expression.name} is not a function that this machine knows")
     kind, function = FUNCTIONS[name]
     values = [operand(each, scope).run for each in positional(expression.arguments)]
     scope.nodes += _WEIGHT_OF_ARM if name in _OF_ARM else NODES
@@ -236,7 +236,7 @@ def _of_argument(name: str, arguments: tuple[Argument, ...], scope: Scope) -> Co
         return Code("num", size)
     local = scope.locals.get(first.name.lower()) if isinstance(first, Name) else None
     if local is None:
-        unknown(scope.file, arguments[0].line, "Present asks for what is no parameter of its routine")
+        unknown(scope.file, arguments[0].line, "Present must name a parameter of its routine")
     slot = local.slot
     return Code("bool", lambda state: state.local[slot] is not MISSING)
 

@@ -35,7 +35,7 @@ def load(state: State, file: str) -> None:
     for other in sorted(state.loaded):
         both = sorted(task.shared_names(file) & task.shared_names(other))
         if both:
-            fault("ERR_LOADED", f"{file} brings {both[0]}, which {other} has loaded and which is still there")
+            fault("ERR_LOADED", f"{file} brings {both[0]}, which {other} has already loaded")
     state.loaded |= {file}
     begin_data(state, file)
     state.routines |= {
@@ -129,7 +129,7 @@ def _ask(state: State, values: list[Any], _: Mapping[str, Value]) -> None:
     state.answered += 1
     keys = values[2:7]
     if len(keys) == 5 and not (given.is_integer() and 1 <= given <= 5 and keys[int(given) - 1]):
-        state.end("waits", f"the answer {given:g} is on no key of: {values[1]}")
+        state.end("waits", f"the answer {given:g} is not on a key: {values[1]}")
         return
     answer.put(state, given)
 
@@ -150,8 +150,8 @@ def _wait_until(state: State, values: list[Any], options: Mapping[str, Value]) -
         return
     if "maxtime" in options:
         state.clock += float(cast("float", options["maxtime"]))
-        fault("ERR_WAIT_MAXTIME", "what is waited for has not come in time")
-    state.end("waits", "what is waited for never comes")
+        fault("ERR_WAIT_MAXTIME", "the condition of a wait did not come true in time")
+    state.end("waits", "the condition of a wait never comes true")
 
 
 def _wait_signal(state: State, values: list[Any], options: Mapping[str, Value]) -> None:
@@ -223,7 +223,7 @@ def _displace_no_more(state: State, _: list[Any], __: Mapping[str, Value]) -> No
 
 def _offset_axes(_: State, values: list[Any], __: Mapping[str, Value]) -> None:
     if any(values[0]):
-        fault("ERR_NORUNUNIT", "external axes are offset, and there are none")
+        fault("ERR_NORUNUNIT", "external axes are offset, but there are none")
 
 
 def _trigger(state: State, values: list[Any], options: Mapping[str, Value]) -> None:
@@ -239,7 +239,7 @@ def _define(
 ) -> None:
     outputs = [cast("str", options[name]) for name in sorted(OUTPUTS) if name in options]
     if len(outputs) != 1:
-        fault("ERR_ARGDUPCND", "a trigger switches one output")
+        fault("ERR_ARGDUPCND", "a trigger must switch one output")
     file, line = _place(state)
     asked = Switching(
         0.0, outputs[0].lower(), float(value), file, line, -1, float(distance), bool(options.get("start"))

@@ -106,7 +106,7 @@ def compile_move(call: Call, scope: Scope, *, code: RoutineCode, task: MachineTa
     known |= set(_TRIGGERS if name.startswith("trigg") else ())
     for argument in call.arguments:
         if argument.optional and argument.name.lower() not in known:
-            unknown(scope.file, call.line, f"the option {argument.name} is none that this machine knows here")
+            unknown(scope.file, call.line, f"the option {argument.name} is unknown to this machine here")
     parts = dict(zip(wanted, found, strict=True))
     given = {each.name.lower(): each.value for each in call.arguments if each.optional and each.value is not None}
     parts["work"] = given.get("wobj") or Name(call.line, "wobj0")

@@ -232,8 +232,8 @@ def check_axes(motion: Moving, axes: tuple[float, ...]) -> None:
 
 def _refuse_axes(motion: Moving) -> Never:
     if motion.unit:
-        fault("ERR_NORUNUNIT", f"a move does not say where the active mechanical unit {motion.unit} shall be")
-    fault("ERR_NORUNUNIT", "a move names external axes, and no mechanical unit is active")
+        fault("ERR_NORUNUNIT", f"a move does not say where the active mechanical unit {motion.unit} should be")
+    fault("ERR_NORUNUNIT", "a move names external axes, but no mechanical unit is active")
 
 
 def _swept(state: State, start: tuple[float, ...], end: tuple[float, ...], tool: Pose) -> tuple[float, float]:
@@ -308,7 +308,7 @@ def pull(state: State, trigger: object, *, move: int, begin: float, end: float, 
         Fault: it is none.
     """
     if not isinstance(trigger, Trigger):
-        fault("ERR_ARGVALERR", "a move pulls a trigger that nothing has defined")
+        fault("ERR_ARGVALERR", "a move uses a trigger that is not defined")
     asked = trigger.switching
     share = min(asked.distance / length, 1.0) if length > ON_THE_SPOT else 0.0
     if trigger.by_time:

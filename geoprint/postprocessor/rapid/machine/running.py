@@ -168,7 +168,7 @@ class Controller:
         for name in state.scenario.ties.get(event, ()):
             routine = state.routines.get(name.lower())
             if routine is None:
-                state.end("error", f"the event {event} is tied to {name}, which no module that is loaded has")
+                state.end("error", f"the event {event} is tied to {name}, which no loaded module has")
                 return
             clock, line = state.clock, state.motion.end
             try:

@@ -61,7 +61,7 @@ class Reference:
         """
         value = (state.data if self.frame < 0 else state.frames[self.frame].data)[self.slot]
         if isinstance(value, Missing):
-            fault("ERR_REFUNKDAT", "a datum is used whose module is not loaded")
+            fault("ERR_REFUNKDAT", "data is used whose module is not loaded")
         for part in self.path:
             value = cast("tuple[Value, ...]", value)[part]
         return cast("Value", value)

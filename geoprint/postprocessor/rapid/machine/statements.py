@@ -264,13 +264,13 @@ class _Compiler:
         def again(state: State) -> None:
             frame = state.frames[-1]
             if frame.failed < 0:
-                fault("ERR_ILLRAISE", "RETRY stands outside an error handler")
+                fault("ERR_ILLRAISE", "RETRY is outside an error handler")
             frame.pc, frame.failed = frame.failed, -1
 
         def behind(state: State) -> None:
             frame = state.frames[-1]
             if frame.failed < 0:
-                fault("ERR_ILLRAISE", "TRYNEXT stands outside an error handler")
+                fault("ERR_ILLRAISE", "TRYNEXT is outside an error handler")
             frame.pc, frame.failed = code.after[frame.failed], -1
 
         steps = {"RETURN": back, "EXIT": end, "RAISE": raised, "RETRY": again, "TRYNEXT": behind}
@@ -299,7 +299,7 @@ class _Compiler:
         own = whole.name.lower() in self._scope.locals
         datum = None if own else self._scope.datum(whole.name)
         if datum is not None and datum.storage == "CONST":
-            unknown(self._scope.file, statement.line, f"{whole.name} is a constant, and is assigned to")
+            unknown(self._scope.file, statement.line, f"{whole.name} is a constant, but a value is assigned to it")
         name = whole.name.lower()
 
         def assign(state: State) -> None:
@@ -325,7 +325,7 @@ class _Compiler:
         elif name in INSTRUCTIONS:
             self.emit(compile_instruction(statement, self._scope), statement.line)
         else:
-            unknown(self._scope.file, statement.line, f"{statement.name} is no instruction that this machine knows")
+            unknown(self._scope.file, statement.line, f"{statement.name} is not an instruction that this machine knows")
 
     def _series(self, series: Series) -> None:
         if all(

@@ -217,7 +217,7 @@ def advance(state: State, until: float) -> None:
 def enter(state: State, routine: RoutineCode, arguments: list[Slot]) -> None:
     """Begin to execute a routine, whose arguments were bound."""
     if len(state.frames) >= _DEEPEST:
-        state.end("error", f"calls nest deeper than {_DEEPEST}")
+        state.end("error", f"calls are nested deeper than {_DEEPEST}")
         return
     if routine.word in state.watched:
         _note(state, routine, arguments)
@@ -307,7 +307,7 @@ def raise_on(state: State, number: float | None) -> None:
     frame = state.frames[-1]
     if frame.failed < 0:
         if number is None:
-            fault("ERR_ILLRAISE", "RAISE without a number stands outside an error handler")
+            fault("ERR_ILLRAISE", "RAISE without a number is outside an error handler")
         raise Fault(number, "was raised")
     error = state.error if number is None or state.error is None else Fault(number, "was raised")
     assert error is not None  # noqa: S101  # A handler runs because of one.

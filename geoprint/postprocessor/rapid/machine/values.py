@@ -218,7 +218,7 @@ def normalised(q: Orient) -> Orient:
     w, x, y, z = q
     length = math.sqrt(w * w + x * x + y * y + z * z)
     if not abs(length - 1.0) <= _UNIT_TOLERANCE:
-        fault("ERR_ARGVALERR", f"the orientation {list(q)} is no unit quaternion")
+        fault("ERR_ARGVALERR", f"the orientation {list(q)} is not a unit quaternion")
     return w / length, x / length, y / length, z / length
 
 
@@ -295,7 +295,7 @@ def circle(start: Pos, through: Pos, end: Pos) -> tuple[float, float]:
     half = (a + b + c) / 2.0
     area = math.sqrt(max(half * (half - a) * (half - b) * (half - c), 0.0))
     if area <= 1e-9 * max(a, b, c, 1e-9) ** 2:
-        fault("ERR_ARGVALERR", "the circle's places lie on a line")
+        fault("ERR_ARGVALERR", "the points of the circle lie on a line")
     radius = a * b * c / (4.0 * area)
     halves = [2.0 * math.asin(min(side / (2.0 * radius), 1.0)) for side in (c, a)]
     # A side longer than the two others would span has its arc around the far side.

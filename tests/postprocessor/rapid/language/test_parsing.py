@@ -158,24 +158,24 @@ def test_an_aggregate_of_literals_is_one_literal() -> None:
 
 
 def test_an_instruction_without_a_semicolon_behind_it_is_refused_where_it_ends() -> None:
-    with pytest.raises(VerificationError, match=r"A\.mod, line 3: ; is missing behind an argument"):
+    with pytest.raises(VerificationError, match=r"A\.mod, line 3: ; is missing after an argument"):
         parsed("Set doA", "ENDIF")
 
 
 @pytest.mark.parametrize(
     ("lines", "reason"),
     [
-        ("x := 1;\nVAR num y;", r"line 4: VAR declares a datum behind a statement"),
+        ("x := 1;\nVAR num y;", r"line 4: VAR declares data after a statement"),
         ("<SMT>", r"line 3: the placeholder <SMT> was never filled in"),
         ('TPWrite "no end;', r"line 3: a text has no closing quotation mark"),
         ("IF a THEN\nx:=1;", r"line 5: ENDIF is missing for the IF of line 3: found ENDPROC"),
         ("x := ;", r"line 3: a value is missing: found ;"),
-        ("Foo 1 2;", r"line 3: ; is missing behind an argument: found a number"),
+        ("Foo 1 2;", r"line 3: ; is missing after an argument: found a number"),
         ("GOTO end;\nFOR to FROM 1 TO 2 DO", r"line 4: .* found TO, which is a reserved word"),
         ("ENDPROC\nx:=1;", r"line 4: a declaration or ENDMODULE is missing: found a name 'x'"),
         ("ENDPROC\nPROC q()\nPERS num x:=1;", r"line 5: q declares a PERS"),
-        ("x := 1 # 2;", r"line 3: '#' begins nothing"),
-        ("ENDPROC\nENDMODULE\nMODULE B\nPROC c()", r"line 5: text stands behind ENDMODULE"),
+        ("x := 1 # 2;", r"line 3: '#' has no meaning"),
+        ("ENDPROC\nENDMODULE\nMODULE B\nPROC c()", r"line 5: text follows ENDMODULE"),
     ],
 )
 def test_what_is_no_rapid_is_refused_by_line_and_reason(lines: str, reason: str) -> None:
@@ -285,11 +285,13 @@ def test_functions_know_their_arguments() -> None:
     ids=["brackets", "aggregates", "signs", "branches"],
 )
 def test_what_stands_too_deep_is_refused_by_its_line(line: str) -> None:
-    with pytest.raises(VerificationError, match=r"line 3: statements or brackets stand within one another too deeply"):
+    with pytest.raises(VerificationError, match=r"line 3: statements or brackets are nested too deeply"):
         parsed(line)
 
 
-@pytest.mark.parametrize(("row", "said"), [("1" + "+1" * 5000, "x is declared"), ("a" + " AND a" * 5000, "too deeply")])
+@pytest.mark.parametrize(
+    ("row", "said"), [("1" + "+1" * 5000, "x is not declared"), ("a" + " AND a" * 5000, "too deeply")]
+)
 def test_a_long_sum_is_judged_and_a_long_row_of_conditions_refused(row: str, said: str) -> None:
     assert said in str(examine([parsed(f"x:={row};")], signals=None)[1][0])
 

@@ -45,10 +45,10 @@ ASKING = 'TPReadFK n,"Well?","Yes","","","","No"; TPReadNum m,"How many?"; TPWri
         ((1.0, 0.0), ["10"], ""),
         ((1.0,), [], "nobody answers: How many?"),
         ((), [], "nobody answers: Well?"),
-        ((2.0, 1.0), [], "the answer 2 is on no key of: Well?"),
-        ((0.0, 1.0), [], "the answer 0 is on no key of: Well?"),
-        ((6.0, 1.0), [], "the answer 6 is on no key of: Well?"),
-        ((1.5, 1.0), [], "the answer 1.5 is on no key of: Well?"),
+        ((2.0, 1.0), [], "the answer 2 is not on a key: Well?"),
+        ((0.0, 1.0), [], "the answer 0 is not on a key: Well?"),
+        ((6.0, 1.0), [], "the answer 6 is not on a key: Well?"),
+        ((1.5, 1.0), [], "the answer 1.5 is not on a key: Well?"),
     ],
 )
 def test_a_question_waits_for_an_answer_that_is_on_a_key(
@@ -91,7 +91,7 @@ def test_a_program_waits_as_long_as_it_is_told_to(body: str) -> None:
 @pytest.mark.parametrize("line", ["WaitUntil doUV=1;", "WaitDI diDoor,1;", "WaitDO doUV,1;"])
 def test_what_never_comes_is_waited_for_for_ever_or_until_time_is_up(line: str) -> None:
     for_ever = ran(f'WaitTime 1; {line} TPWrite "never";')
-    assert (for_ever.ended, for_ever.reason) == ("waits", "what is waited for never comes")
+    assert (for_ever.ended, for_ever.reason) == ("waits", "the condition of a wait never comes true")
     declared = f'PROC waiting()\n{line[:-1]}\\MaxTime:=4;\nERROR\nIF ERRNO=ERR_WAIT_MAXTIME TPWrite "late";\nENDPROC'
     found = ran("waiting;", declared=declared)
     assert found.texts == ((4.0, "late"),)
@@ -144,7 +144,7 @@ def test_modules_are_loaded_while_time_goes_by(body: str) -> None:
         ('StartLoad diskhome\\File:="two.mod",s;', "ERR_FILNOTFND: there is no file two.mod"),
         ('StartLoad diskhome\\File:="one.mod",s; WaitLoad s; WaitLoad s;', "ERR_LOADNO_NOUSE"),
         ("one;", "ERR_REFUNKPRC: one is called, but one.mod is not loaded"),
-        ("n:=seenone;", "ERR_REFUNKDAT: a datum is used whose module is not loaded"),
+        ("n:=seenone;", "ERR_REFUNKDAT: data is used whose module is not loaded"),
         ("n:=asked();", "ERR_REFUNKFUN: asked is called, but more.mod is not loaded"),
         ('Load diskhome\\File:="more.mod"; asking;', "ERR_UNLOAD: more.mod is being executed"),
     ],
@@ -208,7 +208,7 @@ def test_calls_nest_two_hundred_deep_and_no_deeper() -> None:
     declared = "VAR num deepest; PROC down(num n)\ndeepest:=deepest+1; IF n>1 down n-1;\nENDPROC"
     assert ran("down 199;", declared=declared).data["deepest"] == 199.0
     deeper = ran("down 200;", declared=declared)
-    assert (deeper.ended, deeper.reason) == ("error", "calls nest deeper than 200")
+    assert (deeper.ended, deeper.reason) == ("error", "calls are nested deeper than 200")
 
 
 WEIGHTS = {
@@ -364,7 +364,7 @@ def test_modules_of_a_folder_see_one_another_and_come_anew_each_time() -> None:
     [
         (LOADED.format("low") + LOADED.format("high"), "ERR_LOADED: high/Data.mod brings data, which low/Data.mod has"),
         (LOADED.format("low") + FORGOTTEN.format("high"), "ERR_UNLOAD: high/Show.mod is not loaded by the program"),
-        ('%"shows"%;', "ERR_REFUNKPRC: there is no procedure shows in a module that is loaded"),
+        ('%"shows"%;', "ERR_REFUNKPRC: there is no procedure shows in a loaded module"),
     ],
 )
 def test_folders_that_declare_the_same_are_not_loaded_together(body: str, reason: str) -> None:
@@ -374,7 +374,7 @@ def test_folders_that_declare_the_same_are_not_loaded_together(body: str, reason
 
 
 def test_nothing_outside_of_a_folder_names_what_is_in_it() -> None:
-    with pytest.raises(VerificationError, match="shows is no instruction that this machine knows"):
+    with pytest.raises(VerificationError, match="shows is not an instruction that this machine knows"):
         task("shows;", others=FOLDERS)
     with pytest.raises(VerificationError, match="height"):
         task("height:=1;", others=FOLDERS)

@@ -201,13 +201,13 @@ def test_an_error_in_a_handler_is_nobodys() -> None:
 
 def test_nothing_unknown_is_stepped_over() -> None:
     for line, reason in {
-        "TuneReset;": "TuneReset is no instruction",
-        "TPWrite Secret(1);": "Secret is no function",
-        "n:=elsewhere;": "elsewhere is no datum or signal",
+        "TuneReset;": "TuneReset is not an instruction",
+        "TPWrite Secret(1);": "Secret is not a function",
+        "n:=elsewhere;": "elsewhere is unknown to this machine as data or signal",
         "MoveL [[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]]\\Conc,v20,fine,tool0;": "the option Conc",
         "SetDO doValve\\SDelay:=1,1;": "the option SDelay",
         "SetDO doValve;": "is given 1 argument,",
-        "go;": "is not given its parameter far",
+        "go;": "lacks the parameter far",
         "Fixed:=3;": "is a constant",
     }.items():
         declared = "VAR num n;\nCONST num fixed:=1;\nPROC go(num far)\nENDPROC"

@@ -122,7 +122,7 @@ def test_outputs_switch_where_their_triggers_have_it() -> None:
 
 def test_a_trigger_that_nothing_defined_is_an_error() -> None:
     found = ran(f"{THERE} TriggL {target(310)},v10,t1,fine,tool0;", declared=DECLARED)
-    assert (found.ended, "nothing has defined" in found.reason) == ("error", True)
+    assert (found.ended, "is not defined" in found.reason) == ("error", True)
 
 
 def test_joints_move_in_the_time_that_they_are_given_and_are_known_afterwards() -> None:

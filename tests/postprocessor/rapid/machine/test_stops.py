@@ -54,7 +54,7 @@ def test_events_at_the_start_run_their_routines_in_order_before_the_program() ->
     ("routine", "ended", "reason"),
     [
         ("fails", "error", "ERR_DIVZERO: a number is divided by 0, in fails at Start"),
-        ("missing", "error", "the event Start is tied to missing, which no module that is loaded has"),
+        ("missing", "error", "the event Start is tied to missing, which no loaded module has"),
         ("leaves", "exit", "EXIT"),
     ],
 )
