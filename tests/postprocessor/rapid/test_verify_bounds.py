@@ -283,7 +283,8 @@ def test_a_flow_keeps_its_value_by_one_percent_and_its_lag_by_a_microsecond(flow
         ({"lag": 0.049}, "the lag of the flow"), ({"dip_lag": 0.0}, "the lag of the flow"),
         ({"distance": 0.5}, "a flow changes at the start of a move"),
         ({"from_start": False}, "a flow changes at the start of a move"),
-        ({"signal": "aoother"}, "aoother is not an output for a flow"), ({"flow": False}, "the flow in the move here is 0"),
+        ({"signal": "aoother"}, "aoother is not an output for a flow"),
+        ({"flow": False}, "the flow in the move here is 0"),
     ):  # fmt: skip
         changed = with_switching(made, begins, **change)
         if words:
