@@ -157,7 +157,7 @@ REFUSED = {
     ),
     "a displacement": (module(f"PDispOn p1,gun;\n{rows()}", f"CONST robtarget p1:={target(0, 0)};"), "line 6: PDispOn"),
     "an unknown word": (module(f"Wobble 3;\n{rows()}"), "line 6: Wobble is not declared"),
-    "paint": (module(f"{rows()}\nPaintL {target(0, 0)},v20,z5,gun;"), "line 19: PaintL is no instruction"),
+    "paint": (module(f"{rows()}\nPaintL {target(0, 0)},v20,z5,gun;"), "line 19: PaintL is not an instruction"),
     "a delay": (module(rows("SetDO \\SDelay:=0.2,doGlue,1;")), "line 8: the option SDelay"),
     "a bead that changes on the way": (
         WRITTEN["DispL"].replace("\\On,", "\\On\\D:=5,", 1), "line 7: DispL changes its bead off its target"
