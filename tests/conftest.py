@@ -33,7 +33,7 @@ os.environ.pop("COLUMNS", None)
 
 _CLOCK = Clock()
 # What the extra `slow` installs, because the tests that need it are slow with it.
-SLOW_PACKAGES = {"open3d", "pyfqmr", "selenium"}
+SLOW_PACKAGES = {"mkdocs", "open3d", "pyfqmr", "selenium"}
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -6,7 +6,7 @@ import inspect
 import json
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from importlib import import_module
+from importlib import import_module, resources
 from types import MappingProxyType, ModuleType
 from typing import Any, cast
 
@@ -127,6 +127,12 @@ def files_text() -> str:
         file = f"{name}.json"
         parts.append(f"## {file if file in first else name}\n\n{first}\n\n{_table(('key', 'type', 'meaning'), keys)}")
     return "\n".join(parts)
+
+
+def sources_text() -> str:
+    """Return the Markdown: what is cited, by its key."""
+    text = (resources.files(_TOP) / "BIBLIOGRAPHY.md").read_text(encoding="utf-8")
+    return text.partition("\n\n")[2]
 
 
 def _leaves(
@@ -333,4 +339,5 @@ GENERATED: Sequence[tuple[int, str, str, str, Callable[[], str]]] = (
         560, "api", "API: the public names",
         "What the library has, stage by stage, with shapes and units, as its docstrings say it.", api_text,
     ),
+    (570, "sources", "Sources", "What docstrings and pages cite, by its key.", sources_text),
 )  # fmt: skip
