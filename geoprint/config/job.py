@@ -292,10 +292,10 @@ GROUPS = {
 
 
 class Job(Table):
-    """What to plan, as the command line or a program asks for it.
+    """What to plan: the keys of a job file, and the options of the commands.
 
-    The order of the fields is that of the settings in plan.json. Spacing [mm] and rounds, the number of levels between
-    the source and the farthest point, exclude each other; lengths are mm, angles degrees.
+    Give either the spacing [mm] or rounds, the number of levels between the source and the farthest point. Lengths are
+    in mm, angles in degrees. The order of the keys is that of the settings in plan.json.
     """
 
     surface: Annotated[Path, Key("", '"heart.ply"', group="part", option="", record="", shown=True)]

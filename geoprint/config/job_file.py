@@ -55,13 +55,16 @@ _RESOLUTION = "options.lscm.resolution"
 
 
 def job_of(**values: object) -> Job:
-    """Return the job with the given values.
+    """Return the job with the given keys.
 
-    Where the surface is a job file (.toml), its keys are taken first; whatever else is given counts more than them.
+    If the surface is a job file (.toml), its keys are read first; keys given here take precedence.
 
     Args:
-        **values: attributes of `Job`, None for those that are not given; files as text or paths, the source as
-            a text too, such as "best" or "loops:2"; `patch` stands for a single one of `patches`.
+        **values: keys of `Job`; None counts as not given. Files are text or paths; the source may be a text such as
+            "best" or "loops:2"; `patch` is short for `patches` with one entry.
+
+    Returns:
+        The checked job, for `plan`, `compare` and `measure_files`.
 
     Raises:
         UsageError: a value is unknown, missing or meaningless; the sentence names it, and its line in a job file.

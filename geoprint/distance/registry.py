@@ -32,10 +32,10 @@ _KNOWN = Registry(
 
 
 def register(name: str, factory: BackendFactory) -> None:
-    """Make a backend known by a name for as long as the program runs; a package names it as an entry point instead.
+    """Register a backend under a name until the program ends; a package declares an entry point instead.
 
     Raises:
-        UsageError: the name is taken or no name, or the class lacks what a backend has.
+        UsageError: the name is invalid or in use, or the class lacks what a backend needs.
 
     Examples:
         >>> class Straight:

@@ -297,21 +297,24 @@ def measure_paths(
     wanted: SpacingAt | None = None,
     flow_shares: tuple[float, float] = FLOW_SHARES,
 ) -> Uniformity:
-    """Measure how evenly any paths cover a surface: contours, spirals, fibres, toolpaths of others.
+    """Measure how evenly any paths cover a surface: contours, spirals, fibres, or toolpaths of other programs.
 
-    The points are moved to the closest places of the surface; between them a path takes the shortest way over it.
+    Points are moved to the closest points of the surface and joined by the shortest way over it.
 
     Args:
-        surface: that they cover; left and right are as seen from its outside.
-        curves: the deposited paths, in the surface's coordinates: (k, 3) points of each, or all of them end to end.
-        spacing: wanted distance between neighbouring paths [mm].
-        offset_up_to: how far a point may lie off the surface [mm]; a tenth of the spacing if not given.
+        surface: the covered surface; left and right are as seen from its outside.
+        curves: the deposited paths in the surface's coordinates [mm]: a list of (k, 3) arrays, or `Polylines`.
+        spacing: intended distance between neighbouring paths [mm].
+        offset_up_to: largest allowed distance of a point from the surface [mm]; a tenth of the spacing by default.
         windows: as `uniformity`.
         wanted: as `uniformity`.
         flow_shares: as `uniformity`.
 
+    Returns:
+        Thickness, coverage, spacing to both sides, and strip width; lengths are in spacings, areas as shares.
+
     Raises:
-        InputError: the spacing is no positive number.
+        InputError: the spacing is not a positive number.
         FieldError: the paths lie farther off, are too short or too many, or cannot be connected over the surface.
     """
     curves = curves if isinstance(curves, Polylines) else Polylines.of(curves)

@@ -256,29 +256,28 @@ class SearchWeights:
 @final
 @frozen
 class Cell:
-    """Everything about the machine that a plan needs.
+    """A robot cell: arm, tool, process, outputs and surroundings.
 
     Attributes:
         name: of the cell file.
         robot: the arm.
-        tool: what it carries.
-        process: how the material is deposited.
+        tool: nozzle, bracket and lamp on its flange.
+        process: speeds, stand-off, layer height and limits of the deposit.
         signals: outputs of the controller.
-        obstacles: boxes that stand in the cell.
+        obstacles: boxes in the base frame.
         demo_position: (3,) where `--place demo` puts the part's centroid, in the base frame [mm].
-        demo_rotation: (3, 3) how it turns the part there, after its mean normal was turned up; None where nobody
-            states it: then the part is turned further only where it cannot be printed so.
-        fixture: touched points of the calibrated fixture, or None where nobody has calibrated.
-        purge: where the nozzle is primed, or None where a person does that.
-        flood: final exposure of the whole part, or None where there is none.
-        material: what the syringe holds, or None where nobody has measured it.
-        overhang: angle of the surface's outward normal from upright beyond which its beads may sag [rad], or None where
-            nobody has stated it.
-        good_print: to compare with, or None where nobody has named one.
-        search: what the choice of rotation, lean and branch counts.
-        errors: how far a print strays from its plan, or None where the cell does not say.
-        table: what tilts the part between stretches of printing, or None where the part stands still.
-        options: of features, by their names; those that a job gives count more.
+        demo_rotation: (3, 3) rotation of the part there, after its mean normal was turned up; None if it is not stated,
+            so that a rotation is searched if the part cannot be printed as it is.
+        fixture: touched points of the fixture, or None if it is not calibrated.
+        purge: where the nozzle is primed, or None if a person primes it.
+        flood: final exposure of the whole part, or None if there is none.
+        material: the material in the syringe, or None if it is not measured.
+        overhang: angle between outward normal and upright beyond which beads may sag [rad], or None if not stated.
+        good_print: a print to compare with, or None.
+        search: weights for choosing rotation, lean and branch.
+        errors: errors of a print, or None if the cell does not state them.
+        table: what tilts the part, or None if the part is fixed.
+        options: of features, by their names; options of a job take precedence.
     """
 
     name: str

@@ -88,18 +88,18 @@ def lines_picture(workpiece: Workpiece, followed: FollowedLines, *, title: str) 
 
 
 def figure(result: Plan | Comparison) -> Figure:
-    """Draw the paths of a plan, or of each backend of a comparison, as beads coloured by their distance to the next.
+    """Draw the paths of a plan, or of each backend of a comparison, as beads coloured by the spacing to the next path.
 
-    What no path covers is marked, and below each stands how even the layer is.
+    Missed area is marked, and a line below each picture states how even the layer is.
 
     Args:
         result: of `plan` or `compare`.
 
     Returns:
-        A figure of matplotlib: `figure(result).savefig("paths.png")`.
+        A Matplotlib figure: `figure(result).savefig("paths.png")`.
 
     Raises:
-        FieldError: nobody has measured how even the paths are.
+        FieldError: the evenness of the paths was not measured.
     """
     single = isinstance(result, Plan)
     planned = [(result.job.backend, Planned(result, result.not_printable))] if single else result.planned

@@ -167,11 +167,11 @@ class Refused:
 @final
 @frozen
 class Comparison:
-    """Several backends on one workpiece.
+    """The outcomes of several backends on one workpiece.
 
     Attributes:
-        job: what was asked for; its backend does not count.
-        workpiece: what all of them planned on.
+        job: what was asked for; its backend is ignored.
+        workpiece: the part and cell that all of them planned on.
         outcomes: backend name to outcome, in the order of the table.
     """
 

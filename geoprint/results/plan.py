@@ -223,32 +223,31 @@ class JoinedProgram:
 @final
 @frozen
 class Plan:
-    """Everything from the mesh to the program.
+    """A plan: everything from the mesh to the program.
 
     Attributes:
         job: what was asked for.
-        workpiece: what was planned on.
-        contours: what covers it: the pattern's curves, the level of each, and the backend's distance.
+        workpiece: the part, prepared and refined, with its body and cell.
+        contours: the pattern's curves, the level of each, and the backend's distance.
         toolpath: runs in printing order.
-        poses: tool poses, in the work frame; with a robot as the robot is commanded, and where that has several parts
-            as the paths lie: each part has its own.
-        uniformity: how even the paths are, or None where that was not measured.
-        layers: skins of material that the paths make, from the part outwards.
-        robot: the robot's parts, one a placement of the part, in the order of printing; none where it was left out.
-        timings: seconds each stage took, in order.
-        flattenings: chart and raster of each piece of the surface, of a backend that works in the plane, else none.
-        deposited: the layer that the paths leave, or None before the flow is chosen.
-        middles: what was tried where fronts meet; nothing where plain contours leave nothing, or none was to be found.
-        not_printable: why the robot cannot print the paths of a comparison, or None where it can or was left out.
-        printed: the thickness that prints are expected to have; None where evenness was not measured.
-        followed: lines of the surface's faces that paths follow; None where it is no field that they follow.
-        promised: (k,) distance from the source at which each point of the contours promises to lie [mm]; None where
-            they promise none.
-        distance: how far level curves of the backend lie from what they promise, before any is fitted to where fronts
-            meet; None where they promise none, or nobody has measured it.
-        fed: what the last print taught, or None where the job names none.
-        tilting: how a table is to tilt the part, or None where it stands still.
-        joined: the program of all of the robot's parts, or None where there is one part or none.
+        poses: poses of the tool in the work frame, as the robot is commanded; with several attitudes, as the paths are,
+            since each entry of `robot` has its own.
+        uniformity: evenness of the paths, or None if it was not measured.
+        layers: layers of material that the paths deposit, from the part outwards.
+        robot: the robot's part of the plan, one entry per attitude in the order of printing; empty without a robot.
+        timings: name and seconds of each stage, in order.
+        flattenings: UV map and raster of each component of the surface, for a backend that flattens; otherwise empty.
+        deposited: the layer that the paths deposit, or None before the flow is chosen.
+        middles: treatments of the medial axis that were tried; empty if contours leave no seam, or none was found.
+        not_printable: why the robot cannot print the paths of a comparison, or None if it can or was left out.
+        printed: expected thickness of prints, or None if evenness was not measured.
+        followed: direction of the field on each face of the surface, or None if the paths follow no field.
+        promised: (k,) promised distance of each point of the contours from the source [mm], or None if there is none.
+        distance: errors of the backend's level curves, before any is fitted to the medial axis; None if they promise no
+            distance, or it was not measured.
+        fed: corrections from the last print, or None without feedback.
+        tilting: attitudes of the table that tilts the part, or None if the part is fixed.
+        joined: the program of all attitudes, or None if there is one or none.
     """
 
     job: Job
@@ -283,7 +282,7 @@ class Plan:
 
     @property
     def trajectory(self) -> Trajectory:
-        """When the arm is where.
+        """The motion of the arm over time.
 
         Raises:
             InputError: the robot was left out, or has several parts with a trajectory each.
@@ -297,7 +296,7 @@ class Plan:
 
     @property
     def evenness(self) -> Uniformity:
-        """How even the paths are.
+        """The evenness of the paths.
 
         Raises:
             FieldError: the plan holds strokes and poses alone, which nobody has measured.

@@ -20,10 +20,10 @@ _KNOWN = Registry("pattern", group=features.PATTERNS, built_in=PATTERNS, members
 
 
 def register(name: str, factory: PatternFactory) -> None:
-    """Make a pattern known by a name for as long as the program runs; a package names it as an entry point instead.
+    """Register a pattern under a name until the program ends; a package declares an entry point instead.
 
     Raises:
-        UsageError: the name is taken or no name, or the class lacks what a pattern has.
+        UsageError: the name is invalid or in use, or the class lacks what a pattern needs.
 
     Examples:
         >>> class Rows:

@@ -121,16 +121,16 @@ def stacks_findings(folder: Path, stacks: Sequence[tuple[str, CheckedComparison]
 def check_folder(
     folder: Path | str, *, full: bool = False, observe: Callable[[str], None] = lambda _: None
 ) -> Checked | CheckedComparison:
-    """Check what a folder of geoprint holds: a bundle, or a comparison or a stack with all bundles in it.
+    """Check a folder that geoprint wrote: a bundle, or a comparison or a stack with all bundles in it.
 
     Args:
-        folder: that geoprint wrote; of stacks that were compared, each is checked.
-        full: whether collision check and evenness are measured again from the bundle's own files, and all of it is
-            planned again and compared.
+        folder: the folder; of compared stacks, each is checked.
+        full: whether to plan all of it again from the bundle's own files and compare, with collision check and
+            evenness.
         observe: called with the name of each stage as it starts.
 
     Returns:
-        What was found; nothing is opened where a file is none.
+        The findings, each with file and line; `findings` is empty if the folder is as it was planned.
 
     Raises:
         InputError: geoprint did not write the folder.

@@ -24,17 +24,17 @@ def compare(
 ) -> Comparison:
     """Plan one part with several backends and measure how even each is.
 
-    Like is compared with like: the same source, spacing and surface, refined to what the backend that needs the
-    finest one asks for, and where fronts meet the middle that is best for those that have a choice. Evenness counts
-    whatever the robot says; what the cell cannot print carries the reason.
+    All backends get the same source, spacing and surface, refined for the backend that needs the finest mesh. Where
+    fronts meet, each takes the best of its treatments of the medial axis. Evenness is measured even where the cell
+    cannot print the paths; such a plan states the reason.
 
     Args:
         job: what to plan; its backend is ignored.
-        backends: which to compare, a name that comes twice counts once; those that say so of themselves by default.
+        backends: names of those to compare, duplicates counted once; by default those that declare themselves compared.
         observe: called with the name of each stage as it starts.
 
     Returns:
-        The outcomes.
+        The outcome of each backend: a plan, or the reason why there is none.
 
     Raises:
         UsageError: the job or its cell is unclear or contradicts itself.

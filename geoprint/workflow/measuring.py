@@ -41,13 +41,17 @@ def measure_files(
     """Measure how evenly files of toolpaths cover a part.
 
     Args:
-        job: its part, unit, label, patches, spacing and cell count; of the cell the errors of a print.
-        paths: files of toolpaths or bundles, one or more.
-        offset_up_to: how far a path may lie off the part [mm]; a tenth of the spacing if not given.
-        fit: whether each is first aligned with the part by a rigid motion.
-        deposit: what deposits, where files do not say: M-codes (M3/M5), an axis that extrudes (A), or an output's name.
+        job: the keys used are part, unit, label, patches, spacing and cell (for the errors of a print).
+        paths: files of toolpaths or bundles, 1 to 20.
+        offset_up_to: largest allowed distance of a path from the part [mm]; a tenth of the spacing by default.
+        fit: whether to align each file with the part by a rigid motion first.
+        deposit: what deposits, if a file does not state it: M-codes (M3/M5), an axis that extrudes (A), or the name of
+            an output.
         dialect: of G-code; None to guess it.
         observe: called with the name of each stage as it starts.
+
+    Returns:
+        The evenness of each file, in the order given.
 
     Raises:
         UsageError: the first argument is no job, no spacing is given, or there are too many files.
@@ -102,17 +106,17 @@ def save_measurement(found: Measurement, directory: Path | str, *, overwrite: bo
     """Write measure.json, measure.csv, measure.png and report.html: all or nothing.
 
     Args:
-        found: what was measured.
-        directory: where the result shall stand.
-        overwrite: whether an existing result may be replaced.
+        found: the result of `measure_files`.
+        directory: folder to write.
+        overwrite: whether to replace an existing result.
 
     Returns:
-        What measure.json says.
+        The content of measure.json.
 
     Raises:
         UsageError: the folder exists already.
         ExportError: nothing can be written there.
-        VerificationError: what was written reads back otherwise.
+        VerificationError: the files, read back, differ from the result.
     """
     record = record_measurement(found)
     files = {

@@ -63,19 +63,19 @@ LEAST_DEPOSITED, MOST_DEPOSITED = 0.9, 1.1
 
 
 def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
-    """Plan a part: contours on its surface, and the checked program of the robot.
+    """Plan a part: paths on its surface and, with a robot, the checked program.
 
     Args:
         job: what to plan.
         observe: called with the name of each stage as it starts.
 
     Returns:
-        The plan; what could not be checked raises instead.
+        The plan. A plan that fails a check is not returned: the check raises.
 
     Raises:
         UsageError: the job or its cell is unclear or contradicts itself.
         InputError: a file cannot be planned on.
-        PlanError: no valid motion exists; says where and why.
+        PlanError: no valid motion exists; the sentence says where and why.
     """
     check_part(job)
     check_options(job, [job.backend])

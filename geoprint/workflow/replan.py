@@ -90,11 +90,14 @@ def written_bundle(folder: Path | str) -> WrittenBundle:
 
 
 def job_from(folder: Path | str, **changes: object) -> Job:
-    """Return the job that a bundle was planned from: `plan` makes the same bundle of it again.
+    """Return the job that a bundle was planned from; `plan` reproduces the bundle from it.
 
     Args:
         folder: a bundle that `geoprint plan` or `compare` wrote.
-        **changes: attributes of `Job` that count more than those of the bundle, as `job_of` takes them.
+        **changes: keys of `Job`, as in `job_of`, that replace those of the bundle.
+
+    Returns:
+        The job, with files of the bundle in place of the original ones.
 
     Raises:
         InputError: the folder is no bundle, or an older geoprint wrote it.

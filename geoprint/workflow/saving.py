@@ -44,17 +44,17 @@ from geoprint.workflow.tilting import attitude_cell, part_folder
 
 
 def save(result: Plan | Comparison, directory: Path | str, *, overwrite: bool = False) -> None:
-    """Write what `plan` or `compare` returned as the command of that name does: complete and verified, or not at all.
+    """Write the result of `plan` or `compare`, as the command of that name does: complete and verified, or not at all.
 
     Args:
-        result: a plan, or a comparison with its report.
-        directory: where it shall stand; `check` reads it back.
-        overwrite: whether what geoprint wrote there before may be replaced.
+        result: a plan (written as a bundle), or a comparison (bundles and a report).
+        directory: folder to write; `check` reads it back.
+        overwrite: whether to replace what geoprint wrote there before.
 
     Raises:
         UsageError: the folder exists already.
         ExportError: nothing can be written there.
-        VerificationError: what was written differs from the result when it is read back.
+        VerificationError: the files, read back, differ from the result.
     """
     if isinstance(result, Plan):
         save_plan(result, directory, overwrite=overwrite)

@@ -232,7 +232,19 @@ USUAL_SIZE = (10.0, 500.0)
 
 
 def load(path: Path | str, *, unit: str | None) -> Surface:
-    """Return the surface of `load_file`."""
+    """Read the surface of a mesh file, unrepaired; `prepare` repairs it.
+
+    Args:
+        path: of the file; `load_file` says which formats there are.
+        unit: of its coordinates: mm, cm, m, um or in; None if the file states it.
+
+    Returns:
+        The surface in mm.
+
+    Raises:
+        UsageError: the unit is missing, unknown, or contradicts the file.
+        InputError: the file cannot be read, or its size is implausible in that unit.
+    """
     return load_file(path, unit=unit).surface
 
 
