@@ -44,7 +44,7 @@ class RepeatedRecord(Record):
     tip_margin_mm: Rounded | None = Field(description="as in plan.json [mm]")
     dry_run_smallest_mm: Rounded | None = Field(description="clearance of the dry run [mm]")
     uniformity: EvennessRecord | None = Field(description="as in plan.json; null where it could not be measured")
-    seconds: Thousandths = Field(description="that it took [s]")
+    seconds: Thousandths = Field(description="time that the check took [s]")
     peak_memory_mb: Count = Field(description="of the whole process so far [MB]")
 
 
@@ -182,11 +182,11 @@ def also_seen(checked: Checked | CheckedComparison, seen: SeenRecord) -> Checked
 class AttitudeSettingsNow(Record):
     """How the program of several attitudes of a table is set to run."""
 
-    dry_run: bool = Field(description="whether it runs dry")
+    dry_run: bool = Field(description="whether the program runs dry")
     speed_pct: float = Field(description="of the planned speed [%]")
     first_attitude: int = Field(description="from which on it prints, from 1")
     first_run: int = Field(description="of that attitude, from which on it prints, from 1")
-    last_attitude: int = Field(description="behind which it ends")
+    last_attitude: int = Field(description="attitude after which it ends")
 
 
 @final
@@ -196,7 +196,7 @@ class CheckRecord(Record):
     bundle: str = Field(description="name of the folder")
     agrees: bool = Field(description="whether it is as it was planned")
     program: bool = Field(description="whether it holds a program for the robot")
-    findings: tuple[Finding, ...] = Field(description="what is wrong")
+    findings: tuple[Finding, ...] = Field(description="differences from the plan, with file and line")
     set_to: Settings | None = Field(default=None, description="left out where the program is not the plan's")
     switching: SwitchingRecord | None = Field(default=None, description="as in plan.json; left out likewise")
     extent_base_mm: tuple[tuple[float, ...], ...] | None = Field(

@@ -31,7 +31,7 @@ from geoprint.results import TriedMedialAxis
 class PlannedRecord(Record):
     """A backend that planned the part."""
 
-    backend: str = Field(description="its name")
+    backend: str = Field(description="name of the backend")
     spacing_mm: float = Field(description="wanted distance between neighbouring paths [mm]")
     uniformity: EvennessRecord = Field(description="as in plan.json")
     paths: PathsRecord = Field(description="as in plan.json")
@@ -43,30 +43,30 @@ class PlannedRecord(Record):
     printable: bool | None = Field(description="null where that was not asked")
     not_printable: str | None = Field(description="why the robot cannot print it")
     not_reached: dict[str, Rounded] = Field(description="share of the deposit that the arm cannot reach, by reason")
-    print_time_s: float | None = Field(description="[s]")
-    smallest_clearance_mm: Rounded | None = Field(description="of the tool [mm]")
+    print_time_s: float | None = Field(description="time of the program [s]")
+    smallest_clearance_mm: Rounded | None = Field(description="smallest clearance of the tool [mm]")
     warnings: tuple[str, ...] = Field(description="as in plan.json")
 
 
 class RefusedRecord(Record):
     """A backend that cannot plan the part."""
 
-    backend: str = Field(description="its name")
-    refused: str = Field(description="why")
+    backend: str = Field(description="name of the backend")
+    refused: str = Field(description="reason of the refusal")
 
 
 class PathDistancesRecord(Record):
     """How far the paths of the backends lie apart: matrices in the order of their names."""
 
-    backends: tuple[str, ...] = Field(description="their names")
+    backends: tuple[str, ...] = Field(description="names of the two backends")
     hausdorff: tuple[tuple[Rounded, ...], ...] = Field(description="largest, in either direction [mm]")
-    mean: tuple[tuple[Rounded, ...], ...] = Field(description="[mm]")
+    mean: tuple[tuple[Rounded, ...], ...] = Field(description="mean distance [mm]")
 
 
 class PartRecord(Record):
     """A part that was compared."""
 
-    part: str = Field(description="name of its file")
+    part: str = Field(description="name of the part's file")
     input: InputRecord = Field(description="as in plan.json")
     settings: SettingsRecord = Field(description="as in plan.json, without the backend")
     surface: SurfaceRecord = Field(description="as in plan.json")
@@ -90,15 +90,15 @@ class PartRecord(Record):
 class FailedRecord(Record):
     """A part that could not be compared at all."""
 
-    part: str = Field(description="name of its file")
-    failed: str = Field(description="why")
+    part: str = Field(description="name of the part's file")
+    failed: str = Field(description="reason of the failure")
 
 
 class ComparisonRecord(Record):
     """The content of compare.json."""
 
     layout: Literal[10] = Field(alias="schema", description="version of this layout")
-    version: str = Field(description="of geoprint")
+    version: str = Field(description="version of geoprint")
     parts: tuple[PartRecord | FailedRecord, ...] = Field(description="in the order of the command")
 
 
@@ -136,16 +136,16 @@ class MotionFitRecord(Record):
 class MeasuredRecord(Record):
     """A file of toolpaths."""
 
-    file: str = Field(description="its name")
-    format: str = Field(description="that it was read as")
+    file: str = Field(description="name of the file")
+    format: str = Field(description="format that was recognized")
     deposit: str = Field(description="how deposit was distinguished from travel")
     points: Count = Field(description="that were read, those of travel too")
-    runs: Count = Field(description="that were measured")
+    runs: Count = Field(description="number of measured runs")
     dropped_runs: Count = Field(description="of a single point, left out")
     reading: Reading = Field(description="what its reader used, skipped and assumed")
     length_mm: Rounded = Field(description="of the deposited paths on the part [mm]")
     off_mean_mm: Rounded = Field(description="mean distance of the paths' points from the part [mm]")
-    off_max_mm: Rounded = Field(description="largest [mm]")
+    off_max_mm: Rounded = Field(description="largest distance of the paths' points from the part [mm]")
     fit: MotionFitRecord | None = Field(description="null where the paths were taken as they are")
     uniformity: EvennessRecord = Field(description="as in plan.json")
 
@@ -154,9 +154,9 @@ class MeasurementRecord(Record):
     """The content of measure.json."""
 
     layout: Literal[4] = Field(alias="schema", description="version of this layout")
-    version: str = Field(description="of geoprint")
-    part: FileRecord = Field(description="that the paths cover")
-    area_mm2: Rounded = Field(description="of the part [mm2]")
+    version: str = Field(description="version of geoprint")
+    part: FileRecord = Field(description="file of the covered part")
+    area_mm2: Rounded = Field(description="area of the part [mm2]")
     spacing_mm: float = Field(description="wanted distance between neighbouring paths [mm]")
     files: tuple[MeasuredRecord, ...] = Field(description="in the order of the command")
 
@@ -164,9 +164,9 @@ class MeasurementRecord(Record):
 class MeasureSecondsRecord(Record):
     """What measuring one file took."""
 
-    file: str = Field(description="its name")
-    processor_s: Thousandths = Field(description="of all threads [s]")
-    processor_s_per_m: Thousandths = Field(description="per metre of path [s]")
+    file: str = Field(description="name of the file")
+    processor_s: Thousandths = Field(description="processor time of all threads [s]")
+    processor_s_per_m: Thousandths = Field(description="processor time per metre of path [s]")
 
 
 class MeasureTimingsRecord(Record):

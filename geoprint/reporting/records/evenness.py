@@ -16,13 +16,15 @@ from geoprint.reporting.records.rounding import Record
 class VarianceRecord(Record):
     """Shares of the expected variance in print."""
 
-    plan: Rounded = Field(description="of the planned paths")
+    plan: Rounded = Field(description="variance of the planned paths")
     run_flow: Rounded = Field(description="of the flow from run to run")
     repeatability: Rounded = Field(description="of the arm from run to run")
-    path_repeatability: Rounded = Field(description="of the arm along a run")
+    path_repeatability: Rounded = Field(description="deviation of the arm along a run")
     placement: Rounded = Field(description="of where the part stands")
     needle_runout: Rounded = Field(description="of a bent needle; 0 if the orientation of the tool is unknown")
-    path_accuracy: Rounded = Field(default=0.0, description="of an arm that lies off its paths; 0 in older versions")
+    path_accuracy: Rounded = Field(
+        default=0.0, description="deviation of the arm from its commanded path; 0 in older versions"
+    )
 
 
 class StandoffRecord(Record):
@@ -39,21 +41,21 @@ class PrintedRecord(Record):
 
     cv: Rounded = Field(description="mean of the prints: standard deviation over mean")
     low: Rounded = Field(description="lower end of what 95 of 100 prints have")
-    high: Rounded = Field(description="upper end of it")
-    shares: VarianceRecord = Field(description="of the variance in print, by what makes it")
+    high: Rounded = Field(description="upper end of the 95 % interval")
+    shares: VarianceRecord = Field(description="shares of the variance in print, by source")
     mend_first: str | None = Field(description="the error that makes most of it; null where the plan itself does")
-    errors: Literal["cell", "packaged cell"] = Field(description="whose errors these are")
+    errors: Literal["cell", "packaged cell"] = Field(description="cell that these errors are from")
     standoff: StandoffRecord | None = Field(default=None, description="in print; left out for paths of a file")
 
 
 class PrintedApartRecord(Record):
     """Two backends, a print of each on the same cell."""
 
-    backends: tuple[str, str] = Field(description="their names")
+    backends: tuple[str, str] = Field(description="names of the two backends")
     mean: Rounded = Field(description="by how much more the thickness of the first varies than that of the second")
     low: Rounded = Field(description="lower end of what 95 of 100 pairs of prints have")
-    high: Rounded = Field(description="upper end of it")
-    indistinguishable: bool = Field(description="whether 0 lies between")
+    high: Rounded = Field(description="upper end of the 95 % interval")
+    indistinguishable: bool = Field(description="whether the interval contains 0")
 
 
 # How evenly paths cover a part, as plan.json, compare.json, measure.json and `check --full --json` say it.
@@ -62,15 +64,15 @@ class PrintedApartRecord(Record):
 class SpacingRecord(Record):
     """The measured spacing over the wanted one; 1 is ideal."""
 
-    mean: Rounded = Field(description="ratio")
+    mean: Rounded = Field(description="mean, over the wanted spacing")
     cv: Rounded = Field(description="standard deviation over mean; 0 is perfectly even")
-    p1: Rounded = Field(description="ratio")
-    p5: Rounded = Field(description="ratio")
-    p50: Rounded = Field(description="ratio")
-    p95: Rounded = Field(description="ratio")
-    p99: Rounded = Field(description="ratio")
-    max: Rounded = Field(description="ratio")
-    within_5_percent: Rounded = Field(description="share of the samples")
+    p1: Rounded = Field(description="1st percentile, over the wanted spacing")
+    p5: Rounded = Field(description="5th percentile, over the wanted spacing")
+    p50: Rounded = Field(description="median, over the wanted spacing")
+    p95: Rounded = Field(description="95th percentile, over the wanted spacing")
+    p99: Rounded = Field(description="99th percentile, over the wanted spacing")
+    max: Rounded = Field(description="largest, over the wanted spacing")
+    within_5_percent: Rounded = Field(description="share of the samples within 5 % of the wanted spacing")
 
 
 class SpacingSideRecord(Record):
@@ -86,7 +88,7 @@ class SpacingSideRecord(Record):
 class StraightRecord(Record):
     """The same through the air."""
 
-    mean: Rounded = Field(description="ratio")
+    mean: Rounded = Field(description="mean, over the wanted spacing")
     cv: Rounded = Field(description="standard deviation over mean")
 
 
@@ -95,7 +97,7 @@ class LevelSpacingsRecord(Record):
 
     spacing: SpacingRecord | None = Field(description="over the wanted one; null with a single level")
     straight: StraightRecord | None = Field(description="the same through the air; null with a single level")
-    samples: Count = Field(description="along the runs")
+    samples: Count = Field(description="number of samples along the runs")
     samples_bounded: Rounded = Field(description="share whose ratio lies between bounds")
     largest_doubt: Rounded = Field(description="between a ratio and its lower bound")
     samples_unreached: Count = Field(description="left out: no way to the level outside was found")
@@ -108,9 +110,9 @@ class DistanceRecord(Record):
     """How much farther from the source than they promise the level curves of the backend lie, in spacings."""
 
     mean: Rounded = Field(description="of samples along all level curves")
-    deviation: Rounded = Field(description="standard deviation")
-    largest: Rounded = Field(description="to either side")
-    samples: Count = Field(description="along the curves")
+    deviation: Rounded = Field(description="standard deviation of the distance error")
+    largest: Rounded = Field(description="largest error to either side")
+    samples: Count = Field(description="number of samples along the curves")
     unknown: Rounded = Field(description="share for which the budget of work did not suffice")
 
 
@@ -131,7 +133,7 @@ class EvennessRecord(Record):
     )
     printed: PrintedRecord | None = Field(default=None, description="in print; left out if there is none")
     left: SpacingSideRecord = Field(description="to the left of the paths")
-    right: SpacingSideRecord = Field(description="to the right")
+    right: SpacingSideRecord = Field(description="spacing to the right of the paths")
     both: SpacingSideRecord = Field(description="all samples of both sides")
     levels: LevelSpacingsRecord | None = Field(
         default=None, description="from level to level; left out where runs have none"
@@ -144,8 +146,8 @@ class EvennessRecord(Record):
 class OverhangPlaceRecord(Record):
     """A place where a bead overhangs."""
 
-    run: Count = Field(description="that it lies on")
-    place_mm: Place = Field(description="on the surface [mm]")
+    run: Count = Field(description="run that it is on")
+    place_mm: Place = Field(description="point on the surface [mm]")
     angle_deg: Rounded = Field(description="of the outward normal from upright [degrees]")
 
 
@@ -159,7 +161,7 @@ class TableAttitudeRecord(Record):
     slack: Rounded = Field(
         description="share left of the critical angle, or of the table's range where less of that is; 0 at a limit"
     )
-    length_mm: Rounded = Field(description="deposited in it [mm]")
+    length_mm: Rounded = Field(description="length deposited in it [mm]")
     pieces: Count = Field(description="of runs that are printed in it")
     move_s: Rounded = Field(
         description="that the table takes at least to come here, or where the program drives it, what that gives it [s]"
@@ -169,12 +171,12 @@ class TableAttitudeRecord(Record):
 class TableRecord(Record):
     """How a table is to tilt the part, so that as little as possible overhangs."""
 
-    name: str = Field(description="of the table")
+    name: str = Field(description="name of the table")
     rotary: bool = Field(description="whether its axes turn, so that their values are angles; else they are lengths")
     order: Literal["kept", "gathered"] = Field(
-        description="whether runs are printed as they come, or pieces of them gathered by attitude"
+        description="whether runs are printed in their order, or parts of them grouped by attitude"
     )
-    moves_kept: Count = Field(description="attitudes that runs as they come need")
+    moves_kept: Count = Field(description="attitudes needed for runs in their order")
     moves_gathered: Count = Field(description="attitudes that pieces gathered by attitude need")
     length_mm: Rounded = Field(description="deposited length that still overhangs [mm]")
     missing_deg: Rounded = Field(description="largest angle beyond the critical one that is left [degrees]")

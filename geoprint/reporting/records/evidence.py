@@ -22,7 +22,7 @@ class ParsedRecord(Record):
     """The program read back by code that shares nothing with what wrote it."""
 
     modules: Count = Field(description="files of the program")
-    lines: Count = Field(description="of all of them")
+    lines: Count = Field(description="lines of all files")
     targets: Count = Field(description="that were read back and compared with the plan")
 
 
@@ -32,7 +32,7 @@ class EvidenceRecord(Record):
     program_sha256: str = Field(
         description="of its modules in lower case, with their switches as written", pattern=_SHA256
     )
-    parsed: ParsedRecord = Field(description="read back")
+    parsed: ParsedRecord = Field(description="what was read back")
     executed: Executed | None = Field(default=None, description="left out where it was not executed")
 
 

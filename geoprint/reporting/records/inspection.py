@@ -28,15 +28,15 @@ PRINTED, SEAL = "printed", "seal"
 class PrintedRunRecord(Record):
     """A run that was printed."""
 
-    run: Count = Field(description="as poses.csv counts it")
-    length_mm: Rounded = Field(description="of the plan [mm]")
-    middle_mm: Place = Field(description="halfway along it [mm]")
+    run: Count = Field(description="number of the run, as in poses.csv")
+    length_mm: Rounded = Field(description="planned length [mm]")
+    middle_mm: Place = Field(description="point halfway along it [mm]")
 
 
 class PrintedPartRecord(Record):
     """A part of a run, in the order of those that were measured."""
 
-    run: Count = Field(description="as poses.csv counts it")
+    run: Count = Field(description="number of the run, as in poses.csv")
     factor: Rounded = Field(description="flow that was commanded over the planned one, by feedback")
     deposited: Rounded = Field(description="volume that the program deposits, as executed, over the planned one")
 
@@ -46,13 +46,13 @@ class PrintedRecord(Record):
 
     plan: str = Field(description="name of the bundle")
     part: str = Field(description="name of the part's file")
-    part_sha256: str = Field(description="of that file", pattern="^[0-9a-f]{64}$")
+    part_sha256: str = Field(description="SHA-256 of that file", pattern="^[0-9a-f]{64}$")
     executed: bool = Field(description="whether its program was executed; else it has none, and its paths count")
-    dispenser: dict[str, Rounded | str] = Field(description="what doses, by the keys of the cell file")
-    speed_mm_s: Rounded = Field(description="of the print [mm/s]")
+    dispenser: dict[str, Rounded | str] = Field(description="dispenser, by the keys of the cell file")
+    speed_mm_s: Rounded = Field(description="speed of the print [mm/s]")
     opened_mm: Rounded = Field(description="by which the valve was opened earlier, by feedback [mm]")
     shut_mm: Rounded = Field(description="by which the valve was shut earlier, by feedback [mm]")
-    runs: tuple[PrintedRunRecord, ...] = Field(description="in their order")
+    runs: tuple[PrintedRunRecord, ...] = Field(description="runs in the order of printing")
     parts: tuple[PrintedPartRecord, ...] = Field(description="of the runs, in their order")
     seal: str = Field(default="", description="SHA-256 of all figures of this file", pattern="^([0-9a-f]{64})?$")
 
@@ -77,7 +77,7 @@ def seal_of(appraisal: Mapping[str, Json]) -> str:
 class FeedbackRecord(Record):
     """What the last print changes."""
 
-    sha256: str = Field(description="of the appraisal", pattern="^[0-9a-f]{64}$")
+    sha256: str = Field(description="SHA-256 of the inspection file", pattern="^[0-9a-f]{64}$")
     plan: str = Field(description="name of the bundle that was printed")
     seen_in: str = Field(description="name of the file of the scan or photograph")
     changes: tuple[FlowChange, ...] = Field(description="the strongest first; none where nothing was significant")
@@ -111,8 +111,8 @@ Row = tuple[Rounded, Rounded, Rounded, Rounded]
 class ScanFileRecord(Record):
     """The scan."""
 
-    file: str = Field(description="its name")
-    sha256: str = Field(description="of the file")
+    file: str = Field(description="name of the file")
+    sha256: str = Field(description="SHA-256 of the file")
     unit: str = Field(description="of its coordinates, as given")
     points: Count = Field(description="that it holds; vertices of a mesh")
     used: Count = Field(description="of these, thinned out, that lie over the part")
@@ -121,7 +121,7 @@ class ScanFileRecord(Record):
 class EstimateRecord(Record):
     """A figure with its standard deviation."""
 
-    value: Rounded = Field(description="as measured")
+    value: Rounded = Field(description="measured value")
     deviation: Rounded = Field(description="standard deviation of that")
 
 
@@ -166,9 +166,9 @@ class FromPlanRecord(Record):
 class ScannedRunRecord(Record):
     """A run of the plan, as printed."""
 
-    run: Count = Field(description="as poses.csv counts it")
-    length_mm: Rounded = Field(description="of the plan [mm]")
-    seen_mm: Rounded = Field(description="of it in the scan [mm]")
+    run: Count = Field(description="number of the run, as in poses.csv")
+    length_mm: Rounded = Field(description="planned length [mm]")
+    seen_mm: Rounded = Field(description="length seen in the scan [mm]")
     missing_mm: Rounded = Field(description="of that without material [mm]")
     ratio: EstimateRecord | None = Field(description="volume over the planned one; null where nothing is seen")
     crest_mm: EstimateRecord | None = Field(
@@ -180,7 +180,7 @@ class ScannedRunRecord(Record):
 class PartOfRunRecord(Record):
     """A part of a run, about two spacings long."""
 
-    run: Count = Field(description="as poses.csv counts it")
+    run: Count = Field(description="number of the run, as in poses.csv")
     start_mm: Thousandths = Field(description="arc length from the start of the run at which it begins [mm]")
     end_mm: Thousandths = Field(description="arc length at which it ends [mm]")
     ratio: Rounded | None = Field(description="volume over the planned one; null where the scan does not show it")
@@ -193,12 +193,12 @@ class ScanAppraisalRecord(Record):
     """The content of appraisal.json of a scan."""
 
     layout: Literal[2] = Field(alias="schema", description="version of this layout")
-    version: str = Field(description="of geoprint")
-    kind: Literal["scan"] = Field(description="what was appraised")
+    version: str = Field(description="version of geoprint")
+    kind: Literal["scan"] = Field(description="kind of file that was inspected")
     printed: PrintedRecord = Field(description="the program that was printed, and what it deposits")
-    scan: ScanFileRecord = Field(description="the file")
-    registration: RegistrationRecord = Field(description="where it was taken")
-    layer_height_mm: Rounded = Field(description="of the plan [mm]")
+    scan: ScanFileRecord = Field(description="file of the scan")
+    registration: RegistrationRecord = Field(description="pose of the scan on the part")
+    layer_height_mm: Rounded = Field(description="planned layer height [mm]")
     seen: Rounded = Field(description="share of the area to be covered that the scan shows")
     covered: EstimateRecord = Field(description="share of that which has material")
     bare: Rounded = Field(description="share of the points over what the plan leaves bare")
@@ -208,7 +208,7 @@ class ScanAppraisalRecord(Record):
     thickness_mm: EstimateRecord = Field(description="mean over what is to be covered and seen [mm]")
     from_plan: FromPlanRecord = Field(description="how the thickness differs from the planned one")
     shift: ShiftRecord | None = Field(default=None, description="of all of it; left out where there is none")
-    runs: tuple[ScannedRunRecord, ...] = Field(description="in their order")
+    runs: tuple[ScannedRunRecord, ...] = Field(description="runs in the order of printing")
     parts: tuple[PartOfRunRecord, ...] = Field(description="of the runs, in their order; at most 2000 and one a run")
 
 
@@ -216,15 +216,15 @@ class LyingRecord(Record):
     """The content of lying.json: the part as it lies there before it is printed on."""
 
     layout: Literal[1] = Field(alias="schema", description="version of this layout")
-    version: str = Field(description="of geoprint")
+    version: str = Field(description="version of geoprint")
     part: str = Field(description="name of the part's file")
-    scan: ScanFileRecord = Field(description="scan or touched points")
-    registration: RegistrationRecord = Field(description="where it was taken")
+    scan: ScanFileRecord = Field(description="file of the scan or of touched points")
+    registration: RegistrationRecord = Field(description="pose of the scan on the part")
     seen: Rounded = Field(description="share of the part's area near its points")
     offset_mean_mm: Rounded = Field(description="of the surface along its normal, over what is seen [mm]")
     offset_rms_mm: Rounded = Field(description="root mean square of it [mm]")
-    offset_least_mm: Rounded = Field(description="the lowest [mm]")
-    offset_most_mm: Rounded = Field(description="the highest [mm]")
+    offset_least_mm: Rounded = Field(description="lowest offset along the normal [mm]")
+    offset_most_mm: Rounded = Field(description="highest offset along the normal [mm]")
     deviation_mm: Rounded = Field(description="standard deviation of the offset at a place [mm]")
     residual_mm: Rounded = Field(description="standard deviation of the points from the surface found [mm]")
     smoothing_mm: Rounded = Field(description="length over which the offset is smooth [mm]")
@@ -244,9 +244,9 @@ Stretch = tuple[Thousandths, Thousandths]
 class DirectedRecord(Record):
     """Distances from every place of one set to the nearest of another."""
 
-    largest: Rounded = Field(description="of them")
+    largest: Rounded = Field(description="largest distance")
     p95: Rounded = Field(description="95th percentile")
-    mean: Rounded = Field(description="of them all")
+    mean: Rounded = Field(description="mean distance")
 
 
 class ApartRecord(Record):
@@ -298,9 +298,9 @@ class CameraRecord(Record):
 class RunRecord(Record):
     """A run of the plan, as printed."""
 
-    run: Count = Field(description="as poses.csv counts it")
-    length_mm: Rounded = Field(description="of the plan [mm]")
-    judged_mm: Rounded = Field(description="of it in sight [mm]")
+    run: Count = Field(description="number of the run, as in poses.csv")
+    length_mm: Rounded = Field(description="planned length [mm]")
+    judged_mm: Rounded = Field(description="length in sight that was judged [mm]")
     seen_mm: Rounded = Field(description="of that, neither corner nor joint, of which width and offset are known [mm]")
     missing_mm: Rounded = Field(description="of what is judged without material [mm]")
     width_mm: EstimateRecord | None = Field(description="mean of its bead [mm]; null where it is not known")
@@ -325,7 +325,7 @@ class RunRecord(Record):
 class PhotographedPartRecord(Record):
     """A part of a run, about two spacings long."""
 
-    run: Count = Field(description="as poses.csv counts it")
+    run: Count = Field(description="number of the run, as in poses.csv")
     start_mm: Thousandths = Field(description="arc length from the start of the run at which it begins [mm]")
     end_mm: Thousandths = Field(description="arc length at which it ends [mm]")
     width_mm: Rounded | None = Field(description="of the bead [mm]; null where it is not known")
@@ -338,7 +338,7 @@ class PhotographedPartRecord(Record):
 class OnPlanRecord(Record):
     """A photograph held against the plan."""
 
-    camera: CameraRecord = Field(description="that took it")
+    camera: CameraRecord = Field(description="camera of the photograph")
     reach_mm: Rounded = Field(description="how far from a run its material may lie [mm]")
     judged: Rounded = Field(description="share of the plan's length in sight")
     missing: Rounded = Field(description="share of what is judged without material")
@@ -358,32 +358,32 @@ class OnPlanRecord(Record):
     darker: bool = Field(description="whether beads are darker than what they lie on")
     doubts: tuple[str, ...] = Field(description="what to know before the figures are trusted")
     strays: Rounded = Field(description="share of the places of beads farther than the reach from every run")
-    apart_mm: ApartRecord = Field(description="plan and print [mm]")
-    runs: tuple[RunRecord, ...] = Field(description="in their order")
+    apart_mm: ApartRecord = Field(description="distances between plan and print [mm]")
+    runs: tuple[RunRecord, ...] = Field(description="runs in the order of printing")
     parts: tuple[PhotographedPartRecord, ...] = Field(description="of the runs, in their order")
 
 
 class PhotographRecord(Record):
     """A photograph, appraised."""
 
-    file: str = Field(description="its name")
-    sha256: str = Field(description="of the file")
+    file: str = Field(description="name of the file")
+    sha256: str = Field(description="SHA-256 of the file")
     size_px: tuple[int, int] = Field(description="width and height, upright [pixels]")
     turned: bool = Field(description="whether it was turned upright, as the camera noted")
     bead_width_px: Rounded = Field(description="that lines were looked for with [pixels]")
     threshold: Rounded = Field(description="of their contrast, over the spread of the grey values around them")
-    length_px: Rounded = Field(description="of all lines [pixels]")
+    length_px: Rounded = Field(description="length of all lines [pixels]")
     width_mean_px: Rounded = Field(description="of all lines, by length [pixels]")
     width_cv: Rounded = Field(description="standard deviation of the width over its mean, of all lines together")
-    lines: tuple[LineRecord, ...] = Field(description="the longest first")
+    lines: tuple[LineRecord, ...] = Field(description="lines, the longest first")
     on_plan: OnPlanRecord | None = Field(default=None, description="left out without a plan")
 
 
 class PairRecord(Record):
     """Two photographs, one over the other."""
 
-    first: str = Field(description="name of the file")
-    second: str = Field(description="name of the file")
+    first: str = Field(description="name of the first file")
+    second: str = Field(description="name of the second file")
     apart_px: ApartRecord = Field(description="the middles of their lines [pixels]")
 
 
@@ -391,8 +391,8 @@ class AppraisalRecord(Record):
     """The content of appraisal.json."""
 
     layout: Literal[2] = Field(alias="schema", description="version of this layout")
-    version: str = Field(description="of geoprint")
-    kind: Literal["photographs"] = Field(description="what was appraised")
+    version: str = Field(description="version of geoprint")
+    kind: Literal["photographs"] = Field(description="kind of file that was inspected")
     plan: str | None = Field(default=None, description="name of the bundle; left out without one")
     part: str | None = Field(default=None, description="name of the part's file; left out without a plan")
     printed: PrintedRecord | None = Field(
@@ -413,7 +413,7 @@ class AppraisalRecord(Record):
 class SimulatedRunRecord(Record):
     """One run of the plan that lays material."""
 
-    run: Count = Field(description="as poses.csv counts it")
+    run: Count = Field(description="number of the run, as in poses.csv")
     wanted_mm3: Rounded = Field(description="volume that its path asks for")
     laid_mm3: Rounded = Field(description="volume that lies along it")
     beside_mm3: Rounded = Field(
@@ -426,7 +426,7 @@ class SimulatedRecord(Record):
     """All that simulated.json says."""
 
     layout: Literal[1] = Field(alias="schema", description="version of this layout")
-    version: str = Field(description="of geoprint")
+    version: str = Field(description="version of geoprint")
     plan: str = Field(description="folder of the bundle")
     laid_by: Literal["program", "paths"] = Field(
         description="whether its program was executed; paths where the bundle has none"
@@ -435,7 +435,7 @@ class SimulatedRecord(Record):
     spread: Rounded = Field(description="width of beads over what their flow asks for")
     width_noise: Rounded = Field(description="standard deviation of the width along a bead, over its mean")
     offset_mm: Rounded = Field(description="by which all beads lie to the left of their paths")
-    seed: Count = Field(description="of all noise")
+    seed: Count = Field(description="seed of all noise")
     wanted_mm3: Rounded = Field(description="volume that the paths ask for")
     laid_mm3: Rounded = Field(description="volume that lies on the part")
     runs: tuple[SimulatedRunRecord, ...] = Field(description="in the order of printing")

@@ -28,7 +28,7 @@ from geoprint.robot.timing import Slowed
 class FigureRecord(Record):
     """A figure that a feature measures."""
 
-    figure: str = Field(description="its key")
+    figure: str = Field(description="key of the figure")
     label: str = Field(description="its name in tables, with its unit in brackets")
     meaning: str = Field(description="a few words for a reader who does not know it; may be empty")
     value: Rounded | None = Field(description="null where it could not be measured")
@@ -43,9 +43,9 @@ class FigureRecord(Record):
 class FeatureRecord(Record):
     """What a feature measures."""
 
-    feature: str = Field(description="its name")
+    feature: str = Field(description="name of the feature")
     title: str = Field(description="what it is, in a few words")
-    figures: tuple[FigureRecord, ...] = Field(description="in its own order")
+    figures: tuple[FigureRecord, ...] = Field(description="figures, in the feature's order")
 
 
 # The schema of one of the robot's parts in plan.json: motion, clearance and program for one placement of the part.
@@ -62,25 +62,25 @@ class RotationRecord(Record):
 class TiltRecord(Record):
     """The angle between nozzle and surface normal on deposit."""
 
-    largest_deg: Thousandths = Field(description="[degrees]")
-    mean_deg: Thousandths = Field(description="[degrees]")
+    largest_deg: Thousandths = Field(description="largest angle [degrees]")
+    mean_deg: Thousandths = Field(description="mean angle [degrees]")
 
 
 class LeanPlaceRecord(Record):
     """A stretch in which the nozzle leans from the attitude of the path, where it does most."""
 
-    run: int = Field(description="from 0")
+    run: int = Field(description="number of the run, from 0")
     place_mm: tuple[Thousandths, Thousandths, Thousandths] = Field(description="tip in the part's coordinates [mm]")
-    lean_deg: Thousandths = Field(description="[degrees]")
+    lean_deg: Thousandths = Field(description="lean of the nozzle [degrees]")
     deposit: bool = Field(description="whether material is deposited there")
 
 
 class RunLeanRecord(Record):
     """A run on which the nozzle leans from the attitude of the path, and what turning it for the speed bought."""
 
-    run: int = Field(description="from 0")
+    run: int = Field(description="number of the run, from 0")
     mean_deg: Thousandths = Field(description="along the run [degrees]")
-    largest_deg: Thousandths = Field(description="[degrees]")
+    largest_deg: Thousandths = Field(description="largest lean [degrees]")
     eased_mm: Rounded = Field(description="length in which the tool was turned for the speed of the tip [mm]")
     lacking_mm: Rounded = Field(description="length whose joints would miss the set speed otherwise [mm]")
     left_mm: Rounded = Field(description="length of it whose joints still do not [mm]")
@@ -97,15 +97,15 @@ class LeanRecord(Record):
 class BendRecord(Record):
     """A bend of the path that straight moves between its poses do not follow within tolerance and period."""
 
-    run: int = Field(description="from 0")
+    run: int = Field(description="number of the run, from 0")
     kind: Literal["rounded", "close"] = Field(
         description="targets stand outside of the bend, so that rounded corners pass it; or they are closer in time"
         " than a controller takes"
     )
-    place_mm: Place = Field(description="tip in its middle [mm]")
+    place_mm: Place = Field(description="position of the tip in the middle of the bend [mm]")
     arc_mm: Rounded = Field(description="of that place, from the start of the run [mm]")
     radius_mm: Rounded | None = Field(description="of the path there [mm]; null where it is straight")
-    targets: Count = Field(description="in the bend")
+    targets: Count = Field(description="number of targets in the bend")
     offset_mm: Rounded = Field(description="largest, of a target from the path [mm]")
     shortest_ms: Rounded = Field(description="least time of a move there [ms]")
 
@@ -115,8 +115,8 @@ class TargetsRecord(Record):
 
     period_ms: Rounded = Field(description="that the controller takes without slowing down [ms]")
     closer: Count = Field(description="targets that come sooner than that after the one before")
-    shortest_ms: Rounded = Field(description="between two [ms]")
-    shortest_mm: Rounded = Field(description="move between two [mm]")
+    shortest_ms: Rounded = Field(description="shortest time between two targets [ms]")
+    shortest_mm: Rounded = Field(description="shortest move between two targets [mm]")
     least_ms: Rounded = Field(description="time of a depositing move [ms]; what is shorter is a 'close' bend")
     bends: tuple[BendRecord, ...] = Field(description="that straight moves do not follow, in the order of printing")
     dry_run_other_configuration: Count = Field(description="targets whose configuration differs in the dry run")
@@ -125,11 +125,11 @@ class TargetsRecord(Record):
 class QuadrantRecord(Record):
     """How near an axis whose quarter turns the configuration data count comes to a border of these on deposit."""
 
-    axis: int = Field(description="1, 4 or 6")
+    axis: int = Field(description="axis 1, 4 or 6")
     targets_near: Count = Field(description="targets on deposit within 1 degree of a border")
     crossings: Count = Field(description="of borders between poses on deposit")
     nearest_deg: Thousandths = Field(description="of a target on deposit to a border [degrees]")
-    run: int = Field(description="where that is, from 0")
+    run: int = Field(description="run where that is, from 0")
     place_mm: Place = Field(description="of the tip there, in the part's coordinates [mm]")
 
 
@@ -142,7 +142,7 @@ class OrientationRecord(Record):
     )
     tilt_deg: Thousandths = Field(description="of its mean normal from upright [degrees]")
     margin_deg: Thousandths = Field(description="of the search's motion from limits and singularities [degrees]")
-    tried: Count = Field(description="orientations")
+    tried: Count = Field(description="number of orientations tried")
     start_refused: str = Field(description="why it is refused with its mean normal up")
     others_refused: tuple[str, ...] = Field(description="why those before it in the search's order are")
 
@@ -150,7 +150,7 @@ class OrientationRecord(Record):
 class DepositedRecord(Record):
     """Volume that the program deposits as it was executed, over the planned one; short runs count as dots."""
 
-    share: Rounded = Field(description="of all runs together")
+    share: Rounded = Field(description="volume of all runs over the planned one")
     least_run: Rounded = Field(description="of the run that gets least")
     most_run: Rounded = Field(description="of the run that gets most")
 
@@ -161,10 +161,10 @@ class MotionRecord(Record):
     duration_s: Rounded = Field(description="of the motion, without what it waits for a flow or the lamp [s]")
     branch: int = Field(description="of the eight inverse solutions, from 0")
     rotation: RotationRecord = Field(description="of the nozzle about itself")
-    joint_6_turns: Thousandths = Field(description="over the whole motion")
+    joint_6_turns: Thousandths = Field(description="turns of joint 6 over the whole motion")
     tilt: TiltRecord = Field(description="from the surface normal")
     lean: LeanRecord = Field(description="from the attitude of the path")
-    smallest_wrist_angle_deg: Rounded = Field(description="of joint 5 [degrees]")
+    smallest_wrist_angle_deg: Rounded = Field(description="smallest angle of joint 5 [degrees]")
     slowest_deposit_mm_s: Rounded = Field(description="of the bead, beside the ramps [mm/s]")
     off_moves_mm: Rounded = Field(description="largest distance of the timed path from the moves, all along [mm]")
     off_moves_deg: Rounded = Field(description="and turn [degrees]")
@@ -194,21 +194,21 @@ class DryRunRecord(Record):
     """What the dry run passes."""
 
     lift_mm: float = Field(description="above the printed path [mm]")
-    smallest_mm: Rounded = Field(description="clearance [mm]")
+    smallest_mm: Rounded = Field(description="smallest clearance [mm]")
     at: str = Field(description="where, and what comes near what")
 
 
 class ClearanceRecord(Record):
     """What the collision check of the motion found."""
 
-    smallest_mm: Rounded = Field(description="of the tool [mm]")
+    smallest_mm: Rounded = Field(description="smallest clearance of the tool [mm]")
     at: str = Field(description="where, and what comes near what")
-    arm_smallest_mm: Rounded | None = Field(description="of the arm [mm]")
+    arm_smallest_mm: Rounded | None = Field(description="smallest clearance of the arm [mm]")
     arm_at: str | None = Field(description="where, and what comes near what")
-    kept_mm: float = Field(description="everywhere [mm]")
+    kept_mm: float = Field(description="clearance kept everywhere [mm]")
     tip_margin_mm: Rounded = Field(description="of the tip on travel and its rim on deposit [mm]")
     checks: Count = Field(description="places of the motion that were looked at")
-    checked: tuple[str, ...] = Field(description="what against what")
+    checked: tuple[str, ...] = Field(description="pairs of bodies that were checked")
     not_checked: tuple[str, ...] = Field(description="what was not checked")
     dry_run: DryRunRecord = Field(description="likewise")
 
@@ -216,7 +216,7 @@ class ClearanceRecord(Record):
 class RunSwitchingRecord(Record):
     """When one run is laid."""
 
-    run: int = Field(description="from 0")
+    run: int = Field(description="number of the run, from 0")
     deposit_s: tuple[float, ...] = Field(description="from and to, on the path [s]")
     material_s: tuple[float, ...] = Field(description="from and to, as it leaves the nozzle [s]")
 
@@ -227,7 +227,7 @@ class SwitchingRecord(Record):
     largest_error_mm: Rounded = Field(description="of the material from each run's ends [mm]")
     lamp_alone_s: Rounded = Field(description="that the lamp shines without deposit [s]")
     runs: tuple[RunSwitchingRecord, ...] = Field(description="in the order of printing")
-    lamp_s: tuple[tuple[float, ...], ...] = Field(description="on, from and to [s]")
+    lamp_s: tuple[tuple[float, ...], ...] = Field(description="times at which the lamp goes on and off [s]")
     vacuum_s: tuple[tuple[float, ...], ...] = Field(description="drawing, from and to [s]")
 
 
@@ -235,7 +235,7 @@ class ProgramRecord(Record):
     """The program that was written."""
 
     modules: tuple[str, ...] = Field(description="its files in the folder rapid")
-    targets: Count = Field(description="that it names")
+    targets: Count = Field(description="number of its targets")
     dry_run_only: bool = Field(description="because the placement of the part is not stated")
     switching: SwitchingRecord = Field(description="of valve, lamp and vacuum")
 
@@ -265,7 +265,7 @@ class JoinedRecord(Record):
         description="in which it was executed, each attitude with the moves and switchings of its own program"
     )
     refused: tuple[str, ...] = Field(description="scenarios in which it ended before anything moved, as it must")
-    lines_with_statements: Count = Field(description="of its main module")
+    lines_with_statements: Count = Field(description="lines with statements in its main module")
     lines_executed: Count = Field(description="of these, in at least one scenario")
 
 
@@ -276,9 +276,9 @@ class RobotRecord(Record):
         default=None, description="that holds it; left out where the part stands still"
     )
 
-    motion: MotionRecord = Field(description="of the arm")
-    clearance: ClearanceRecord = Field(description="of the motion")
-    program: ProgramRecord = Field(description="that runs it")
+    motion: MotionRecord = Field(description="motion of the arm")
+    clearance: ClearanceRecord = Field(description="clearance of the motion")
+    program: ProgramRecord = Field(description="program of the motion")
     evidence: EvidenceRecord = Field(description="how far geoprint itself has proven the program")
 
 
@@ -286,8 +286,8 @@ class FileRecord(Record):
     """A file as it was read."""
 
     name: str = Field(description="of the file, without its folder")
-    sha256: str = Field(description="of its bytes", pattern="^[0-9a-f]{64}$")
-    unit: str = Field(description="of its lengths")
+    sha256: str = Field(description="SHA-256 of the file", pattern="^[0-9a-f]{64}$")
+    unit: str = Field(description="unit of its coordinates")
 
 
 class InputRecord(FileRecord):
@@ -296,7 +296,7 @@ class InputRecord(FileRecord):
     made: dict[str, str | float | int] | None = Field(
         default=None, description="how the mesh was made, where the file holds something else"
     )
-    body: FileRecord | None = Field(default=None, description="what the part lies on")
+    body: FileRecord | None = Field(default=None, description="file of the body under the part")
     target: FileRecord | None = Field(default=None, description="what layers fill: a shape, or a table of thicknesses")
 
 
@@ -325,20 +325,20 @@ class SettingsRecord(create_model("AskedRecord", __base__=Record, **_asked())):
     standoff_mm: float = Field(description="of the tip over what the layer lies on [mm]")
     clearance_mm: float = Field(description="that the tool keeps [mm]")
     retract_mm: float = Field(description="height of travel above the surface [mm]")
-    layer_height_mm: float = Field(description="of the layer [mm]")
+    layer_height_mm: float = Field(description="height of a layer [mm]")
     needle_mm: float = Field(description="inner diameter of the needle [mm]")
     flow_shares: tuple[float, float] = Field(
         description="least and most of flow that follows, over that of a strip one spacing wide"
     )
-    pressure_kpa: float | None = Field(description="of the air [kPa]")
+    pressure_kpa: float | None = Field(description="air pressure [kPa]")
     flood_s: float | None = Field(description="final exposure of the whole part [s]")
 
 
 class MeshRecord(Record):
     """A mesh."""
 
-    vertices: Count = Field(description="how many")
-    faces: Count = Field(description="how many")
+    vertices: Count = Field(description="number of vertices")
+    faces: Count = Field(description="number of faces")
     mean_edge_mm: Rounded = Field(description="mean length of an edge [mm]")
 
 
@@ -357,13 +357,13 @@ class PreparationRecord(create_model("PreparedRecord", __base__=Record, **_prepa
 class SurfaceRecord(Record):
     """The part's surface."""
 
-    topology: str = Field(description="in words")
-    area_mm2: Rounded = Field(description="[mm2]")
+    topology: str = Field(description="topology in words")
+    area_mm2: Rounded = Field(description="area [mm2]")
     size_mm: Place = Field(description="of its box along x, y, z [mm]")
-    prepared: MeshRecord = Field(description="before refinement")
-    refined: MeshRecord = Field(description="planned on")
+    prepared: MeshRecord = Field(description="mesh before refinement")
+    refined: MeshRecord = Field(description="mesh that was planned on")
     preparation: PreparationRecord | None = Field(description="null for several patches: each says what changed")
-    side: Side = Field(description="that is printed on")
+    side: Side = Field(description="side that is printed on")
 
 
 class FibresRecord(Record):
@@ -387,15 +387,15 @@ class PathsRecord(Record):
     """The paths as they are printed."""
 
     runs: Count = Field(description="how many; each starts and stops the dispenser")
-    levels: Count = Field(description="how many")
-    poses: Count = Field(description="rows of poses.csv")
+    levels: Count = Field(description="number of levels")
+    poses: Count = Field(description="number of poses, the rows of poses.csv")
     deposit_mm: Rounded = Field(description="length of the tip's path on deposit [mm]")
     travel_mm: Rounded = Field(description="length of the tip's path on travel [mm]")
     stops_while_laying: Count = Field(description="at sharp corners, with the valve open")
-    corners_rounded: Count = Field(description="how many")
-    corners_rounded_mm: tuple[Place, ...] = Field(description="where [mm]")
+    corners_rounded: Count = Field(description="number of rounded corners")
+    corners_rounded_mm: tuple[Place, ...] = Field(description="where corners were rounded [mm]")
     corners_split: Count = Field(description="too sharp to be rounded at speed")
-    corners_split_mm: tuple[Place, ...] = Field(description="where [mm]")
+    corners_split_mm: tuple[Place, ...] = Field(description="where runs were split at corners [mm]")
     fragments: Count = Field(description="runs shorter than five spacings, little more than a start and a stop")
     dropped_runs: Count = Field(
         description="too short to be worth a start: shorter than one spacing or than the valve needs, fibres than three"
@@ -406,7 +406,7 @@ class PathsRecord(Record):
         default=None, description="least and most that is wanted; left out where paths are one spacing wide [mm]"
     )
     fibres: FibresRecord | None = Field(default=None, description="left out where they follow no lines")
-    largest_distance_mm: Rounded = Field(description="from the source [mm]")
+    largest_distance_mm: Rounded = Field(description="largest distance from the source [mm]")
     largest_lean_deg: Rounded = Field(description="of the nozzle from the normal [degrees]")
     mean_lean_deg: Rounded = Field(description="of the nozzle from the normal [degrees]")
 
@@ -438,44 +438,44 @@ class FieldRecord(Record):
 
     refinement: RefinementRecord = Field(description="of the surface")
     mean_slope_error: Rounded = Field(description="off 1, away from where fronts meet")
-    p95_slope_error: Rounded = Field(description="its 95th percentile")
+    p95_slope_error: Rounded = Field(description="95th percentile of the slope error")
     cut_locus_share: Rounded = Field(description="of the area, where fronts meet")
 
 
 class PatchSpacingRecord(Record):
     """The spacing on one patch, over the wanted one."""
 
-    mean: Rounded | None = Field(description="null with one level")
+    mean: Rounded | None = Field(description="mean spacing; null with one level")
     cv: Rounded | None = Field(description="standard deviation over mean; null with one level")
 
 
 class CutRecord(Record):
     """How a patch was cut from its body."""
 
-    body: str = Field(description="that it was cut from")
-    topology: str = Field(description="in words")
-    area_mm2: Rounded = Field(description="[mm2]")
+    body: str = Field(description="file of the body that it was cut from")
+    topology: str = Field(description="topology in words")
+    area_mm2: Rounded = Field(description="area [mm2]")
     rims_mm: tuple[Rounded, ...] = Field(description="length of each rim, the longest first [mm]")
-    faces: Count = Field(description="how many")
+    faces: Count = Field(description="number of faces")
     outside: str = Field(description="how it is known which side is outside")
     inside: str | None = Field(description="what a drawn curve encloses, and which side of it was taken")
     point_off_body_mm: Rounded | None = Field(description="how far given points lie off the body at most [mm]")
-    changes: tuple[str, ...] = Field(description="that preparing made")
+    changes: tuple[str, ...] = Field(description="repairs in preparation")
 
 
 class PatchRecord(CutRecord):
     """A patch: how it was cut, and what became of it."""
 
-    place_mm: Place = Field(description="about its middle [mm]")
+    place_mm: Place = Field(description="point near its middle [mm]")
     runs: Pair = Field(description="first and last that lie on it")
     deposit_mm: Rounded = Field(description="length on deposit [mm]")
-    spacing: PatchSpacingRecord = Field(description="over the wanted one")
+    spacing: PatchSpacingRecord = Field(description="spacing over the wanted one")
 
 
 class ChartLevelRecord(Record):
     """The spacing that the chart predicts for one level, over the wanted one."""
 
-    level: Count = Field(description="from 0, the outermost")
+    level: Count = Field(description="level, from 0 for the outermost")
     mean: Rounded = Field(description="ratio")
     min: Rounded = Field(description="ratio")
     max: Rounded = Field(description="ratio")
@@ -519,7 +519,7 @@ class DepositionRecord(Record):
 class TimingsRecord(Record):
     """The content of timings.json, which no manifest lists: what varies from run to run."""
 
-    timings_s: dict[str, Thousandths] = Field(description="of each stage [s]")
+    timings_s: dict[str, Thousandths] = Field(description="time of each stage [s]")
     peak_memory_mb: Count = Field(description="of the whole process so far [MB]")
 
 
@@ -527,19 +527,19 @@ class PlanRecord(Record):
     """The content of plan.json; what varies from run to run stands in timings.json."""
 
     layout: Literal[10] = Field(alias="schema", description="version of this layout")
-    version: str = Field(description="of geoprint")
+    version: str = Field(description="version of geoprint")
     input: InputRecord = Field(description="file of the part")
     settings: SettingsRecord = Field(description="what was asked for, and with which cell")
-    surface: SurfaceRecord = Field(description="of the part")
-    paths: PathsRecord = Field(description="as printed")
-    layers: tuple[LayerRecord, ...] = Field(description="from the part outwards")
+    surface: SurfaceRecord = Field(description="surface of the part")
+    paths: PathsRecord = Field(description="paths as printed")
+    layers: tuple[LayerRecord, ...] = Field(description="layers, from the part outwards")
     field: FieldRecord = Field(description="of distance that the paths follow")
     patches: tuple[PatchRecord, ...] = Field(default=(), description="where the part was cut from a body")
     sources: tuple[TriedSource, ...] = Field(default=(), description="that were tried, where the best was asked for")
     middles: tuple[TriedMedialAxis, ...] = Field(default=(), description="that were tried, where the best was sought")
     chart: ChartRecord | None = Field(default=None, description="of a backend that works in the plane")
     uniformity: EvennessRecord | None = Field(default=None, description="left out where it was not measured")
-    deposition: DepositionRecord | None = Field(default=None, description="of material")
+    deposition: DepositionRecord | None = Field(default=None, description="deposit of material")
     overhang: OverhangRecord | None = Field(default=None, description="of beads; older versions did not measure it")
     feedback: FeedbackRecord | None = Field(default=None, description="what the last print taught")
     features: tuple[FeatureRecord, ...] = Field(default=(), description="that the job names, with what they measure")

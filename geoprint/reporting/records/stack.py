@@ -33,12 +33,12 @@ class CureRecord(Record):
 class StackedLayerRecord(Record):
     """A layer, in short; the plan.json in its folder says all of it."""
 
-    folder: str = Field(description="of its bundle")
+    folder: str = Field(description="folder of its bundle")
     bottom_mm: Rounded = Field(description="height over the part at which it begins [mm]")
-    height_mm: Rounded = Field(description="its own [mm]")
+    height_mm: Rounded = Field(description="height of the layer [mm]")
     area_mm2: Rounded = Field(description="of the surface in its middle [mm2]")
     pattern: str = Field(default="contours", description="of its paths, with the angle of rows in degrees")
-    runs: Count = Field(description="how many")
+    runs: Count = Field(description="number of runs")
     deposit_mm: Rounded = Field(description="length of the tip's path on deposit [mm]")
     gap: float | None = Field(description="share of its area that no path covers")
     overlap: float | None = Field(description="share of its area that is covered twice")
@@ -104,8 +104,8 @@ class FinishedFlowsRecord(Record):
 class LeftOutRecord(Record):
     """A layer at the top of a target in which there is nothing to print."""
 
-    number: int = Field(description="of the layer, from 1", ge=1)
-    reason: str = Field(description="why not")
+    number: int = Field(description="number of the layer, from 1", ge=1)
+    reason: str = Field(description="reason why it is left out")
 
 
 class StackProgramRecord(Record):
@@ -128,7 +128,7 @@ class StackProgramRecord(Record):
         description="in which it was executed, each layer with the moves and switchings of its own program"
     )
     refused: tuple[str, ...] = Field(description="scenarios in which it ended before anything moved, as it must")
-    lines_with_statements: Count = Field(description="of its main module")
+    lines_with_statements: Count = Field(description="lines with statements in its main module")
     lines_executed: Count = Field(description="of these, in at least one scenario")
 
 
@@ -136,7 +136,7 @@ class StackRecord(Record):
     """The content of stack.json."""
 
     layout: Literal[3] = Field(alias="schema", description="version of this layout")
-    version: str = Field(description="of geoprint")
+    version: str = Field(description="version of geoprint")
     part: str = Field(description="file that the lowest layer lies on")
     thickness_mm: Rounded = Field(description="of all layers together, where it is largest [mm]")
     target: str | None = Field(description="file of what the layers fill; null for a thickness")
@@ -167,7 +167,7 @@ class ComparedStackRecord(Record):
     thickness_cv: Rounded = Field(description="variation of the layers' own thickness, of all by area")
     worst_cv: Rounded = Field(description="that of the layer where it is largest")
     finished: FinishedRecord | None = Field(description="how all layers together come out, as printed")
-    runs: int = Field(description="of all layers", ge=0)
+    runs: int = Field(description="number of runs of all layers", ge=0)
     deposit_mm: Rounded = Field(description="length of the tip's path on deposit [mm]")
     print_s: Rounded | None = Field(description="time of all programs [s]; null without a robot")
     clearance_mm: Rounded | None = Field(description="smallest distance of the tool [mm]; null without a robot")
@@ -180,15 +180,15 @@ class ComparedStackRecord(Record):
 class RefusedStackRecord(Record):
     """A backend that cannot plan a layer."""
 
-    backend: str = Field(description="its name")
-    refused: str = Field(description="why")
+    backend: str = Field(description="name of the backend")
+    refused: str = Field(description="reason of the refusal")
 
 
 class StackComparisonRecord(Record):
     """The content of stacks.json."""
 
     layout: Literal[2] = Field(alias="schema", description="version of this layout")
-    version: str = Field(description="of geoprint")
+    version: str = Field(description="version of geoprint")
     part: str = Field(description="file that the lowest layer lies on")
     thickness_mm: Rounded = Field(description="of all layers together, where it is largest [mm]")
     layers: int = Field(description="in which it falls", ge=1)
