@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Polygon, Rectangle
 
 from benchmarks.guide.shaded import BLUE, GREEN, GREY, ORANGE, PART, bare, panels, small_png, smaller
+from benchmarks.guide.stamps import with_figures
 from geoprint.config import job_of, load_cell
 from geoprint.guide import page_named
 from geoprint.model import Cell, FloatArray, TouchedPoints
@@ -85,16 +86,17 @@ def calibrate(_data: Path) -> bytes:
     axis.set_aspect("equal")
     axis.set_xlabel(f"x of the fixture [mm]; arrows: residuals, {ENLARGED} times as long", fontsize=9)
     axis.set_ylabel("y [mm]", fontsize=9)
-    return small_png(figure)
+    return with_figures(small_png(figure), [f"{ENLARGED}"])
 
 
 def fine_lines(_data: Path) -> bytes:
     """Draw lines 0.4 mm apart in section, below two needles, to scale."""
     figure, axes = panels(2, width=7.2, height=3.2)
+    apart = 0.4
     needles = (("the needle that comes along", 0.91, 0.6, 0.5, 0.3), ("a fine needle", 0.52, 0.26, 0.2, 0.25))
     for axis, (title, outer, inner, layer, standoff) in zip(axes, needles, strict=True):
-        for left in np.arange(-1.6, 0.01, 0.4):
-            axis.add_patch(Rectangle((left - 0.2, 0.0), 0.4, layer, facecolor="#9cc7e4", edgecolor=BLUE))
+        for left in np.arange(-4.0 * apart, 0.01, apart):
+            axis.add_patch(Rectangle((left - apart / 2.0, 0.0), apart, layer, facecolor="#9cc7e4", edgecolor=BLUE))
         for side in (-1.0, 1.0):
             wall = min(side * inner, side * outer) / 2
             axis.add_patch(Rectangle((wall, standoff), (outer - inner) / 2, 1.2, facecolor=GREY))
@@ -107,7 +109,7 @@ def fine_lines(_data: Path) -> bytes:
         axis.set_ylim(-0.2, 1.4)
         axis.set_aspect("equal")
         axis.axis("off")
-    return small_png(figure)
+    return with_figures(small_png(figure), [f"{apart:g}", *(f"{outer:g}" for _, outer, *_ in needles)])
 
 
 def controller(data: Path) -> bytes:
@@ -207,4 +209,5 @@ def measured(data: Path) -> bytes:
         save_plan(plan(job), Path(folder) / "ours")
         (Path(folder) / "rows.csv").write_text(rows, encoding="utf-8")
         found = measure_files(job, [Path(folder) / "ours", Path(folder) / "rows.csv"])
-    return smaller(measure_picture(found, record_measurement(found)), width=800)
+    figures = [f"{100.0 * each.measured.thickness.cv:.2f}" for each in found.files]
+    return with_figures(smaller(measure_picture(found, record_measurement(found)), width=800), figures)

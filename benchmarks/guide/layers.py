@@ -27,12 +27,14 @@ from benchmarks.guide.shaded import (
     smaller,
     view_from,
 )
+from benchmarks.guide.stamps import with_figures
 from geoprint.config import TILTING_CELL, job_of, packaged_cell_text
 from geoprint.distance import isolines
 from geoprint.geometry import face_normals, mean_normal, remesh, vertex_normals
 from geoprint.geometry.files import load_file, save_ply
 from geoprint.layers import level_surface
 from geoprint.model import FloatArray, ScalarField, Surface
+from geoprint.reporting.evenness import record_overhang
 from geoprint.reporting.stack_page import sliced_pictures
 from geoprint.results import Plan
 from geoprint.transforms import angles_between
@@ -276,7 +278,7 @@ def tilted(data: Path) -> bytes:
         cell.write_text(packaged_cell_text(TILTING_CELL))
         planned = plan(
             job_of(
-                surface=data / "heart_apex_patch.ply", unit="mm", spacing=2.0, backend="heat", robot=False, cell=cell
+                surface=data / "heart_apex_patch.ply", unit="mm", spacing=4.0, backend="heat", robot=False, cell=cell
             )
         )
     if planned.tilting is None:
@@ -298,5 +300,6 @@ def tilted(data: Path) -> bytes:
         for start, end in one.pieces.tolist():
             colour = f"C{number % CYCLE}"
             draw_lines(axes[1], (places[start:end] @ view.T)[:, :2], every[start:end], colour=colour, width=1.2)
-    axes[1].set_title(f"{len(planned.tilting.attitudes)} attitudes of a tilt-turn table", fontsize=10)
-    return small_png(figure)
+    count = len(planned.tilting.attitudes)
+    axes[1].set_title(f"{count} attitudes of a tilt-turn table", fontsize=10)
+    return with_figures(small_png(figure), [f"{100.0 * record_overhang(planned).share:.1f}", str(count)])

@@ -6,17 +6,18 @@ import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from benchmarks.field.figures import KEPT, field_picture, loaded
+from benchmarks.field.figures import field_picture, loaded
 from benchmarks.guide import cells, layers, prints, surfaces
 from benchmarks.guide.filming import opened
 from benchmarks.guide.shaded import smaller
-from benchmarks.parts.stamps import stamp, stamped
+from benchmarks.guide.stamps import with_figures
 from benchmarks.paths import uniformity
 from benchmarks.whole.figures import loaded as times_kept, speed_picture
 from geoprint.config import job_of
 from geoprint.guide import page_named
 from geoprint.reporting import figure
 from geoprint.reporting.figures import png_bytes
+from geoprint.reporting.metrics import THICKNESS
 from geoprint.workflow import compare, plan, save_comparisons
 
 # The part of the report that is its first screen [px].
@@ -51,14 +52,17 @@ def own_backend(data: Path) -> bytes:
 
 
 def yardstick(_data: Path) -> bytes:
-    """Draw the figures that are kept of every planner, and say of which they are."""
-    return stamped(smaller(field_picture(loaded()), width=1210), stamp(KEPT.read_text(encoding="utf-8")))
+    """Draw the figures that are kept of every planner."""
+    return smaller(field_picture(loaded()), width=1210)
 
 
 def evenness(_data: Path) -> bytes:
-    """Draw the figures that are kept of every backend, and say of which they are."""
+    """Draw the figures that are kept of every backend."""
     text = uniformity.KEPT.read_text(encoding="utf-8")
-    return stamped(smaller(uniformity.picture(uniformity.loaded(text)), width=900), stamp(text))
+    rows = uniformity.loaded(text)
+    (apex,) = (row for row in rows if row.part == uniformity.SMALLEST)
+    figures = [f"{100.0 * apex.backends[name][THICKNESS.key]:.2f}" for name in ("lscm", "heat")]
+    return with_figures(smaller(uniformity.picture(rows), width=900), figures)
 
 
 def speed(_data: Path) -> bytes:

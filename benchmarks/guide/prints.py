@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from benchmarks.guide.shaded import DOTS_PER_INCH
+from benchmarks.guide.stamps import with_figures
 from benchmarks.paper.__main__ import PARTS, SEED
 from benchmarks.paper.comparing import Compared, compared
 from benchmarks.paper.prints import fixed_printing, studio_of
@@ -63,10 +64,12 @@ def simulated(data: Path) -> bytes:
     faults = Faults(width_scale=SPREAD, width_noise=0.05)
     data = data.resolve()
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
-        save_plan(plan(job_of(surface=data / "plate.ply", unit="mm", spacing=3.5, place="demo")), "programmed")
-        save_simulated(simulated_print(Path("programmed"), faults=faults, seed=0), "before")
+        save_plan(plan(job_of(surface=data / "plate.ply", unit="mm", spacing=5.0, place="demo")), "programmed")
+        before = simulated_print(Path("programmed"), faults=faults, seed=0)
+        save_simulated(before, "before")
         exec(compile(edit, "simulate.md", "exec"), {"__name__": "simulate"})  # noqa: S102  (our own text)
-        save_simulated(simulated_print(Path("programmed"), faults=faults, seed=0), "after")
+        after = simulated_print(Path("programmed"), faults=faults, seed=0)
+        save_simulated(after, "after")
         pictures = [Image.open(Path(name, "print.png")).convert("L") for name in ("before", "after")]
     small = [each.resize((SIMULATED_WIDTH, SIMULATED_WIDTH), Image.Resampling.LANCZOS) for each in pictures]
     both = Image.new("L", (2 * SIMULATED_WIDTH + BETWEEN, SIMULATED_WIDTH), 255)
@@ -74,7 +77,8 @@ def simulated(data: Path) -> bytes:
     both.paste(small[1], (SIMULATED_WIDTH + BETWEEN, 0))
     written = io.BytesIO()
     both.quantize(GREYS).save(written, format="PNG", optimize=True)
-    return written.getvalue()
+    figures = [f"{each.deposited.sum() / each.wanted.sum():.3f}" for each in (before, after)]
+    return with_figures(written.getvalue(), figures)
 
 
 # Of the figure [inches].
@@ -86,7 +90,9 @@ PAPER_GREYS = 16
 def paper(data: Path) -> bytes:
     """Draw the prints of Table I on the free wall of the heart, as all that the paper does not say is fixed."""
     studio = studio_of(data / PARTS[0], body=data / "heart.ply")
-    return paper_picture(compared(studio, fixed_printing(), seed=SEED))
+    found = compared(studio, fixed_printing(), seed=SEED)
+    figures = [f"{found.distances[pair].hausdorff:.1f}" for pair in (("A", "B"), ("A", "C"), ("B", "C"))]
+    return with_figures(paper_picture(found), figures)
 
 
 def paper_picture(found: Compared) -> bytes:

@@ -25,6 +25,7 @@ from benchmarks.guide.shaded import (
     smaller,
     view_from,
 )  # fmt: skip
+from benchmarks.guide.stamps import with_figures
 from geoprint.config import job_of
 from geoprint.geometry import inspect, mean_normal, positions
 from geoprint.geometry.files import load
@@ -47,7 +48,9 @@ SIDE = view_from(np.array([0.2, -0.7, -1.0]), up=np.array([0.0, 0.0, 1.0]))
 def first_comparison(data: Path) -> bytes:
     """Draw what `geoprint compare` writes as compare.png."""
     job = job_of(surface=data / "heart_apex_patch.ply", unit="mm", spacing=2.0, robot=False)
-    return smaller(comparison_picture(compare(job)), width=820)
+    found = compare(job)
+    figures = [f"{100.0 * outcome.plan.evenness.thickness.cv:.2f}" for _, outcome in found.planned]
+    return with_figures(smaller(comparison_picture(found), width=820), figures)
 
 
 def your_part(data: Path) -> bytes:
@@ -70,8 +73,9 @@ def your_part(data: Path) -> bytes:
 def middle(data: Path) -> bytes:
     """Draw plain contours of a plate and fitted ones, and what either leaves open."""
     figure, axes = panels(2, width=8.2, height=3.3)
+    figures = list[str]()
     for axis, kind in zip(axes, ("plain", "fitted"), strict=True):
-        job = job_of(surface=data / "plate.ply", unit="mm", spacing=2.0, robot=False, middle=kind)
+        job = job_of(surface=data / "plate.ply", unit="mm", spacing=6.0, robot=False, middle=kind)
         planned = plan(job)
         _draw_paths(axis, planned, np.eye(3), colour=BLUE)
         found = planned.uniformity
@@ -79,7 +83,8 @@ def middle(data: Path) -> bytes:
         open_places = found.judged_places[found.gaps]
         axis.plot(open_places[:, 0], open_places[:, 1], ".", markersize=1.5, color=ORANGE)
         axis.set_title(f"{kind}: {found.gap:.1%} missed, {found.overlap:.1%} covered twice", fontsize=10)
-    return small_png(figure)
+        figures.append(f"{100.0 * found.gap:.1f}")
+    return with_figures(small_png(figure), figures)
 
 
 def spiral(data: Path) -> bytes:
@@ -97,7 +102,7 @@ def spiral(data: Path) -> bytes:
 
 def guided(data: Path) -> bytes:
     """Draw the plate covered by rows beside the page's line, to the rim and within contours."""
-    (block,) = page_named("guided-rows").blocks
+    block = page_named("guided-rows").blocks[0]
     line = [[float(number) for number in place.split(",")] for place in re.findall(r"-?\d+,-?\d+,0", block.text)]
     figure, axes = panels(2, width=8.2, height=3.3)
     for axis, contours in zip(axes, (0, 2), strict=True):

@@ -13,7 +13,8 @@ A `group` may be added: pages of a part with the same one stand together.
 
 The rest is Markdown. Blocks of `sh` and `python` are run by the tests, one page after another in one folder; what `sh
 refused` says ends in a refusal. A block with a second word (`toml job.toml`, `csv touched.csv`) is the file of that
-name. Whatever else stands in a block (`text`, `console`) is only shown.
+name, and a block of `output` holds lines of what the block before it prints, `...` where others are left out. Whatever
+else stands in a block (`text`, `console`) is only shown.
 """
 
 from __future__ import annotations

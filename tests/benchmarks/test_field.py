@@ -11,9 +11,7 @@ import pytest
 
 from benchmarks.field.figures import KEPT, Figures, field_picture, line, loaded, save
 from benchmarks.field.planners import PLANNERS, concentric_infill, missing_libraries, present_planners
-from benchmarks.parts.stamps import stamp, stamp_of
 from geoprint.errors import InputError
-from geoprint.guide import picture_bytes
 from tests.meshes import cylinder_patch, plate, sphere
 
 
@@ -62,8 +60,3 @@ def test_the_kept_table_has_every_planner_on_every_part_and_draws_the_same_pictu
     assert len(parts) == 9
     assert {(each.part, each.planner) for each in found} == {(part, name) for part in parts for name in PLANNERS}
     assert field_picture(found) == field_picture(found)
-
-
-def test_the_guides_picture_shows_the_kept_figures() -> None:
-    drawn = stamp_of(picture_bytes("yardstick.png"))
-    assert drawn == stamp(KEPT.read_text(encoding="utf-8")), "draw it: python -m benchmarks.guide --draw yardstick.png"

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from io import BytesIO
-
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from benchmarks.parts.stamps import stamp, stamp_of, stamped
 from benchmarks.parts.surfaces import SHAPES, cap, triangulated
 from benchmarks.paths.uniformity import (
     BACKENDS,
@@ -24,13 +20,11 @@ from benchmarks.paths.uniformity import (
     loaded,
     measured,
     page,
-    picture,
     row_of,
     table,
     with_rows,
 )
 from geoprint.geometry import face_areas
-from geoprint.guide import picture_bytes
 
 KEYS = [metric.key for metric in COLUMNS]
 EVEN = dict(zip(KEYS, (0.002, 0.003, 1.0, 0.0, 0.0, 0.001, 0.01, 0.001, 0.004), strict=True))
@@ -86,7 +80,7 @@ def test_kept_figures_read_back_and_differ_only_where_something_changed() -> Non
     ]
 
 
-def test_page_readme_and_pictures_show_the_kept_figures() -> None:
+def test_page_and_readme_show_the_kept_figures() -> None:
     text = KEPT.read_text(encoding="utf-8")
     rows, readme = loaded(text), README.read_text(encoding="utf-8")
     assert set(OWN) < {row.part for row in rows}
@@ -95,8 +89,6 @@ def test_page_readme_and_pictures_show_the_kept_figures() -> None:
     )
     assert readme == with_rows(readme, rows), "write it again: python -m benchmarks.paths.uniformity --write"
     assert sum(line.startswith(tuple(f"| {part} |" for part in OWN)) for line in readme.splitlines()) == len(OWN)
-    drawn = stamp_of(picture_bytes("evenness.png"))
-    assert drawn == stamp(text), "older than the figures: python -m benchmarks.guide --draw evenness.png"
 
 
 def test_the_kept_figures_are_what_the_command_gives() -> None:
@@ -107,12 +99,3 @@ def test_the_kept_figures_are_what_the_command_gives() -> None:
     for name in BACKENDS:
         # As they are written, and what rounding on another machine turns over.
         assert found.backends[name] == pytest.approx(row.backends[name], abs=3e-4), name
-
-
-def test_a_stamp_reads_back_and_leaves_the_picture_as_it_is() -> None:
-    png = picture([FLAT, CURVED])
-    assert stamp_of(png) is None
-    marked = stamped(png, "figures 12ab")
-    assert stamp_of(marked) == "figures 12ab"
-    pixels = [plt.imread(BytesIO(each)) for each in (png, marked)]
-    assert (pixels[0] == pixels[1]).all()
