@@ -72,7 +72,7 @@ class PartRecord(Record):
     surface: SurfaceRecord = Field(description="as in plan.json")
     verdict: tuple[str, ...] = Field(description="sentences; the first one decides")
     best: str = Field(description="the backend that covers the part best: coverage counts first, then thickness")
-    backends: tuple[PlannedRecord | RefusedRecord, ...] = Field(description="in the order of the command")
+    backends: tuple[PlannedRecord | RefusedRecord, ...] = Field(description="backends in the order of the command")
     printed_apart: tuple[PrintedApartRecord, ...] = Field(description="every two of those that planned, in print")
     path_distances_mm: PathDistancesRecord = Field(description="between those that planned [mm]")
 
@@ -99,7 +99,7 @@ class ComparisonRecord(Record):
 
     layout: Literal[10] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="version of geoprint")
-    parts: tuple[PartRecord | FailedRecord, ...] = Field(description="in the order of the command")
+    parts: tuple[PartRecord | FailedRecord, ...] = Field(description="parts in the order of the command")
 
 
 @final
@@ -139,11 +139,11 @@ class MeasuredRecord(Record):
     file: str = Field(description="name of the file")
     format: str = Field(description="format that was recognized")
     deposit: str = Field(description="how deposit was distinguished from travel")
-    points: Count = Field(description="that were read, those of travel too")
+    points: Count = Field(description="number of points read, with those of travel")
     runs: Count = Field(description="number of measured runs")
-    dropped_runs: Count = Field(description="of a single point, left out")
+    dropped_runs: Count = Field(description="number of runs of a single point, left out")
     reading: Reading = Field(description="what its reader used, skipped and assumed")
-    length_mm: Rounded = Field(description="of the deposited paths on the part [mm]")
+    length_mm: Rounded = Field(description="length of the deposited paths on the part [mm]")
     off_mean_mm: Rounded = Field(description="mean distance of the paths' points from the part [mm]")
     off_max_mm: Rounded = Field(description="largest distance of the paths' points from the part [mm]")
     fit: MotionFitRecord | None = Field(description="null where the paths were taken as they are")
@@ -158,7 +158,7 @@ class MeasurementRecord(Record):
     part: FileRecord = Field(description="file of the covered part")
     area_mm2: Rounded = Field(description="area of the part [mm2]")
     spacing_mm: float = Field(description="wanted distance between neighbouring paths [mm]")
-    files: tuple[MeasuredRecord, ...] = Field(description="in the order of the command")
+    files: tuple[MeasuredRecord, ...] = Field(description="files in the order of the command")
 
 
 class MeasureSecondsRecord(Record):
@@ -172,4 +172,4 @@ class MeasureSecondsRecord(Record):
 class MeasureTimingsRecord(Record):
     """The content of timings.json beside measure.json."""
 
-    files: tuple[MeasureSecondsRecord, ...] = Field(description="in the order of the command")
+    files: tuple[MeasureSecondsRecord, ...] = Field(description="files in the order of the command")

@@ -17,11 +17,11 @@ class VarianceRecord(Record):
     """Shares of the expected variance in print."""
 
     plan: Rounded = Field(description="variance of the planned paths")
-    run_flow: Rounded = Field(description="of the flow from run to run")
-    repeatability: Rounded = Field(description="of the arm from run to run")
+    run_flow: Rounded = Field(description="variation of the flow between runs")
+    repeatability: Rounded = Field(description="deviation of the arm between runs")
     path_repeatability: Rounded = Field(description="deviation of the arm along a run")
-    placement: Rounded = Field(description="of where the part stands")
-    needle_runout: Rounded = Field(description="of a bent needle; 0 if the orientation of the tool is unknown")
+    placement: Rounded = Field(description="error of the placement of the part")
+    needle_runout: Rounded = Field(description="runout of the needle; 0 if the orientation of the tool is unknown")
     path_accuracy: Rounded = Field(
         default=0.0, description="deviation of the arm from its commanded path; 0 in older versions"
     )
@@ -30,7 +30,7 @@ class VarianceRecord(Record):
 class StandoffRecord(Record):
     """How well the arm keeps the tip over the surface."""
 
-    wanted_mm: Rounded = Field(description="of the tip over what the layer lies on")
+    wanted_mm: Rounded = Field(description="planned height of the tip over what the layer lies on")
     within_mm: Rounded | None = Field(
         description="95 of 100 places, by the arm alone; null where the cell has no path accuracy"
     )
@@ -45,7 +45,9 @@ class PrintedRecord(Record):
     shares: VarianceRecord = Field(description="shares of the variance in print, by source")
     mend_first: str | None = Field(description="the error that makes most of it; null where the plan itself does")
     errors: Literal["cell", "packaged cell"] = Field(description="cell that these errors are from")
-    standoff: StandoffRecord | None = Field(default=None, description="in print; left out for paths of a file")
+    standoff: StandoffRecord | None = Field(
+        default=None, description="stand-off expected in print; left out for paths of a file"
+    )
 
 
 class PrintedApartRecord(Record):
@@ -79,7 +81,7 @@ class SpacingSideRecord(Record):
     """The spacing to the left, to the right or to both sides of the paths, as seen from outside along them."""
 
     spacing: SpacingRecord | None = Field(description="over the wanted one; null where no path has a neighbour there")
-    samples: Count = Field(description="that have a neighbour there")
+    samples: Count = Field(description="number of samples that have a neighbour there")
     none: Rounded = Field(description="share of the samples without one within three spacings, as at a rim")
     oblique: Rounded = Field(description="share with one only obliquely, at an open end or behind the path's own bend")
     unknown: Rounded = Field(description="share for which the budget of work did not suffice")
@@ -100,7 +102,7 @@ class LevelSpacingsRecord(Record):
     samples: Count = Field(description="number of samples along the runs")
     samples_bounded: Rounded = Field(description="share whose ratio lies between bounds")
     largest_doubt: Rounded = Field(description="between a ratio and its lower bound")
-    samples_unreached: Count = Field(description="left out: no way to the level outside was found")
+    samples_unreached: Count = Field(description="number of samples left out: no way to the level outside was found")
     samples_where_fronts_meet: Rounded = Field(description="share within one spacing of their own level")
     each: tuple[LevelSpacing, ...] = Field(description="each to the one outside")
     worst_places: tuple[WorstPlace, ...] = Field(description="at most five, the worst first")
@@ -109,7 +111,7 @@ class LevelSpacingsRecord(Record):
 class DistanceRecord(Record):
     """How much farther from the source than they promise the level curves of the backend lie, in spacings."""
 
-    mean: Rounded = Field(description="of samples along all level curves")
+    mean: Rounded = Field(description="mean error of samples along all level curves")
     deviation: Rounded = Field(description="standard deviation of the distance error")
     largest: Rounded = Field(description="largest error to either side")
     samples: Count = Field(description="number of samples along the curves")
@@ -127,11 +129,14 @@ class EvennessRecord(Record):
     largest_hole_mm2: Rounded = Field(description="largest connected area that no path covers [mm2]")
     area_unknown: Rounded = Field(description="share of the area that could not be judged")
     fill: Rounded = Field(description="deposited length times spacing, over the area")
-    width_cv: Rounded = Field(description="of the strip that each stretch serves: standard deviation over mean")
+    width_cv: Rounded = Field(description="width of the strip that a stretch serves: standard deviation over mean")
     distance: DistanceRecord | None = Field(
-        default=None, description="of the backend, before curves are fitted; left out where none is promised or known"
+        default=None,
+        description="distance errors of the backend, before curves are fitted; left out if there are none",
     )
-    printed: PrintedRecord | None = Field(default=None, description="in print; left out if there is none")
+    printed: PrintedRecord | None = Field(
+        default=None, description="variation expected in print; left out if there is none"
+    )
     left: SpacingSideRecord = Field(description="to the left of the paths")
     right: SpacingSideRecord = Field(description="spacing to the right of the paths")
     both: SpacingSideRecord = Field(description="all samples of both sides")
@@ -148,7 +153,7 @@ class OverhangPlaceRecord(Record):
 
     run: Count = Field(description="run that it is on")
     place_mm: Place = Field(description="point on the surface [mm]")
-    angle_deg: Rounded = Field(description="of the outward normal from upright [degrees]")
+    angle_deg: Rounded = Field(description="angle of the outward normal from upright [degrees]")
 
 
 class TableAttitudeRecord(Record):
@@ -162,9 +167,9 @@ class TableAttitudeRecord(Record):
         description="share left of the critical angle, or of the table's range where less of that is; 0 at a limit"
     )
     length_mm: Rounded = Field(description="length deposited in it [mm]")
-    pieces: Count = Field(description="of runs that are printed in it")
+    pieces: Count = Field(description="number of pieces of runs that are printed in it")
     move_s: Rounded = Field(
-        description="that the table takes at least to come here, or where the program drives it, what that gives it [s]"
+        description="least time of the table to reach it, or the time that the program gives it [s]"
     )
 
 
@@ -180,7 +185,7 @@ class TableRecord(Record):
     moves_gathered: Count = Field(description="attitudes that pieces gathered by attitude need")
     length_mm: Rounded = Field(description="deposited length that still overhangs [mm]")
     missing_deg: Rounded = Field(description="largest angle beyond the critical one that is left [degrees]")
-    attitudes: tuple[TableAttitudeRecord, ...] = Field(description="in the order of printing")
+    attitudes: tuple[TableAttitudeRecord, ...] = Field(description="attitudes in the order of printing")
     refused: tuple[str, ...] = Field(
         default=(), description="attitudes that the robot refused, whose pieces are printed in another one, and why"
     )
@@ -190,16 +195,16 @@ class OverhangRecord(Record):
     """What of the deposit overhangs, as the part stands."""
 
     critical_deg: Rounded = Field(
-        description="of the outward normal from upright, beyond which a bead may sag [degrees]"
+        description="angle of the outward normal from upright beyond which a bead may sag [degrees]"
     )
     assumed: bool = Field(
         default=False, description="whether that is the paper's example, because the cell's [material] states none"
     )
-    share: Rounded = Field(description="of the deposited length that overhangs")
+    share: Rounded = Field(description="share of the deposited length that overhangs")
     length_mm: Rounded = Field(description="deposited length that overhangs [mm]")
     largest_deg: Rounded = Field(description="angle of all that is deposited [degrees]")
     worst_places: tuple[OverhangPlaceRecord, ...] = Field(description="at most five, the worst first, a stretch each")
-    table: TableRecord | None = Field(default=None, description="that tilts the part, where the cell has one")
+    table: TableRecord | None = Field(default=None, description="table that tilts the part, where the cell has one")
 
     @property
     def stated(self) -> bool:

@@ -23,14 +23,14 @@ class ParsedRecord(Record):
 
     modules: Count = Field(description="files of the program")
     lines: Count = Field(description="lines of all files")
-    targets: Count = Field(description="that were read back and compared with the plan")
+    targets: Count = Field(description="number of targets read back and compared with the plan")
 
 
 class EvidenceRecord(Record):
     """What geoprint itself has proven of a program; it claims no more than that it was executed here."""
 
     program_sha256: str = Field(
-        description="of its modules in lower case, with their switches as written", pattern=_SHA256
+        description="SHA-256 of its modules in lower case, with their switches as written", pattern=_SHA256
     )
     parsed: ParsedRecord = Field(description="what was read back")
     executed: Executed | None = Field(default=None, description="left out where it was not executed")
@@ -43,11 +43,11 @@ class SeenRecord(Record):
     date: str = Field(description="ISO 8601, with the offset of the clock")
     controller: str | None = Field(default=None, description="its name and RobotWare release")
     note: str = Field(description="in that person's words", min_length=1)
-    program_sha256: str = Field(description="of the program that it was", pattern=_SHA256)
+    program_sha256: str = Field(description="SHA-256 of the program that was seen", pattern=_SHA256)
 
 
 class SeenFile(Record):
     """The content of evidence.json, which no manifest lists and no overwriting loses."""
 
     layout: Literal[1] = Field(alias="schema", description="version of this layout")
-    seen: tuple[SeenRecord, ...] = Field(description="in the order in which it was recorded")
+    seen: tuple[SeenRecord, ...] = Field(description="records in the order in which they were made")

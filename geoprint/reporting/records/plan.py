@@ -79,7 +79,7 @@ class RunLeanRecord(Record):
     """A run on which the nozzle leans from the attitude of the path, and what turning it for the speed bought."""
 
     run: int = Field(description="number of the run, from 0")
-    mean_deg: Thousandths = Field(description="along the run [degrees]")
+    mean_deg: Thousandths = Field(description="mean lean along the run [degrees]")
     largest_deg: Thousandths = Field(description="largest lean [degrees]")
     eased_mm: Rounded = Field(description="length in which the tool was turned for the speed of the tip [mm]")
     lacking_mm: Rounded = Field(description="length whose joints would miss the set speed otherwise [mm]")
@@ -89,8 +89,8 @@ class RunLeanRecord(Record):
 class LeanRecord(Record):
     """Where the nozzle leans from the attitude of the path."""
 
-    deposit_share: Thousandths = Field(description="of the deposited length")
-    runs: tuple[RunLeanRecord, ...] = Field(default=(), description="that lean, in the order of printing")
+    deposit_share: Thousandths = Field(description="share of the deposited length where it leans")
+    runs: tuple[RunLeanRecord, ...] = Field(default=(), description="runs that lean, in the order of printing")
     places: tuple[LeanPlaceRecord, ...] = Field(description="at most 20, the largest leans first")
 
 
@@ -103,8 +103,8 @@ class BendRecord(Record):
         " than a controller takes"
     )
     place_mm: Place = Field(description="position of the tip in the middle of the bend [mm]")
-    arc_mm: Rounded = Field(description="of that place, from the start of the run [mm]")
-    radius_mm: Rounded | None = Field(description="of the path there [mm]; null where it is straight")
+    arc_mm: Rounded = Field(description="length from the start of the run to that place [mm]")
+    radius_mm: Rounded | None = Field(description="radius of the path there [mm]; null where it is straight")
     targets: Count = Field(description="number of targets in the bend")
     offset_mm: Rounded = Field(description="largest, of a target from the path [mm]")
     shortest_ms: Rounded = Field(description="least time of a move there [ms]")
@@ -113,12 +113,14 @@ class BendRecord(Record):
 class TargetsRecord(Record):
     """How the targets that the program names follow each other."""
 
-    period_ms: Rounded = Field(description="that the controller takes without slowing down [ms]")
+    period_ms: Rounded = Field(description="shortest period that the controller takes without slowing down [ms]")
     closer: Count = Field(description="targets that come sooner than that after the one before")
     shortest_ms: Rounded = Field(description="shortest time between two targets [ms]")
     shortest_mm: Rounded = Field(description="shortest move between two targets [mm]")
     least_ms: Rounded = Field(description="time of a depositing move [ms]; what is shorter is a 'close' bend")
-    bends: tuple[BendRecord, ...] = Field(description="that straight moves do not follow, in the order of printing")
+    bends: tuple[BendRecord, ...] = Field(
+        description="bends that straight moves do not follow, in the order of printing"
+    )
     dry_run_other_configuration: Count = Field(description="targets whose configuration differs in the dry run")
 
 
@@ -127,10 +129,10 @@ class QuadrantRecord(Record):
 
     axis: int = Field(description="axis 1, 4 or 6")
     targets_near: Count = Field(description="targets on deposit within 1 degree of a border")
-    crossings: Count = Field(description="of borders between poses on deposit")
-    nearest_deg: Thousandths = Field(description="of a target on deposit to a border [degrees]")
+    crossings: Count = Field(description="number of crossings of a quadrant border on deposit")
+    nearest_deg: Thousandths = Field(description="smallest distance of a target on deposit to a border [degrees]")
     run: int = Field(description="run where that is, from 0")
-    place_mm: Place = Field(description="of the tip there, in the part's coordinates [mm]")
+    place_mm: Place = Field(description="position of the tip there, in the part's coordinates [mm]")
 
 
 class OrientationRecord(Record):
@@ -140,8 +142,10 @@ class OrientationRecord(Record):
         description="roll, pitch, yaw about the base's fixed axes, after its mean normal was turned up; demo_rpy_deg in"
         " a cell [degrees]"
     )
-    tilt_deg: Thousandths = Field(description="of its mean normal from upright [degrees]")
-    margin_deg: Thousandths = Field(description="of the search's motion from limits and singularities [degrees]")
+    tilt_deg: Thousandths = Field(description="tilt of its mean normal from upright [degrees]")
+    margin_deg: Thousandths = Field(
+        description="margin of the motion in the search to limits and singularities [degrees]"
+    )
     tried: Count = Field(description="number of orientations tried")
     start_refused: str = Field(description="why it is refused with its mean normal up")
     others_refused: tuple[str, ...] = Field(description="why those before it in the search's order are")
@@ -151,43 +155,47 @@ class DepositedRecord(Record):
     """Volume that the program deposits as it was executed, over the planned one; short runs count as dots."""
 
     share: Rounded = Field(description="volume of all runs over the planned one")
-    least_run: Rounded = Field(description="of the run that gets least")
-    most_run: Rounded = Field(description="of the run that gets most")
+    least_run: Rounded = Field(description="that of the run that gets least")
+    most_run: Rounded = Field(description="that of the run that gets most")
 
 
 class MotionRecord(Record):
     """The arm's motion from home to home."""
 
-    duration_s: Rounded = Field(description="of the motion, without what it waits for a flow or the lamp [s]")
-    branch: int = Field(description="of the eight inverse solutions, from 0")
-    rotation: RotationRecord = Field(description="of the nozzle about itself")
+    duration_s: Rounded = Field(description="duration of the motion, without waits for flow or lamp [s]")
+    branch: int = Field(description="one of the eight inverse solutions, from 0")
+    rotation: RotationRecord = Field(description="rotation of the nozzle about itself")
     joint_6_turns: Thousandths = Field(description="turns of joint 6 over the whole motion")
     tilt: TiltRecord = Field(description="from the surface normal")
     lean: LeanRecord = Field(description="from the attitude of the path")
     smallest_wrist_angle_deg: Rounded = Field(description="smallest angle of joint 5 [degrees]")
-    slowest_deposit_mm_s: Rounded = Field(description="of the bead, beside the ramps [mm/s]")
+    slowest_deposit_mm_s: Rounded = Field(description="slowest speed of the bead outside the ramps [mm/s]")
     off_moves_mm: Rounded = Field(description="largest distance of the timed path from the moves, all along [mm]")
     off_moves_deg: Rounded = Field(description="and turn [degrees]")
-    stretched_pieces: Count = Field(description="of the motion that had to be slower than planned")
-    largest_jerk_m_s3: Rounded = Field(description="of the tip on deposit, over steps of 10 ms [m/s3]")
-    share_at_speed: Rounded = Field(description="of the deposit within 1 % of the print's speed")
-    share_on_ramps: Rounded = Field(description="of the deposit, at the ends of runs")
-    share_slowed: Slowed | None = Field(default=None, description="of the deposit: the rest")
-    speed_ceiling_mm_s: float = Field(description="that was allowed; settings name the one that prints [mm/s]")
+    stretched_pieces: Count = Field(description="number of pieces of the motion that had to be slower than planned")
+    largest_jerk_m_s3: Rounded = Field(description="largest jerk of the tip on deposit, over steps of 10 ms [m/s3]")
+    share_at_speed: Rounded = Field(description="share of the deposit within 1 % of the print's speed")
+    share_on_ramps: Rounded = Field(description="share of the deposit on ramps at the ends of runs")
+    share_slowed: Slowed | None = Field(default=None, description="remaining share of the deposit")
+    speed_ceiling_mm_s: float = Field(description="speed that was allowed; settings name the one that prints [mm/s]")
     deposited: DepositedRecord | None = Field(default=None, description="left out where nothing is deposited")
-    slowdowns: tuple[Slowdown, ...] = Field(description="beside the ramps")
+    slowdowns: tuple[Slowdown, ...] = Field(description="slower stretches outside the ramps")
     placement_calibrated: bool = Field(description="whether touched points say where the fixture stands")
-    placement_missing: tuple[str, ...] = Field(description="what is not stated; then programs only run dry")
-    placement_orientation: OrientationRecord | None = Field(
-        default=None, description="that was found for a demonstration; left out where it stands as the cell says"
+    placement_missing: tuple[str, ...] = Field(
+        description="what is not stated of the placement; then programs only run dry"
     )
-    largest_touch_miss_mm: Rounded | None = Field(description="of the touched points [mm]")
+    placement_orientation: OrientationRecord | None = Field(
+        default=None, description="orientation found for a demonstration; left out if the cell's is used"
+    )
+    largest_touch_miss_mm: Rounded | None = Field(description="largest residual of the touched points [mm]")
     T_base_work: tuple[tuple[Rounded, ...], ...] = Field(description="from the part's to the robot's base [mm]")
     surface_uncertainty_mm: Rounded | None = Field(default=None, description="standard deviation along the normal [mm]")
-    surface_within_mm: Rounded | None = Field(default=None, description="in 95 of 100 calibrations [mm]")
+    surface_within_mm: Rounded | None = Field(
+        default=None, description="bound on the surface along its normal in 95 of 100 calibrations [mm]"
+    )
     surface_uncertain_at_mm: Place | None = Field(default=None, description="where that is most [mm]")
-    targets: TargetsRecord = Field(description="of the program")
-    quadrants: tuple[QuadrantRecord, ...] = Field(description="of axes 1, 4 and 6")
+    targets: TargetsRecord = Field(description="spacing and timing of the program's targets")
+    quadrants: tuple[QuadrantRecord, ...] = Field(description="quadrants of axes 1, 4 and 6")
 
 
 class DryRunRecord(Record):
@@ -206,7 +214,7 @@ class ClearanceRecord(Record):
     arm_smallest_mm: Rounded | None = Field(description="smallest clearance of the arm [mm]")
     arm_at: str | None = Field(description="where, and what comes near what")
     kept_mm: float = Field(description="clearance kept everywhere [mm]")
-    tip_margin_mm: Rounded = Field(description="of the tip on travel and its rim on deposit [mm]")
+    tip_margin_mm: Rounded = Field(description="clearance of the tip on travel and of its rim on deposit [mm]")
     checks: Count = Field(description="places of the motion that were looked at")
     checked: tuple[str, ...] = Field(description="pairs of bodies that were checked")
     not_checked: tuple[str, ...] = Field(description="what was not checked")
@@ -224,11 +232,13 @@ class RunSwitchingRecord(Record):
 class SwitchingRecord(Record):
     """What flows and shines when, simulated from the program as it was read back."""
 
-    largest_error_mm: Rounded = Field(description="of the material from each run's ends [mm]")
-    lamp_alone_s: Rounded = Field(description="that the lamp shines without deposit [s]")
-    runs: tuple[RunSwitchingRecord, ...] = Field(description="in the order of printing")
+    largest_error_mm: Rounded = Field(description="largest distance of the material from the ends of a run [mm]")
+    lamp_alone_s: Rounded = Field(description="time that the lamp is on without deposit [s]")
+    runs: tuple[RunSwitchingRecord, ...] = Field(description="runs in the order of printing")
     lamp_s: tuple[tuple[float, ...], ...] = Field(description="times at which the lamp goes on and off [s]")
-    vacuum_s: tuple[tuple[float, ...], ...] = Field(description="drawing, from and to [s]")
+    vacuum_s: tuple[tuple[float, ...], ...] = Field(
+        description="times at which the vacuum starts and stops drawing [s]"
+    )
 
 
 class ProgramRecord(Record):
@@ -237,7 +247,7 @@ class ProgramRecord(Record):
     modules: tuple[str, ...] = Field(description="its files in the folder rapid")
     targets: Count = Field(description="number of its targets")
     dry_run_only: bool = Field(description="because the placement of the part is not stated")
-    switching: SwitchingRecord = Field(description="of valve, lamp and vacuum")
+    switching: SwitchingRecord = Field(description="switching of valve, lamp and vacuum")
 
 
 class TablePoseRecord(Record):
@@ -259,21 +269,21 @@ class JoinedRecord(Record):
     file: str = Field(description="list of the modules that a person loads; attitudes are loaded by the program")
     print_s: Rounded = Field(description="time of all attitudes and of the table's own motions, loading left out [s]")
     table_s: Rounded = Field(
-        description="that the table moves of these: at its largest speeds, or as the program drives it [s]"
+        description="time of these that the table moves, at its largest speeds or as the program drives it [s]"
     )
     scenarios: tuple[str, ...] = Field(
         description="in which it was executed, each attitude with the moves and switchings of its own program"
     )
     refused: tuple[str, ...] = Field(description="scenarios in which it ended before anything moved, as it must")
     lines_with_statements: Count = Field(description="lines with statements in its main module")
-    lines_executed: Count = Field(description="of these, in at least one scenario")
+    lines_executed: Count = Field(description="lines of these executed in at least one scenario")
 
 
 class RobotRecord(Record):
     """The robot's part of a plan for one placement of the part."""
 
     table: TablePoseRecord | None = Field(
-        default=None, description="that holds it; left out where the part stands still"
+        default=None, description="table that holds the part; left out where the part is fixed"
     )
 
     motion: MotionRecord = Field(description="motion of the arm")
@@ -285,7 +295,7 @@ class RobotRecord(Record):
 class FileRecord(Record):
     """A file as it was read."""
 
-    name: str = Field(description="of the file, without its folder")
+    name: str = Field(description="name of the file, without its folder")
     sha256: str = Field(description="SHA-256 of the file", pattern="^[0-9a-f]{64}$")
     unit: str = Field(description="unit of its coordinates")
 
@@ -315,15 +325,15 @@ def _asked() -> dict[str, Any]:
 class SettingsRecord(create_model("AskedRecord", __base__=Record, **_asked())):
     """What was asked for, which is every key of a job that tells itself, and with which cell."""
 
-    backend: str | None = Field(default=None, description="that planned; left out where several are compared")
+    backend: str | None = Field(default=None, description="backend that planned; left out where several are compared")
     spacing_mm: float = Field(description="wanted distance between neighbouring paths [mm]")
     patches: list[PatchRegion] = Field(description="where on the body the part lies")
     robot: bool = Field(description="whether the robot is planned, too")
     cell: str = Field(description="name of the cell")
     speed_mm_s: float = Field(description="at which it prints [mm/s]")
-    travel_speed_mm_s: float = Field(description="of the tip on travel [mm/s]")
-    standoff_mm: float = Field(description="of the tip over what the layer lies on [mm]")
-    clearance_mm: float = Field(description="that the tool keeps [mm]")
+    travel_speed_mm_s: float = Field(description="speed of the tip on travel [mm/s]")
+    standoff_mm: float = Field(description="height of the tip over what the layer lies on [mm]")
+    clearance_mm: float = Field(description="clearance that the tool keeps [mm]")
     retract_mm: float = Field(description="height of travel above the surface [mm]")
     layer_height_mm: float = Field(description="height of a layer [mm]")
     needle_mm: float = Field(description="inner diameter of the needle [mm]")
@@ -359,7 +369,7 @@ class SurfaceRecord(Record):
 
     topology: str = Field(description="topology in words")
     area_mm2: Rounded = Field(description="area [mm2]")
-    size_mm: Place = Field(description="of its box along x, y, z [mm]")
+    size_mm: Place = Field(description="size of its box along x, y, z [mm]")
     prepared: MeshRecord = Field(description="mesh before refinement")
     refined: MeshRecord = Field(description="mesh that was planned on")
     preparation: PreparationRecord | None = Field(description="null for several patches: each says what changed")
@@ -407,39 +417,39 @@ class PathsRecord(Record):
     )
     fibres: FibresRecord | None = Field(default=None, description="left out where they follow no lines")
     largest_distance_mm: Rounded = Field(description="largest distance from the source [mm]")
-    largest_lean_deg: Rounded = Field(description="of the nozzle from the normal [degrees]")
-    mean_lean_deg: Rounded = Field(description="of the nozzle from the normal [degrees]")
+    largest_lean_deg: Rounded = Field(description="largest lean of the nozzle from the normal [degrees]")
+    mean_lean_deg: Rounded = Field(description="mean lean of the nozzle from the normal [degrees]")
 
 
 class LayerRecord(Record):
     """One skin of material."""
 
     number: Count = Field(description="from 0, from the part outwards")
-    count: Count = Field(default=1, description="of all layers of the thickness")
+    count: Count = Field(default=1, description="number of layers of the thickness")
     bottom_mm: float = Field(default=0.0, description="height over the part at which it begins [mm]")
-    height_mm: float = Field(description="that it shall have [mm]")
+    height_mm: float = Field(description="planned height [mm]")
     pattern: str | None = Field(
-        default=None, description="of its paths, with the angle of rows in degrees, where patterns take turns"
+        default=None, description="pattern of its paths, with the angle of rows in degrees, where patterns alternate"
     )
-    standoff_mm: Rounded = Field(description="of the tip over what the layer lies on [mm]")
+    standoff_mm: Rounded = Field(description="height of the tip over what the layer lies on [mm]")
     runs: Pair = Field(description="first and last that make it")
 
 
 class RefinementRecord(Record):
     """How finely the surface was cut."""
 
-    edge_length_mm: Rounded = Field(description="that the backend asked for [mm]")
-    faces_before: Count = Field(description="of the prepared surface")
-    faces_after: Count = Field(description="of the surface that was planned on")
+    edge_length_mm: Rounded = Field(description="edge length that the backend needs [mm]")
+    faces_before: Count = Field(description="number of faces of the prepared surface")
+    faces_after: Count = Field(description="number of faces of the surface that was planned on")
 
 
 class FieldRecord(Record):
     """How true the distance is that the paths follow: its slope is 1 where it is exact."""
 
-    refinement: RefinementRecord = Field(description="of the surface")
-    mean_slope_error: Rounded = Field(description="off 1, away from where fronts meet")
+    refinement: RefinementRecord = Field(description="refinement of the surface")
+    mean_slope_error: Rounded = Field(description="mean difference of the slope from 1, away from the medial axis")
     p95_slope_error: Rounded = Field(description="95th percentile of the slope error")
-    cut_locus_share: Rounded = Field(description="of the area, where fronts meet")
+    cut_locus_share: Rounded = Field(description="share of the area along the medial axis")
 
 
 class PatchSpacingRecord(Record):
@@ -495,7 +505,7 @@ class ChartRecord(Record):
     resolution: int = Field(description="pixels along the longer side of the raster")
     pixel_mm: Rounded = Field(description="side of a pixel in the UV map [mm]")
     largest_pixel_on_surface_mm: Rounded = Field(description="side of the largest one on the surface [mm]")
-    area_scale: AreaScaleRecord = Field(description="of the UV map")
+    area_scale: AreaScaleRecord = Field(description="scale of area in the UV map")
     mean_dilatation: Rounded = Field(description="longest over shortest scale of length; 1 is conformal")
     predicted_spacing: tuple[ChartLevelRecord, ...] = Field(description="one over the scale of length, level by level")
 
@@ -504,14 +514,14 @@ class DepositionRecord(Record):
     """What flows along the paths, and what light falls on it."""
 
     flow: Literal["constant", "follows the width"] = Field(
-        description="that is printed; constant over the wanted width where that differs"
+        description="planned flow; constant over the wanted width where that varies"
     )
-    valve_mm3_s: Rounded = Field(description="that a valve lets through which only opens and shuts [mm3/s]")
+    valve_mm3_s: Rounded = Field(description="flow through a valve that only opens and shuts [mm3/s]")
     valve_kpa: Rounded | None = Field(
         default=None, description="pressure that lets it through, of a [material] whose flow is fitted [kPa]"
     )
-    least_mm3_per_mm: Rounded = Field(description="of a flow that follows the width [mm3/mm]")
-    most_mm3_per_mm: Rounded = Field(description="of a flow that follows the width [mm3/mm]")
+    least_mm3_per_mm: Rounded = Field(description="least flow that follows the width [mm3/mm]")
+    most_mm3_per_mm: Rounded = Field(description="most flow that follows the width [mm3/mm]")
     printed_mean_within: Rounded = Field(description="share off the mean thickness that 95 of 100 prints keep within")
     light: Exposure | None = Field(description="null if the lamp is not measured")
 
@@ -520,7 +530,7 @@ class TimingsRecord(Record):
     """The content of timings.json, which no manifest lists: what varies from run to run."""
 
     timings_s: dict[str, Thousandths] = Field(description="time of each stage [s]")
-    peak_memory_mb: Count = Field(description="of the whole process so far [MB]")
+    peak_memory_mb: Count = Field(description="peak memory of the whole process so far [MB]")
 
 
 class PlanRecord(Record):
@@ -533,16 +543,24 @@ class PlanRecord(Record):
     surface: SurfaceRecord = Field(description="surface of the part")
     paths: PathsRecord = Field(description="paths as printed")
     layers: tuple[LayerRecord, ...] = Field(description="layers, from the part outwards")
-    field: FieldRecord = Field(description="of distance that the paths follow")
+    field: FieldRecord = Field(description="field of distance that the paths follow")
     patches: tuple[PatchRecord, ...] = Field(default=(), description="where the part was cut from a body")
-    sources: tuple[TriedSource, ...] = Field(default=(), description="that were tried, where the best was asked for")
-    middles: tuple[TriedMedialAxis, ...] = Field(default=(), description="that were tried, where the best was sought")
-    chart: ChartRecord | None = Field(default=None, description="of a backend that works in the plane")
+    sources: tuple[TriedSource, ...] = Field(
+        default=(), description="sources that were tried, where the best was asked for"
+    )
+    middles: tuple[TriedMedialAxis, ...] = Field(
+        default=(), description="treatments of the medial axis that were tried, where the best was sought"
+    )
+    chart: ChartRecord | None = Field(default=None, description="UV map of a backend that flattens")
     uniformity: EvennessRecord | None = Field(default=None, description="left out where it was not measured")
     deposition: DepositionRecord | None = Field(default=None, description="deposit of material")
-    overhang: OverhangRecord | None = Field(default=None, description="of beads; older versions did not measure it")
-    feedback: FeedbackRecord | None = Field(default=None, description="what the last print taught")
-    features: tuple[FeatureRecord, ...] = Field(default=(), description="that the job names, with what they measure")
+    overhang: OverhangRecord | None = Field(
+        default=None, description="overhang of beads; older versions did not measure it"
+    )
+    feedback: FeedbackRecord | None = Field(default=None, description="corrections from the last print")
+    features: tuple[FeatureRecord, ...] = Field(
+        default=(), description="features that the job names, with what they measure"
+    )
     robot: tuple[RobotRecord, ...] = Field(
         description="one a placement of the part, in the order of printing; empty without a robot"
     )
@@ -552,4 +570,4 @@ class PlanRecord(Record):
     not_printable: str | None = Field(default=None, description="why the robot cannot print what was compared")
     warnings: tuple[str, ...] = Field(description="what a person should act on")
     notes: tuple[str, ...] = Field(default=(), description="what a person wants to know before printing")
-    details: tuple[str, ...] = Field(default=(), description="what is as it should be, and how it came to be so")
+    details: tuple[str, ...] = Field(default=(), description="what is as it should be, and how it came about")

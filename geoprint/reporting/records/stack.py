@@ -26,7 +26,7 @@ class CureRecord(Record):
 
     needed_mj_cm2: float = Field(description="dose that cures the material [mJ/cm2]")
     penetration_mm: float = Field(description="depth at which 1/e of the light is left [mm]")
-    speed_mm_s: float = Field(description="of the lamp over the layers [mm/s]")
+    speed_mm_s: float = Field(description="speed of the lamp over the layers [mm/s]")
     flood_s: float | None = Field(description="final exposure, which is not counted [s]")
 
 
@@ -36,7 +36,7 @@ class StackedLayerRecord(Record):
     folder: str = Field(description="folder of its bundle")
     bottom_mm: Rounded = Field(description="height over the part at which it begins [mm]")
     height_mm: Rounded = Field(description="height of the layer [mm]")
-    area_mm2: Rounded = Field(description="of the surface in its middle [mm2]")
+    area_mm2: Rounded = Field(description="area of the surface in its middle [mm2]")
     pattern: str = Field(default="contours", description="of its paths, with the angle of rows in degrees")
     runs: Count = Field(description="number of runs")
     deposit_mm: Rounded = Field(description="length of the tip's path on deposit [mm]")
@@ -61,7 +61,7 @@ class StackedLayerRecord(Record):
         description="time of the program, with the table's own motions [s]; null without a robot"
     )
     attitudes: Count | None = Field(
-        default=None, description="of the table in which it is printed; left out where the part stands still"
+        default=None, description="attitudes of the table in which it is printed; left out where the part is fixed"
     )
     clearance_mm: Rounded | None = Field(
         description="smallest that the tool keeps [mm]; null without a robot, or where nothing is near"
@@ -112,7 +112,7 @@ class StackProgramRecord(Record):
     """The program that prints the layers one after another, and what was executed of it."""
 
     file: str = Field(description="list of the modules that a person loads; the layers are loaded by the program")
-    pause_s: Rounded = Field(description="that the arm waits at home between two layers [s]; 0 for none")
+    pause_s: Rounded = Field(description="time that the arm waits at home between two layers [s]; 0 for none")
     print_s: Rounded = Field(
         description="time of all layers, of a table's motions and of the pauses between layers, loading left out [s]"
     )
@@ -129,7 +129,7 @@ class StackProgramRecord(Record):
     )
     refused: tuple[str, ...] = Field(description="scenarios in which it ended before anything moved, as it must")
     lines_with_statements: Count = Field(description="lines with statements in its main module")
-    lines_executed: Count = Field(description="of these, in at least one scenario")
+    lines_executed: Count = Field(description="lines of these executed in at least one scenario")
 
 
 class StackRecord(Record):
@@ -138,7 +138,7 @@ class StackRecord(Record):
     layout: Literal[3] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="version of geoprint")
     part: str = Field(description="file that the lowest layer lies on")
-    thickness_mm: Rounded = Field(description="of all layers together, where it is largest [mm]")
+    thickness_mm: Rounded = Field(description="largest thickness of all layers together [mm]")
     target: str | None = Field(description="file of what the layers fill; null for a thickness")
     target_mm3: Rounded | None = Field(
         description="volume of what of that shape is over the part [mm3]; null without one"
@@ -146,7 +146,7 @@ class StackRecord(Record):
     finished: FinishedFlowsRecord = Field(description="how all layers together come out")
     layers: tuple[StackedLayerRecord, ...] = Field(description="the lowest first: the order in which they are printed")
     program: StackProgramRecord | None = Field(
-        description="of all layers, over a table of all their attitudes; null without a robot"
+        description="program of all layers, over a table of all their attitudes; null without a robot"
     )
     cure: CureRecord | None = Field(default=None, description="left out where the lamp or the material is unknown")
     not_checked: tuple[str, ...] = Field(default=(), description="of the stack as one, what was not checked")
@@ -165,7 +165,7 @@ class ComparedStackRecord(Record):
     gap: Rounded = Field(description="share of the area of all layers that no path covers")
     overlap: Rounded = Field(description="share of it that is covered twice")
     thickness_cv: Rounded = Field(description="variation of the layers' own thickness, of all by area")
-    worst_cv: Rounded = Field(description="that of the layer where it is largest")
+    worst_cv: Rounded = Field(description="largest variation of a single layer")
     finished: FinishedRecord | None = Field(description="how all layers together come out, as printed")
     runs: int = Field(description="number of runs of all layers", ge=0)
     deposit_mm: Rounded = Field(description="length of the tip's path on deposit [mm]")
@@ -173,7 +173,7 @@ class ComparedStackRecord(Record):
     clearance_mm: Rounded | None = Field(description="smallest distance of the tool [mm]; null without a robot")
     printable: bool | None = Field(description="null where that was not asked")
     not_printable: str | None = Field(description="why the robot cannot print a layer")
-    warnings: tuple[str, ...] = Field(description="what to act on, with the layer that it is said of")
+    warnings: tuple[str, ...] = Field(description="what to act on, with the layer it concerns")
     not_checked: tuple[str, ...] = Field(description="what was not checked")
 
 
@@ -190,8 +190,10 @@ class StackComparisonRecord(Record):
     layout: Literal[2] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="version of geoprint")
     part: str = Field(description="file that the lowest layer lies on")
-    thickness_mm: Rounded = Field(description="of all layers together, where it is largest [mm]")
-    layers: int = Field(description="in which it falls", ge=1)
+    thickness_mm: Rounded = Field(description="largest thickness of all layers together [mm]")
+    layers: int = Field(description="number of layers", ge=1)
     verdict: tuple[str, ...] = Field(description="sentences; the first one decides")
     best: str = Field(description="the backend that covers the layers best: coverage counts first, then spacing")
-    backends: tuple[ComparedStackRecord | RefusedStackRecord, ...] = Field(description="in the order of the command")
+    backends: tuple[ComparedStackRecord | RefusedStackRecord, ...] = Field(
+        description="backends in the order of the command"
+    )
