@@ -16,8 +16,10 @@ from geoprint.guide import Page, pages
 from geoprint.guide.pages import PARTS
 
 GUIDE = Path(geoprint.__file__).parent / "guide"
-# A fence with a second word, and the cells of a table that hold code.
+# A fence with a second word, and what it says above the block where it is no name of a file.
 _FENCE = re.compile(r"^```(\w+) (\S+)$", re.MULTILINE)
+_TITLES = {"refused": "Each of these is refused"}
+_CODE = re.compile(r"(^```.*?^```$|`[^`\n]+`)", re.MULTILINE | re.DOTALL)
 _PACKAGE = re.compile(r"^## (.+): `(\S+)`\n", re.MULTILINE)
 _PART = {
     "tutorials": "Start here: each leads from nothing to a result.",
@@ -30,7 +32,8 @@ _PART = {
 def lay_out(folder: Path) -> Path:
     """Write the pages, their pictures and mkdocs.yml with their order into a folder; return that file."""
     docs = folder / "docs"
-    shutil.copytree(GUIDE / "pictures", docs / "pictures")
+    for pictures in filter(Path.is_dir, (GUIDE / "pictures", GUIDE / "examples")):
+        shutil.copytree(pictures, docs / pictures.name, ignore=shutil.ignore_patterns("*.py*"))
     for name in ("site.css", "iframe-worker.js"):
         shutil.copy(GUIDE / name, docs)
     _write(docs / "index.md", (GUIDE / "pages" / "index.md").read_text(encoding="utf-8").replace("(../", "("))
@@ -49,11 +52,15 @@ def build(settings: Path) -> Path:
     """Build the site; return its front page.
 
     Raises:
-        CalledProcessError: mkdocs refuses or warns.
+        RuntimeError: mkdocs refuses or warns; says what.
     """
-    command = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--strict", "-f", settings]
+    # Not quietly, because then no warning counts.
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "-f", settings]
     # The theme tells of its successor on every build.
-    subprocess.run(command, check=True, env={**os.environ, "NO_MKDOCS_2_WARNING": "1"})  # noqa: S603
+    env = {**os.environ, "NO_MKDOCS_2_WARNING": "1"}
+    done = subprocess.run(command, check=False, env=env, capture_output=True, text=True)  # noqa: S603
+    if done.returncode:
+        raise RuntimeError(done.stderr)
     return settings.parent / "site" / "index.html"
 
 
@@ -87,10 +94,12 @@ def _api(page: Page, docs: Path) -> list[object]:
 
 
 def _laid_out(title: str, summary: str, text: str) -> str:
-    """Return a page as mkdocs reads it: names of files above their blocks, code in tables without escapes."""
-    text = _FENCE.sub(lambda fence: f'```{fence[1]} title="{fence[2]}"', text)
-    text = re.sub(r"`[^`\n]*\\\|[^`\n]*`", lambda code: code[0].replace(r"\|", "|"), text)
-    text = text.replace("](../../pictures/", "](../pictures/")
+    """Return a page as mkdocs reads it: what a block is stands above it, and only code is taken as it stands."""
+    text = _FENCE.sub(lambda fence: f'```{fence[1]} title="{_TITLES.get(fence[2], fence[2])}"', text)
+    text = text.replace("\n```output\n", '\n```text title="It prints"\n')
+    parts = [part if at % 2 else part.replace("<", "&lt;") for at, part in enumerate(_CODE.split(text))]
+    parts[1::2] = [part.replace(r"\|", "|") for part in parts[1::2]]
+    text = re.sub(r"\]\(\.\./\.\./(?=pictures/|examples/)", "](../", "".join(parts))
     return f"---\ndescription: {json.dumps(summary)}\n---\n# {title}\n\n{summary}\n{{ .summary }}\n\n{text}"
 
 

@@ -42,7 +42,7 @@ PARTS = {"tutorials": "Tutorials", "how-to": "How-to", "reference": "Reference",
 _KEYS = ("order", "title", "summary")
 _BLOCK = re.compile(r"^```(\w+)(?: (\S+))?\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 _PAGE_LINK = re.compile(r"(?<!!)\[([^\]]*)\]\((?:\.\./[\w-]+/)?([\w-]+)\.md\)")
-_PAGE_PICTURE = re.compile(r"!\[([^\]]*)\]\(\.\./\.\./pictures/([^)\s]+)\)")
+_PAGE_PICTURE = re.compile(r"!\[([^\]]*)\]\(\.\./\.\./(?:pictures|examples)/([^)\s]+)\)")
 
 
 @final
@@ -87,7 +87,7 @@ class Page:
     @property
     def is_generated(self) -> bool:
         """Whether it is made from the code, so that it stands in no file."""
-        return any(name == self.name for _, name, *_ in GENERATED)
+        return any(name == self.name for _, _, name, *_ in GENERATED)
 
     @property
     def text(self) -> str:
@@ -121,7 +121,11 @@ def pages() -> tuple[Page, ...]:
     own = [_read(file, part=part) for part in PARTS for file in (_folder("pages") / part).iterdir()]
     added = [_read(file, of=feature) for feature in features() if (file := feature.folder / PAGE).is_file()]
     # Made only where they are asked for, which imports everything.
-    made = [Page(name, "reference", order, title, summary, "", text) for order, name, title, summary, text in GENERATED]
+    made = [
+        Page(name, part, order, title, summary, "", text)
+        for part, order, name, title, summary, text in GENERATED
+        if part != "tutorials" or _folder("examples").is_dir()
+    ]
     return tuple(sorted([*own, *added, *made], key=lambda page: ([*PARTS].index(page.part), page.order)))
 
 
@@ -166,7 +170,7 @@ def _read(file: Traversable, *, part: str = "how-to", of: Feature | None = None)
 
 _TYPES = {"png": "image/png", "svg": "image/svg+xml"}
 _FENCE = re.compile(r"^```(\w+) (\S+)$", re.MULTILINE)
-_PICTURE = re.compile(r'src="\.\./\.\./pictures/([^"]+)"')
+_PICTURE = re.compile(r'src="\.\./\.\./((?:pictures|examples)/[^"]+)"')
 _LINK = re.compile(r'href="(?:\.\./[\w-]+/)?([\w-]+)\.md"')
 
 
@@ -230,10 +234,10 @@ def _named(fence: re.Match[str]) -> str:
     return f"*{said}*\n\n```{language}"
 
 
-def _inline(name: str) -> str:
+def _inline(path: str) -> str:
     """Return a picture as the address that holds it."""
-    data = base64.b64encode(picture_bytes(name)).decode("ascii")
-    return f"data:{_TYPES[name.rpartition('.')[2]]};base64,{data}"
+    data = base64.b64encode(_folder(path).read_bytes()).decode("ascii")
+    return f"data:{_TYPES[path.rpartition('.')[2]]};base64,{data}"
 
 
 def _packaged(name: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
 import json
 import re
@@ -10,6 +11,7 @@ from importlib import import_module, resources
 from types import MappingProxyType, ModuleType
 from typing import Any, cast
 
+_EXAMPLES = resources.files("geoprint.guide") / "examples"
 # What stands before the generated part of each page.
 JOB_KEYS = """\
 `geoprint init` writes `job.toml` with these keys and their comments, and `geoprint plan job.toml --out DIR` reads it.
@@ -25,6 +27,9 @@ added. `geoprint plan --cell FILE` reads a cell.
 METRICS = """\
 *CV* is the coefficient of variation: standard deviation over mean, 0 % is perfectly even. Files hold shares and CVs of
 1, tables show per cent. Coverings are ranked by coverage first, then by thickness.
+"""
+GALLERY = """\
+Scripts to copy. Each runs from the folder that holds `data/`, and draws the picture above it.
 """
 FILES = """\
 Lengths are mm and times s; angles are degrees in JSON files and rad in tables. Another unit stands in the name, or in
@@ -135,6 +140,23 @@ def sources_text() -> str:
     return text.partition("\n\n")[2]
 
 
+def gallery_text() -> str:
+    """Return the Markdown: each script of the gallery, what it is for, and what it draws."""
+    parts = [GALLERY]
+    for script in sorted(_EXAMPLES.iterdir(), key=lambda file: file.name):
+        if script.name.endswith(".py"):
+            text = script.read_text(encoding="utf-8")
+            said = ast.get_docstring(ast.parse(text)) or ""
+            title, _, rest = said.partition("\n")
+            picture = f"![{title.rstrip('.')}](../../examples/{script.name.removesuffix('.py')}.png)"
+            code = text.partition('"""')[2].partition('"""')[2].strip()
+            parts += [
+                f"## {title.rstrip('.')}\n\n{rest.strip()}\n\n{picture}\n",
+                f"```python {script.name}\n{code}\n```\n",
+            ]
+    return "\n".join(parts)
+
+
 def _leaves(
     node: Mapping[str, Any], kinds: Mapping[str, Any], path: str = "", within: tuple[str, ...] = ()
 ) -> Iterator[tuple[str, str, str]]:
@@ -175,7 +197,7 @@ def _code(text: str) -> str:
 def _escaped(text: str) -> str:
     """Return plain words as Markdown shows them, in one line; what stands between backticks is code."""
     parts = " ".join(text.split()).split("`")
-    return "`".join(part if at % 2 else re.sub(r"([*<>])", r"\\\1", part) for at, part in enumerate(parts)).replace(
+    return "`".join(part if at % 2 else re.sub(r"([*])", r"\\\1", part) for at, part in enumerate(parts)).replace(
         "|", r"\|"
     )
 
@@ -328,16 +350,21 @@ def _items(lines: Sequence[str]) -> Sequence[str]:
     return [re.sub(r"^(\*{0,2}\w+)(?=: )", r"`\1`", item) for item in items]
 
 
-# Order, name, title, summary and what writes the text of each page that is made from the code.
-GENERATED: Sequence[tuple[int, str, str, str, Callable[[], str]]] = (
-    (510, "commands", "Commands and options", "Every command with what it takes, as its help says it.", commands_text),
-    (520, "job-keys", "Keys of a job file", "What a job file and a field file may say.", job_keys_text),
-    (530, "cell-keys", "Keys of a cell file", "What a cell says of robot, tool, process and place.", cell_keys_text),
-    (540, "files", "File formats", "Columns and keys of the files that geoprint writes, with units.", files_text),
-    (550, "metrics", "Metrics of evenness", "Every figure of evenness, and which way is better.", metrics_text),
+# Part, order, name, title, summary and what writes the text of each page that is made from the code.
+GENERATED: Sequence[tuple[str, int, str, str, str, Callable[[], str]]] = (
+    ("tutorials", 500, "gallery", "Gallery of scripts", "Short scripts with what they draw, to copy.", gallery_text),
+    ("reference", 510, "commands", "Commands and options", "Every command with all that it takes.", commands_text),
+    ("reference", 520, "job-keys", "Keys of a job file", "What a job file and a field file may say.", job_keys_text),
     (
-        560, "api", "API: the public names",
-        "What the library has, stage by stage, with shapes and units, as its docstrings say it.", api_text,
+        "reference",
+        530,
+        "cell-keys",
+        "Keys of a cell file",
+        "What a cell says of robot, tool and place.",
+        cell_keys_text,
     ),
-    (570, "sources", "Sources", "What docstrings and pages cite, by its key.", sources_text),
-)  # fmt: skip
+    ("reference", 540, "files", "File formats", "Columns and keys of what geoprint writes, with units.", files_text),
+    ("reference", 550, "metrics", "Metrics of evenness", "Every figure, and which way is better.", metrics_text),
+    ("reference", 560, "api", "API: the public names", "All names of the library, with shapes and units.", api_text),
+    ("reference", 570, "sources", "Sources", "What docstrings and pages cite, by its key.", sources_text),
+)
