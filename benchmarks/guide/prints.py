@@ -65,8 +65,8 @@ def simulated(data: Path) -> bytes:
     data = data.resolve()
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
         save_plan(plan(job_of(surface=data / "plate.ply", unit="mm", spacing=5.0, place="demo")), "programmed")
-        before = simulated_print(Path("programmed"), faults=faults, seed=0)
-        save_simulated(before, "before")
+        before = simulated_print(Path("programmed"), faults=Faults(), seed=0)
+        save_simulated(simulated_print(Path("programmed"), faults=faults, seed=0), "before")
         exec(compile(edit, "simulate.md", "exec"), {"__name__": "simulate"})  # noqa: S102  (our own text)
         after = simulated_print(Path("programmed"), faults=faults, seed=0)
         save_simulated(after, "after")
