@@ -2,14 +2,15 @@
 
     job_of, job_from         what to plan: from keys, or from a folder that was written
     plan, compare            every stage with one backend, or with several on the same part
-    figure, save, check      a result drawn, written, and read back
-    measure_files, measure_paths    how even anybody's paths are, from files or as arrays; save_measurement
+    measure_files, measure_paths    how even anybody's paths are, from files or as arrays
+    check                    what was written read back, and held against its plan
     load, prepare, Surface   a part from a file, repaired; or from arrays, `Surface(vertices, faces)`
     load_cell                the robot and what stands around it
     register_backend, register_pattern    a distance or a pattern of your own, known by a name
 
-A plan answers what it is asked: `paths` (a list of (k, 3) arrays), `poses`, `trajectory`, `evenness`, and as tables of
-arrays `table()`, `evenness.table()` and `evenness.levels.table()`. Everything else stands in the packages, one a
+A result answers what it is asked: `figure()`, `view()` and `save(folder)`; a comparison has its `plans`; a plan has
+`paths` (a list of (k, 3) arrays), `poses`, `trajectory`, `evenness`, and as tables of arrays `table()`,
+`evenness.table()` and `evenness.levels.table()`. Everything else stands in the packages, one a
 subject: `geoprint.geometry`, `geoprint.distance`, `geoprint.toolpath`, `geoprint.metrics`, `geoprint.robot`,
 `geoprint.postprocessor` and the others. Paths of files are text or `Path`; what cannot be done raises a
 `GeoprintError`. Lengths are mm, times s, angles rad.
@@ -80,7 +81,6 @@ if TYPE_CHECKING:
     from geoprint.geometry.files import load as load
     from geoprint.metrics import measure_paths as measure_paths
     from geoprint.model import Cell as Cell, Surface as Surface
-    from geoprint.reporting import figure as figure
     from geoprint.results import Comparison as Comparison, Plan as Plan
     from geoprint.toolpath import register as register_pattern
     from geoprint.workflow import (
@@ -89,8 +89,6 @@ if TYPE_CHECKING:
         job_from as job_from,
         measure_files as measure_files,
         plan as plan,
-        save as save,
-        save_measurement as save_measurement,
     )
 
 
@@ -101,13 +99,10 @@ __all__ = [  # noqa: RUF022  (in the order of use)
     "job_from",
     "plan",
     "compare",
-    # What is asked of a result, and of paths of anybody.
-    "figure",
-    "save",
+    # What is asked of a folder, and of paths of anybody.
     "check",
     "measure_files",
     "measure_paths",
-    "save_measurement",
     # A part and a cell.
     "load",
     "prepare",
@@ -133,10 +128,9 @@ _FROM = {
     "geometry.files": "load",
     "metrics": "measure_paths",
     "model": "Surface Cell",
-    "reporting": "figure",
     "results": "Plan Comparison",
     "toolpath": "register_pattern=register",
-    "workflow": "job_from plan compare save check=check_folder measure_files save_measurement",
+    "workflow": "job_from plan compare check=check_folder measure_files",
 }
 _PACKAGES = (
     "config distance errors fibers geometry inspection layers metrics model positioner "

@@ -43,15 +43,19 @@ def attached(package: str, *, modules: str, names: Mapping[str, str] = MappingPr
     return get, listed
 
 
-def shown_above(name: str) -> Callable[[object], Any]:
-    """Return a method that calls a function of `geoprint.reporting.notebook`, which stands above what results import.
+def above(module: str, name: str) -> Any:
+    """Return a function of a module that stands above what asks for it, and is imported when that happens.
 
-    Args:
-        name: of the function; it takes the result alone.
+    A result answers what people ask of it, how it looks and how it is written, by what is made of results.
     """
+    return getattr(import_module(module), name)
+
+
+def shown_above(name: str) -> Callable[[object], Any]:
+    """Return a method that calls a function of `geoprint.reporting.notebook`, which takes the result alone."""
 
     def shown(self: object) -> Any:
-        return getattr(import_module("geoprint.reporting.notebook"), name)(self)
+        return above("geoprint.reporting.notebook", name)(self)
 
     return shown
 

@@ -74,7 +74,7 @@ def test_dir_lists_what_is_public_and_the_packages_and_nothing_else(newcomer: tu
     found, _ = newcomer
     named = {name for name in found["dir"] if not name.startswith("__")}
     packages = {"config", "distance", "geometry", "metrics", "model", "postprocessor", "robot", "toolpath", "workflow"}
-    assert {"plan", "compare", "load", "figure", "save", "check", "measure_files", "Surface", *packages} < named
+    assert {"plan", "compare", "load", "check", "measure_files", "Surface", *packages} < named
     assert len(geoprint.__all__) <= 22
     assert named == {*geoprint.__all__, *(name for name in named if isinstance(getattr(geoprint, name), ModuleType))}
     assert {"load", "save_ply"} < set(found["files"])
@@ -86,7 +86,7 @@ def test_help_shows_every_public_function_with_its_arguments_and_its_first_line(
     _, text = newcomer
     functions = {name: getattr(geoprint, name) for name in geoprint.__all__}
     shown = {name: each for name, each in functions.items() if isinstance(each, FunctionType)}
-    assert len(shown) >= 15
+    assert len(shown) >= 12
     for name, each in shown.items():
         first = (each.__doc__ or "").partition("\n")[0]
         assert first
@@ -153,14 +153,14 @@ def writers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
     compared = Comparison(planned.job, planned.workpiece, (("heat", Planned(planned, None)),))
     calibrated = cast("Any", type("Calibrated", (), {"text": "", "cell": None})())
     return {
-        "save": lambda: geoprint.save(planned, below),
+        "save": lambda: workflow.save(planned, below),
         "save_plan": lambda: geoprint.workflow.save_plan(planned, below),
         "staging": lambda: postprocessor.staging(below, overwrite=False).__enter__(),
         "seal": lambda: postprocessor.seal(gone),
         "plan_stack": lambda: workflow.plan_stack(planned.job.model_copy(update={"thickness": 1.0}), below),
         "compare_stacks": lambda: workflow.compare_stacks(planned.job.model_copy(update={"thickness": 1.0}), below),
         "save_comparisons": lambda: geoprint.workflow.save_comparisons([compared], below),
-        "save_measurement": lambda: geoprint.save_measurement(_measurement(), below),
+        "save_measurement": lambda: workflow.save_measurement(_measurement(), below),
         "write_whole": lambda: write_whole(below, b""),
         "save_table": lambda: geoprint.reporting.save_table(planned.table(), below),
         "save_ply": lambda: save_ply(planned.workpiece.part, below),
@@ -377,8 +377,8 @@ def test_a_figure_has_a_panel_for_each_backend_and_is_what_a_comparison_holds(pl
         planned.job, planned.workpiece, (("one", Planned(planned, None)), ("two", Planned(planned, None)))
     )
     # The last is the scale.
-    assert [axis.get_title(loc="left") for axis in geoprint.figure(planned).axes] == ["heat", ""]
-    assert [axis.get_title(loc="left") for axis in geoprint.figure(compared).axes] == ["one", "two", ""]
+    assert [axis.get_title(loc="left") for axis in planned.figure().axes] == ["heat", ""]
+    assert [axis.get_title(loc="left") for axis in compared.figure().axes] == ["one", "two", ""]
 
 
 def test_a_surface_of_lists_and_paths_of_arrays_are_measured() -> None:
@@ -397,7 +397,7 @@ def test_a_surface_of_lists_and_paths_of_arrays_are_measured() -> None:
 
 
 def test_save_writes_a_comparison_with_its_report(planned: Plan, tmp_path: Path) -> None:
-    geoprint.save(
-        Comparison(planned.job, planned.workpiece, (("heat", Planned(planned, None)),)), tmp_path / "compared"
-    )
+    compared = Comparison(planned.job, planned.workpiece, (("heat", Planned(planned, None)),))
+    assert list(compared.plans) == ["heat"]
+    compared.save(tmp_path / "compared")
     assert {"compare.json", "report.html", "heat"} < {path.name for path in (tmp_path / "compared").iterdir()}

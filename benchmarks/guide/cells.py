@@ -19,8 +19,7 @@ from geoprint.config import job_of, load_cell
 from geoprint.guide import page_named
 from geoprint.model import Cell, FloatArray, TouchedPoints
 from geoprint.reporting.evidence import WORDS
-from geoprint.reporting.measurement import record_measurement
-from geoprint.reporting.measurement_page import measure_picture
+from geoprint.reporting.figures import png_bytes
 from geoprint.results import RobotPlan
 from geoprint.robot.arm import Arm
 from geoprint.robot.collision import tool_solids
@@ -210,4 +209,4 @@ def measured(data: Path) -> bytes:
         (Path(folder) / "rows.csv").write_text(rows, encoding="utf-8")
         found = measure_files(job, [Path(folder) / "ours", Path(folder) / "rows.csv"])
     figures = [f"{100.0 * each.measured.thickness.cv:.2f}" for each in found.files]
-    return with_figures(smaller(measure_picture(found, record_measurement(found)), width=800), figures)
+    return with_figures(smaller(png_bytes(found.figure()), width=800), figures)

@@ -222,7 +222,7 @@ def programmed(mode: Mode) -> Programmed:
             surface=PLATE, unit="mm", spacing=PLATE_SPACING, backend="heat", place="demo", on_slowdown="follow",
             accept_flow=True, cell=cell,
         )  # fmt: skip
-        geoprint.save(geoprint.plan(job), folder)
+        geoprint.plan(job).save(folder)
         plan = read_plan(folder)
         deposit = PlannedDeposit(plan.poses, spacing=plan.spacing, height=plan.height)
         arcs, half = deposit.runs.arcs, 0.5 * deposit.runs.lengths

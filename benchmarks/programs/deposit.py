@@ -32,7 +32,7 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks import DATA
 from benchmarks.parts.tables import row, script_parser, table
-from geoprint import job_of, plan, save
+from geoprint import job_of, plan
 from geoprint.errors import GeoprintError
 from geoprint.geometry.files import suggested_unit
 from geoprint.model import FloatArray
@@ -161,7 +161,7 @@ def cases(
             job = job_of(surface=file, unit=unit, spacing=spacing, backend=backend, pattern=pattern, place="demo")
             with tempfile.TemporaryDirectory() as folder:
                 try:
-                    save(plan(job), Path(folder) / "out")
+                    plan(job).save(Path(folder) / "out")
                 except GeoprintError as error:
                     yield f"{file.stem} {backend}", error
                 else:

@@ -1,8 +1,12 @@
 """Photographs of a print: lines of material, how wide and how far apart they are, and how they lie beside a plan.
 
-Stages on frozen values: `read_photograph`, `bead_width`, `paired_edges`, `beads_of`; with a plan `camera_by`,
-`measured_stretches`, `held_against`; `apart` measures two sets of anything. Pixels are (u, v), places mm.
+Folders in, folders out, as the commands: `simulated_print` and `save_simulated`; `appraise_photographs` and
+`save_appraisal`; `appraise_scan` and `save_scan`. Stages on frozen values: `read_photograph`, `bead_width`,
+`paired_edges`, `beads_of`; with a plan `camera_by`, `measured_stretches`, `held_against`; `apart` measures two sets of
+anything. Pixels are (u, v), places mm.
 """
+
+from typing import TYPE_CHECKING
 
 from geoprint.inspection.against_plan import (
     PlannedRuns as PlannedRuns,
@@ -44,3 +48,31 @@ from geoprint.inspection.print import (
     OnPlan as OnPlan,
 )
 from geoprint.inspection.skeleton import edges as edges
+from geoprint.lazy import attached
+
+if TYPE_CHECKING:
+    from geoprint.inspection.appraise_photographs import (
+        PlanAsked as PlanAsked,
+        appraise_photographs as appraise_photographs,
+        save_appraisal as save_appraisal,
+    )
+    from geoprint.inspection.appraise_scans import (
+        ScanAsked as ScanAsked,
+        appraise_scan as appraise_scan,
+        save_scan as save_scan,
+    )
+    from geoprint.inspection.simulated import (
+        SimulatedPrint as SimulatedPrint,
+        save_simulated as save_simulated,
+        simulated_print as simulated_print,
+    )
+
+# The planner and its checks come with these.
+_LATER = {
+    "appraise_photographs": "PlanAsked appraise_photographs save_appraisal",
+    "appraise_scans": "ScanAsked appraise_scan save_scan",
+    "simulated": "SimulatedPrint save_simulated simulated_print",
+}
+
+if not TYPE_CHECKING:
+    __getattr__, __dir__ = attached(__name__, modules="", names=_LATER)

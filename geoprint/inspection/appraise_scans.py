@@ -56,15 +56,23 @@ class ScanAsked:
     features: bool = False
 
 
+# Millimetres, about in the part's coordinates.
+AS_IT_IS = ScanAsked()
+
+
 def appraise_scan(
-    path: Path | str, *, bundle: Path, asked: ScanAsked, observe: Callable[[str], None] = lambda _: None
+    path: Path | str,
+    *,
+    bundle: Path | str,
+    asked: ScanAsked = AS_IT_IS,
+    observe: Callable[[str], None] = lambda _: None,
 ) -> AppraisedScan:
     """Appraise a scan of a print against its plan.
 
     Args:
         path: of the scan.
         bundle: folder of the plan.
-        asked: how it is laid onto the part.
+        asked: how it is laid onto the part; as a scan in mm that stands about where the part does, if not given.
         observe: told the name of each stage as it starts.
 
     Raises:
@@ -74,7 +82,7 @@ def appraise_scan(
         VerificationError: the bundle was changed.
     """
     observe("scan")
-    scan = read_scan(path, unit=asked.unit, least=LEAST_POINTS)
+    scan, bundle = read_scan(path, unit=asked.unit, least=LEAST_POINTS), Path(bundle)
     plan = read_plan(bundle)
     deposit = PlannedDeposit(plan.poses, spacing=plan.spacing, height=plan.height)
     observe("registration")

@@ -112,7 +112,7 @@ class SimulatedPrint:
         )  # fmt: skip
 
 
-def simulated_print(folder: Path, *, faults: Faults, seed: int) -> SimulatedPrint:
+def simulated_print(folder: Path | str, *, faults: Faults, seed: int) -> SimulatedPrint:
     """Print a bundle in silico.
 
     Its program is executed as it stands in the folder, whoever has edited it since, and even if `geoprint check` would
@@ -128,6 +128,7 @@ def simulated_print(folder: Path, *, faults: Faults, seed: int) -> SimulatedPrin
         UsageError: as `deposited_pieces`.
         VerificationError: a table was changed, or as `deposited_pieces`.
     """
+    folder = Path(folder)
     plan, record = read_plan(folder), read_record(folder / PLAN, PlanRecord)
     deposited = deposited_pieces(folder, plan, record, faults=faults, random=np.random.default_rng(seed))
     return SimulatedPrint(plan, bool(record.robot), deposited.beads, faults, seed, *_summed(plan, deposited))

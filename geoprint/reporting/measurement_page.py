@@ -6,6 +6,7 @@ Each path is drawn as two beads side by side, its left half and its right one, e
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -14,7 +15,7 @@ from geoprint.metrics import SideSpacing
 from geoprint.model import FloatArray, IntArray
 from geoprint.reporting.evenness import expected_rows
 from geoprint.reporting.figures import CoveragePanel, coverage_figure, png_bytes
-from geoprint.reporting.measurement import measure_verdict, ranked_files
+from geoprint.reporting.measurement import measure_verdict, ranked_files, record_measurement
 from geoprint.reporting.page import html_report
 from geoprint.reporting.part_report import evenness_rows, settings_facts
 from geoprint.reporting.pictures import caption_of
@@ -23,6 +24,9 @@ from geoprint.reporting.records.evenness import SpacingRecord, SpacingSideRecord
 from geoprint.reporting.values import COVERED, GAP, OVERLAP, BackendView, PartReport, Picture, Row
 from geoprint.reporting.view import ViewSurface, view_surface
 from geoprint.results import MeasuredFile, Measurement
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # Faces in all views: finer than can be seen, and every one costs time when the page opens.
 VIEWED_FACES = 60_000
@@ -33,11 +37,10 @@ ASIDE_SHARE = 0.18
 _NONE = "-"
 
 
-def measure_picture(found: Measurement, record: MeasurementRecord) -> bytes:
-    """Return a PNG: the files side by side, both halves of their paths coloured by the spacing on their side."""
-    spacing = f"{record.spacing_mm:.3g} mm"
-    title = f"{record.part.name}, paths {spacing} apart: left and right halves by the spacing on their side"
-    return _picture(found, [(each, row) for each, row in zip(found.files, record.files, strict=True)], title=title)
+def measure_figure(found: Measurement) -> Figure:
+    """Draw the files side by side, both halves of their paths coloured by the spacing on their side."""
+    title = f"{found.part.name}, paths {found.spacing:.3g} mm apart: left and right halves by the spacing on their side"
+    return _figure(found, list(zip(found.files, record_measurement(found).files, strict=True)), title=title)
 
 
 def measure_report(found: Measurement, record: MeasurementRecord) -> bytes:
@@ -69,17 +72,15 @@ def measure_report(found: Measurement, record: MeasurementRecord) -> bytes:
     return html_report([page], title=f"geoprint measure: {record.part.name}")
 
 
-def _picture(found: Measurement, files: list[tuple[MeasuredFile, MeasuredRecord]], *, title: str) -> bytes:
-    panels = [_panel(each, row) for each, row in files]
-    figure = coverage_figure(
+def _figure(found: Measurement, files: list[tuple[MeasuredFile, MeasuredRecord]], *, title: str) -> Figure:
+    return coverage_figure(
         found.surface,
-        panels,
+        [_panel(each, row) for each, row in files],
         R_view_work=found.upright,
         spacing=found.spacing,
         title=title,
         bead=BEAD_SHARE,
     )
-    return png_bytes(figure)
 
 
 def _panel(each: MeasuredFile, row: MeasuredRecord) -> CoveragePanel:
@@ -126,7 +127,7 @@ def _view(found: Measurement, each: MeasuredFile, row: MeasuredRecord, view: Vie
         offsets=offsets,
         ratios=ratios,
         widths=None,
-        still=Picture(caption, "png", _picture(found, [(each, row)], title="")),
+        still=Picture(caption, "png", png_bytes(_figure(found, [(each, row)], title=""))),
         replay=None,
         shades=None,
     )

@@ -11,9 +11,9 @@ from geoprint.reporting.evenness import expected_text
 from geoprint.reporting.figures import png_bytes
 from geoprint.reporting.html import Markup, element, figure as figure_element, joined, row_table
 from geoprint.reporting.measurement import measure_verdict, record_measurement
-from geoprint.reporting.measurement_page import measure_picture, measure_report
+from geoprint.reporting.measurement_page import measure_report
 from geoprint.reporting.metrics import COVERED_ONCE, GAP, OVERLAP, THICKNESS
-from geoprint.reporting.pictures import comparison_pictures, figure
+from geoprint.reporting.pictures import comparison_pictures
 from geoprint.reporting.records.comparison import PartRecord
 from geoprint.reporting.records.evenness import EvennessRecord
 from geoprint.reporting.values import Picture
@@ -67,7 +67,7 @@ def notebook_html(result: Result) -> str:
     if isinstance(result, Measurement):
         record = record_measurement(result)
         rows = [(row.file, row.uniformity) for row in record.files]
-        return _html(measure_verdict(record)[0], measure_picture(result, record), "file", rows)
+        return _html(measure_verdict(record)[0], png_bytes(result.figure()), "file", rows)
     if isinstance(result, Plan):
         if result.uniformity is None:
             return element("pre", repr(result))
@@ -76,7 +76,7 @@ def notebook_html(result: Result) -> str:
     if not isinstance(part, PartRecord):
         return joined(*(element("p", f"{name} could not plan: {reason}") for name, reason in result.refused))
     rows = [(row.backend, row.uniformity) for row in part.planned]
-    return _html(part.verdict[0], png_bytes(figure(result)), "backend", rows)
+    return _html(part.verdict[0], png_bytes(result.figure()), "backend", rows)
 
 
 def _html(said: str, png: bytes, heading: str, rows: Sequence[tuple[str, EvennessRecord]]) -> Markup:

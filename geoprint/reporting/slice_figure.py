@@ -79,12 +79,8 @@ class SlicedView:
     heights: tuple[float, ...]
 
 
-def sliced_figure(view: SlicedView, *, title: str) -> bytes:
-    """Draw a stack sliced open: all of it, and an enlarged piece.
-
-    Returns:
-        The PNG's bytes; the same for the same input.
-    """
+def sliced_figure(view: SlicedView, *, title: str) -> Figure:
+    """Draw a stack sliced open: all of it, and an enlarged piece."""
     from matplotlib.figure import Figure
 
     low, high = _extent(view)
@@ -111,7 +107,7 @@ def sliced_figure(view: SlicedView, *, title: str) -> bytes:
         add_ruler(axis)
     axes[1].set_title("detail, enlarged", fontsize=10, loc="left")
     add_title(figure, title)
-    return png_bytes(figure)
+    return figure
 
 
 def thickness_figure(

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.config import Job, job_cell
+from geoprint.errors import FieldError
 from geoprint.geometry import closest, face_areas, in_words, normals, refine
 from geoprint.metrics.stack_thickness import Finished
 from geoprint.model import FloatArray
+from geoprint.reporting.figures import png_bytes
 from geoprint.reporting.part_report import settings_facts
 from geoprint.reporting.records.rounding import listed
 from geoprint.reporting.records.stack import FinishedRecord, StackedLayerRecord, StackRecord
@@ -22,6 +25,9 @@ from geoprint.reporting.stack_sheet import attitudes_of
 from geoprint.reporting.values import Picture
 from geoprint.reporting.view import ViewSurface, view_surface
 from geoprint.results import FinishedStack, StackedLayer
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # Faces in all views: finer than can be seen, and every one costs time when the page opens.
 VIEWED_FACES = 60_000
@@ -88,7 +94,31 @@ def stack_page(stack: FinishedStack, record: StackRecord, job: Job) -> bytes:
 
 def sliced_pictures(stack: FinishedStack) -> list[Picture]:
     """Return the stack sliced open in both of its middle planes."""
-    pictures: list[Picture] = []
+    return [
+        Picture(
+            f"Cut {name} through the middle of the part: beads where paths cross the plane, layers alternately blue "
+            "and orange, each with its mid-line. Where a path runs along the plane, its bead is cut lengthwise.",
+            "png",
+            png_bytes(figure),
+        )
+        for name, figure in _sliced(stack)
+    ]
+
+
+def stack_figure(stack: FinishedStack) -> Figure:
+    """Draw a stack sliced open across its middle.
+
+    Raises:
+        FieldError: the plane through the middle meets no layer.
+    """
+    figures = dict(_sliced(stack))
+    if not figures:
+        raise FieldError("a plane through the middle of the part meets no layer: nothing of the stack can be drawn.")
+    return next(iter(figures.values()))
+
+
+def _sliced(stack: FinishedStack) -> Iterator[tuple[str, Figure]]:
+    """Yield the name of each middle plane that meets the stack, and what it cuts."""
     for number, (name, (ground, offsets)) in enumerate(zip(PLANES, stack.ground, strict=True)):
         slices = [layer.slices[number] for layer in stack.layers]
         if not ground.size or not any(one.line.size for one in slices):
@@ -103,12 +133,7 @@ def sliced_pictures(stack: FinishedStack) -> list[Picture]:
             widths=tuple(one.widths for one in slices),
             heights=tuple(layer.height for layer in stack.layers),
         )
-        caption = (
-            f"Cut {name} through the middle of the part: beads where paths cross the plane, layers alternately blue "
-            "and orange, each with its mid-line. Where a path runs along the plane, its bead is cut lengthwise."
-        )
-        pictures.append(Picture(caption, "png", sliced_figure(view, title=f"cut {name} through the middle")))
-    return pictures
+        yield name, sliced_figure(view, title=f"cut {name} through the middle")
 
 
 def base_view(stack: FinishedStack, *, faces: int) -> ViewSurface:

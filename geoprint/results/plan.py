@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Literal, TypeAlias, final
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, TypeAlias, final
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from geoprint.config import Job
 from geoprint.distance import Shown
 from geoprint.errors import FieldError, InputError, how_many
 from geoprint.geometry import united
-from geoprint.lazy import shown_above
+from geoprint.lazy import above, shown_above
 from geoprint.metrics import DistanceErrors, Printed, Uniformity
 from geoprint.model import (
     Clearance,
@@ -43,6 +44,9 @@ from geoprint.process import Exposure, exposure
 from geoprint.process.feedback import Correction
 from geoprint.results.workpiece import Workpiece
 from geoprint.robot.timing import OffMoves
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # What a plan keeps of a table that tilts the part.
 
@@ -273,6 +277,28 @@ class Plan:
 
     # What a notebook shows of it, and as a page that turns in 3D without a server.
     _repr_html_, view = shown_above("notebook_html"), shown_above("notebook_view")
+
+    def figure(self) -> Figure:
+        """Draw its paths as beads coloured by their distance to the next, with what no path covers.
+
+        Raises:
+            FieldError: nobody has measured how even the paths are.
+        """
+        return above("geoprint.reporting", "figure")(self)
+
+    def save(self, directory: Path | str, *, overwrite: bool = False) -> None:
+        """Write its bundle, as the command `plan` does: complete and verified, or not at all.
+
+        Args:
+            directory: where it shall stand; `geoprint.check` reads it back.
+            overwrite: whether what geoprint wrote there before may be replaced.
+
+        Raises:
+            UsageError: the folder exists already.
+            ExportError: nothing can be written there.
+            VerificationError: what was written reads back otherwise.
+        """
+        above("geoprint.workflow", "save")(self, directory, overwrite=overwrite)
 
     @property
     def paths(self) -> list[FloatArray]:

@@ -15,8 +15,9 @@ from geoprint.geometry import prepare, united, upright_of
 from geoprint.geometry.files import MeshFile, load_file
 from geoprint.metrics import measure_paths, moved, printed, rigid_fit
 from geoprint.model import PrintErrors, Surface
+from geoprint.reporting.figures import png_bytes
 from geoprint.reporting.measurement import measure_csv, record_measurement
-from geoprint.reporting.measurement_page import measure_picture, measure_report
+from geoprint.reporting.measurement_page import measure_report
 from geoprint.reporting.records.comparison import MeasurementRecord
 from geoprint.reporting.records.rounding import save_record
 from geoprint.results import MeasuredFile, Measurement
@@ -121,7 +122,7 @@ def save_measurement(found: Measurement, directory: Path | str, *, overwrite: bo
     record = record_measurement(found)
     files = {
         "measure.csv": measure_csv(record).encode("utf-8"),
-        "measure.png": measure_picture(found, record),
+        "measure.png": png_bytes(found.figure()),
         "report.html": measure_report(found, record),
     }
     return save_record(record, RECORD, files, directory, overwrite=overwrite)

@@ -35,20 +35,21 @@ from geoprint.reporting.records.comparison import RecordedComparison
 from geoprint.reporting.records.plan import PlanRecord
 from geoprint.reporting.records.rounding import as_json, read_record, save_record, verify_record
 from geoprint.reporting.tables import spacing_table
-from geoprint.results import Comparison, FailedPart, Plan, RobotPlan, Workpiece
+from geoprint.results import Comparison, FailedPart, Measurement, Plan, RobotPlan, Workpiece
 from geoprint.workflow.bundles import COMPARISON, RAPID_FOLDER, REPORT, check_joined, part_folders
 from geoprint.workflow.checking import check_program
+from geoprint.workflow.measuring import save_measurement
 from geoprint.workflow.processes import OtherProcesses, shared
 from geoprint.workflow.replan import input_files
 from geoprint.workflow.tilting import attitude_cell, part_folder
 
 
-def save(result: Plan | Comparison, directory: Path | str, *, overwrite: bool = False) -> None:
-    """Write the result of `plan` or `compare`, as the command of that name does: complete and verified, or not at all.
+def save(result: Plan | Comparison | Measurement, directory: Path | str, *, overwrite: bool = False) -> None:
+    """Write a result as the command that makes it does: complete and verified, or not at all.
 
     Args:
-        result: a plan (written as a bundle), or a comparison (bundles and a report).
-        directory: folder to write; `check` reads it back.
+        result: a plan (written as a bundle), a comparison (bundles and a report), or measured toolpaths.
+        directory: folder to write; `check` reads a plan or a comparison back.
         overwrite: whether to replace what geoprint wrote there before.
 
     Raises:
@@ -58,6 +59,8 @@ def save(result: Plan | Comparison, directory: Path | str, *, overwrite: bool = 
     """
     if isinstance(result, Plan):
         save_plan(result, directory, overwrite=overwrite)
+    elif isinstance(result, Measurement):
+        save_measurement(result, directory, overwrite=overwrite)
     else:
         save_comparisons([result], directory, overwrite=overwrite)
 

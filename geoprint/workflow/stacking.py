@@ -72,6 +72,29 @@ def plan_stack(
     return record
 
 
+def plan_layers(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> FinishedStack:
+    """Plan every layer of a thickness one after the other in this process, and write nothing.
+
+    Args:
+        job: with a thickness, without a layer.
+        observe: called with what is being done.
+
+    Returns:
+        How the stack comes out; its `figure()` cuts it open.
+
+    Raises:
+        UsageError: the job has no thickness or one layer alone, or as `check_options`.
+        GeoprintError: as `plan`, or nothing is to be printed in a layer; the sentence names it.
+    """
+    check_stacked(job)
+    stack, layers = read_stack(job), list[StackedLayer]()
+    for number in range(1, stack.count + 1):
+        observe(f"layer {number}")
+        with naming(f"layer {number}"):
+            layers.append(stacked_layer(plan(job.model_copy(update={"layer": number}))))
+    return finished_stack(job, stack, layers)
+
+
 def check_stacked(job: Job) -> None:
     """Check that a job is of all layers.
 

@@ -265,7 +265,7 @@ def test_check_alone_finds_what_a_fault_in_the_writer_writes(kind: str, tmp_path
                 # No time follows from what is written of it.
                 if fault_in.startswith(("postprocessor.", "rapid.")):
                     patch.setattr(planning, "timed_print", timed_print)
-                geoprint.save(geoprint.plan(job), tmp_path / name)
+                geoprint.plan(job).save(tmp_path / name)
             return tmp_path / name
 
         first, right = written("first"), written("right", fault_in="postprocessor.")
