@@ -30,6 +30,8 @@ from benchmarks import ROOT
 from benchmarks.parts.tables import row, script_parser, table
 
 PACKAGE = "geoprint"
+# Folder of scripts to be copied, which are no modules.
+SCRIPTS = "examples"
 AREAS = (PACKAGE, "tests", "benchmarks")
 # Of these, those that the package passes on: what the main job starts from.
 CORE = ("plan", "compare", "compare_parts", "save", "save_plan", "save_comparisons")
@@ -94,7 +96,7 @@ class CodeBase:
 
     def area(self, folder: str) -> Mapping[str, Module]:
         """Return all modules below a folder by name, in order."""
-        paths = sorted((self.root / folder).rglob("*.py"))
+        paths = [path for path in sorted((self.root / folder).rglob("*.py")) if path.parent.name != SCRIPTS]
         names = (".".join(path.relative_to(self.root).with_suffix("").parts) for path in paths)
         return {name.removesuffix(".__init__"): read_module(path) for name, path in zip(names, paths, strict=True)}
 

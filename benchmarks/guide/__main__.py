@@ -1,12 +1,13 @@
 """Draws the pictures of the guide and writes it as one HTML page.
 
-    python -m benchmarks.guide [--draw [NAME ...]] [--outputs [PAGE ...]] [--film REPORT] [--index]
-                               [--html FILE] [--site FOLDER] [--smoke]
+    python -m benchmarks.guide [--draw [NAME ...]] [--outputs [PAGE ...]] [--gallery [NAME ...]]
+                               [--film REPORT] [--index] [--html FILE] [--site FOLDER] [--smoke]
 
 With --draw all pictures in `geoprint/guide/pictures` are drawn anew, or those that are named, and the figures of their
 captions; `report.png` needs Chromium with its driver, and `through.png` a heart's labels, which are no part of this
 tree. With --outputs all pages are run, or those that are named, and get what their commands print now: the lines that
-they quote anew, and all lines behind a block that has none yet, to be shortened by hand. With --film the moving
+they quote anew, and all lines behind a block that has none yet, to be shortened by hand. With --gallery the
+scripts of `geoprint/guide/examples`, or those that are named, are run for their pictures. With --film the moving
 picture of README is taken, likewise, of the report.html that README's first command wrote. With --index
 the list of its pages is written, with --html the guide, as `geoprint guide --html` does, with --site its site, for
 which the extra `docs` is needed. --smoke draws one picture and throws it away.
@@ -23,6 +24,7 @@ from pathlib import Path
 import geoprint
 from benchmarks import DATA, ROOT
 from benchmarks.guide.filming import film
+from benchmarks.guide.gallery import EXAMPLES, draw_gallery
 from benchmarks.guide.pictures import PICTURES
 from benchmarks.guide.site import build, lay_out
 from benchmarks.guide.stamps import FIGURE, MADE_FROM, figures_in, figures_of, made_from, stamped
@@ -42,6 +44,7 @@ def main() -> None:
     parser = script_parser(__doc__, smoke="draw one picture, write nothing")
     parser.add_argument("--draw", nargs="*", metavar="NAME", help="draw all pictures, or these")
     parser.add_argument("--outputs", nargs="*", metavar="PAGE", help="renew what all pages quote, or these")
+    parser.add_argument("--gallery", nargs="*", metavar="NAME", help="run all scripts of the gallery, or these")
     parser.add_argument("--film", type=Path, metavar="REPORT", help="take README's moving picture of this report")
     parser.add_argument("--index", action="store_true", help="write the list of pages anew")
     parser.add_argument("--html", type=Path, metavar="FILE", help="write the guide as one page")
@@ -55,6 +58,8 @@ def main() -> None:
             draw(name)
     if arguments.outputs is not None:
         renew_outputs(arguments.outputs)
+    if arguments.gallery is not None:
+        draw_gallery(arguments.gallery or [script.stem for script in EXAMPLES.glob("*.py")], DATA)
     if arguments.film is not None:
         FILM.write_bytes(film(arguments.film))
         print(f"{FILM.name}: {FILM.stat().st_size} bytes")

@@ -35,10 +35,11 @@ from geoprint.geometry.files import load_file, save_ply
 from geoprint.layers import level_surface
 from geoprint.model import FloatArray, ScalarField, Surface
 from geoprint.reporting.evenness import record_overhang
-from geoprint.reporting.figures import png_bytes
+from geoprint.reporting.stack_page import sliced_pictures
 from geoprint.results import Plan
 from geoprint.transforms import angles_between
-from geoprint.workflow import plan, plan_layers
+from geoprint.workflow import plan
+from geoprint.workflow.stack_thickness import finished_stack, stacked_layer
 from geoprint.workflow.workpiece import read_stack
 from tests.fibers.tetrahedra import Solved, solved
 from tests.shared_data import SHARED_DATA
@@ -73,7 +74,9 @@ def layers(_data: Path) -> bytes:
 def sliced(data: Path) -> bytes:
     """Draw a stack over a patch of a heart, sliced open as in its report."""
     job = job_of(surface=data / "heart_apex_patch.ply", unit="mm", spacing=1.0, thickness=2.0, robot=False)
-    return smaller(png_bytes(plan_layers(job).figure()), width=1000)
+    stack = read_stack(job)
+    layers = [stacked_layer(plan(job.model_copy(update={"layer": number}))) for number in range(1, stack.count + 1)]
+    return smaller(sliced_pictures(finished_stack(job, stack, layers))[0].content, width=1000)
 
 
 def _groove() -> Surface:

@@ -15,6 +15,7 @@ from benchmarks.paths import uniformity
 from benchmarks.whole.figures import loaded as times_kept, speed_picture
 from geoprint.config import job_of
 from geoprint.guide import page_named
+from geoprint.reporting import figure
 from geoprint.reporting.figures import png_bytes
 from geoprint.reporting.metrics import THICKNESS
 from geoprint.workflow import compare, plan, save_comparisons
@@ -39,7 +40,7 @@ def report(data: Path) -> bytes:
 def scripting(data: Path) -> bytes:
     """Draw what the page on scripting draws."""
     planned = plan(job_of(surface=data / "heart_flat_patch.ply", unit="mm", spacing=3.0, robot=False))
-    return smaller(png_bytes(planned.figure()), width=600)
+    return smaller(png_bytes(figure(planned)), width=600)
 
 
 def own_backend(data: Path) -> bytes:

@@ -245,7 +245,8 @@ def test_no_room_but_their_own_knows_the_name_of_a_backend() -> None:
         (path.as_posix(), node.value)
         for path, text in texts.items()
         # Most files hold none of the names, and need not be parsed for it.
-        if path.parts[0] != "distance" and any(name in text for name in BACKENDS)
+        # Scripts to be copied choose one, as everybody who plans.
+        if path.parts[0] != "distance" and path.parent.name != "examples" and any(name in text for name in BACKENDS)
         for node in ast.walk(ast.parse(text))
         if isinstance(node, ast.Constant) and node.value in BACKENDS
     }
