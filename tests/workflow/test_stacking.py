@@ -296,7 +296,7 @@ def test_what_a_person_saw_the_program_of_a_stack_do_stands_on_its_run_sheet(
     checked = check_folder(folder)
     (unread,) = checked.findings
     assert unread.file == "evidence.json"
-    with pytest.raises(VerificationError, match="is not the plan that was made"):
+    with pytest.raises(VerificationError, match="differs from the plan that was made"):
         record_seen(checked, "dry", note="fine")
 
 
