@@ -32,8 +32,8 @@ _PART = {
 def lay_out(folder: Path) -> Path:
     """Write the pages, their pictures and mkdocs.yml with their order into a folder; return that file."""
     docs = folder / "docs"
-    for pictures in filter(Path.is_dir, (GUIDE / "pictures", GUIDE / "examples")):
-        shutil.copytree(pictures, docs / pictures.name, ignore=shutil.ignore_patterns("*.py*"))
+    for pictures in ("pictures", "examples"):
+        shutil.copytree(GUIDE / pictures, docs / pictures, ignore=shutil.ignore_patterns("*.py*"))
     for name in ("site.css", "iframe-worker.js"):
         shutil.copy(GUIDE / name, docs)
     _write(docs / "index.md", (GUIDE / "pages" / "index.md").read_text(encoding="utf-8").replace("(../", "("))

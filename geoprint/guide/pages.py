@@ -121,11 +121,7 @@ def pages() -> tuple[Page, ...]:
     own = [_read(file, part=part) for part in PARTS for file in (_folder("pages") / part).iterdir()]
     added = [_read(file, of=feature) for feature in features() if (file := feature.folder / PAGE).is_file()]
     # Made only where they are asked for, which imports everything.
-    made = [
-        Page(name, part, order, title, summary, "", text)
-        for part, order, name, title, summary, text in GENERATED
-        if part != "tutorials" or _folder("examples").is_dir()
-    ]
+    made = [Page(name, part, order, title, summary, "", text) for part, order, name, title, summary, text in GENERATED]
     return tuple(sorted([*own, *added, *made], key=lambda page: ([*PARTS].index(page.part), page.order)))
 
 

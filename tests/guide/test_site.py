@@ -47,7 +47,7 @@ def test_every_page_stands_in_it_with_its_title(site: Path) -> None:
     assert 'id="compare"' in (site / "reference" / "api" / "geoprint.workflow.html").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("place", ["index", "tutorials/first-comparison", "how-to/calibrate", "reference/files"])
+@pytest.mark.parametrize("place", ["index", "tutorials/gallery", "how-to/calibrate", "reference/files"])
 def test_a_page_opens_from_a_file_and_fits_a_telephone(site: Path, opened: Page, place: str) -> None:
     opened.forget()
     opened.open(site / f"{place}.html")
