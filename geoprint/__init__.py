@@ -3,7 +3,7 @@
     job_of, job_from         what to plan: from keys, or from a folder that was written
     plan, compare            every stage with one backend, or with several on the same part
     measure_files, measure_paths    how even anybody's paths are, from files or as arrays
-    check                    what was written read back, and held against its plan
+    save, check              any result written to a folder; what was written read back, and held against its plan
     load, prepare, Surface   a part from a file, repaired; or from arrays, `Surface(vertices, faces)`
     load_cell                the robot and what stands around it
     register_backend, register_pattern    a distance or a pattern of your own, known by a name
@@ -89,6 +89,7 @@ if TYPE_CHECKING:
         job_from as job_from,
         measure_files as measure_files,
         plan as plan,
+        save as save,
     )
 
 
@@ -99,7 +100,8 @@ __all__ = [  # noqa: RUF022  (in the order of use)
     "job_from",
     "plan",
     "compare",
-    # What is asked of a folder, and of paths of anybody.
+    # What is done with a result and its folder, and what is asked of paths of anybody.
+    "save",
     "check",
     "measure_files",
     "measure_paths",
@@ -130,7 +132,7 @@ _FROM = {
     "model": "Surface Cell",
     "results": "Plan Comparison",
     "toolpath": "register_pattern=register",
-    "workflow": "job_from plan compare check=check_folder measure_files",
+    "workflow": "job_from plan compare save check=check_folder measure_files",
 }
 _PACKAGES = (
     "config distance errors fibers geometry inspection layers metrics model positioner "

@@ -376,7 +376,7 @@ def _sources(record: PlanRecord) -> Iterator[str]:
     for number in dict.fromkeys(source.patch for source in record.sources):
         tried = [source for source in record.sources if source.patch == number]
         each = (
-            f"{source.source} {source.gap:.1%} + {source.overlap:.1%} in {source.runs} runs"
+            f"{source.source} {source.gap:.1%} + {source.overlap:.1%} in {how_many(source.runs, 'run')}"
             for source in sorted(tried, key=lambda source: not source.taken)
         )
         of = f" of patch {number}" if record.sources[-1].patch > 1 else ""

@@ -80,7 +80,7 @@ def medial_axis_sentences(middles: Sequence[TriedMedialAxis], *, backend: str | 
     taken, other = ([each for each in middles if each.taken is wanted] for wanted in (True, False))
     if not taken or not other:
         return []
-    found = [f"{each[0].gap:.1%} + {each[0].overlap:.1%} in {each[0].runs} runs" for each in (taken, other)]
+    found = [f"{each[0].gap:.1%} + {each[0].overlap:.1%} in {how_many(each[0].runs, 'run')}" for each in (taken, other)]
     whose = "" if backend is None else f" with {backend}"
     covered = f"Area missed + covered twice: {found[0]}; with `--set middle={other[0].middle}`: {found[1]}"
     return [f"At the medial axis, contours{whose} are {taken[0].middle}. {covered}."]
