@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import final
 
 from benchmarks import ROOT
+from benchmarks.code_base import SCRIPTS
 from benchmarks.parts.tables import script_parser
 
 PACKAGE = ROOT / "geoprint"
@@ -92,8 +93,8 @@ def main() -> None:
 
 
 def texts(root: Path = PACKAGE) -> Iterator[Text]:
-    """Yield the texts of all modules below a folder, in order."""
-    for path in sorted(root.rglob("[!_]*.py")):
+    """Yield the texts of all modules below a folder, in order; the guide's scripts are copied and say one thing once."""
+    for path in sorted(path for path in root.rglob("[!_]*.py") if path.parent.name != SCRIPTS):
         yield from texts_of(path.read_text(encoding="utf-8"), path=path.relative_to(root).as_posix())
 
 

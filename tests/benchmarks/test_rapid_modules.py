@@ -34,4 +34,4 @@ def test_findings_are_told_with_their_place(
     (tmp_path / "owner+cell" / "A.modx").write_text('MODULE A\nVAR num x:="1";\nPROC go()\nfar;\nENDPROC\nENDMODULE')
     monkeypatch.setattr("sys.argv", ["rapid_modules", str(tmp_path), "--open-names"])
     rapid_modules.main()
-    assert capsys.readouterr().out.splitlines()[2:] == ['owner+cell: A.modx, line 2: x: "1" is no num', "    1 far"]
+    assert capsys.readouterr().out.splitlines()[2:] == ['owner+cell: A.modx, line 2: x: "1" is not a num', "    1 far"]
