@@ -93,7 +93,7 @@ def main() -> None:
 
 
 def texts(root: Path = PACKAGE) -> Iterator[Text]:
-    """Yield the texts of all modules below a folder, in order; the guide's scripts are copied and say one thing once."""
+    """Yield the texts of all modules below a folder, in order; not of the guide's scripts, which are to be copied."""
     for path in sorted(path for path in root.rglob("[!_]*.py") if path.parent.name != SCRIPTS):
         yield from texts_of(path.read_text(encoding="utf-8"), path=path.relative_to(root).as_posix())
 
