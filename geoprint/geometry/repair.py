@@ -392,11 +392,11 @@ class PreparationReport:
 
     repairs: Repairs
     crossings_checked: Annotated[bool, "whether every pair of faces was looked at for crossing"]
-    vertices: Annotated[int, "left"]
-    faces: Annotated[int, "left"]
-    topology: Annotated[str, "in words"]
-    boundary_lengths: Annotated[tuple[float, ...], "of each rim, the longest first [mm]"]
-    area: Annotated[float, "[mm2]"]
+    vertices: Annotated[int, "number of vertices left after preparing"]
+    faces: Annotated[int, "number of faces left after preparing"]
+    topology: Annotated[str, "topology of the prepared surface in words"]
+    boundary_lengths: Annotated[tuple[float, ...], "length of each rim, the longest first [mm]"]
+    area: Annotated[float, "area of the prepared surface [mm2]"]
     mean_edge: Annotated[float, "mean length of an edge [mm]"]
 
 

@@ -62,10 +62,10 @@ class LevelSpacing:
     """The spacing of one level to the one outside.
 
     Attributes:
-        level: its number.
-        mean: of the ratios.
-        cv: standard deviation over mean.
-        worst: the ratio farthest from 1.
+        level: number of the level.
+        mean: mean distance to the level outside, over the spacing.
+        cv: standard deviation of the distance to the level outside, over its mean.
+        worst: distance to the level outside, over the spacing, where that is farthest from 1.
     """
 
     level: Count
@@ -80,8 +80,8 @@ class WorstPlace:
     """A place where the spacing is far from wanted.
 
     Attributes:
-        place: x, y, z [mm].
-        level: of the run there.
+        place: point on the surface, x, y, z [mm].
+        level: number of the level of the run there.
         ratio: distance to the level outside, over the spacing.
     """
 

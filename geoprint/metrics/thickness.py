@@ -45,12 +45,12 @@ class Thickness:
     """Thickness of a layer over all of the surface, each place weighted by its area; 1 is as wanted.
 
     Attributes:
-        mean: over the wanted one.
-        cv: coefficient of variation: standard deviation over mean.
-        within_5_percent: share of the area that is as near to the wanted one.
-        within_10_percent: the same for a tenth.
-        smallest: over the wanted one.
-        largest: over the wanted one.
+        mean: mean thickness, over the wanted one.
+        cv: coefficient of variation of the thickness: standard deviation over mean.
+        within_5_percent: share of the area within 5 % of the wanted thickness.
+        within_10_percent: share of the area within 10 % of the wanted thickness.
+        smallest: smallest thickness, over the wanted one.
+        largest: largest thickness, over the wanted one.
     """
 
     mean: Rounded

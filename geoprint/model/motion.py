@@ -116,14 +116,15 @@ class Slowdown:
     """A stretch of deposit on which joints or targets do not hold the print's speed; the ramps of runs are none.
 
     Attributes:
-        run: run of the pose stream.
-        place: tip where the least is held, in the work frame [mm].
-        arc: of that place, from the start of the run [mm].
-        length: of the stretch [mm].
-        set_speed: [mm/s].
+        run: number of the run, from 0, as in the pose stream.
+        place: position of the tip where the speed is smallest, in the work frame [mm].
+        arc: arc length from the start of the run to where the speed is smallest [mm].
+        length: length of the stretch [mm].
+        set_speed: speed of the print that was set [mm/s].
         held_speed: smallest speed on the stretch [mm/s].
-        joint: the one that limits it there, 1 to 6; 0 where it is none.
-        limit: which of its limits, or 'targets' where targets would follow each other sooner than a controller takes.
+        joint: number of the joint that limits the speed there, 1 to 6; 0 where it is none.
+        limit: limit of the joint that is met, or 'targets' where targets would follow each other sooner than a
+            controller takes.
     """
 
     run: int

@@ -344,9 +344,9 @@ class Reading:
     What can change geometry or meaning is used or the file is refused: only what cannot is skipped.
 
     Attributes:
-        used: kinds with their counts, such as {"moves": 412}.
-        skipped: kinds with their counts, such as {"M104": 31}; the most frequent first.
-        assumed: what the file leaves open, and what it was taken for, such as "E relative, from the first moves".
+        used: kinds of content that were used, with their counts, such as {"moves": 412}.
+        skipped: kinds of content that were skipped, with their counts, such as {"M104": 31}; the most frequent first.
+        assumed: assumptions where the file leaves something open, such as "E relative, from the first moves".
     """
 
     used: Counted

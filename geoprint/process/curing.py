@@ -66,14 +66,14 @@ def bottom_doses(doses: FloatArray, heights: FloatArray, *, penetration: float) 
 @final
 @recorded("LightRecord")
 class Exposure:
-    """What the lamp gives as it passes over the part, beside what the material needs.
+    """What the lamp gives as it passes over the part, and what the material needs.
 
     Attributes:
         one_pass: dose on the path's own line when the spot passes once [mJ/cm2].
         all_passes: mean dose of all passes together [mJ/cm2].
         wanted: dose that cures the material [mJ/cm2], or None where nobody knows it.
-        fastest: speed up to which one pass gives it [mm/s], or None.
-        flood: final exposure of the whole part [s], or None where there is none.
+        fastest: largest speed at which one pass gives the dose that cures the material [mm/s], or None.
+        flood: time of the final exposure of the whole part [s], or None where there is none.
     """
 
     one_pass: float

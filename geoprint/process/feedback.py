@@ -386,10 +386,10 @@ class FlowChange:
     """A cause of errors that is taken out.
 
     Attributes:
-        name: constant, drift, along runs, opening or shutting.
-        least: of what it made: volume over the wanted one, or of opening and shutting how late they are [mm].
-        most: likewise.
-        gain: of the log-likelihood [nats].
+        name: cause of the errors: constant, drift, along runs, opening or shutting.
+        least: least error by the cause: volume over the wanted one; of opening and shutting their delay in mm.
+        most: largest error by the cause: volume over the wanted one; of opening and shutting their delay in mm.
+        gain: gain of the log-likelihood by taking the cause into account [nats].
     """
 
     name: CauseName

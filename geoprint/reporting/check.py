@@ -25,9 +25,9 @@ class Finding:
     """Something that is wrong.
 
     Attributes:
-        file: of the bundle.
-        line: from 1.
-        reason: one sentence.
+        file: name of the file in the bundle.
+        line: number of the line in the file, from 1.
+        reason: one sentence on what is wrong.
     """
 
     file: str
@@ -39,13 +39,15 @@ class Finding:
 class RepeatedRecord(Record):
     """What was computed once more, with `--full`."""
 
-    smallest_mm: Rounded | None = Field(description="clearance of the tool [mm]; null without a program")
-    arm_smallest_mm: Rounded | None = Field(description="clearance of the arm [mm]")
-    tip_margin_mm: Rounded | None = Field(description="as in plan.json [mm]")
-    dry_run_smallest_mm: Rounded | None = Field(description="clearance of the dry run [mm]")
-    uniformity: EvennessRecord | None = Field(description="as in plan.json; null where it could not be measured")
+    smallest_mm: Rounded | None = Field(description="smallest clearance of the tool [mm]; null without a program")
+    arm_smallest_mm: Rounded | None = Field(description="smallest clearance of the arm [mm]")
+    tip_margin_mm: Rounded | None = Field(description="clearance of the tip on travel and of its rim on deposit [mm]")
+    dry_run_smallest_mm: Rounded | None = Field(description="smallest clearance in the dry run [mm]")
+    uniformity: EvennessRecord | None = Field(
+        description="evenness of the paths over the surface; null where it could not be measured"
+    )
     seconds: Thousandths = Field(description="time that the check took [s]")
-    peak_memory_mb: Count = Field(description="of the whole process so far [MB]")
+    peak_memory_mb: Count = Field(description="peak memory of the whole process so far [MB]")
 
 
 @final
@@ -183,36 +185,53 @@ class AttitudeSettingsNow(Record):
     """How the program of several attitudes of a table is set to run."""
 
     dry_run: bool = Field(description="whether the program runs dry")
-    speed_pct: float = Field(description="of the planned speed [%]")
-    first_attitude: int = Field(description="from which on it prints, from 1")
-    first_run: int = Field(description="of that attitude, from which on it prints, from 1")
-    last_attitude: int = Field(description="attitude after which it ends")
+    speed_pct: float = Field(description="speed of the program over the planned one [%]")
+    first_attitude: int = Field(description="number of the attitude from which on the program prints, from 1")
+    first_run: int = Field(
+        description="number of the run of the first attitude from which on the program prints, from 1"
+    )
+    last_attitude: int = Field(description="number of the attitude after which the program ends")
 
 
 @final
 class CheckRecord(Record):
     """The result object of `geoprint check` for a bundle."""
 
-    bundle: str = Field(description="name of the folder")
-    agrees: bool = Field(description="whether it is as it was planned")
-    program: bool = Field(description="whether it holds a program for the robot")
+    bundle: str = Field(description="name of the bundle's folder")
+    agrees: bool = Field(description="whether the bundle is as it was planned")
+    program: bool = Field(description="whether the bundle holds a program for the robot")
     findings: tuple[Finding, ...] = Field(description="differences from the plan, with file and line")
-    set_to: Settings | None = Field(default=None, description="left out where the program is not the plan's")
-    switching: SwitchingRecord | None = Field(default=None, description="as in plan.json; left out likewise")
+    set_to: Settings | None = Field(
+        default=None, description="how the program is set; left out where the program is not the plan's"
+    )
+    switching: SwitchingRecord | None = Field(
+        default=None, description="switching of valve, lamp and vacuum; left out where the program is not the plan's"
+    )
     extent_base_mm: tuple[tuple[float, ...], ...] | None = Field(
         default=None, description="lowest and highest x, y, z of the tip, in base coordinates [mm]"
     )
-    repeated: RepeatedRecord | None = Field(default=None, description="left out without `--full`")
-    not_derived: tuple[str, ...] = Field(
-        default=(), description="files that nothing is held against: pictures but for their hash, and timings.json"
+    repeated: RepeatedRecord | None = Field(
+        default=None, description="figures computed once more; left out without `--full`"
     )
-    evidence: EvidenceRecord | None = Field(default=None, description="as in plan.json; left out without a program")
-    seen: tuple[SeenRecord, ...] = Field(default=(), description="by people, of this program or another one")
+    not_derived: tuple[str, ...] = Field(
+        default=(),
+        description=("names of the files that nothing is compared with: pictures but for their hash, and timings.json"),
+    )
+    evidence: EvidenceRecord | None = Field(
+        default=None, description="how far geoprint itself has proven the program; left out without a program"
+    )
+    seen: tuple[SeenRecord, ...] = Field(
+        default=(), description="records of what people saw this program do, or another one"
+    )
     attitudes: tuple[CheckRecord, ...] = Field(
-        default=(), description="of a table, each by itself in its folder; empty where there is one or none"
+        default=(),
+        description=(
+            "checks of the attitudes of a table, each by itself in its folder; empty where there is one or none"
+        ),
     )
     attitudes_set_to: AttitudeSettingsNow | None = Field(
-        default=None, description="left out where the program of all attitudes is not theirs"
+        default=None,
+        description="how the program of all attitudes is set; left out where it is not that of the attitudes",
     )
     executed: tuple[str, ...] = Field(
         default=(), description="how the program of all attitudes was run in this check, each as by itself"
@@ -223,25 +242,34 @@ class CheckRecord(Record):
 class CheckedComparisonRecord(Record):
     """The result object of `geoprint check` for a comparison, or for a stack with its layers."""
 
-    comparison: str = Field(description="name of the folder")
-    agrees: bool = Field(description="whether all of it is as it was planned")
-    findings: tuple[Finding, ...] = Field(description="what is wrong with what stands beside the bundles")
+    comparison: str = Field(description="name of the comparison's or the stack's folder")
+    agrees: bool = Field(description="whether the whole folder is as it was planned")
+    findings: tuple[Finding, ...] = Field(description="findings in the files outside the bundles")
     bundles: tuple[CheckRecord, ...] = Field(
-        description="part by part, in the order of the verdict; or from the lowest layer up"
+        description="checks of the bundles, part by part, in the order of the verdict; or from the lowest layer up"
     )
     set_to: StackSettings | None = Field(
-        default=None, description="of a stack; left out over a table, and where its program is not that of its layers"
+        default=None,
+        description=(
+            "how the program of a stack is set; left out over a table, and where it is not that of its layers"
+        ),
     )
     attitudes_set_to: AttitudeSettingsNow | None = Field(
-        default=None, description="of a stack over a table, whose program counts attitudes through; left out likewise"
+        default=None,
+        description=(
+            "how the program of a stack over a table is set, which counts attitudes through; left out where it is "
+            "not that of its layers"
+        ),
     )
     executed: tuple[str, ...] = Field(
-        default=(), description="of a stack: how its program was run in this check, each layer as by itself"
+        default=(), description="how the program of a stack was run in this check, each layer as by itself"
     )
     program_sha256: str | None = Field(
-        default=None, description="of a stack's program; left out where it was not read back"
+        default=None, description="SHA-256 of the program of a stack; left out where it was not read back"
     )
-    seen: tuple[SeenRecord, ...] = Field(default=(), description="by people, of the stack's program or another one")
+    seen: tuple[SeenRecord, ...] = Field(
+        default=(), description="records of what people saw the stack's program do, or another one"
+    )
     stacks: tuple[CheckedComparisonRecord, ...] = Field(
-        default=(), description="each of several stacks that were compared; then there are no bundles"
+        default=(), description="checks of several stacks that were compared; then there are no bundles"
     )

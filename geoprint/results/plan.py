@@ -134,15 +134,15 @@ class Fed:
 @final
 @recorded("MiddleRecord")
 class TriedMedialAxis:
-    """What may become of contours where fronts meet, and how they cover then.
+    """A treatment of contours at the medial axis, and how they cover the surface then.
 
     Attributes:
-        middle: as the key `middle` of a job takes it.
-        gap: share of the area that is missed.
-        overlap: share of it that is covered twice.
-        cv: variation of the thickness with constant flow.
-        runs: how many.
-        taken: whether it is the one.
+        middle: treatment of the medial axis, as the key `middle` of a job takes it.
+        gap: share of the area that no path covers.
+        overlap: share of the area that is covered twice.
+        cv: coefficient of variation of the thickness with constant flow.
+        runs: number of runs.
+        taken: whether the treatment is the one that was taken.
     """
 
     middle: str

@@ -29,11 +29,12 @@ class Side:
     """How the printed side was found.
 
     Attributes:
-        source: 'closed' (outward), 'winding' (the file's), 'flip' (turned on request) or 'body' (found from it).
+        source: basis of the side: 'closed' (outward), 'winding' (the file's), 'flip' (turned on request) or 'body'
+            (found from the body).
         turned: whether the file's winding was turned.
         agreeing: share of the part's area that faces as the body below it does; None where no closed body was
             given.
-        sentence: for the person who prints.
+        sentence: sentence on the side for the person who prints.
     """
 
     source: str
@@ -148,16 +149,16 @@ class StackPlace:
 @final
 @recorded("SourceRecord")
 class TriedSource:
-    """What distance may be measured from on a patch, and how its paths cover it.
+    """A source that distance may be measured from on a patch, and how its paths cover the patch.
 
     Attributes:
         patch: number of the patch, from 1.
-        source: in words, as `--from` takes it.
-        gap: share of the area that is missed.
-        overlap: share of it that is covered twice.
-        cv: variation of the spacing; not a number where there is one level.
-        runs: how many.
-        taken: whether it is the one.
+        source: source in words, as `--from` takes it.
+        gap: share of the area that no path covers.
+        overlap: share of the area that is covered twice.
+        cv: coefficient of variation of the spacing; not a number where there is one level.
+        runs: number of runs.
+        taken: whether the source is the one that was taken.
     """
 
     patch: int

@@ -76,7 +76,7 @@ def test_every_command_is_listed_with_its_options_by_panel() -> None:
             "| `patches.N.cone_deg` | `30.0` | where the normal turns at most this far from that at the point |",
         ),
         ("cell-keys", "## `[signals]`"),
-        ("files", "| `uniformity.thickness.within_10_percent` | number | the same for a tenth |"),
+        ("files", "| `uniformity.thickness.smallest` | number | smallest thickness, over the wanted one |"),
         ("files", "- `points`: (p, 3) point of the surface on deposit, tip of the nozzle on travel [mm]."),
         ("metrics", "| area missed | gap | farther than 0.55 spacings from every path | lower | `gap` |"),
     ],

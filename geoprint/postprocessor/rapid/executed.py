@@ -280,9 +280,9 @@ class NotExecuted:
     """Lines of a module that nothing here executed, for one reason.
 
     Attributes:
-        file: of the program, or of what a controller keeps for it.
-        lines: from 1.
-        reason: what alone leads there.
+        file: name of the file of the program, or of what a controller keeps for it.
+        lines: numbers of the lines, from 1.
+        reason: event that alone leads to these lines.
     """
 
     file: str
@@ -300,16 +300,16 @@ class Executed:
     """What was executed of a program, in figures.
 
     Attributes:
-        scenarios: how it was run, in words.
-        statements: how many lines of its modules hold some.
-        executed: how many of these were executed, each statement in at least one scenario.
-        not_executed: the others.
-        motion: how far a target lies from where the plan has it, at most [mm].
-        move_time: by how much a move takes longer or shorter than planned, at most [s]; corners are passed as their
+        scenarios: scenarios in which the program was run, in words.
+        statements: number of lines with statements in the program's modules.
+        executed: number of lines of which each statement was executed in at least one scenario.
+        not_executed: lines with statements that were not executed, by reason.
+        motion: largest distance of a target from where the plan has it [mm].
+        move_time: largest difference of the time of a move from the planned one [s]; corners are passed as their
             parabolas are long, ramps are left out.
-        run_time: the same of the moves of a run, as a share of its time, at most.
-        outputs: how far an output switches from where the plan has it, at most [mm].
-        not_known: what no simulation knows.
+        run_time: largest difference of the time of a run's moves from the planned one, as a share of the run's time.
+        outputs: largest distance of the place where an output switches from where the plan has it [mm].
+        not_known: list of what no simulation knows.
     """
 
     scenarios: tuple[str, ...]

@@ -24,9 +24,9 @@ class Settings:
     """How a program is set.
 
     Attributes:
-        dry_run: whether it runs dry.
-        speed_pct: its speed, in per cent of the planned one.
-        first_run: the run from which on it prints, from 1.
+        dry_run: whether the program runs dry.
+        speed_pct: speed of the program, in per cent of the planned one.
+        first_run: number of the run from which on the program prints, from 1.
     """
 
     dry_run: bool
@@ -40,11 +40,11 @@ class StackSettings:
     """How the program of a stack is set.
 
     Attributes:
-        dry_run: whether it runs dry.
-        speed_pct: its speed, in per cent of the planned one.
-        first_layer: the layer from which on it prints, from 1.
-        first_run: the run of that layer from which on it prints, from 1.
-        last_layer: the layer behind which it ends.
+        dry_run: whether the program runs dry.
+        speed_pct: speed of the program, in per cent of the planned one.
+        first_layer: number of the layer from which on the program prints, from 1.
+        first_run: number of the run of the first layer from which on the program prints, from 1.
+        last_layer: number of the layer after which the program ends.
     """
 
     dry_run: bool

@@ -33,19 +33,25 @@ class PlannedRecord(Record):
 
     backend: str = Field(description="name of the backend")
     spacing_mm: float = Field(description="wanted distance between neighbouring paths [mm]")
-    uniformity: EvennessRecord = Field(description="as in plan.json")
-    paths: PathsRecord = Field(description="as in plan.json")
-    deposition: DepositionRecord | None = Field(description="as in plan.json")
-    overhang: OverhangRecord | None = Field(default=None, description="as in plan.json")
-    patches: tuple[PatchRecord, ...] = Field(description="as in plan.json")
-    middles: tuple[TriedMedialAxis, ...] = Field(default=(), description="as in plan.json")
-    features: tuple[FeatureRecord, ...] = Field(default=(), description="as in plan.json")
-    printable: bool | None = Field(description="null where that was not asked")
-    not_printable: str | None = Field(description="why the robot cannot print it")
+    uniformity: EvennessRecord = Field(description="evenness of the backend's paths over the surface")
+    paths: PathsRecord = Field(description="paths of the backend")
+    deposition: DepositionRecord | None = Field(description="deposit of material along the backend's paths")
+    overhang: OverhangRecord | None = Field(default=None, description="overhang of beads on the backend's paths")
+    patches: tuple[PatchRecord, ...] = Field(description="patches of the part, where it was cut from a body")
+    middles: tuple[TriedMedialAxis, ...] = Field(
+        default=(), description="treatments of the medial axis that were tried, where the best was sought"
+    )
+    features: tuple[FeatureRecord, ...] = Field(
+        default=(), description="features that the job names, with what they measure"
+    )
+    printable: bool | None = Field(
+        description="whether the robot can print the backend's paths; null where that was not asked"
+    )
+    not_printable: str | None = Field(description="reason why the robot cannot print the backend's paths")
     not_reached: dict[str, Rounded] = Field(description="share of the deposit that the arm cannot reach, by reason")
     print_time_s: float | None = Field(description="time of the program [s]")
     smallest_clearance_mm: Rounded | None = Field(description="smallest clearance of the tool [mm]")
-    warnings: tuple[str, ...] = Field(description="as in plan.json")
+    warnings: tuple[str, ...] = Field(description="warnings that a person should act on")
 
 
 class RefusedRecord(Record):
@@ -58,23 +64,31 @@ class RefusedRecord(Record):
 class PathDistancesRecord(Record):
     """How far the paths of the backends lie apart: matrices in the order of their names."""
 
-    backends: tuple[str, ...] = Field(description="names of the two backends")
-    hausdorff: tuple[tuple[Rounded, ...], ...] = Field(description="largest, in either direction [mm]")
-    mean: tuple[tuple[Rounded, ...], ...] = Field(description="mean distance [mm]")
+    backends: tuple[str, ...] = Field(
+        description="names of the backends that planned, in the order of rows and columns"
+    )
+    hausdorff: tuple[tuple[Rounded, ...], ...] = Field(
+        description="largest distance between the paths of two backends, in either direction [mm]"
+    )
+    mean: tuple[tuple[Rounded, ...], ...] = Field(description="mean distance between the paths of two backends [mm]")
 
 
 class PartRecord(Record):
     """A part that was compared."""
 
     part: str = Field(description="name of the part's file")
-    input: InputRecord = Field(description="as in plan.json")
-    settings: SettingsRecord = Field(description="as in plan.json, without the backend")
-    surface: SurfaceRecord = Field(description="as in plan.json")
-    verdict: tuple[str, ...] = Field(description="sentences; the first one decides")
+    input: InputRecord = Field(description="file of the part")
+    settings: SettingsRecord = Field(description="values of the job's keys, and the cell; without the backend")
+    surface: SurfaceRecord = Field(description="surface of the part")
+    verdict: tuple[str, ...] = Field(description="sentences of the verdict; the first one decides")
     best: str = Field(description="the backend that covers the part best: coverage counts first, then thickness")
     backends: tuple[PlannedRecord | RefusedRecord, ...] = Field(description="backends in the order of the command")
-    printed_apart: tuple[PrintedApartRecord, ...] = Field(description="every two of those that planned, in print")
-    path_distances_mm: PathDistancesRecord = Field(description="between those that planned [mm]")
+    printed_apart: tuple[PrintedApartRecord, ...] = Field(
+        description="difference expected in print between every two backends that planned"
+    )
+    path_distances_mm: PathDistancesRecord = Field(
+        description="distances between the paths of backends that planned [mm]"
+    )
 
     @property
     def planned(self) -> tuple[PlannedRecord, ...]:
@@ -124,30 +138,36 @@ class RecordedComparison:
 
 
 class MotionFitRecord(Record):
-    """The rigid motion that laid the paths onto the part."""
+    """The rigid motion that moved the paths onto the part."""
 
-    rotation_deg: Rounded = Field(description="angle that it turns by [degrees]")
-    axis: Place = Field(description="unit vector that it turns about")
-    translation_mm: Place = Field(description="where it moves the paths' origin [mm]")
-    residual_mm: Rounded = Field(description="root mean square distance of the paths from the part behind it [mm]")
-    before_mm: Rounded = Field(description="the same before it [mm]")
+    rotation_deg: Rounded = Field(description="angle by which the motion turns the paths [degrees]")
+    axis: Place = Field(description="unit vector of the axis about which the motion turns the paths")
+    translation_mm: Place = Field(description="position to which the motion moves the paths' origin [mm]")
+    residual_mm: Rounded = Field(
+        description="root mean square distance of the paths from the part after the motion [mm]"
+    )
+    before_mm: Rounded = Field(
+        description="root mean square distance of the paths from the part before the motion [mm]"
+    )
 
 
 class MeasuredRecord(Record):
     """A file of toolpaths."""
 
     file: str = Field(description="name of the file")
-    format: str = Field(description="format that was recognized")
+    format: str = Field(description="format of the file, as it was recognized")
     deposit: str = Field(description="how deposit was distinguished from travel")
     points: Count = Field(description="number of points read, with those of travel")
-    runs: Count = Field(description="number of measured runs")
+    runs: Count = Field(description="number of runs that were measured")
     dropped_runs: Count = Field(description="number of runs of a single point, left out")
-    reading: Reading = Field(description="what its reader used, skipped and assumed")
+    reading: Reading = Field(description="record of what the reader used of the file, skipped and assumed")
     length_mm: Rounded = Field(description="length of the deposited paths on the part [mm]")
     off_mean_mm: Rounded = Field(description="mean distance of the paths' points from the part [mm]")
     off_max_mm: Rounded = Field(description="largest distance of the paths' points from the part [mm]")
-    fit: MotionFitRecord | None = Field(description="null where the paths were taken as they are")
-    uniformity: EvennessRecord = Field(description="as in plan.json")
+    fit: MotionFitRecord | None = Field(
+        description="rigid motion of the paths onto the part; null where they were taken as they are"
+    )
+    uniformity: EvennessRecord = Field(description="evenness of the file's paths over the part")
 
 
 class MeasurementRecord(Record):
@@ -170,6 +190,6 @@ class MeasureSecondsRecord(Record):
 
 
 class MeasureTimingsRecord(Record):
-    """The content of timings.json beside measure.json."""
+    """The content of the timings.json that is written with measure.json."""
 
     files: tuple[MeasureSecondsRecord, ...] = Field(description="files in the order of the command")

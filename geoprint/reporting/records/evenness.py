@@ -30,21 +30,28 @@ class VarianceRecord(Record):
 class StandoffRecord(Record):
     """How well the arm keeps the tip over the surface."""
 
-    wanted_mm: Rounded = Field(description="planned height of the tip over what the layer lies on")
+    wanted_mm: Rounded = Field(description="planned height of the tip over what the layer lies on [mm]")
     within_mm: Rounded | None = Field(
-        description="95 of 100 places, by the arm alone; null where the cell has no path accuracy"
+        description=(
+            "largest deviation of the tip's height at 95 of 100 places, by the arm alone [mm]; null where the "
+            "cell has no path accuracy"
+        )
     )
 
 
 class PrintedRecord(Record):
     """The variation of the thickness that prints are expected to have."""
 
-    cv: Rounded = Field(description="mean of the prints: standard deviation over mean")
-    low: Rounded = Field(description="lower end of what 95 of 100 prints have")
-    high: Rounded = Field(description="upper end of the 95 % interval")
+    cv: Rounded = Field(
+        description="coefficient of variation of the thickness (standard deviation over mean), mean of the prints"
+    )
+    low: Rounded = Field(description="lower end of the coefficient of variation in 95 of 100 prints")
+    high: Rounded = Field(description="upper end of the coefficient of variation in 95 of 100 prints")
     shares: VarianceRecord = Field(description="shares of the variance in print, by source")
-    mend_first: str | None = Field(description="the error that makes most of it; null where the plan itself does")
-    errors: Literal["cell", "packaged cell"] = Field(description="cell that these errors are from")
+    mend_first: str | None = Field(
+        description="error that makes most of the variation; null where the plan itself does"
+    )
+    errors: Literal["cell", "packaged cell"] = Field(description="cell that the errors are from")
     standoff: StandoffRecord | None = Field(
         default=None, description="stand-off expected in print; left out for paths of a file"
     )
@@ -54,10 +61,12 @@ class PrintedApartRecord(Record):
     """Two backends, a print of each on the same cell."""
 
     backends: tuple[str, str] = Field(description="names of the two backends")
-    mean: Rounded = Field(description="by how much more the thickness of the first varies than that of the second")
-    low: Rounded = Field(description="lower end of what 95 of 100 pairs of prints have")
-    high: Rounded = Field(description="upper end of the 95 % interval")
-    indistinguishable: bool = Field(description="whether the interval contains 0")
+    mean: Rounded = Field(
+        description="variation of the thickness of the first backend less that of the second, mean of all pairs"
+    )
+    low: Rounded = Field(description="lower end of the difference in 95 of 100 pairs of prints")
+    high: Rounded = Field(description="upper end of the difference in 95 of 100 pairs of prints")
+    indistinguishable: bool = Field(description="whether the interval from `low` to `high` contains 0")
 
 
 # How evenly paths cover a part, as plan.json, compare.json, measure.json and `check --full --json` say it.
@@ -66,70 +75,88 @@ class PrintedApartRecord(Record):
 class SpacingRecord(Record):
     """The measured spacing over the wanted one; 1 is ideal."""
 
-    mean: Rounded = Field(description="mean, over the wanted spacing")
-    cv: Rounded = Field(description="standard deviation over mean; 0 is perfectly even")
-    p1: Rounded = Field(description="1st percentile, over the wanted spacing")
-    p5: Rounded = Field(description="5th percentile, over the wanted spacing")
-    p50: Rounded = Field(description="median, over the wanted spacing")
-    p95: Rounded = Field(description="95th percentile, over the wanted spacing")
-    p99: Rounded = Field(description="99th percentile, over the wanted spacing")
-    max: Rounded = Field(description="largest, over the wanted spacing")
+    mean: Rounded = Field(description="mean spacing, over the wanted one")
+    cv: Rounded = Field(description="standard deviation of the spacing over its mean; 0 is perfectly even")
+    p1: Rounded = Field(description="1st percentile of the spacing, over the wanted one")
+    p5: Rounded = Field(description="5th percentile of the spacing, over the wanted one")
+    p50: Rounded = Field(description="median spacing, over the wanted one")
+    p95: Rounded = Field(description="95th percentile of the spacing, over the wanted one")
+    p99: Rounded = Field(description="99th percentile of the spacing, over the wanted one")
+    max: Rounded = Field(description="largest spacing, over the wanted one")
     within_5_percent: Rounded = Field(description="share of the samples within 5 % of the wanted spacing")
 
 
 class SpacingSideRecord(Record):
     """The spacing to the left, to the right or to both sides of the paths, as seen from outside along them."""
 
-    spacing: SpacingRecord | None = Field(description="over the wanted one; null where no path has a neighbour there")
-    samples: Count = Field(description="number of samples that have a neighbour there")
-    none: Rounded = Field(description="share of the samples without one within three spacings, as at a rim")
-    oblique: Rounded = Field(description="share with one only obliquely, at an open end or behind the path's own bend")
-    unknown: Rounded = Field(description="share for which the budget of work did not suffice")
+    spacing: SpacingRecord | None = Field(
+        description="spacing to the neighbour, over the wanted one; null where no path has a neighbour there"
+    )
+    samples: Count = Field(description="number of samples that have a neighbour on this side")
+    none: Rounded = Field(description="share of the samples without a neighbour within three spacings, as at a rim")
+    oblique: Rounded = Field(
+        description=(
+            "share of the samples with a neighbour only obliquely, at an open end or behind the path's own bend"
+        )
+    )
+    unknown: Rounded = Field(description="share of the samples for which the budget of work did not suffice")
 
 
 class StraightRecord(Record):
-    """The same through the air."""
+    """The exact distance of each level to the one outside, through the air."""
 
-    mean: Rounded = Field(description="mean, over the wanted spacing")
-    cv: Rounded = Field(description="standard deviation over mean")
+    mean: Rounded = Field(description="mean distance of levels through the air, over the wanted spacing")
+    cv: Rounded = Field(description="standard deviation of the distance of levels through the air, over its mean")
 
 
 class LevelSpacingsRecord(Record):
     """The exact distance of each level of paths to the one outside."""
 
-    spacing: SpacingRecord | None = Field(description="over the wanted one; null with a single level")
-    straight: StraightRecord | None = Field(description="the same through the air; null with a single level")
+    spacing: SpacingRecord | None = Field(
+        description="distance over the surface to the level outside, over the wanted spacing; null with a single level"
+    )
+    straight: StraightRecord | None = Field(
+        description="distance through the air to the level outside, over the wanted spacing; null with one level"
+    )
     samples: Count = Field(description="number of samples along the runs")
-    samples_bounded: Rounded = Field(description="share whose ratio lies between bounds")
-    largest_doubt: Rounded = Field(description="between a ratio and its lower bound")
+    samples_bounded: Rounded = Field(
+        description="share of the samples whose ratio is not exact but lies between bounds"
+    )
+    largest_doubt: Rounded = Field(description="largest difference between the ratio of a sample and its lower bound")
     samples_unreached: Count = Field(description="number of samples left out: no way to the level outside was found")
-    samples_where_fronts_meet: Rounded = Field(description="share within one spacing of their own level")
-    each: tuple[LevelSpacing, ...] = Field(description="each to the one outside")
-    worst_places: tuple[WorstPlace, ...] = Field(description="at most five, the worst first")
+    samples_where_fronts_meet: Rounded = Field(
+        description="share of the samples within one spacing of another stretch of their level, as at the medial axis"
+    )
+    each: tuple[LevelSpacing, ...] = Field(description="spacing of each level to the one outside")
+    worst_places: tuple[WorstPlace, ...] = Field(
+        description="places where the spacing is farthest from the wanted one, at most five, the worst first"
+    )
 
 
 class DistanceRecord(Record):
     """How much farther from the source than they promise the level curves of the backend lie, in spacings."""
 
-    mean: Rounded = Field(description="mean error of samples along all level curves")
-    deviation: Rounded = Field(description="standard deviation of the distance error")
-    largest: Rounded = Field(description="largest error to either side")
+    mean: Rounded = Field(description="mean distance error of samples along all level curves, in spacings")
+    deviation: Rounded = Field(description="standard deviation of the distance error, in spacings")
+    largest: Rounded = Field(description="largest distance error to either side, in spacings")
     samples: Count = Field(description="number of samples along the curves")
-    unknown: Rounded = Field(description="share for which the budget of work did not suffice")
+    unknown: Rounded = Field(description="share of the samples for which the budget of work did not suffice")
 
 
 class EvennessRecord(Record):
     """How evenly the paths cover the part, measured over its surface."""
 
-    thickness: Thickness = Field(description="with a constant flow: the headline")
-    following: Thickness = Field(description="with a flow that follows the width of the strip")
+    thickness: Thickness = Field(description="thickness with a constant flow: the headline")
+    following: Thickness = Field(description="thickness with a flow that follows the width of the strip")
     covered_once: Rounded = Field(description="share of the area that is neither missed nor covered twice")
     gap: Rounded = Field(description=f"share of the area farther than {GAP_SHARE:g} spacings from every path")
     overlap: Rounded = Field(description=f"share of the area within {OVERLAP_SHARE:g} spacings of two stretches")
     largest_hole_mm2: Rounded = Field(description="largest connected area that no path covers [mm2]")
     area_unknown: Rounded = Field(description="share of the area that could not be judged")
     fill: Rounded = Field(description="deposited length times spacing, over the area")
-    width_cv: Rounded = Field(description="width of the strip that a stretch serves: standard deviation over mean")
+    width_cv: Rounded = Field(
+        description="standard deviation over mean of the width of the strip that a stretch serves"
+    )
     distance: DistanceRecord | None = Field(
         default=None,
         description="distance errors of the backend, before curves are fitted; left out if there are none",
@@ -137,11 +164,11 @@ class EvennessRecord(Record):
     printed: PrintedRecord | None = Field(
         default=None, description="variation expected in print; left out if there is none"
     )
-    left: SpacingSideRecord = Field(description="to the left of the paths")
+    left: SpacingSideRecord = Field(description="spacing to the left of the paths")
     right: SpacingSideRecord = Field(description="spacing to the right of the paths")
-    both: SpacingSideRecord = Field(description="all samples of both sides")
+    both: SpacingSideRecord = Field(description="spacing to both sides of the paths, all samples together")
     levels: LevelSpacingsRecord | None = Field(
-        default=None, description="from level to level; left out where runs have none"
+        default=None, description="spacing from level to level; left out where runs have none"
     )
 
 
@@ -151,7 +178,7 @@ class EvennessRecord(Record):
 class OverhangPlaceRecord(Record):
     """A place where a bead overhangs."""
 
-    run: Count = Field(description="run that it is on")
+    run: Count = Field(description="number of the run on which the bead overhangs")
     place_mm: Place = Field(description="point on the surface [mm]")
     angle_deg: Rounded = Field(description="angle of the outward normal from upright [degrees]")
 
@@ -161,15 +188,19 @@ class TableAttitudeRecord(Record):
 
     up: Place = Field(description="unit direction of the part that points up")
     axes: tuple[Rounded, ...] = Field(
-        description="lengths of the six legs [mm], or angles of tilting and turning [degrees]"
+        description=(
+            "positions of the table's axes: lengths of the six legs [mm], or angles of tilting and turning [degrees]"
+        )
     )
     slack: Rounded = Field(
-        description="share left of the critical angle, or of the table's range where less of that is; 0 at a limit"
+        description=(
+            "share of the critical angle that is left, or of the table's range where less of that is; 0 at a limit"
+        )
     )
-    length_mm: Rounded = Field(description="length deposited in it [mm]")
-    pieces: Count = Field(description="number of pieces of runs that are printed in it")
+    length_mm: Rounded = Field(description="length deposited in the attitude [mm]")
+    pieces: Count = Field(description="number of parts of runs that are printed in the attitude")
     move_s: Rounded = Field(
-        description="least time of the table to reach it, or the time that the program gives it [s]"
+        description="least time of the table to reach the attitude, or the time that the program gives it [s]"
     )
 
 
@@ -177,17 +208,22 @@ class TableRecord(Record):
     """How a table is to tilt the part, so that as little as possible overhangs."""
 
     name: str = Field(description="name of the table")
-    rotary: bool = Field(description="whether its axes turn, so that their values are angles; else they are lengths")
+    rotary: bool = Field(
+        description="whether the table's axes turn, so that their values are angles; else they are lengths"
+    )
     order: Literal["kept", "gathered"] = Field(
         description="whether runs are printed in their order, or parts of them grouped by attitude"
     )
-    moves_kept: Count = Field(description="attitudes needed for runs in their order")
-    moves_gathered: Count = Field(description="attitudes that pieces gathered by attitude need")
-    length_mm: Rounded = Field(description="deposited length that still overhangs [mm]")
-    missing_deg: Rounded = Field(description="largest angle beyond the critical one that is left [degrees]")
+    moves_kept: Count = Field(description="number of attitudes needed for runs in their order")
+    moves_gathered: Count = Field(description="number of attitudes needed for parts of runs gathered by attitude")
+    length_mm: Rounded = Field(description="deposited length that overhangs although the table tilts the part [mm]")
+    missing_deg: Rounded = Field(
+        description="largest angle beyond the critical one that is left although the table tilts the part [degrees]"
+    )
     attitudes: tuple[TableAttitudeRecord, ...] = Field(description="attitudes in the order of printing")
     refused: tuple[str, ...] = Field(
-        default=(), description="attitudes that the robot refused, whose pieces are printed in another one, and why"
+        default=(),
+        description=("attitudes that the robot refused, whose parts of runs are printed in another one, and why"),
     )
 
 
@@ -198,12 +234,15 @@ class OverhangRecord(Record):
         description="angle of the outward normal from upright beyond which a bead may sag [degrees]"
     )
     assumed: bool = Field(
-        default=False, description="whether that is the paper's example, because the cell's [material] states none"
+        default=False,
+        description=("whether the critical angle is the paper's example, because the cell's [material] states none"),
     )
     share: Rounded = Field(description="share of the deposited length that overhangs")
     length_mm: Rounded = Field(description="deposited length that overhangs [mm]")
-    largest_deg: Rounded = Field(description="angle of all that is deposited [degrees]")
-    worst_places: tuple[OverhangPlaceRecord, ...] = Field(description="at most five, the worst first, a stretch each")
+    largest_deg: Rounded = Field(description="largest angle of the outward normal from upright on deposit [degrees]")
+    worst_places: tuple[OverhangPlaceRecord, ...] = Field(
+        description="places that overhang most, one for each stretch, at most five, the worst first"
+    )
     table: TableRecord | None = Field(default=None, description="table that tilts the part, where the cell has one")
 
     @property

@@ -21,8 +21,8 @@ _SHA256 = "^[0-9a-f]{64}$"
 class ParsedRecord(Record):
     """The program read back by code that shares nothing with what wrote it."""
 
-    modules: Count = Field(description="files of the program")
-    lines: Count = Field(description="lines of all files")
+    modules: Count = Field(description="number of files of the program")
+    lines: Count = Field(description="number of lines of all files of the program")
     targets: Count = Field(description="number of targets read back and compared with the plan")
 
 
@@ -30,19 +30,23 @@ class EvidenceRecord(Record):
     """What geoprint itself has proven of a program; it claims no more than that it was executed here."""
 
     program_sha256: str = Field(
-        description="SHA-256 of its modules in lower case, with their switches as written", pattern=_SHA256
+        description="SHA-256 of the program's modules in lower case, with their switches as written", pattern=_SHA256
     )
-    parsed: ParsedRecord = Field(description="what was read back")
-    executed: Executed | None = Field(default=None, description="left out where it was not executed")
+    parsed: ParsedRecord = Field(description="counts of the program as it was read back")
+    executed: Executed | None = Field(
+        default=None, description="figures of the program's execution; left out where it was not executed"
+    )
 
 
 class SeenRecord(Record):
     """What a person saw a program do."""
 
-    stage: Stage = Field(description="loaded on a virtual controller, run dry on the robot, or printed")
-    date: str = Field(description="ISO 8601, with the offset of the clock")
-    controller: str | None = Field(default=None, description="its name and RobotWare release")
-    note: str = Field(description="in that person's words", min_length=1)
+    stage: Stage = Field(
+        description="stage that was seen: loaded on a virtual controller, run dry on the robot, or printed"
+    )
+    date: str = Field(description="date and time in ISO 8601, with the offset of the clock")
+    controller: str | None = Field(default=None, description="name of the controller and its RobotWare release")
+    note: str = Field(description="note in the words of the person who saw it", min_length=1)
     program_sha256: str = Field(description="SHA-256 of the program that was seen", pattern=_SHA256)
 
 

@@ -9,7 +9,7 @@ from pydantic import Field
 from geoprint.model import Count, Rounded
 from geoprint.reporting.records.rounding import Record
 
-# The schema of stack.json: what is said of the layers of a thickness, each with a bundle of its own beside it.
+# The schema of stack.json: what is said of the layers of a thickness, each of which has a bundle of its own.
 #
 # Units and counting are those of plan.json.
 
@@ -27,31 +27,40 @@ class CureRecord(Record):
     needed_mj_cm2: float = Field(description="dose that cures the material [mJ/cm2]")
     penetration_mm: float = Field(description="depth at which 1/e of the light is left [mm]")
     speed_mm_s: float = Field(description="speed of the lamp over the layers [mm/s]")
-    flood_s: float | None = Field(description="final exposure, which is not counted [s]")
+    flood_s: float | None = Field(description="time of the final exposure, whose dose is not counted [s]")
 
 
 class StackedLayerRecord(Record):
     """A layer, in short; the plan.json in its folder says all of it."""
 
-    folder: str = Field(description="folder of its bundle")
-    bottom_mm: Rounded = Field(description="height over the part at which it begins [mm]")
+    folder: str = Field(description="name of the folder of the layer's bundle")
+    bottom_mm: Rounded = Field(description="height over the part at which the layer begins [mm]")
     height_mm: Rounded = Field(description="height of the layer [mm]")
-    area_mm2: Rounded = Field(description="area of the surface in its middle [mm2]")
-    pattern: str = Field(default="contours", description="of its paths, with the angle of rows in degrees")
+    area_mm2: Rounded = Field(description="area of the surface in the middle of the layer [mm2]")
+    pattern: str = Field(
+        default="contours", description="pattern of the layer's paths, with the angle of rows in degrees"
+    )
     runs: Count = Field(description="number of runs")
     deposit_mm: Rounded = Field(description="length of the tip's path on deposit [mm]")
-    gap: float | None = Field(description="share of its area that no path covers")
-    overlap: float | None = Field(description="share of its area that is covered twice")
+    gap: float | None = Field(description="share of the layer's area that no path covers")
+    overlap: float | None = Field(description="share of the layer's area that is covered twice")
     thickness_cv: float | None = Field(
-        description="variation of its own thickness, with the flow to print; null where it was not measured"
+        description=(
+            "coefficient of variation of the layer's own thickness, with the flow to print; null where it was not "
+            "measured"
+        )
     )
     helix_deg: Rounded | None = Field(
         default=None,
-        description="mean angle of its fibres to the direction around the axis [degrees]; left out where there is none",
+        description=(
+            "mean angle of the layer's fibres to the direction around the axis [degrees]; left out where there is none"
+        ),
     )
     speed_mm_s: float = Field(
-        description="at which its valve lets through what that of all layers does, before its missing volume is made"
-        " up [mm/s]"
+        description=(
+            "speed at which the layer prints with the flow that the valve has in all layers, before its missing "
+            "volume is made up [mm/s]"
+        )
     )
     laid_mm3: Rounded = Field(
         description="volume deposited by the executed program; without a robot, by the path [mm3]"
@@ -61,18 +70,28 @@ class StackedLayerRecord(Record):
         description="time of the program, with the table's own motions [s]; null without a robot"
     )
     attitudes: Count | None = Field(
-        default=None, description="attitudes of the table in which it is printed; left out where the part is fixed"
+        default=None,
+        description=(
+            "number of attitudes of the table in which the layer is printed; left out where the part is fixed"
+        ),
     )
     clearance_mm: Rounded | None = Field(
-        description="smallest that the tool keeps [mm]; null without a robot, or where nothing is near"
+        description="smallest clearance of the tool [mm]; null without a robot, or where nothing is near"
     )
-    not_printable: str | None = Field(description="why the robot cannot print it, where that does not end the planning")
+    not_printable: str | None = Field(
+        description="reason why the robot cannot print the layer, where that does not end the planning"
+    )
     dose_mj_cm2: float | None = Field(
-        default=None, description="mean dose of its own passes at its top [mJ/cm2]; left out where the lamp is unknown"
+        default=None,
+        description=(
+            "mean dose at the top of the layer from its own passes [mJ/cm2]; left out where the lamp is unknown"
+        ),
     )
-    cure: LayerCureRecord | None = Field(default=None, description="left out where that of all layers is")
-    warnings: tuple[str, ...] = Field(description="what a person should act on")
-    not_checked: tuple[str, ...] = Field(description="what was not checked")
+    cure: LayerCureRecord | None = Field(
+        default=None, description="dose at the bottom of the layer; left out where the stack has no `cure`"
+    )
+    warnings: tuple[str, ...] = Field(description="warnings that a person should act on")
+    not_checked: tuple[str, ...] = Field(description="list of what was not checked")
 
 
 class FinishedRecord(Record):
@@ -80,13 +99,17 @@ class FinishedRecord(Record):
 
     mean: Rounded = Field(description="mean thickness over the wanted one")
     cv: Rounded = Field(description="standard deviation of the thickness over its mean")
-    p1: Rounded = Field(description="1st percentile")
-    p99: Rounded = Field(description="99th percentile")
+    p1: Rounded = Field(description="1st percentile of the thickness over the wanted one")
+    p99: Rounded = Field(description="99th percentile of the thickness over the wanted one")
     within_5_percent: Rounded = Field(description="share of the area within 5 % of the wanted thickness")
-    judged: Rounded = Field(description="share of the area that these figures are of")
-    creased: Rounded = Field(description="share of it over which a hollow is filled before it is as high as wanted")
+    judged: Rounded = Field(description="share of the area that the figures of thickness stand for")
+    creased: Rounded = Field(
+        description="share of the area over which a hollow is filled before the stack is as high as wanted"
+    )
     under_sides: Rounded = Field(
-        description="share of it over which sides lean in before it is as high as wanted; judged up to these"
+        description=(
+            "share of the area over which sides lean in before the stack is as high as wanted; judged up to these"
+        )
     )
     volume: Rounded = Field(description="deposited volume over the wanted one")
 
@@ -105,7 +128,7 @@ class LeftOutRecord(Record):
     """A layer at the top of a target in which there is nothing to print."""
 
     number: int = Field(description="number of the layer, from 1", ge=1)
-    reason: str = Field(description="reason why it is left out")
+    reason: str = Field(description="reason why the layer is left out")
 
 
 class StackProgramRecord(Record):
@@ -120,16 +143,24 @@ class StackProgramRecord(Record):
         default=None,
         description=(
             "smallest proven distance from the arm at home to a table that moves between layers; left out where the "
-            "part stands still [mm]"
+            "part is fixed [mm]"
         ),
     )
-    runs_dry_only: bool = Field(description="because the placement of the part is not stated")
-    scenarios: tuple[str, ...] = Field(
-        description="in which it was executed, each layer with the moves and switchings of its own program"
+    runs_dry_only: bool = Field(
+        description="whether the program only runs dry, because the placement of the part is not stated"
     )
-    refused: tuple[str, ...] = Field(description="scenarios in which it ended before anything moved, as it must")
-    lines_with_statements: Count = Field(description="lines with statements in its main module")
-    lines_executed: Count = Field(description="lines of these executed in at least one scenario")
+    scenarios: tuple[str, ...] = Field(
+        description=(
+            "scenarios in which the program was executed, each layer with the moves and switchings of its own program"
+        )
+    )
+    refused: tuple[str, ...] = Field(
+        description="scenarios in which the program ended before anything moved, as it must"
+    )
+    lines_with_statements: Count = Field(description="number of lines with statements in the program's main module")
+    lines_executed: Count = Field(
+        description="number of lines with statements that were executed in at least one scenario"
+    )
 
 
 class StackRecord(Record):
@@ -141,16 +172,22 @@ class StackRecord(Record):
     thickness_mm: Rounded = Field(description="largest thickness of all layers together [mm]")
     target: str | None = Field(description="file of what the layers fill; null for a thickness")
     target_mm3: Rounded | None = Field(
-        description="volume of what of that shape is over the part [mm3]; null without one"
+        description="volume of the part of the target that is over the part [mm3]; null without a target"
     )
-    finished: FinishedFlowsRecord = Field(description="how all layers together come out")
-    layers: tuple[StackedLayerRecord, ...] = Field(description="the lowest first: the order in which they are printed")
+    finished: FinishedFlowsRecord = Field(description="thickness of all layers together")
+    layers: tuple[StackedLayerRecord, ...] = Field(
+        description="layers from the lowest up, which is the order in which they are printed"
+    )
     program: StackProgramRecord | None = Field(
         description="program of all layers, over a table of all their attitudes; null without a robot"
     )
-    cure: CureRecord | None = Field(default=None, description="left out where the lamp or the material is unknown")
-    not_checked: tuple[str, ...] = Field(default=(), description="of the stack as one, what was not checked")
-    left_out: tuple[LeftOutRecord, ...] = Field(description="layers above these in which there is nothing to print")
+    cure: CureRecord | None = Field(
+        default=None, description="dose that the layers need; left out where the lamp or the material is unknown"
+    )
+    not_checked: tuple[str, ...] = Field(default=(), description="list of what was not checked of the stack as one")
+    left_out: tuple[LeftOutRecord, ...] = Field(
+        description="layers above the others in which there is nothing to print"
+    )
 
 
 # The schema of stacks.json: whole stacks of layers that several backends planned.
@@ -161,20 +198,20 @@ class StackRecord(Record):
 class ComparedStackRecord(Record):
     """A backend that planned every layer."""
 
-    backend: str = Field(description="its name, and that of the folder of its stack")
+    backend: str = Field(description="name of the backend, and of the folder of its stack")
     gap: Rounded = Field(description="share of the area of all layers that no path covers")
-    overlap: Rounded = Field(description="share of it that is covered twice")
-    thickness_cv: Rounded = Field(description="variation of the layers' own thickness, of all by area")
-    worst_cv: Rounded = Field(description="largest variation of a single layer")
-    finished: FinishedRecord | None = Field(description="how all layers together come out, as printed")
+    overlap: Rounded = Field(description="share of the area of all layers that is covered twice")
+    thickness_cv: Rounded = Field(description="coefficient of variation of the layers' own thickness, of all by area")
+    worst_cv: Rounded = Field(description="largest coefficient of variation of the thickness of a single layer")
+    finished: FinishedRecord | None = Field(description="thickness of all layers together, as printed")
     runs: int = Field(description="number of runs of all layers", ge=0)
     deposit_mm: Rounded = Field(description="length of the tip's path on deposit [mm]")
     print_s: Rounded | None = Field(description="time of all programs [s]; null without a robot")
-    clearance_mm: Rounded | None = Field(description="smallest distance of the tool [mm]; null without a robot")
-    printable: bool | None = Field(description="null where that was not asked")
-    not_printable: str | None = Field(description="why the robot cannot print a layer")
-    warnings: tuple[str, ...] = Field(description="what to act on, with the layer it concerns")
-    not_checked: tuple[str, ...] = Field(description="what was not checked")
+    clearance_mm: Rounded | None = Field(description="smallest clearance of the tool [mm]; null without a robot")
+    printable: bool | None = Field(description="whether the robot can print every layer; null where that was not asked")
+    not_printable: str | None = Field(description="reason why the robot cannot print a layer")
+    warnings: tuple[str, ...] = Field(description="warnings to act on, with the layer that each concerns")
+    not_checked: tuple[str, ...] = Field(description="list of what was not checked")
 
 
 class RefusedStackRecord(Record):
@@ -192,7 +229,7 @@ class StackComparisonRecord(Record):
     part: str = Field(description="file that the lowest layer lies on")
     thickness_mm: Rounded = Field(description="largest thickness of all layers together [mm]")
     layers: int = Field(description="number of layers", ge=1)
-    verdict: tuple[str, ...] = Field(description="sentences; the first one decides")
+    verdict: tuple[str, ...] = Field(description="sentences of the verdict; the first one decides")
     best: str = Field(description="the backend that covers the layers best: coverage counts first, then spacing")
     backends: tuple[ComparedStackRecord | RefusedStackRecord, ...] = Field(
         description="backends in the order of the command"

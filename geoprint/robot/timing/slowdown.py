@@ -55,9 +55,9 @@ class Slowed:
     """Shares of the deposited length that are not within 1 % of the set speed, away from the ramps, by the limit.
 
     Attributes:
-        speed: of a joint.
-        acceleration: of a joint.
-        targets: of a bend would follow each other sooner than a controller takes.
+        speed: share slowed by the largest speed of a joint.
+        acceleration: share slowed by the largest acceleration of a joint.
+        targets: share slowed because targets of a bend would follow each other sooner than a controller takes.
     """
 
     speed: Rounded
