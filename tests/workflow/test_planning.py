@@ -221,7 +221,7 @@ def test_a_cell_names_the_rounds_of_a_job_that_names_none(tmp_path: Path) -> Non
     path = saved(tmp_path, plate((20.0, 16.0), (5, 4)))
     cell = tmp_path / "cell.toml"
     cell.write_text(packaged_cell_text("irb120-bent45").replace(
-        "# pressure_kpa = 10\n# rounds = 20\n\n# What the choice", "rounds = 4\n\n# What the choice"))  # fmt: skip
+        "# pressure_kpa = 10\n# rounds = 20\n\n# Weights for", "rounds = 4\n\n# Weights for"))  # fmt: skip
     asked = {"surface": path, "unit": "mm", "robot": False, "cell": cell, "middle": "plain"}
     assert plan(job_of(**asked)).contours.spacing == pytest.approx(8.0 / 4, rel=0.01)
     assert plan(job_of(**asked, rounds=2)).contours.spacing == pytest.approx(8.0 / 2, rel=0.01)
