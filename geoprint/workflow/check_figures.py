@@ -44,6 +44,8 @@ from geoprint.workflow.tilting import part_folder
 NEAR, NEAR_SHARE = 1e-4, 1e-5
 # What is executed again comes out the same but for its last decimal.
 EVIDENCE_NEAR = 2e-6
+# What a run may get of its volume, where the job does not accept more or less.
+LEAST_DEPOSITED, MOST_DEPOSITED = 0.9, 1.1
 # Volumes agree to this share: by targets, whose times are interpolated, the ends of a run are known less well.
 VOLUME_SHARE = 3e-3
 # The surface lies on the part's mesh to this [mm]; a layer is this share of its height from where it must lie.
@@ -634,7 +636,7 @@ def _joined_findings(checked: Checked, record: PlanRecord, each: Sequence[Checke
 
 
 def _warning_findings(record: PlanRecord, jobs: Sequence[Job]) -> Iterator[Finding]:
-    """Yield each warning that the figures of a plan ask for and that is not there."""
+    """Yield each warning that the figures of a plan ask for and that is missing, and what is never written."""
     needed = [*coverage_warnings(record)]
     needed += [text for job in jobs if job.place != "demo" for text in placement_texts(record.robot)]
     for text in needed:
@@ -642,3 +644,11 @@ def _warning_findings(record: PlanRecord, jobs: Sequence[Job]) -> Iterator[Findi
             yield Finding(PLAN, 1, f"its warnings lack what its figures ask for: {text[:120]!r}")
     if record.not_printable is not None and record.robot:
         yield Finding(PLAN, 1, "not_printable says why there is no program, but there is one")
+    accepted = any(job.accept_flow for job in jobs)
+    for said in (of.motion.deposited for of in record.robot if not accepted):
+        if said is not None and not LEAST_DEPOSITED <= said.least_run <= said.most_run <= MOST_DEPOSITED:
+            yield Finding(
+                PLAN, 1,
+                f"runs get {said.least_run:.0%} to {said.most_run:.0%} of their volume; {LEAST_DEPOSITED:.0%} to "
+                f"{MOST_DEPOSITED:.0%} are written, unless the job has accept_flow",
+            )  # fmt: skip
