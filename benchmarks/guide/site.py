@@ -1,4 +1,4 @@
-"""The site of the guide: its pages laid out as mkdocs reads them, with what is made from the code, and built."""
+"""The site of the guide: its pages arranged as mkdocs reads them, with what is made from the code, and built."""
 
 from __future__ import annotations
 

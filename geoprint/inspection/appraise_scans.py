@@ -72,7 +72,7 @@ def appraise_scan(
     Args:
         path: of the scan.
         bundle: folder of the plan.
-        asked: how it is laid onto the part; as a scan in mm that stands about where the part does, if not given.
+        asked: how it is aligned with the part; as a scan in mm that stands about where the part does, if not given.
         observe: told the name of each stage as it starts.
 
     Raises:

@@ -1,7 +1,7 @@
 """Ask how even a print will be, not only a plan.
 
 What the arm, the fixture, the needle and the flow add is sampled over 2000 prints with the errors of the cell. Two
-backends differ in print only where their intervals do; the largest error says what to mend first.
+backends differ in print only where their intervals do; the largest error says what to improve first.
 """
 
 import matplotlib.pyplot as plt
