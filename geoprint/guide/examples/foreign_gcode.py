@@ -1,7 +1,8 @@
 """Judge somebody's G-code.
 
 Whatever wrote the toolpaths: they are read, placed on the part and measured as our own. These rows lie one
-spacing apart as a slicer sees them from above. On the flanks of the dome they are farther apart, and the layer gets thin.
+spacing apart as a slicer sees them from above. On the flanks of the dome they are farther apart,
+and the layer gets thin.
 """
 
 from pathlib import Path
