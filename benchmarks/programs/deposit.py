@@ -69,7 +69,7 @@ class Program(NamedTuple):
         zones: (n,) radius in which the controller rounds it [mm].
         speeds: (n,) [mm/s].
         stops: (n,) whether it ends at rest.
-        switches: move, distance from its end or where it is negative from its start [mm], and whether the valve opens.
+        switches: move, distance from its start or its end [mm], whether from its start, and whether the valve opens.
         waits: (n,) how long the arm waits behind it [s].
         flows: (n,) output on it, by the speed of the tip [1/(mm/s)]; 0 where none follows that.
         tool: place and rotation on the flange.
@@ -81,7 +81,7 @@ class Program(NamedTuple):
     zones: FloatArray
     speeds: FloatArray
     stops: FloatArray
-    switches: list[tuple[int, float, bool]]
+    switches: list[tuple[int, float, bool, bool]]
     waits: FloatArray
     flows: FloatArray
     tool: tuple[FloatArray, Rotation]
@@ -231,22 +231,20 @@ def read_program(folder: Path) -> Program:
     speeds = {name: float(value) for text in texts for name, value in SPEED.findall(text)}
     zones = {name: float(value) for text in texts for name, value in ZONE.findall(text)} | {"fine": 0.0}
     moves: list[tuple[list[float], list[float], float, float]] = []
-    switches: list[tuple[int, float, bool]] = []
-    waiting: dict[str, tuple[float, bool]] = {}
+    switches: list[tuple[int, float, bool, bool]] = []
+    waiting: dict[str, tuple[float, bool, bool]] = {}
     waits: list[float] = []
     flows: list[float] = []
     flow: dict[str, float] = {}
     for line in "\n".join(texts).splitlines():
         if switch := SWITCH.search(line):
             name, distance, start, value = switch.groups()
-            waiting[name] = (-float(distance) if start else float(distance), value.lower() == "geoon")
+            waiting[name] = (float(distance), bool(start), value.lower() == "geoon")
         elif change := FLOW.search(line):
             flow = {change[1]: float(change[2])}
         elif (move := MOVE.search(line)) and "geoLift" not in line:
             place, turn, speed, triggers, zone = move.groups()
-            for name, (distance, opens) in waiting.items():
-                if name in triggers:
-                    switches.append((len(moves), distance, opens))
+            switches += [(len(moves), *each) for name, each in waiting.items() if name in triggers]
             waiting = {name: each for name, each in waiting.items() if name not in triggers}
             tip, quaternion = ([float(number) for number in part.split(",")] for part in (place, turn))
             moves.append((tip, quaternion, speeds[speed], zones[zone]))
@@ -406,7 +404,11 @@ def deposited(
     ends = np.cumsum(np.append(0.0, (lengths / program.speeds)[1:]))
     followed = np.cumsum(np.append(0.0, lengths[1:] * program.flows[1:]))
     opened, closed = (
-        [(move, _moment(program, move, off, lengths, ends)) for move, off, opens in program.switches if opens == on]
+        [
+            (move, _moment(program, move, lengths[move] - off if start else off, lengths, ends))
+            for move, off, start, opens in program.switches
+            if opens == on
+        ]
         for on in (True, False)
     )
     flowed = np.empty(len(opened))
@@ -419,26 +421,28 @@ def deposited(
     return Deposited(1.0 + (flowed - volumes) / np.maximum(volumes, dot), float(flowed.sum() / volumes.sum()))
 
 
-def _moment(program: Program, move: int, distance: float, lengths: FloatArray, ends: FloatArray) -> float:
-    """Return when the tip is where the valve switches, on the move to a target [s]."""
+def _moment(program: Program, move: int, left: float, lengths: FloatArray, ends: FloatArray) -> float:
+    """Return when the tip is so far before the target of a move [s]."""
     length, took, end = float(lengths[move]), float(lengths[move] / program.speeds[move]), float(ends[move])
-    left = distance if distance >= 0.0 else max(length + distance, 0.0)
+    left = max(left, 0.0)
     if program.stops[move - 1]:
-        return end - took + _rise(length - left, length, took, _reached(program, move, move + 1))
+        return end - took + _rise(length - left, length, took, _reached(program, move, 1))
     if program.stops[move]:
-        return end - _rise(left, length, took, _reached(program, move, move - 1))
+        return end - _rise(left, length, took, _reached(program, move, -1))
     return end - left / length * took
 
 
-def _reached(program: Program, move: int, neighbour: int) -> float:
-    """Return the speed between a move that begins or ends at rest and its neighbour [mm/s].
+def _reached(program: Program, move: int, step: int) -> float:
+    """Return the speed that is reached behind a move from rest (step 1), or left before one to rest (-1) [mm/s].
 
-    It is that of the neighbour; where this is a ramp as well, or slower than the ramp in the mean, that of the print.
+    It is that of the faster of the two moves next to it, for one alone may round a bend; where that is a ramp as well,
+    or slower than the ramp in the mean, that of the print.
     """
-    speed = float(program.speeds[neighbour])
-    if speed > program.speeds[move] and not (program.stops[neighbour - 1] or program.stops[neighbour]):
-        return speed
-    ends = sorted(each for each, _, _ in program.switches)
+    near = program.speeds[[move + step, min(max(move + 2 * step, 0), len(program.speeds) - 1)]]
+    neighbour = move + step
+    if near.max() > program.speeds[move] and not (program.stops[neighbour - 1] or program.stops[neighbour]):
+        return float(near.max())
+    ends = sorted(each for each, *_ in program.switches)
     return float(max(program.speeds[first : last + 1].max() for first, last in zip(ends[::2], ends[1::2], strict=True)))
 
 
