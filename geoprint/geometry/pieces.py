@@ -17,6 +17,8 @@ from geoprint.model import BoolArray, FloatArray, IntArray, Surface, SurfaceCurv
 
 # Nearest pieces that are looked at first: a piece's middle may be a little farther than another's and its end nearer.
 CANDIDATES = 12
+# Of so few pieces all are looked at: to sort them takes longer.
+FEW = 48
 
 
 # A length that is a whole number of steps but for this share of one is cut into so many: a descent from the dry run is
@@ -81,32 +83,33 @@ class PolylineDistance:
         cut = [_cut(line, step=step) for line in lines]
         self._starts = np.vstack([line[:-1] for line in cut])
         self._along = np.vstack([np.diff(line, axis=0) for line in cut])
-        self._tree = KDTree(self._starts + 0.5 * self._along)
+        self._tree = KDTree(self._starts + 0.5 * self._along) if len(self._starts) > FEW else None
         self._reach = 0.5 * float(np.linalg.norm(self._along, axis=1).max())
 
     def __call__(self, points: FloatArray) -> FloatArray:
         """Return the (k,) straight distance from each of (k, 3) points to the nearest polyline [mm]."""
+        if self._tree is None:
+            return _to_segments(points, self._starts, self._along)
         distances = np.empty(len(points))
         open_points, count = np.arange(len(points)), CANDIDATES
         while open_points.size:
             count = min(count, len(self._starts))
-            best, horizon = self._among_nearest(points[open_points], count)
+            middles, near = self._tree.query(points[open_points], k=count)
+            near, horizon = (np.reshape(each, (open_points.size, -1)) for each in (near, middles))
+            best = _to_segments(points[open_points], self._starts[near], self._along[near])
             # No piece beyond the horizon of middles reaches closer than the best so far.
-            settled = (horizon - self._reach >= best) | (count == len(self._starts))
+            settled = (horizon[:, -1] - self._reach >= best) | (count == len(self._starts))
             distances[open_points[settled]] = best[settled]
             open_points, count = open_points[~settled], 2 * count
         return distances
 
-    def _among_nearest(self, points: FloatArray, count: int) -> tuple[FloatArray, FloatArray]:
-        """Return the distance to the pieces with the nearest middles, and how far the last of these middles is."""
-        middles, near = self._tree.query(points, k=count)
-        middles, near = np.asarray(middles).reshape(len(points), -1), np.asarray(near).reshape(len(points), -1)
-        start, along = self._starts[near], self._along[near]
-        away = points[:, None] - start
-        squared = np.maximum((along**2).sum(axis=2), np.finfo(np.float64).tiny)
-        share = np.clip((away * along).sum(axis=2) / squared, 0.0, 1.0)
-        best = np.sqrt(((away - share[..., None] * along) ** 2).sum(axis=2).min(axis=1))
-        return best, middles[:, -1]
+
+def _to_segments(points: FloatArray, starts: FloatArray, along: FloatArray) -> FloatArray:
+    """Return the (k,) distance of (k, 3) points from the nearest of segments: (s, 3) for all or (k, s, 3) for each."""
+    away = points[:, None] - starts
+    squared = np.maximum((along**2).sum(axis=-1), np.finfo(np.float64).tiny)
+    share = np.clip((away * along).sum(axis=-1) / squared, 0.0, 1.0)
+    return np.sqrt(((away - share[..., None] * along) ** 2).sum(axis=-1).min(axis=1))
 
 
 def _cut(points: FloatArray, *, step: float) -> FloatArray:

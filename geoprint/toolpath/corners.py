@@ -292,7 +292,7 @@ def round_corners(
     fillets: list[FloatArray] = []
     splits: list[FloatArray] = []
     for run, (points, ring) in enumerate(zip(runs, closed, strict=True)):
-        outline = _Outline(np.arange(points.faces.size), positions(surface, points), ring)
+        outline = _Outline.of(np.arange(points.faces.size), positions(surface, points), ring)
         found = _solved(outline, spacing=spacing, smallest_radius=smallest_radius)
         drawn += [(run, piece) for piece in found.pieces()]
         fillets += [found.outline.at(arc.middle) for arc in found.arcs]
@@ -307,27 +307,28 @@ class _Outline(NamedTuple):
         rows: (k,) sample of the run, or -1 where it is a new place.
         places: (k, 3) [mm].
         closed: whether it repeats its first place.
+        arcs: (k,) arc length from the start [mm].
     """
 
     rows: IntArray
     places: FloatArray
     closed: bool
+    arcs: FloatArray
 
-    @property
-    def arcs(self) -> FloatArray:
-        """(k,) arc length from the start [mm]."""
-        return arc_lengths(self.places)
+    @classmethod
+    def of(cls, rows: IntArray, places: FloatArray, closed: bool) -> _Outline:  # noqa: FBT001  (a field of it)
+        """Return an outline with its arc lengths."""
+        return cls(rows, places, closed, arc_lengths(places))
 
     def at(self, arc: FloatArray | float) -> FloatArray:
         """Return the places at arc lengths [mm]: of an open line not beyond its ends, of a closed one around."""
-        arcs = self.arcs
-        inside = np.mod(arc, arcs[-1]) if self.closed else arc
-        return np.stack([np.interp(inside, arcs, self.places[:, i]) for i in range(3)], axis=-1)
+        inside = np.mod(arc, self.arcs[-1]) if self.closed else arc
+        return np.stack([np.interp(inside, self.arcs, self.places[:, i]) for i in range(3)], axis=-1)
 
     def started_at(self, sample: int) -> _Outline:
         """Return a closed outline with another seam."""
         order = np.append(np.roll(np.arange(self.rows.size - 1), -sample), sample)
-        return _Outline(self.rows[order], self.places[order], closed=True)
+        return _Outline.of(self.rows[order], self.places[order], closed=True)
 
     def turns(self, reach: float) -> FloatArray:
         """Return the angle at each place [rad] between the chords over a reach [mm] before and after it; 0 at ends."""
@@ -375,7 +376,7 @@ class _Solution(NamedTuple):
             order = np.insert(order, between, added)
         cuts = [0, *np.searchsorted(order, self.splits).tolist(), rows.size - 1]
         closed = self.outline.closed and not self.splits
-        return [_Outline(rows[a : b + 1], places[a : b + 1], closed) for a, b in pairwise(cuts)]
+        return [_Outline.of(rows[a : b + 1], places[a : b + 1], closed) for a, b in pairwise(cuts)]
 
 
 def _solved(outline: _Outline, *, spacing: float, smallest_radius: float) -> _Solution:
@@ -448,27 +449,25 @@ def _fillet(
     room = min(room, LARGEST_REACH_SHARE * spacing) - 2.0 * CROWDED
     half = min(2.0 * error / float(np.sin(turn / 2.0)), room / 2.0)
     best: _Arc | None = None
-    for share in REACHES:
-        found = _arc(outline, corner, half=share * half)
-        arcs = outline.arcs
-        cut = outline.places[(arcs > found.start) & (arcs < found.end)]
-        if PolylineDistance([found.places], step=spacing)(cut).max(initial=0.0) > ERROR_ROUNDING * error:
+    for arc, share in zip(_arcs(outline, corner, halves=half * np.array(REACHES)), REACHES, strict=True):
+        cut = outline.places[(outline.arcs > arc.start) & (outline.arcs < arc.end)]
+        if PolylineDistance([arc.places], step=spacing)(cut).max(initial=0.0) > ERROR_ROUNDING * error:
             break
-        radius = _smallest_radius(found.places, reach=BEND_SHARE * 2.0 * share * half)
-        best = best if radius < smallest_radius else found
+        radius = _smallest_radius(arc.places, reach=BEND_SHARE * 2.0 * share * half)
+        best = best if radius < smallest_radius else arc
     return best
 
 
-def _arc(outline: _Outline, corner: float, *, half: float) -> _Arc:
-    """Return the arc about a corner at an arc length [mm] that is the average over a length to either side."""
+def _arcs(outline: _Outline, corner: float, *, halves: FloatArray) -> list[_Arc]:
+    """Return the arcs about a corner at an arc length [mm] that are the averages over (h,) lengths to either side."""
     shares = np.linspace(-1.0, 1.0, 2 * ARC_SAMPLES + 1)
-    at = corner + 2.0 * half * shares
-    places = _averaged(outline, at, half * np.minimum(2.0 * (1.0 - np.abs(shares)), 1.0))
-    return _Arc(float(at[0]), float(at[-1]), places)
+    at = corner + 2.0 * halves[:, None] * shares
+    places = _averaged(outline, at, halves[:, None] * np.minimum(2.0 * (1.0 - np.abs(shares)), 1.0))
+    return [_Arc(float(arc[0]), float(arc[-1]), each) for arc, each in zip(at, places, strict=True)]
 
 
 def _averaged(outline: _Outline, at: FloatArray, halves: FloatArray) -> FloatArray:
-    """Return (j, 3) mean places of an outline within (j,) lengths to either side of (j,) arc lengths [mm]."""
+    """Return (h, j, 3) mean places of an outline within (h, j) lengths to either side of (h, j) arc lengths [mm]."""
     arcs, places = outline.arcs, outline.places
     areas = np.concatenate(
         [np.zeros((1, 3)), np.cumsum(np.diff(arcs)[:, None] * (places[1:] + places[:-1]) / 2, axis=0)]
@@ -481,13 +480,13 @@ def _averaged(outline: _Outline, at: FloatArray, halves: FloatArray) -> FloatArr
     wide = halves > SHORTEST_HALF
     ends = np.clip(np.stack([at - halves, at + halves]), 0.0, arcs[-1])
     means = outline.at(at)
-    means[wide] = (area(ends[1, wide]) - area(ends[0, wide])) / (ends[1] - ends[0])[wide, None]
+    means[wide] = (area(ends[1][wide]) - area(ends[0][wide])) / (ends[1] - ends[0])[wide][:, None]
     return means
 
 
 def _smallest_radius(places: FloatArray, *, reach: float) -> float:
     """Return the smallest radius of a polyline's bends, each looked at over a reach to either side [mm]."""
-    line = _Outline(np.arange(len(places)), places, closed=False)
+    line = _Outline.of(np.arange(len(places)), places, closed=False)
     inner = line.arcs[(line.arcs > reach) & (line.arcs < line.arcs[-1] - reach)]
     before, at, after = line.at(inner - reach), line.at(inner), line.at(inner + reach)
     return float((reach / np.maximum(_angles(at - before, after - at), 1e-9)).min(initial=np.inf))
