@@ -39,8 +39,8 @@ def triple(position: FloatArray) -> tuple[float, ...]:
 # Positions, normals and closest points: the one place where points on a surface become coordinates and back.
 
 
-# Surfaces whose triangles are kept sorted: curves are resampled one by one, on the same surface.
-SURFACES_KEPT = 2
+# Surfaces whose triangles are kept sorted: curves are resampled one by one on one surface, and measured on two others.
+SURFACES_KEPT = 3
 # Where the mean of three unit normals is shorter, they cancel out and its direction means nothing.
 SHORTEST_MEAN_NORMAL = 1e-3
 

@@ -14,6 +14,7 @@ from geoprint.metrics.agreement import (
     ranked as ranked,
 )
 from geoprint.metrics.evenness import (
+    MeasuredSurface as MeasuredSurface,
     Uniformity as Uniformity,
     measure_paths as measure_paths,
     uniformity as uniformity,
@@ -51,6 +52,7 @@ from geoprint.metrics.spacing import (
 )
 from geoprint.metrics.thickness import (
     LevelledLayer as LevelledLayer,
+    Levelling as Levelling,
     Thickness as Thickness,
     stretches_of_poses as stretches_of_poses,
 )

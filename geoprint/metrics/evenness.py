@@ -14,7 +14,7 @@ from typing import NamedTuple, final
 import numpy as np
 
 from geoprint.errors import FieldError, InputError
-from geoprint.geometry import closest, face_areas, refine
+from geoprint.geometry import closest, face_areas
 from geoprint.metrics.coverage import coverage
 from geoprint.metrics.deposited import at_poses, deposited_path, deposited_rows, joined, sampled
 from geoprint.metrics.levels import LevelSpacings, level_spacings, levelled
@@ -24,13 +24,12 @@ from geoprint.metrics.oracle import (
     GeodesicDistance,
     Places,
     SurfacePath,
-    flat_mesh,
     flat_places,
     trace,
 )
 from geoprint.metrics.sides import SideSpacing, side_spacing
-from geoprint.metrics.spacing import LARGEST_TRIANGLE, SAMPLES_PER_SPACING, SpacingAt, deposited_area, shares_at
-from geoprint.metrics.thickness import LevelledLayer, Thickness, stretches_of_path
+from geoprint.metrics.spacing import SAMPLES_PER_SPACING, SpacingAt, deposited_area, judged_surface, shares_at
+from geoprint.metrics.thickness import LevelledLayer, Levelling, Thickness, stretches_of_path
 from geoprint.model import (
     FLOW_SHARES,
     BoolArray,
@@ -245,15 +244,11 @@ class _Paths(NamedTuple):
     """Paths on a surface.
 
     Attributes:
-        surface: with triangles that are small enough.
-        mesh: the same flattened.
-        path: r runs on it.
+        path: r runs.
         runs: (r,) what they are called.
         off: (p,) distance of their points from the surface [mm].
     """
 
-    surface: Surface
-    mesh: FlatMesh
     path: SurfacePath
     runs: IntArray
     off: FloatArray
@@ -272,19 +267,19 @@ def uniformity(
 
     Args:
         poses: the stream; only depositing rows count.
-        surface: what it covers. Only its shape counts: refining it changes nothing but the time.
-        spacing: wanted distance between neighbouring paths [mm].
+        surface: as `MeasuredSurface`, which measures several streams in less time.
+        spacing: as `MeasuredSurface`.
         windows: budget of work for each of the questions asked (spacing, nearest stretch, second stretch); what is
             left over then is bounded or unknown, and counted as such.
-        wanted: what the spacing shall be at each place, where that differs; everything is over that then.
+        wanted: as `MeasuredSurface`.
         flow_shares: least and most of a flow that follows the width, over that of a strip one spacing wide.
 
     Raises:
         InputError: the spacing is no positive number.
         FieldError: the path lies on another surface.
     """
-    paths = _of_poses(poses, surface, spacing=spacing)
-    return _measured(paths, poses, spacing=spacing, windows=windows, wanted=wanted, flow_shares=flow_shares)
+    on = MeasuredSurface(surface, spacing=spacing, wanted=wanted)
+    return on.uniformity(poses, windows=windows, flow_shares=flow_shares)
 
 
 def measure_paths(
@@ -318,25 +313,51 @@ def measure_paths(
         FieldError: the paths lie farther off, are too short or too many, or cannot be connected over the surface.
     """
     curves = curves if isinstance(curves, Polylines) else Polylines.of(curves)
-    paths = _of_curves(surface, curves, spacing=spacing, offset_up_to=offset_up_to)
-    return _measured(paths, None, spacing=spacing, windows=windows, wanted=wanted, flow_shares=flow_shares)
-
-
-def _of_poses(poses: PoseStream, surface: Surface, *, spacing: float) -> _Paths:
-    _check_spacing(spacing)
-    mesh = flat_mesh(fine := refine(surface, edge_length=LARGEST_TRIANGLE * spacing))
-    path, off = deposited_path(poses, fine, mesh, spacing=spacing)
-    return _Paths(fine, mesh, path, np.unique(poses.runs[deposited_rows(poses)]), off)
-
-
-def _of_curves(surface: Surface, curves: Polylines, *, spacing: float, offset_up_to: float | None) -> _Paths:
-    _check_spacing(spacing)
-    mesh = flat_mesh(fine := refine(surface, edge_length=LARGEST_TRIANGLE * spacing))
+    on = MeasuredSurface(surface, spacing=spacing, wanted=wanted)
     cut = finely(curves, spacing=spacing, area=float(face_areas(surface).sum()))
-    places, off = closest(fine, cut.points)
+    places, off = closest(on.judged.surface, cut.points)
     allowed = OFF_SURFACE_SHARE * spacing if offset_up_to is None else offset_up_to
-    path = path_on_mesh(mesh, places, cut, off, spacing=spacing, allowed=allowed)
-    return _Paths(fine, mesh, path, np.arange(path.lengths.size), off)
+    path = path_on_mesh(on.judged.mesh, places, cut, off, spacing=spacing, allowed=allowed)
+    paths = _Paths(path, np.arange(path.lengths.size), off)
+    return _measured(on, paths, None, windows=windows, flow_shares=flow_shares)
+
+
+@final
+class MeasuredSurface:
+    """A surface on which the evenness of paths is measured, with all that does not depend on the paths.
+
+    Args:
+        surface: what paths cover. Only its shape counts: refining it changes nothing but the time.
+        spacing: wanted distance between neighbouring paths [mm].
+        wanted: what the spacing shall be at each place, where that differs; everything is over that then.
+
+    Attributes:
+        judged: the surface with small triangles.
+        levelling: of a layer on it.
+        spacing: as above.
+        wanted: as above.
+
+    Raises:
+        InputError: the spacing is no positive number.
+    """
+
+    def __init__(self, surface: Surface, *, spacing: float, wanted: SpacingAt | None = None) -> None:
+        _check_spacing(spacing)
+        self.spacing, self.wanted = spacing, wanted
+        self.judged = judged_surface(surface, spacing=spacing)
+        self.levelling = Levelling(self.judged.surface, spacing=spacing, wanted=wanted)
+
+    def uniformity(
+        self,
+        poses: PoseStream,
+        *,
+        windows: int = WINDOWS_IN_ALL,
+        flow_shares: tuple[float, float] = FLOW_SHARES,
+    ) -> Uniformity:
+        """Measure how evenly the deposited runs of a stream cover the surface, as the function `uniformity`."""
+        path, off = deposited_path(poses, *self.judged, spacing=self.spacing)
+        paths = _Paths(path, np.unique(poses.runs[deposited_rows(poses)]), off)
+        return _measured(self, paths, poses, windows=windows, flow_shares=flow_shares)
 
 
 def _check_spacing(spacing: float) -> None:
@@ -344,23 +365,18 @@ def _check_spacing(spacing: float) -> None:
         raise InputError(f"the spacing must be a positive number of mm, found {spacing}.")
 
 
-def _levels(paths: _Paths, *, spacing: float, windows: int) -> LevelSpacings:
-    distance = GeodesicDistance(paths.mesh, paths.path, windows=windows)
+def _levels(mesh: FlatMesh, paths: _Paths, *, spacing: float, windows: int) -> LevelSpacings:
+    distance = GeodesicDistance(mesh, paths.path, windows=windows)
     samples = sampled(paths.path, step=spacing / SAMPLES_PER_SPACING)
-    return level_spacings(paths.mesh, paths.path, distance, samples, runs=paths.runs, spacing=spacing)
+    return level_spacings(mesh, paths.path, distance, samples, runs=paths.runs, spacing=spacing)
 
 
 def _measured(
-    paths: _Paths,
-    poses: PoseStream | None,
-    *,
-    spacing: float,
-    windows: int,
-    wanted: SpacingAt | None,
-    flow_shares: tuple[float, float],
+    on: MeasuredSurface, paths: _Paths, poses: PoseStream | None, *, windows: int, flow_shares: tuple[float, float]
 ) -> Uniformity:
     """Measure paths; levels, and the widths at poses, where there are any."""
-    mesh, stretches = paths.mesh, joined(paths.mesh, paths.path, spacing=spacing)
+    mesh, spacing, wanted = on.judged.mesh, on.spacing, on.wanted
+    stretches = joined(mesh, paths.path, spacing=spacing)
     path = stretches.path
     distance = GeodesicDistance(mesh, path, windows=windows)
     samples = sampled(path, step=spacing / SAMPLES_PER_SPACING)
@@ -369,7 +385,7 @@ def _measured(
     # Levels are those of a distance, and so one spacing apart.
     has_levels = poses is not None and wanted is None and levelled(poses)
     pieces = stretches_of_path(mesh, path, samples, spacing=spacing)
-    layer = LevelledLayer(paths.surface, pieces.places, spacing=spacing, wanted=wanted)
+    layer = LevelledLayer(on.levelling, pieces.places)
     local = shares_at(mesh, samples.places, wanted, spacing=spacing)
     flows = spacing * local, spacing * np.clip(covered.widths * local, *flow_shares)
     constant, following = layer.fields(np.column_stack([pieces.volumes(flow) for flow in flows])).T
@@ -378,7 +394,7 @@ def _measured(
         followed=layer.over_all(following),
         along=np.column_stack([pieces.at_ends(layer.at_places(field), samples) for field in (constant, following)]),
         sides=sides,
-        levels=_levels(paths, spacing=spacing, windows=windows) if has_levels else None,
+        levels=_levels(mesh, paths, spacing=spacing, windows=windows) if has_levels else None,
         runs=paths.runs[stretches.runs_at(samples.runs, samples.arcs)],
         widths=covered.widths,
         width_cv=covered.width_cv,

@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 from scipy.spatial import KDTree
 
-from geoprint.geometry import closest, positions, refine
+from geoprint.geometry import closest, positions
 from geoprint.metrics.deposited import Samples, deposited_rows
 from geoprint.metrics.oracle import (
     WINDOWS_IN_ALL,
@@ -16,14 +16,13 @@ from geoprint.metrics.oracle import (
     GeodesicDistance,
     Places,
     SurfacePath,
-    flat_mesh,
     flat_places,
     spatial,
     trace,
 )
 from geoprint.metrics.spacing import (
-    LARGEST_TRIANGLE,
     SAMPLES_PER_SPACING,
+    JudgedSurface,
     SpacingFigures,
     cut_evenly,
     meeting_share,
@@ -254,7 +253,7 @@ class DistanceErrors:
 
 
 def distance_errors(
-    part: Surface,
+    judged: JudgedSurface,
     source: Source,
     curves: SurfaceCurves,
     promised: FloatArray,
@@ -266,7 +265,7 @@ def distance_errors(
     """Measure how far curves lie from where they promise to lie.
 
     Args:
-        part: over which ways lead.
+        judged: the part over which ways lead.
         source: where distance is zero.
         curves: with k points in all.
         promised: (k,) distance from the source at which each point promises to lie [mm].
@@ -277,7 +276,7 @@ def distance_errors(
     Raises:
         FieldError: neighbouring points of the source have no connection over the part.
     """
-    mesh = flat_mesh(fine := refine(part, edge_length=LARGEST_TRIANGLE * spacing))
+    fine, mesh = judged
     path = _source_path(mesh, flat_places(mesh, closest(fine, positions(surface, source.curves.points))[0]), source)
     points = np.column_stack([positions(surface, curves.points), promised])
     sampled = _along(points, curves.offsets, step=spacing / SAMPLES_PER_SPACING)

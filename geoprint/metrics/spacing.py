@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeAlias, final
+from typing import NamedTuple, TypeAlias, final
 
 import numpy as np
 from scipy.sparse import csr_array, hstack
@@ -11,9 +11,9 @@ from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
 from geoprint.errors import VerificationError
-from geoprint.geometry import PolylineDistance
+from geoprint.geometry import PolylineDistance, refine
 from geoprint.metrics.deposited import Samples, deposited_rows
-from geoprint.metrics.oracle import Ask, FlatMesh, GeodesicDistance, Places, SurfacePath, spatial
+from geoprint.metrics.oracle import Ask, FlatMesh, GeodesicDistance, Places, SurfacePath, flat_mesh, spatial
 from geoprint.model import (
     ACCURACY_LENGTH,
     BoolArray,
@@ -21,6 +21,7 @@ from geoprint.model import (
     IntArray,
     PoseStream,
     PrintErrors,
+    Surface,
     freeze_arrays,
     frozen,
 )
@@ -311,6 +312,18 @@ def _in_space(
         least[asking] = away - halves[pieces].max()
         nearest[asking] = middles[pieces[which]]
     return distances, least, nearest
+
+
+class JudgedSurface(NamedTuple):
+    """A surface with triangles that are small enough to measure paths on it, and the same flattened."""
+
+    surface: Surface
+    mesh: FlatMesh
+
+
+def judged_surface(surface: Surface, *, spacing: float) -> JudgedSurface:
+    """Return a surface with triangles that are small beside the spacing of paths on it [mm]."""
+    return JudgedSurface(fine := refine(surface, edge_length=LARGEST_TRIANGLE * spacing), flat_mesh(fine))
 
 
 def shares_at(mesh: FlatMesh, places: Places, wanted: SpacingAt | None, *, spacing: float) -> FloatArray:

@@ -91,38 +91,71 @@ class Stretches(NamedTuple):
 
 
 @final
-class LevelledLayer:
-    """Answers how thick the layer becomes that volumes at places leave on a surface.
+class Levelling:
+    """How volumes on a surface spread over it, whatever they are.
 
     Args:
         surface: what is covered.
-        places: (k, 3) where volumes are put down [mm].
         spacing: distance between neighbouring paths [mm].
         wanted: what it is at each place, where that differs.
 
     Attributes:
         surface: the same refined, n vertices, at which thickness is simulated.
+        areas: (n,) of the vertices [mm2].
     """
 
-    def __init__(
-        self, surface: Surface, places: FloatArray, *, spacing: float, wanted: SpacingAt | None = None
-    ) -> None:
+    def __init__(self, surface: Surface, *, spacing: float, wanted: SpacingAt | None = None) -> None:
         least = spacing if wanted is None else min(spacing, float(wanted(surface.vertices).min()))
         self.surface = fine = refine(surface, edge_length=EDGE_SHARE * least)
-        self._areas = lumped_mass(fine)
-        landed, _ = closest(fine, places)
-        corners = fine.faces[landed.faces].ravel()
-        indices = (corners, np.repeat(np.arange(len(places)), 3))
-        self._put_down = csr_array((landed.weights.ravel(), indices), shape=(len(fine.vertices), len(places)))
+        self.areas = lumped_mass(fine)
         widths = spacing if wanted is None else wanted(fine.vertices[fine.faces].mean(axis=1))
         times = 0.5 * (SPREAD_SHARE * widths) ** 2 / STEPS
         # The products of two cotangents each sum to one: a quadratic equation has the largest eigenvalue of a triangle.
         cotangents = corner_cotangents(fine)
         sums = cotangents.sum(axis=1)
         largest = 0.5 * (sums + np.sqrt(np.maximum(sums**2 - 3.0, 0.0)))
-        times = np.minimum(times, FASTEST * self._areas[fine.faces].min(axis=1) / largest)
-        scales = diagonal_matrix(1.0 / np.sqrt(self._areas))
-        self._exchange = csr_array(scales @ stiffness(fine, cotangents * times[:, None]) @ scales)
+        times = np.minimum(times, FASTEST * self.areas[fine.faces].min(axis=1) / largest)
+        scales = diagonal_matrix(1.0 / np.sqrt(self.areas))
+        exchange = csr_array(scales @ stiffness(fine, cotangents * times[:, None]) @ scales)
+        # No eigenvalue is above the largest sum of absolute values in a row.
+        fastest = float(abs(exchange).sum(axis=1).max())
+        self._coefficients = _damping(fastest)
+        # Twice the matrix of a step with its eigenvalues moved to where the polynomials are: between -1 and 1.
+        self._matrix = csr_array(exchange * (4.0 / fastest) - diagonal_matrix(np.full(self.areas.size, 2.0)))
+
+    def __call__(self, volumes: FloatArray) -> FloatArray:
+        """Return the (n,) thickness that (n,) volumes at the vertices leave [mm3, mm].
+
+        All steps together are one function of the matrix of a step, (1 + x)^-32, which Chebyshev polynomials
+        approximate on the interval of its eigenvalues [Trefethen2019, ch. 3].
+        """
+        scales, matrix = np.sqrt(self.areas), self._matrix
+        before = volumes / scales
+        now = 0.5 * (matrix @ before)
+        total = self._coefficients[0] * before + self._coefficients[1] * now
+        for coefficient in self._coefficients[2:]:
+            after = matrix @ now
+            after -= before
+            before, now = now, after
+            total += coefficient * now
+        return total / scales
+
+
+@final
+class LevelledLayer:
+    """Answers how thick the layer becomes that volumes at places leave on a surface.
+
+    Args:
+        levelling: of the surface, refined to n vertices.
+        places: (k, 3) where volumes are put down [mm].
+    """
+
+    def __init__(self, levelling: Levelling, places: FloatArray) -> None:
+        self._levelling, fine = levelling, levelling.surface
+        landed, _ = closest(fine, places)
+        corners = fine.faces[landed.faces].ravel()
+        indices = (corners, np.repeat(np.arange(len(places)), 3))
+        self._put_down = csr_array((landed.weights.ravel(), indices), shape=(len(fine.vertices), len(places)))
 
     def __call__(self, volumes: FloatArray) -> Thickness:
         """Return the thickness for (k,) volumes at the places [mm3]."""
@@ -130,7 +163,7 @@ class LevelledLayer:
 
     def over_all(self, thickness: FloatArray) -> Thickness:
         """Return what a thickness at the n vertices [mm] is over all of the area."""
-        areas = self._areas
+        areas = self._levelling.areas
         mean, whole = float(np.average(thickness, weights=areas)), float(areas.sum())
         within = [float(areas[np.abs(thickness - 1.0) <= share].sum()) / whole for share in (0.05, 0.1)]
         return Thickness(
@@ -143,26 +176,9 @@ class LevelledLayer:
         )
 
     def fields(self, volumes: FloatArray) -> FloatArray:
-        """Return the (n, f) thicknesses at the vertices of the refined surface for (k, f) volumes at the places [mm].
-
-        All steps together are one function of the matrix of a step, (1 + x)^-32, which Chebyshev polynomials
-        approximate on the interval of its eigenvalues [Trefethen2019, ch. 3].
-        """
-        scales = np.sqrt(self._areas)[:, None]
-        # No eigenvalue is above the largest sum of absolute values in a row.
-        fastest = float(abs(self._exchange).sum(axis=1).max())
-        coefficients = _damping(fastest)
-        # Twice the matrix with its eigenvalues moved to where the polynomials are: between -1 and 1.
-        matrix = csr_array(self._exchange * (4.0 / fastest) - diagonal_matrix(np.full(len(scales), 2.0)))
-        before = np.asarray(self._put_down @ volumes) / scales
-        now = 0.5 * (matrix @ before)
-        total = coefficients[0] * before + coefficients[1] * now
-        for coefficient in coefficients[2:]:
-            after = matrix @ now
-            after -= before
-            before, now = now, after
-            total += coefficient * now
-        return total / scales
+        """Return the (n, f) thicknesses at the vertices of the refined surface for (k, f) volumes [mm]."""
+        # One by one: SciPy multiplies two vectors in less time than a matrix of two columns.
+        return np.column_stack([self._levelling(put_down) for put_down in np.asarray(self._put_down @ volumes).T])
 
     def at_places(self, thickness: FloatArray) -> FloatArray:
         """Return the (k,) thickness at the places, of one at the n vertices [mm]."""

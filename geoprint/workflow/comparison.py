@@ -9,9 +9,10 @@ from functools import partial
 from geoprint.config import Job
 from geoprint.distance import compared_backends
 from geoprint.errors import FieldError, InputError
+from geoprint.metrics import MeasuredSurface
 from geoprint.results import Comparison, FailedPart, Planned, Refused, Workpiece
 from geoprint.workflow.backend_choice import check_part, with_backend
-from geoprint.workflow.covering import Measured, measured_covers, taken_alike
+from geoprint.workflow.covering import Measured, measured_covers, shared_surface, taken_alike
 from geoprint.workflow.feedback import check_single
 from geoprint.workflow.planning import compared_workpiece, plan_compared
 from geoprint.workflow.processes import OtherProcesses, shared
@@ -93,7 +94,7 @@ def _compare(
     workpiece, unplaced = compared_workpiece(job, Stages(observe), backends=backends)
     job = with_rounds(job, workpiece.cell).model_copy(update={"compared": [*backends]})
     jobs = [with_backend(job, name) for name in backends]
-    cover = partial(_covers, workpiece=workpiece)
+    cover = partial(_covers, workpiece=workpiece, on=shared_surface(job, workpiece))
     covers = shared(helper, cover, jobs, here=partial(cover, observe=observe))
     alike = iter(taken_alike([each for each in covers if not isinstance(each, Refused)]))
     measured = [each if isinstance(each, Refused) else next(alike) for each in covers]
@@ -111,12 +112,12 @@ def _named(observe: Callable[[str], None], part: str, *, of: int) -> Callable[[s
 
 
 def _covers(
-    job: Job, workpiece: Workpiece, *, observe: Callable[[str], None] = lambda _: None
+    job: Job, workpiece: Workpiece, on: MeasuredSurface | None, *, observe: Callable[[str], None] = lambda _: None
 ) -> tuple[Measured, ...] | Refused:
     """Return the measured paths of a backend, with each middle that is tried."""
     stage = Stages(lambda name: observe(f"{job.backend}: {name}"))
     try:
-        covers = measured_covers(job, workpiece, stage)
+        covers = measured_covers(job, workpiece, stage, on=on)
     except FieldError as error:
         return Refused(str(error))
     # What was tried took its time, whichever is taken.

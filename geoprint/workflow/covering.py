@@ -12,7 +12,15 @@ from typing import TypeAlias
 from geoprint.config import Job
 from geoprint.distance import Piecewise
 from geoprint.errors import FieldError
-from geoprint.metrics import Covering, DistanceErrors, Uniformity, distance_errors, printed, ranked, uniformity
+from geoprint.metrics import (
+    Covering,
+    DistanceErrors,
+    MeasuredSurface,
+    Uniformity,
+    distance_errors,
+    printed,
+    ranked,
+)
 from geoprint.model import Cell, Contours, FloatArray, Placement, PrintErrors, ScalarField
 from geoprint.results import Layer, Plan, TriedMedialAxis, Workpiece
 from geoprint.robot.placing import calibrate_fixture, position_uncertainty, turn_uncertainty
@@ -56,25 +64,28 @@ def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
     )  # fmt: skip
 
 
-def evenness_of(paths: Plan) -> Uniformity:
+def measured_surface(workpiece: Workpiece, *, spacing: float) -> MeasuredSurface:
+    """Return the part of a workpiece as it is measured, for all paths that are so far apart [mm]."""
+    return MeasuredSurface(workpiece.part, spacing=spacing, wanted=workpiece.widths)
+
+
+def shared_surface(job: Job, workpiece: Workpiece) -> MeasuredSurface | None:
+    """Return the `measured_surface` for all that covers a workpiece; None where each has a spacing of its own."""
+    return None if job.spacing is None else measured_surface(workpiece, spacing=job.spacing)
+
+
+def evenness_of(paths: Plan, on: MeasuredSurface) -> Uniformity:
     """Measure how evenly the paths of a plan cover its part."""
-    workpiece = paths.workpiece
-    return uniformity(
-        paths.poses,
-        workpiece.part,
-        spacing=paths.contours.spacing,
-        wanted=workpiece.widths,
-        flow_shares=workpiece.cell.process.flow_shares,
-    )
+    return on.uniformity(paths.poses, flow_shares=paths.workpiece.cell.process.flow_shares)
 
 
-def distance_errors_of(paths: Plan) -> DistanceErrors | None:
+def distance_errors_of(paths: Plan, on: MeasuredSurface) -> DistanceErrors | None:
     """Measure how far the curves of a plan lie from the distance that they promise; None where they promise none."""
     workpiece, contours = paths.workpiece, paths.contours
     if paths.promised is None:
         return None
     return distance_errors(
-        workpiece.part,
+        on.judged,
         workpiece.source,
         contours.curves,
         paths.promised,
@@ -90,8 +101,16 @@ PLAIN, FITTED = "plain", "fitted"
 NEGLIGIBLE_FAULT = 0.003
 
 
-def measured_covers(job: Job, workpiece: Workpiece, stage: Stages) -> tuple[Measured, ...]:
+def measured_covers(
+    job: Job, workpiece: Workpiece, stage: Stages, *, on: MeasuredSurface | None = None
+) -> tuple[Measured, ...]:
     """Cover a workpiece and measure how evenly; where the best middle is sought, with each of them.
+
+    Args:
+        job: whose backend covers it.
+        workpiece: to cover.
+        stage: names and times the work.
+        on: its `shared_surface`, if there is any.
 
     Returns:
         What was asked for alone; or plain contours, and fitted ones where plain ones miss or cover twice more than next
@@ -100,13 +119,12 @@ def measured_covers(job: Job, workpiece: Workpiece, stage: Stages) -> tuple[Meas
     Raises:
         FieldError: the backend cannot plan on this part.
     """
-    if not seeks_middle(job):
-        return (_measured(job, job, workpiece, stage),)
-    plain = _measured(job, job.model_copy(update={"middle": PLAIN}), workpiece, stage)
-    if _covering(plain[1]).fault <= NEGLIGIBLE_FAULT:
+    first = job.model_copy(update={"middle": PLAIN}) if seeks_middle(job) else job
+    plain, on = _measured(job, first, workpiece, stage, on)
+    if not seeks_middle(job) or _covering(plain[1]).fault <= NEGLIGIBLE_FAULT:
         return (plain,)
     try:
-        fitted, fits = _measured(job, job.model_copy(update={"middle": FITTED}), workpiece, stage)
+        (fitted, fits), _ = _measured(job, job.model_copy(update={"middle": FITTED}), workpiece, stage, on)
     except FieldError:
         return (plain,)
     return plain, (replace(fitted, distance=plain[0].distance), fits)
@@ -144,13 +162,15 @@ def taken_job(paths: Plan) -> Job:
     return paths.job.model_copy(update={"middle": taken})
 
 
-def _measured(asked: Job, job: Job, workpiece: Workpiece, stage: Stages) -> Measured:
-    """Return the paths of a job, kept as those of what was asked for, and how even they are."""
+def _measured(
+    asked: Job, job: Job, workpiece: Workpiece, stage: Stages, on: MeasuredSurface | None
+) -> tuple[Measured, MeasuredSurface]:
+    """Return the paths of a job, kept as those of what was asked for, how even they are, and on what that counts."""
     paths = cover(job, workpiece, stage)
     with stage("evenness"):
-        measured = evenness_of(paths)
-        distance = distance_errors_of(paths)
-    return replace(paths, job=asked, uniformity=measured, distance=distance), measured
+        on = on or measured_surface(workpiece, spacing=paths.contours.spacing)
+        measured, distance = evenness_of(paths, on), distance_errors_of(paths, on)
+    return (replace(paths, job=asked, uniformity=measured, distance=distance), measured), on
 
 
 def _covering(measured: Uniformity) -> Covering:

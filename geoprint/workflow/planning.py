@@ -40,7 +40,7 @@ from geoprint.robot.reach import Easing, Leaning, frame_room, lost_shares, reach
 from geoprint.robot.timing import held_straight, off_moves, timed_print, tips_at
 from geoprint.threads import both
 from geoprint.workflow.backend_choice import check_options, check_part, with_backend
-from geoprint.workflow.covering import Measured, measured_covers, taken_alike, with_print
+from geoprint.workflow.covering import Measured, measured_covers, shared_surface, taken_alike, with_print
 from geoprint.workflow.feedback import printing_at, with_feedback
 from geoprint.workflow.placement import arm_of, clearance_check, leaning_of, pose_stream, with_flow_of
 from geoprint.workflow.refusals import printed
@@ -108,11 +108,13 @@ def compared_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> t
 
 def _compared_cover(job: Job, workpiece: Workpiece, stage: Stages, *, backends: Sequence[str]) -> Measured:
     """Return what a comparison takes of the job's backend: the middle is that of all of them."""
-    covers = {job.backend: measured_covers(job, workpiece, stage)}
+    on = shared_surface(job, workpiece)
+    covers = {job.backend: measured_covers(job, workpiece, stage, on=on)}
     if len(covers[job.backend]) > 1:
         for name in backends:
             with suppress(FieldError):
-                covers[name] = covers.get(name) or measured_covers(with_backend(job, name), workpiece, stage)
+                if name not in covers:
+                    covers[name] = measured_covers(with_backend(job, name), workpiece, stage, on=on)
     in_order = [name for name in backends if name in covers]
     return taken_alike([covers[name] for name in in_order])[in_order.index(job.backend)]
 

@@ -35,7 +35,7 @@ from geoprint.metrics.oracle import shortest_way
 from geoprint.model import BoolArray, FloatArray, ScalarField, Source, Surface, SurfaceCurves, SurfacePoints
 from geoprint.results import TriedSource, Workpiece
 from geoprint.workflow.backend_choice import backend_of, with_backend
-from geoprint.workflow.covering import cover, evenness_of
+from geoprint.workflow.covering import cover, evenness_of, measured_surface, shared_surface
 from geoprint.workflow.stages import Stages
 
 # A line over a part at an angle, for rows to run beside: the section of the part by an upright plane.
@@ -255,11 +255,12 @@ def _point(place: FloatArray) -> SourceTable:
 def _best(job: Job, workpiece: Workpiece, *, patch: int) -> tuple[SourceTable, list[TriedSource]]:
     """Try the sources of a workpiece in one piece; return the best one, and what was found of each."""
     sources, found, refused = list[SourceTable](), list[TriedSource](), list[FieldError]()
+    on = shared_surface(job, workpiece)
     for source in candidates(job, workpiece.surface):
         seeded = replace(workpiece, source=united_source(workpiece.surface, (source,), base=None))
         try:
             paths = cover(job, seeded, Stages(lambda _: None))
-            measured = evenness_of(paths)
+            measured = evenness_of(paths, on or measured_surface(workpiece, spacing=paths.contours.spacing))
         except FieldError as error:
             refused.append(error)
             continue

@@ -11,7 +11,7 @@ from geoprint.config import Job
 from geoprint.geometry import upright_of
 from geoprint.layers import middle_planes, sliced, sliced_layer
 from geoprint.layers.feet import Ground
-from geoprint.metrics import LevelledLayer, stretches_of_poses
+from geoprint.metrics import LevelledLayer, Levelling, stretches_of_poses
 from geoprint.metrics.stack_thickness import (
     column_feet,
     deposited_over,
@@ -50,7 +50,8 @@ def stacked_layer(planned: Plan) -> StackedLayer:
     printed = 2 if planned.robot else int(deposited.mode == "analog")
     spacing = planned.contours.spacing
     pieces = stretches_of_poses(poses, spacing=spacing)
-    layer = LevelledLayer(planned.workpiece.part, pieces.places, spacing=spacing, wanted=widths)
+    levelling = Levelling(planned.workpiece.part, spacing=spacing, wanted=widths)
+    layer = LevelledLayer(levelling, pieces.places)
     fields = layer.fields(np.column_stack([pieces.volumes(flow) for flow in flows])).T
     ground, feet = Ground(place.base), column_feet(place.base, count=COLUMNS)
     shown = replace(poses, flow=flows[printed])
@@ -59,7 +60,7 @@ def stacked_layer(planned: Plan) -> StackedLayer:
         bottom=place.bottom,
         height=place.height,
         spacing=spacing,
-        deposited=deposited_over(feet, ground, layer.surface, fields, bottom=place.bottom, height=place.height),
+        deposited=deposited_over(feet, ground, levelling.surface, fields, bottom=place.bottom, height=place.height),
         printed=printed,
         met=have_met(feet, ground, height=place.bottom + place.height),
         within=within_sides(feet, ground, height=place.middle),

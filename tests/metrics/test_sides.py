@@ -11,6 +11,7 @@ from geoprint import job_of, plan
 from geoprint.errors import FieldError
 from geoprint.geometry import closest
 from geoprint.metrics import DistanceErrors, Uniformity, distance_errors, measure_paths, uniformity
+from geoprint.metrics.spacing import judged_surface
 from geoprint.model import FloatArray, Polylines, PoseStream, Source, Surface, SurfaceCurves
 from tests.meshes import annulus, cylinder_patch, disc, plate, spherical_cap
 from tests.metrics.deposits import circle, straight_line
@@ -235,8 +236,8 @@ def errors_of(
 ) -> DistanceErrors:
     each = np.repeat(np.asarray(rows, dtype=np.float64), [len(line) for line in lines])
     return distance_errors(
-        surface, Source(on(surface, source)), on(surface, lines), (each + 0.5) * SPACING, surface=surface,
-        spacing=SPACING,
+        judged_surface(surface, spacing=SPACING), Source(on(surface, source)), on(surface, lines),
+        (each + 0.5) * SPACING, surface=surface, spacing=SPACING,
     )  # fmt: skip
 
 
@@ -259,8 +260,9 @@ def test_a_curve_that_rises_promises_more_and_more() -> None:
     line = np.column_stack([np.linspace(0.0, 30.0, 16), np.linspace(1.0, 4.0, 16), np.zeros(16)])
     edge = straight_line((0.0, 0.0), (30.0, 0.0), points=2)
     found = distance_errors(
-        surface, Source(on(surface, [edge])), on(surface, [line]), line[:, 1], surface=surface, spacing=SPACING
-    )
+        judged_surface(surface, spacing=SPACING), Source(on(surface, [edge])), on(surface, [line]), line[:, 1],
+        surface=surface, spacing=SPACING,
+    )  # fmt: skip
     np.testing.assert_allclose(found.errors, 0.0, atol=1e-9)
 
 
@@ -280,8 +282,8 @@ def test_a_rolled_plate_keeps_its_distances() -> None:
     point = rolled(np.array([0.0]), np.array([5.0]))
     away = across * np.hypot(1.0, 0.5)
     to_point = distance_errors(
-        surface, Source(on(surface, [point])), on(surface, [slanting]), away, surface=surface,
-        spacing=SPACING,
+        judged_surface(surface, spacing=SPACING), Source(on(surface, [point])), on(surface, [slanting]), away,
+        surface=surface, spacing=SPACING,
     )  # fmt: skip
     np.testing.assert_allclose(to_point.errors, 0.0, atol=3e-3)
 
@@ -327,7 +329,15 @@ def test_what_the_budget_does_not_reach_is_unknown_and_left_out() -> None:
     lines = on(surface, [straight_line((0.0, 15.0), (30.0, 15.0), points=11)])
     promised = np.full(11, 15.0)
     whole, little = (
-        distance_errors(surface, Source(edge), lines, promised, surface=surface, spacing=SPACING, windows=windows)
+        distance_errors(
+            judged_surface(surface, spacing=SPACING),
+            Source(edge),
+            lines,
+            promised,
+            surface=surface,
+            spacing=SPACING,
+            windows=windows,
+        )
         for windows in (10**7, 3000)
     )
     assert whole.unknown == 0.0

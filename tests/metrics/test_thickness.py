@@ -12,7 +12,7 @@ from scipy.sparse.linalg import splu
 from geoprint.config import load_cell
 from geoprint.errors import InputError
 from geoprint.geometry import closest, cotangent_laplacian, diagonal_matrix, lumped_mass
-from geoprint.metrics import LevelledLayer, Thickness, stretches_of_poses, uniformity
+from geoprint.metrics import LevelledLayer, Levelling, Thickness, stretches_of_poses, uniformity
 from geoprint.metrics.coverage import (
     _share,  # pyright: ignore[reportPrivateUsage]
     strip_widths,
@@ -47,7 +47,7 @@ def followed(stream: PoseStream, surface: Surface, *, spacing: float, layer_heig
 def layer_of(stream: PoseStream, surface: Surface, flow: FloatArray, *, spacing: float = 2.0) -> Thickness:
     """Return the layer that a flow along a stream leaves, in mm."""
     pieces = stretches_of_poses(stream, spacing=spacing)
-    return LevelledLayer(surface, pieces.places, spacing=spacing)(pieces.volumes(flow))
+    return LevelledLayer(Levelling(surface, spacing=spacing), pieces.places)(pieces.volumes(flow))
 
 
 def test_lines_one_spacing_apart_make_an_even_layer_of_the_right_height() -> None:
@@ -84,9 +84,10 @@ def test_a_layer_is_what_32_implicit_steps_leave_however_thin_the_triangles_are(
     pieces = stretches_of_poses(stream, spacing=2.0)
     inside = (pieces.places[:, 0] > 0.0) & (pieces.places[:, 0] < 20.0)
     places, volumes = pieces.places[inside], pieces.volumes(np.ones(stream.count))[inside]
-    layer = LevelledLayer(surface, places, spacing=2.0)
+    levelling = Levelling(surface, spacing=2.0)
+    layer = LevelledLayer(levelling, places)
     found = layer.fields(volumes[:, None])[:, 0]
-    fine = layer.surface
+    fine = levelling.surface
     masses = lumped_mass(fine)
     solve = splu(csc_array(diagonal_matrix(masses) + 0.5 * 1.2**2 / 32 * cotangent_laplacian(fine))).solve
     landed, _ = closest(fine, places)
