@@ -323,9 +323,7 @@ def _draw_faces(axis: Axes, surface: Surface, rotation: FloatArray) -> None:
     shade = (SHADES[0] + (SHADES[1] - SHADES[0]) * upward)[order]
     colours = np.repeat(shade[:, None], 3, axis=1)
     edges = colours * (0.82 if len(order) < MOST_EDGED else 1.0)
-    axis.add_collection(
-        PolyCollection(list(corners[order, :, :2]), facecolors=colours, edgecolors=edges, linewidths=0.4)
-    )
+    axis.add_collection(PolyCollection(corners[order, :, :2], facecolors=colours, edgecolors=edges, linewidths=0.4))
     low, high = corners[:, :, :2].min(axis=(0, 1)), corners[:, :, :2].max(axis=(0, 1))
     edge = 0.03 * float((high - low).max())
     axis.set_xlim(low[0] - edge, high[0] + edge)

@@ -151,7 +151,7 @@ def draw_part(
     corners, colours = _part_polygons(surface, R_view_work, shades)
     order = np.argsort(corners[..., 2].mean(axis=1))
     colours = colours[order]
-    polygons = PolyCollection(list(corners[order, :, :2]), facecolors=colours, edgecolors=colours, linewidths=0.4)
+    polygons = PolyCollection(corners[order, :, :2], facecolors=colours, edgecolors=colours, linewidths=0.4)
     axis.add_collection(polygons)
     _frame(axis, surface, R_view_work)
 
@@ -226,9 +226,7 @@ def _draw_covered(
     order = np.argsort(polygons[..., 2].mean(axis=1) + lift)
     order = order[~deposited[order] | facing[order]]
     painted = painted[order]
-    axis.add_collection(
-        PolyCollection(list(polygons[order, :, :2]), facecolors=painted, edgecolors=painted, linewidths=0.3)
-    )
+    axis.add_collection(PolyCollection(polygons[order, :, :2], facecolors=painted, edgecolors=painted, linewidths=0.3))
     _frame(axis, surface, R_view_work)
 
 
@@ -277,6 +275,10 @@ def _add_scale(figure: Figure, axes: Sequence[Axes], ends: tuple[float, float], 
 def png_bytes(figure: Figure) -> bytes:
     """Return a figure as a PNG; the same bytes for the same figure."""
     buffer = io.BytesIO()
+    # Matplotlib would draw all of the figure once more to arrange it.
+    if (layout := figure.get_layout_engine()) is not None:
+        layout.execute(figure)
+        figure.set_layout_engine("none")
     figure.savefig(buffer, format="png", metadata={"Software": None}, pil_kwargs={"compress_level": COMPRESSION})
     return buffer.getvalue()
 

@@ -147,7 +147,7 @@ def thickness_figure(
         order = np.argsort(corners[..., 2].mean(axis=1))
         painted = colours[order]
         axis.add_collection(
-            PolyCollection(list(corners[order, :, :2]), facecolors=painted, edgecolors=painted, linewidths=0.4)
+            PolyCollection(corners[order, :, :2], facecolors=painted, edgecolors=painted, linewidths=0.4)
         )
     bar = figure.colorbar(ScalarMappable(scale, THICKNESS_COLOURS), ax=axes, shrink=0.8, pad=0.01, extend="both")
     bar.set_label(label, fontsize=9)
