@@ -14,9 +14,10 @@ from reprlib import Repr
 from typing import Annotated, Literal, TypeAlias, Union, cast, final, get_args, get_origin
 
 from annotated_types import MinLen
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, GetJsonSchemaHandler, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
-from pydantic_core import ErrorDetails
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, ErrorDetails
 
 from geoprint.errors import UsageError
 from geoprint.model import described
@@ -268,6 +269,15 @@ class Key:
     rare: bool = False
     record: str | None = None
     always: bool = True
+
+    @property
+    def meaning(self) -> str:
+        """What is said of it in a list of keys: its comment in job.toml, else the help of its option."""
+        return self.example.partition("# ")[2] or self.help
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """Describe its key in JSON schemas."""
+        return handler(schema) | {"description": self.meaning}
 
     def lines(self, name: str, field: FieldInfo) -> list[str]:
         """Return what job.toml says of the key with this name and field."""

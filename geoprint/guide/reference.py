@@ -77,8 +77,8 @@ def job_keys_text() -> str:
 
 def _key(name: str, key: Any, field: Any) -> Sequence[str]:
     """Return the row of a key of a job file."""
-    value, _, comment = key.example.partition("# ")
-    return _code(name), _code(value.strip() or json.dumps(field.default)), _escaped(comment or key.help)
+    value = key.example.partition("# ")[0].strip() or json.dumps(field.default)
+    return _code(name), _code(value), _escaped(key.meaning)
 
 
 def cell_keys_text() -> str:

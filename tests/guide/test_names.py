@@ -78,8 +78,13 @@ def test_every_command_is_listed_with_its_options_by_panel() -> None:
         ("cell-keys", "## `[signals]`"),
         ("files", "| `uniformity.thickness.smallest` | number | smallest thickness, over the wanted one |"),
         ("files", "- `points`: (p, 3) point of the surface on deposit, tip of the nozzle on travel [mm]."),
+        ("files", "| `settings.patches[].radius` | number | up to this far from it along the surface |"),
         ("metrics", "| area missed | gap | farther than 0.55 spacings from every path | lower | `gap` |"),
     ],
 )
 def test_keys_files_and_figures_are_listed_with_meaning_and_unit(page: str, line: str) -> None:
     assert line in page_named(page).text.splitlines()
+
+
+def test_every_key_of_a_file_has_a_meaning() -> None:
+    assert re.findall(r"^\|.*\|  \|$", page_named("files").text, re.MULTILINE) == []
