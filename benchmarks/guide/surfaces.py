@@ -27,6 +27,7 @@ from benchmarks.guide.shaded import (
 )  # fmt: skip
 from benchmarks.guide.stamps import with_figures
 from geoprint.config import job_of
+from geoprint.errors import percent
 from geoprint.geometry import inspect, mean_normal, positions
 from geoprint.geometry.files import load
 from geoprint.guide import page_named
@@ -82,7 +83,9 @@ def middle(data: Path) -> bytes:
         assert found is not None
         open_places = found.judged_places[found.gaps]
         axis.plot(open_places[:, 0], open_places[:, 1], ".", markersize=1.5, color=ORANGE)
-        axis.set_title(f"{kind}: {found.gap:.1%} missed, {found.overlap:.1%} covered twice", fontsize=10)
+        axis.set_title(
+            f"{kind}: {percent(found.gap, 1)} missed, {percent(found.overlap, 1)} covered twice", fontsize=10
+        )
         figures.append(f"{100.0 * found.gap:.1f}")
     return with_figures(small_png(figure), figures)
 
@@ -120,7 +123,7 @@ def guided(data: Path) -> bytes:
 
 def fibres(data: Path) -> bytes:
     """Draw the apex covered by the strokes along the page's fields."""
-    block = page_named("fibers").blocks[0]
+    block = page_named("fibres").blocks[0]
     figure, axes = panels(2, width=7.2, height=3.6)
     with tempfile.TemporaryDirectory() as folder:
         for axis, line in zip(axes, re.findall(r"(?s)printf '%s\\n' (.*?) > (\w+)\.toml", block.text), strict=True):
@@ -144,7 +147,7 @@ def fibres(data: Path) -> bytes:
 
 def widths(data: Path) -> bytes:
     """Draw the apex covered by the strokes of the page's field files, each as wide as it is."""
-    blocks = [block for block in page_named("fiber-width").blocks if block.language == "toml"]
+    blocks = [block for block in page_named("fibre-width").blocks if block.language == "toml"]
     figure, axes = panels(len(blocks), width=7.2, height=3.6)
     with tempfile.TemporaryDirectory() as folder:
         for axis, block in zip(axes, blocks, strict=True):

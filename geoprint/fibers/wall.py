@@ -1,4 +1,4 @@
-"""Fibers by rule within a ventricle's wall: the wall as voxels, what is harmonic in it, and the helix angle."""
+"""Fibres by rule within a ventricle's wall: the wall as voxels, what is harmonic in it, and the helix angle."""
 
 from __future__ import annotations
 
