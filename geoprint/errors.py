@@ -109,6 +109,17 @@ def how_many(count: int, noun: str, plural: str = "") -> str:
     return f"{count} {noun}" if count == 1 else f"{count} {plural or f'{noun}s'}"
 
 
+def percent(share: float, digits: int = 0, *, signed: bool = False) -> str:
+    """Return a share in per cent, as every text writes it: '0.5 %'.
+
+    Args:
+        share: 1 is all.
+        digits: behind the point.
+        signed: whether a plus stands before what is above 0.
+    """
+    return f"{100.0 * share:{'+' if signed else ''}.{digits}f} %"
+
+
 @contextmanager
 def naming(what: str) -> Generator[None]:
     """Say of what an error inside is: its sentence begins with these words; its class and numbers stay.

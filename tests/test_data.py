@@ -192,9 +192,13 @@ def test_making_the_parts_again_gives_the_same_surfaces(tmp_path: Path, monkeypa
 
 
 PRINTS = {
-    "a": ("20 kPa and 10 rounds beside 10 kPa and 20", "over-dispensing", "beads 2 times as far apart"),
-    "b": ("10 kPa and 10 rounds beside 10 kPa and 20", "too little: 0.50 times", "gaps"),
-    "c": ("10 kPa and 20 rounds beside 10 kPa and 20", "as the good print", "the same material on the same paths"),
+    "a": ("20 kPa and 10 rounds compared with 10 kPa and 20", "over-dispensing", "beads 2 times as far apart"),
+    "b": ("10 kPa and 10 rounds compared with 10 kPa and 20", "too little: 0.50 times", "gaps"),
+    "c": (
+        "10 kPa and 20 rounds compared with 10 kPa and 20",
+        "as the good print",
+        "the same material on the same paths",
+    ),
 }
 
 

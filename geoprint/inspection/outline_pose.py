@@ -15,7 +15,7 @@ from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 from scipy.stats import t as student
 
-from geoprint.errors import InputError, how_many
+from geoprint.errors import InputError, how_many, percent
 from geoprint.geometry import mean_normal, united
 from geoprint.inspection.against_plan import PlannedRuns
 from geoprint.inspection.beads import BeadLine
@@ -480,9 +480,9 @@ def camera_by_outline(
     best, off, clearer = _decided([alike[0], *others], fit, lines)
     if off > MOST_LINES_OFF:
         raise InputError(
-            f"placed by the outline of {printed.name}, the printed lines lie {off:.0%} of the spacing off the runs on "
-            f"average, allowed are {MOST_LINES_OFF:.1%}. Check plan, part and `--width`, or give `--fiducials`, at "
-            "least four points of the part.",
+            f"placed by the outline of {printed.name}, the printed lines lie {percent(off)} of the spacing off the "
+            f"runs on average, allowed are {percent(MOST_LINES_OFF, 1)}. Check plan, part and `--width`, or give "
+            "`--fiducials`, at least four points of the part.",
             lines_off=off,
         )
     spread = max(apart for each in alike if (apart := fit.apart(best, each)) <= allowed)
@@ -555,8 +555,9 @@ def _decided(
         turn = np.degrees(rotation_angle(best.T_camera_work[:3, :3] @ rest[0][1].T_camera_work[:3, :3].T))
         raise InputError(
             f"the outline of {fit.outlined.surface.name} fits {how_many(len(alike), 'camera position')}, two of them "
-            f"{float(turn):.0f} degrees apart. The printed lines are {clearer:.2g} times nearer to the plan from one "
-            f"of them, needed are {CLEARLY:g} times. Give `--fiducials`, at least four points of the part.",
+            f"{float(turn):.0f} degrees apart. The printed lines do not decide: their distances to the plan "
+            f"differ by a factor of {clearer:.2g}, needed is {CLEARLY:g}. Give `--fiducials`, at least four points of "
+            "the part.",
             alike=len(alike),
             clearer=clearer,
         )

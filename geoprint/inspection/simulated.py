@@ -7,6 +7,7 @@ from typing import final
 
 import numpy as np
 
+from geoprint.errors import percent
 from geoprint.geometry import mean_normal
 from geoprint.inspection.camera import Lens
 from geoprint.inspection.executing import DepositedPieces, deposited_pieces, deposited_steps
@@ -33,11 +34,11 @@ from geoprint.simulation import (
 # What a person reads of a print in silico: what lies along each run, beside what its path asks for.
 
 
-COLUMNS = ("run", "wanted mm3", "laid mm3", "laid / wanted", "beside mm3", "longest bare mm")
+COLUMNS = ("run", "wanted mm3", "deposited mm3", "deposited / wanted", "beside mm3", "longest bare mm")
 
 
 def simulated_text(record: SimulatedRecord) -> str:
-    """Return a table of the runs, and how the print was laid."""
+    """Return a table of the runs, and how the print was deposited."""
     rows = [
         [
             str(each.run + 1), f"{each.wanted_mm3:.2f}", f"{each.laid_mm3:.2f}",
@@ -54,7 +55,7 @@ def simulated_text(record: SimulatedRecord) -> str:
     )
     put_in = (
         f"put in: flow x {record.flow:g}, width of beads x {record.spread:g} +/- "
-        f"{record.width_noise:.1%}, {record.offset_mm:+g} mm to the left; seed {record.seed}"
+        f"{percent(record.width_noise, 1)}, {record.offset_mm:+g} mm to the left; seed {record.seed}"
     )
     return "\n".join(
         [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TypeAlias, final
 
@@ -334,6 +335,8 @@ Counted: TypeAlias = dict[str, Count]
 # As many kinds, and letters of one, as a sentence shows; a foreign file may hold any number.
 SHOWN_KINDS = 12
 SHOWN_LETTERS = 60
+_PLURAL = re.compile(r"(?<![`\w])[a-z]+s\b(?!`)")
+_IRREGULAR = {"vertices": "vertex", "properties": "property"}
 
 
 @final
@@ -383,6 +386,11 @@ def reading(
 
 
 def _listed(counted: Counted) -> str:
-    shown = [f"{count} {kind}" for kind, count in counted.items()][:SHOWN_KINDS]
+    shown = [f"{count} {_singular(kind) if count == 1 else kind}" for kind, count in counted.items()][:SHOWN_KINDS]
     rest = [*counted.values()][SHOWN_KINDS:]
     return ", ".join([*shown, *([f"{sum(rest)} of {len(rest)} other kinds"] if rest else [])])
+
+
+def _singular(kind: str) -> str:
+    """Return the words for one of a kind; names, as `vn` and M104, stay."""
+    return _PLURAL.sub(lambda found: _IRREGULAR.get(found[0], found[0][:-1]), kind, count=1)

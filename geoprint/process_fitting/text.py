@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import asdict
 
+from geoprint.errors import percent
 from geoprint.model import PASCAL_PER_KPA
 from geoprint.postprocessor import Json
 from geoprint.process_fitting.fitting import Advice, Beside, FittedFluid
@@ -77,7 +78,7 @@ def material_table(fit: FittedFluid, *, density: float, source: str) -> str:
     values = dict(record)
     intervals = {key: f"  # 95 %: {low:.4g} to {high:.4g}" for key, (low, high) in record.intervals_95.items()}
     return "\n".join([
-        f"# {record.model}, fitted to {record.lines} lines of {source}; they scatter by {record.scatter:.1%}",
+        f"# {record.model}, fitted to {record.lines} lines of {source}; they scatter by {percent(record.scatter, 1)}",
         "[material]",
         f"density_g_cm3 = {record.density_g_cm3:g}",
         *(f"{key} = {values[key]:.6g}{intervals.get(key, '')}" for key in KEYS.values()),
@@ -102,8 +103,8 @@ def _advice_lines(advice: Advice) -> Iterator[str]:
     found, process = advice.record, advice.process
     yield (
         f"flow: {found.flow:.3g} mm3/s at {advice.pressure_kpa:g} kPa (flow begins at "
-        f"{found.starting_pressure / PASCAL_PER_KPA:.3g} kPa; {found.needle_share:.0%} of the pressure is lost in the "
-        f"needle, shear rate {found.shear_rate:.3g} 1/s)"
+        f"{found.starting_pressure / PASCAL_PER_KPA:.3g} kPa; {percent(found.needle_share)} of the pressure is lost in "
+        f"the needle, shear rate {found.shear_rate:.3g} 1/s)"
     )
     width = "not pressed on" if found.bead_width is None else f"bead {found.bead_width:.3g} mm wide"
     yield f"at {process.speed:g} mm/s: strand of {found.strand:.3g} mm, {width} at {process.standoff:g} mm stand-off"
@@ -130,9 +131,9 @@ def _advice_lines(advice: Advice) -> Iterator[str]:
 def _beside_lines(beside: Beside) -> Iterator[str]:
     found = beside.record
     yield (
-        f"{beside.pressure_kpa:g} kPa and {beside.rounds} rounds beside {beside.good_pressure_kpa:g} kPa and "
-        f"{beside.good_rounds}: flow {_bounds(found.flow)}, material {_bounds(found.layer)}, spacing "
-        f"{found.spacing:.3g} times"
+        f"{beside.pressure_kpa:g} kPa and {beside.rounds} rounds compared with {beside.good_pressure_kpa:g} kPa "
+        f"and {beside.good_rounds}: ratio of flow {_bounds(found.flow)}, of material {_bounds(found.layer)}, of "
+        f"spacing {found.spacing:.3g}"
     )
     yield found.verdict
     yield "assumed: same part, material, nozzle and speed, and a material that does not thicken with shear."
@@ -146,5 +147,5 @@ def _json_bounds(bounds: tuple[float, float]) -> list[Json]:
 def _bounds(bounds: tuple[float, float]) -> str:
     low, high = bounds
     if low == high:
-        return f"{low:.2f} times"
-    return f"at least {low:.2f} times" if low > 0.0 else f"at most {high:.2f} times"
+        return f"{low:.2f}"
+    return f"at least {low:.2f}" if low > 0.0 else f"at most {high:.2f}"

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.errors import how_many
+from geoprint.errors import how_many, percent
 from geoprint.geometry import in_words
 from geoprint.model import PASCAL_PER_KPA, FloatArray, Process
 from geoprint.postprocessor import Json, Orders, Setup, waits
@@ -299,7 +299,7 @@ def _executed_now(checked: Checked, record: EvidenceRecord) -> EvidenceRecord:
 
 
 def entry(label: str, texts: Sequence[str], *, width: int | None) -> list[str]:
-    """Return a label with its texts beside it, or below it where a line is short.
+    """Return a label with its texts beside it, or below it where a line is short; a hash stays in one line.
 
     Args:
         label: of a few letters.
@@ -313,11 +313,18 @@ def entry(label: str, texts: Sequence[str], *, width: int | None) -> list[str]:
             *(
                 line
                 for text in texts
-                for line in textwrap.wrap(text, width, initial_indent="  ", subsequent_indent="    ")
+                for line in textwrap.wrap(
+                    text, width, initial_indent="  ", subsequent_indent="    ", break_long_words=False
+                )
             ),
         ]
-    wrapped = [line for text in texts for line in textwrap.wrap(text, width - _LABEL)]
-    return [f"{name:<{_LABEL}}{line}" for name, line in zip([label, *[""] * len(wrapped)], wrapped, strict=False)]
+    wrapped = [line for text in texts for line in textwrap.wrap(text, width - _LABEL, break_long_words=False)]
+    labels = [label, *[""] * len(wrapped)]
+    # A line that is longer begins to the left, a space behind the label at least.
+    return [
+        f"{name:<{max(min(_LABEL, width - len(line)), len(name) + 1)}}{line}"
+        for name, line in zip(labels, wrapped, strict=False)
+    ]
 
 
 def _program(setup: Setup, orders: Orders, *, modules: Sequence[str]) -> list[str]:
@@ -351,7 +358,7 @@ def _patches(patches: Sequence[PatchRecord]) -> list[str]:
     return [
         f"{number}: runs {patch.runs[0] + 1} to {patch.runs[1] + 1}, {patch.area_mm2:.4g} mm2 about "
         f"{in_words(np.array(patch.place_mm, dtype=np.float64))}, spacing CV "
-        + ("none (one level)" if patch.spacing.cv is None else f"{patch.spacing.cv:.2%}")
+        + ("none (one level)" if patch.spacing.cv is None else percent(patch.spacing.cv, 2))
         for number, patch in enumerate(patches, start=1)
     ]
 
@@ -448,7 +455,7 @@ def _pressure(process: Process, flow: DepositionRecord, robots: Sequence[RobotRe
 def _limits(setup: Setup, motion: MotionRecord) -> list[str]:
     process = setup.cell.process
     laying = f"prints at {process.speed:g} mm/s (slowest {motion.slowest_deposit_mm_s:.1f})"
-    joints = f"joint moves from and to home at {process.joint_speed_share:.0%} speed"
+    joints = f"joint moves from and to home at {percent(process.joint_speed_share)} speed"
     return [f"{laying}, travels at {process.travel_speed:g} mm/s; {joints}"]
 
 

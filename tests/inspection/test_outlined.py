@@ -146,7 +146,7 @@ def test_a_large_picture_has_the_outline_of_a_small_one() -> None:
         (np.full((300, 400), 0.3), "no part is visible against the rim"),
         (disc((200.0, 150.0), 8.0), "no part is visible against the rim"),
         (disc((340.0, 150.0), 100.0), "so its outline is incomplete"),
-        (np.maximum(disc((110.0, 150.0), 80.0), disc((300.0, 150.0), 70.0)), "a second object, 77% of the size"),
+        (np.maximum(disc((110.0, 150.0), 80.0), disc((300.0, 150.0), 70.0)), "a second object, 77 % of the size"),
         (ndimage.gaussian_filter(disc((200.0, 150.0), 90.0, noise=0.0), 14.0), "is a sharp edge"),
     ],
     ids=["empty", "small", "cut off", "two", "blurred"],
@@ -245,7 +245,7 @@ def test_a_part_that_looks_alike_from_two_sides_with_a_plan_that_does_is_refused
     ratio = record.value.details["clearer"]
     assert isinstance(ratio, float)
     assert 1.0 <= ratio < 1.5
-    assert f"The printed lines are {ratio:.2g} times nearer" in str(record.value)
+    assert f"their distances to the plan differ by a factor of {ratio:.2g}, needed is 2. Give" in str(record.value)
 
 
 def test_a_patch_on_a_body_that_the_plan_does_not_know_is_refused(
@@ -272,7 +272,7 @@ def test_lines_that_lie_beside_the_runs_are_refused(
     camera = true_camera(view)
     assert PrintedLines(beads, on_body.surface, on_body.plan).off(camera) < 0.08
     assert lines.off(camera) > 0.25
-    with pytest.raises(InputError, match=r"of the spacing off the runs on average, allowed are 12\.5%"):
+    with pytest.raises(InputError, match=r"of the spacing off the runs on average, allowed are 12\.5 %"):
         camera_by_outline(picture_outline(grey), on_body.surface, camera.lens, lines=lines, beside=on_body.beside)
 
 

@@ -15,7 +15,7 @@ from tests.meshes import plate
 
 GCODE = "M104 S200\nG28\nG0 X5 Y9 Z0\nM104 S190\nG1 X35 Y9 E1\nG0 X35 Y11\nG1 X5 Y11 E1\n"
 SAID = (
-    "read: 1 homings, 4 moves; skipped: 2 M104; assumed: E relative, from the first moves, dialect marlin, from E "
+    "read: 1 homing, 4 moves; skipped: 2 M104; assumed: E relative, from the first moves, dialect marlin, from E "
     "words or M-codes of printers"
 )
 
@@ -25,6 +25,10 @@ def test_a_record_says_what_was_used_skipped_and_assumed() -> None:
     assert found == Reading({"moves": 412}, {"M104": 31, "G4": 2}, ("mm",))
     assert found.text == "read: 412 moves; skipped: 31 M104, 2 G4; assumed: mm"
     assert reading(used={"faces": 8}).text == "read: 8 faces"
+    one = reading(
+        used={"vertices": 1}, skipped={"other labels": 1, "properties of `rows`": 1, "`edges`": 1, "GOTOs": 1}
+    )
+    assert one.text == "read: 1 vertex; skipped: 1 GOTOs, 1 `edges`, 1 other label, 1 property of `rows`"
     assert pickle.loads(pickle.dumps(found)) == found  # noqa: S301
 
 

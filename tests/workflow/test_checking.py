@@ -17,6 +17,7 @@ from geoprint.config import job_of, packaged_cell_text
 from geoprint.errors import ClearanceError, InputError
 from geoprint.geometry.files import save_ply
 from geoprint.reporting import Checked, Finding, check_summary, run_sheet
+from geoprint.reporting.run_sheet import entry
 from geoprint.workflow import check_bundle, plan, save_plan
 from tests.commands import called
 from tests.meshes import plate
@@ -119,6 +120,14 @@ def test_a_folder_without_a_program_is_refused(tmp_path: Path) -> None:
     (tmp_path / "manifest.json").write_text("[" * 100_000)
     with pytest.raises(InputError, match=r"its manifest\.json cannot be read"):
         check_bundle(tmp_path)
+
+
+def test_a_hash_stays_in_one_line_of_the_sheet() -> None:
+    digest = "ab" * 32
+    assert entry("SHA-256", [digest], width=80) == [f"SHA-256         {digest}"]
+    assert entry("SHA-256", [digest], width=70) == [f"SHA-256 {digest}"]
+    assert entry("SHA-256", [digest], width=40) == ["SHA-256", f"  {digest}"]
+    assert entry("program", ["two runs"], width=80) == ["program           two runs"]
 
 
 def test_the_command_prints_the_page_and_ends_with_5_where_something_is_wrong(

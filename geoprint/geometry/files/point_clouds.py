@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components, mini
 from scipy.spatial import KDTree
 
 from geoprint.delimited import Delimited, column_named, encoding_of, is_comment
-from geoprint.errors import InputError, how_many
+from geoprint.errors import InputError, how_many, percent
 from geoprint.geometry.clipping import clipped, part_of
 from geoprint.geometry.files import cloud_worker
 from geoprint.geometry.files.mesh_file import Check, MeshFile
@@ -88,7 +88,7 @@ def read_point_text(data: bytes, *, name: str) -> PointCloud:
     skipped: Counter[str] = Counter(table.unused(used))
     if table.header is None:
         skipped["unused columns"] = table.width - len(used)
-    skipped["comments and empty lines"] = sum(is_comment(line) for _, line in rows)
+    skipped["lines without a point"] = sum(is_comment(line) for _, line in rows)
     decimals = table.separator != "," and any("," in line for line in kept[1:2])
     assumed = ("decimal commas",) if decimals else ()
     return PointCloud(values[:, points], normals, skipped, assumed, unit)
@@ -420,8 +420,8 @@ def _residuals(surface: Surface, points: FloatArray, *, allowed: float, name: st
     stray = float((residuals > allowed).mean())
     if stray > STRAY_SHARE:
         raise InputError(
-            f"`{name}`: {stray:.0%} of its {how_many(len(points), 'point')} lie more than {allowed:.3g} off the "
-            f"surface through them, at most {STRAY_SHARE:.0%} may; {NO_SURFACE}.",
+            f"`{name}`: {percent(stray)} of its {how_many(len(points), 'point')} lie more than {allowed:.3g} off the "
+            f"surface through them, at most {percent(STRAY_SHARE)} may; {NO_SURFACE}.",
             stray=stray,
         )
     return residuals

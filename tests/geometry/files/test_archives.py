@@ -230,7 +230,7 @@ def test_supports_of_3mf_are_left_out_and_counted(tmp_path: Path, kind: str) -> 
     loaded = load_file(package(tmp_path, model(objects=objects, items=items)), unit=None)
     assert len(loaded.faces) == 4
     assert np.ptp(loaded.vertices, axis=0).tolist() == [30.0, 20.0, 10.0]
-    assert loaded.reading.text == f"read: 4 faces, 1 objects; skipped: 8 faces of objects of type {kind}"
+    assert loaded.reading.text == f"read: 4 faces, 1 object; skipped: 8 faces of objects of type {kind}"
     alone = model(objects=f'<object id="1" type="{kind}">{MESH}</object>')
     with pytest.raises(InputError, match=r"holds supports alone \(4 faces of them\)"):
         load_file(package(tmp_path, alone), unit=None)

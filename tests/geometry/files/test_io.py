@@ -506,9 +506,7 @@ def test_what_obj_and_off_hold_besides_is_recorded(tmp_path: Path) -> None:
         "vn 0 0 1\nfo 1 2 3\nl 1 2\nf 1//1 2//1 4//1 3//1\n"
     )
     record = load_file(tmp_path / "a.obj", unit="mm").reading
-    assert record.text == (
-        "read: 1 faces, 1 polygons, 4 vertices; skipped: 4 vertex colours, 1 `l`, 1 `mtllib`, 1 `vn`"
-    )
+    assert record.text == ("read: 1 face, 1 polygon, 4 vertices; skipped: 4 vertex colours, 1 `l`, 1 `mtllib`, 1 `vn`")
     (tmp_path / "a.off").write_text("COFF\n3 1 0\n0 0 0 9 9 9 9\n30 0 0 9 9 9 9\n0 20 0 9 9 9 9\n3 0 1 2 7 7 7\n")
     assert dict(load_file(tmp_path / "a.off", unit="mm").reading.skipped) == {
         "vertices' colours or normals": 3,
