@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 
 from geoprint import transforms
-from geoprint.errors import InputError
+from geoprint.errors import InputError, percent
 from geoprint.model import FloatArray, freeze_arrays, frozen
 
 # Steps that undo the bending of a lens; each takes an error down to about a tenth.
@@ -50,8 +50,8 @@ class Lens:
         bent = abs(float(self.radial[0]) * square + float(self.radial[1]) * square**2)
         if bent > MOST_BENT:
             raise InputError(
-                f"the lens bends the corner of its picture by {bent:.0%}, allowed are {MOST_BENT:.0%}; check k1 and "
-                "k2, or calibrate it from a checkerboard.",
+                f"the lens bends the corner of its picture by {percent(bent)}, allowed are {percent(MOST_BENT)}; check "
+                "k1 and k2, or calibrate it from a checkerboard.",
                 bent=bent,
             )
 

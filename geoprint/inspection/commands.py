@@ -12,7 +12,7 @@ import typer
 from geoprint.cli.bounds import limit_memory, watch
 from geoprint.cli.ending import wrote
 from geoprint.cli.options import AsJson, MaxMemory, Overwrite
-from geoprint.cli.terminal import result, say
+from geoprint.cli.terminal import columns, result, say
 from geoprint.errors import UsageError, how_many
 
 if TYPE_CHECKING:
@@ -225,7 +225,7 @@ def _of_photographs(
         )
         observe("writing")
         record = record_appraisal(found) if out is None else save_appraisal(found, out, overwrite=overwrite)
-    return record, appraisal_text(record)
+    return record, appraisal_text(record, width=columns())
 
 
 def _of_print(
@@ -244,7 +244,7 @@ def _of_print(
         found = appraise_scan(scan, bundle=plan, asked=ScanAsked(*how), observe=observe)
         observe("writing")
         record = record_scan(found) if out is None else save_scan(found, out, overwrite=overwrite)
-    return record, scan_text(record)
+    return record, scan_text(record, width=columns())
 
 
 def _of_part(

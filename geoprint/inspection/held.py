@@ -14,7 +14,7 @@ from typing import Literal, TypeAlias, final
 import numpy as np
 from scipy import ndimage
 
-from geoprint.errors import InputError
+from geoprint.errors import InputError, percent
 from geoprint.inspection.against_plan import PART_SHARE, WITHIN_STRETCH, PlannedRuns, PrintShift, parts_of, print_shift
 from geoprint.inspection.beads import BeadLine
 from geoprint.inspection.camera import Camera
@@ -340,22 +340,22 @@ def doubts(held: Held) -> list[str]:
     if found.darker:
         said.append("beads are darker than what they lie on")
     if found.white > OVEREXPOSED:
-        said.append(f"{found.white:.0%} of the beads is white: their light there is left out; expose less")
+        said.append(f"{percent(found.white)} of the beads is white: their light there is left out; expose less")
     unknown = 1.0 - float(held.sized.sum() / max(int(measurable.sum()), 1))
     if unknown > 0.1:
         said.append(
-            f"width and offset are omitted for {unknown:.0%} of the straight and separate beads, whose edges are "
-            f"uncertain by more than {WORST_EDGES:.0%} of a width: {_why_unknown(held, measurable & ~held.sized)}"
+            f"width and offset are omitted for {percent(unknown)} of the straight and separate beads, whose edges are "
+            f"uncertain by more than {percent(WORST_EDGES)} of a width: {_why_unknown(held, measurable & ~held.sized)}"
         )
     alone = 1.0 - float(((held.relative > 0.0) & measurable).sum() / max(int(measurable.sum()), 1))
     if alone > 0.1:
         said.append(
-            f"widths are too noisy to compare for {alone:.0%} of the straight and separate beads, so only gaps count "
-            "there: go nearer, or expose more"
+            f"widths are too noisy to compare for {percent(alone)} of the straight and separate beads, so only gaps "
+            "count there: go nearer, or expose more"
         )
     bent = float((held.judged & ~found.lone).sum() / max(int(held.judged.sum()), 1))
     if bent > 0.1:
-        said.append(f"only gaps are judged along {bent:.0%} of the plan, at corners and joints")
+        said.append(f"only gaps are judged along {percent(bent)} of the plan, at corners and joints")
     if len(held.comparable) < FEWEST_RUNS:
         said.append(_too_few(held))
     if found.alike:
@@ -376,7 +376,7 @@ def _too_few(held: Held) -> str:
     more, sure = wide.value / narrow.value - 1.0, float(np.hypot(wide.deviation, narrow.deviation))
     if more < max(WHOLE_RUN, SIGNIFICANT * sure):
         return said
-    return f"{said}; beside the plan one of these is {more:.0%} wider than the other, so one is at fault"
+    return f"{said}; beside the plan one of these is {percent(more)} wider than the other, so one is at fault"
 
 
 def _aslant(measured: MeasuredStretches, widths: FloatArray, *, height: float) -> BoolArray:

@@ -14,7 +14,7 @@ import numpy as np
 from scipy import ndimage
 from scipy.spatial import KDTree
 
-from geoprint.errors import InputError
+from geoprint.errors import InputError, percent
 from geoprint.inspection.against_plan import PlannedRuns
 from geoprint.inspection.camera import Camera
 from geoprint.inspection.edge_model import MOST_GAMMA, FittedEdges, Optics, Rows, fitted_edges, found_optics
@@ -219,9 +219,9 @@ def _held_otherwise(grey: FloatArray, seen: LookedAt, plan: PlannedRuns, camera:
     best = max(shown, key=lambda how: shown[how][0])
     if shown[best][0] > CLEARER * shown[""][0]:
         raise InputError(
-            f"the picture shows {shown[best][0]:.0%} of the plan if it is {best}, otherwise {shown[''][0]:.0%}. It "
-            "was turned or mirrored after the fiducials were taken, or their columns u and v are swapped: give the "
-            "original picture."
+            f"the picture shows {percent(shown[best][0])} of the plan if it is {best}, otherwise "
+            f"{percent(shown[''][0])}. It was turned or mirrored after the fiducials were taken, or their columns u "
+            "and v are swapped: give the original picture."
         )
     own, darker = shown[""]
     others = [how for how, (share, other) in shown.items() if how and share * ALIKE > own and other == darker]

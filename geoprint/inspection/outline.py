@@ -7,7 +7,7 @@ from typing import final
 import numpy as np
 from scipy import ndimage
 
-from geoprint.errors import InputError
+from geoprint.errors import InputError, percent
 from geoprint.geometry import face_normals
 from geoprint.geometry.rays import RayTree
 from geoprint.geometry.topology import numbered_edges
@@ -166,8 +166,8 @@ def picture_outline(grey: FloatArray) -> PictureOutline:
             shifts, there = _edges(values, least=least, inward=inward)
     if there.mean() < LEAST_SHARP:
         raise InputError(
-            f"only {there.mean():.0%} of the outline of the part is a sharp edge, needed are {LEAST_SHARP:.0%}. Light "
-            "the part, use an even background, or give `--fiducials`.",
+            f"only {percent(there.mean())} of the outline of the part is a sharp edge, needed are "
+            f"{percent(LEAST_SHARP)}. Light the part, use an even background, or give `--fiducials`.",
             sharp=float(there.mean()),
         )
     sharp = line[there] + step * shifts[there, None] * outward[there]
@@ -201,8 +201,8 @@ def _part(coarse: FloatArray) -> tuple[BoolArray, float]:
     others = np.sort(sizes)[-2] if count > 1 else 0
     if others > MOST_OTHER * sizes[largest]:
         raise InputError(
-            f"the picture shows a second object, {others / sizes[largest]:.0%} of the size of the largest. Remove it, "
-            "or give `--fiducials`."
+            f"the picture shows a second object, {percent(others / sizes[largest])} of the size of the largest. Remove "
+            "it, or give `--fiducials`."
         )
     return np.asarray(part), spread
 

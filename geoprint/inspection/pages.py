@@ -7,11 +7,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.spatial import KDTree
 
+from geoprint.errors import percent
 from geoprint.geometry import face_areas, refine
 from geoprint.inspection.print import Appraisal, AppraisedPhotograph, OnPlan
 from geoprint.inspection.scan import AppraisedScan
 from geoprint.inspection.scan_measuring import COVERED_SHARE
 from geoprint.inspection.text import (
+    FAULTS,
     PHOTOGRAPH_COLUMNS,
     RUN_COLUMNS,
     SCANNED_COLUMNS,
@@ -144,11 +146,11 @@ def _photograph(
     on_plan, faults, widths = record.on_plan, fault_rows(each), _widths(each)
     bare = "All visible runs have material, and none is too wide or too thin." if on_plan else "No line is broken."
     wrong = row_table(PLAN_COLUMNS if on_plan else LINE_COLUMNS, faults, label=f"Faults in {record.file}")
-    note = "Share of the length by its width; shaded: within 5% of the mean." if widths.size else "No width is known."
+    note = "Share of the length by its width; shaded: within 5 % of the mean." if widths.size else "No width is known."
     spread = histograms([(record.file, widths)], of="length", axis="width / mean width [1]") if widths.size else ""
     runs = () if on_plan is None else (
         element("h3", "Run by run"),
-        row_table(RUN_COLUMNS, photographed_run_rows(on_plan), label=f"Runs in {record.file}"),
+        row_table((*RUN_COLUMNS, FAULTS), photographed_run_rows(on_plan), label=f"Runs in {record.file}"),
     )  # fmt: skip
     return joined(
         *(element("p", said) for said in _said(record, recorded) if not _is_caution(said)),
@@ -276,10 +278,10 @@ def scan_page(found: AppraisedScan, record: ScanAppraisalRecord) -> bytes:
                 name=record.printed.part,
                 title="as scanned",
                 figures=(
-                    ("volume", f"{record.volume_ratio.value:.1%}"),
+                    ("volume", percent(record.volume_ratio.value, 1)),
                     ("thickness", f"{record.thickness_mm.value:.3f} mm"),
-                    ("seen", f"{record.seen:.1%}"),
-                    ("covered", f"{record.covered.value:.1%}"),
+                    ("seen", percent(record.seen, 1)),
+                    ("covered", percent(record.covered.value, 1)),
                 ),
                 thickness=thickness,
                 ratios=ratios,
@@ -287,7 +289,7 @@ def scan_page(found: AppraisedScan, record: ScanAppraisalRecord) -> bytes:
             ),
         ),
         paths=(StackPaths(places, offsets, np.array([offsets.size - 1])),),
-        columns=SCANNED_COLUMNS,
+        columns=tuple(SCANNED_COLUMNS),
         rows=tuple(scanned_run_rows(record.runs)),
         pages=(),
         pictures=(),

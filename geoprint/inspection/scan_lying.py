@@ -20,7 +20,7 @@ from scipy.sparse.linalg import splu
 from scipy.spatial import KDTree
 
 from geoprint import transforms
-from geoprint.errors import InputError
+from geoprint.errors import InputError, percent
 from geoprint.geometry import (
     closest,
     cotangent_laplacian,
@@ -158,8 +158,8 @@ def _check(nominal: Surface, fitted: FloatArray, seen: BoolArray, *, most: float
     share = float(lumped_mass(nominal)[seen].sum() / lumped_mass(nominal).sum())
     if share < LEAST_SEEN:
         raise InputError(
-            f"`{name}` shows {share:.0%} of {nominal.name}, at least {LEAST_SEEN:.0%} is needed for its pose; scan or "
-            "touch more of it.",
+            f"`{name}` shows {percent(share)} of {nominal.name}, at least {percent(LEAST_SEEN)} is needed for its "
+            "pose; scan or touch more of it.",
             seen=share,
         )
     worst = int(np.argmax(np.abs(np.where(seen, fitted, 0.0))))

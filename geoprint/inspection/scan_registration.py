@@ -18,7 +18,7 @@ from scipy.spatial.distance import cdist
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.errors import InputError
+from geoprint.errors import InputError, percent
 from geoprint.geometry import closest, mean_normal
 from geoprint.geometry.native import missing, run_worker
 from geoprint.inspection import registration_worker
@@ -553,8 +553,8 @@ def _check(found: Adjusted, target: ScanTarget, *, name: str) -> None:
     most = MOST_BARE_NOISE_SHARE * target.size if deposit is None else MOST_NOISE_SHARE * deposit.height
     if found.used < LEAST_USED:
         raise InputError(
-            f"`{name}` does not match {target.surface.name}: {found.used:.0%} of its points lie on it, at least "
-            f"{LEAST_USED:.0%} must. Cut away other objects, check the unit, or give its pose with `--pose`.",
+            f"`{name}` does not match {target.surface.name}: {percent(found.used)} of its points lie on it, at least "
+            f"{percent(LEAST_USED)} must. Cut away other objects, check the unit, or give its pose with `--pose`.",
             used=found.used,
         )
     if found.noise > most:
@@ -566,6 +566,6 @@ def _check(found: Adjusted, target: ScanTarget, *, name: str) -> None:
     if _scale_error(found) > MOST_SCALE:
         raise InputError(
             f"`{name}` fits {target.surface.name} only when scaled by {found.shares[-1]:.3f}, at most "
-            f"{MOST_SCALE:.0%} can be a scanner's error. Check its unit, and that it shows this part and print.",
+            f"{percent(MOST_SCALE)} can be a scanner's error. Check its unit, and that it shows this part and print.",
             scale=float(found.shares[-1]),
         )

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
 from itertools import combinations
+from typing import TypeAlias
 
 import numpy as np
 
+from geoprint.errors import percent
 from geoprint.reporting.records.inspection import (
     ApartRecord,
     AppraisalRecord,
@@ -24,30 +27,47 @@ from geoprint.reporting.records.inspection import (
     Stretch,
 )
 from geoprint.reporting.records.rounding import listed
+from geoprint.reporting.tables import fitting, left_out
+
+Form: TypeAlias = Callable[[float], str]
 
 # What a person reads of appraised photographs: a table of each, the runs of the plan, and how far prints lie apart.
 
 
 _GAP = "  "
 _NONE = "-"
+# How estimates are written.
+_SHARE: Form = partial(percent, digits=1)
+_MM: Form = "{:.3f}".format
+_SIGNED_MM: Form = "{:+.3f}".format
 # Stretches that a line of the table names; the others are counted.
 MOST_NAMED = 3
 PHOTOGRAPH_COLUMNS = ("photograph", "lines", "length px", "width px", "CV", "breaks")
-RUN_COLUMNS = (
-    "run", "length mm", "judged", "missing mm", "width mm", "planned", "of usual", "CV", "offset mm", "rms",
-    "faults at mm",
-)  # fmt: skip
+# Of the table of runs, with the order in which they go where a line is short, the largest first.
+RUN_COLUMNS = {
+    "run": 0, "length mm": 5, "judged": 4, "missing mm": 1, "width mm": 3, "planned": 9, "of usual": 6, "CV": 8,
+    "offset mm": 2, "rms": 7,
+}  # fmt: skip
+# Its last column on a page; a terminal has a line a run below the table.
+FAULTS = "faults at mm"
 
 
-def appraisal_text(record: AppraisalRecord) -> str:
-    """Return tables and sentences."""
+def appraisal_text(record: AppraisalRecord, *, width: int | None = None) -> str:
+    """Return tables and sentences.
+
+    Args:
+        record: of the photographs.
+        width: letters in a line, where they are counted.
+    """
     lines = grid(PHOTOGRAPH_COLUMNS, photograph_rows(record))
     for each in record.photographs:
         lines += ["", *looked_for(record, each)]
         if each.on_plan is not None:
+            rows = photographed_run_rows(each.on_plan)
             lines += [
                 "",
-                *grid(RUN_COLUMNS, photographed_run_rows(each.on_plan)),
+                *_run_table(RUN_COLUMNS, [row[:-1] for row in rows], width=width),
+                *(f"run {row[0]}, {FAULTS}: {row[-1]}" for row in rows if row[-1] != _NONE),
                 "",
                 *plan_sentences(each, each.on_plan),
             ]
@@ -61,14 +81,14 @@ def photograph_rows(record: AppraisalRecord) -> list[tuple[str, ...]]:
     return [
         (
             each.file, str(len(each.lines)), f"{each.length_px:.0f}", f"{each.width_mean_px:.2f}",
-            f"{each.width_cv:.1%}", str(_breaks(each)),
+            percent(each.width_cv, 1), str(_breaks(each)),
         )
         for each in record.photographs
     ]  # fmt: skip
 
 
 def photographed_run_rows(found: OnPlanRecord) -> list[tuple[str, ...]]:
-    """Return the rows of the table of runs, below `RUN_COLUMNS`."""
+    """Return the rows of the table of runs, below `RUN_COLUMNS` and `FAULTS`."""
     return [_run_row(run) for run in found.runs]
 
 
@@ -94,14 +114,14 @@ def looked_for(record: AppraisalRecord, each: PhotographRecord) -> list[str]:
 def plan_sentences(each: PhotographRecord, found: OnPlanRecord) -> list[str]:
     """Return how a photograph shows its plan in sentences, then notes and warnings."""
     said = (
-        f"{each.file}: {found.judged:.1%} of the plan is visible and judged, {found.missing:.2%} of that has no "
-        "material"
+        f"{each.file}: {percent(found.judged, 1)} of the plan is visible and judged, {percent(found.missing, 2)} of "
+        "that has no material"
     )
     if found.width_mean_mm is None or found.width_cv is None or found.offset_mean_mm is None or found.usual is None:
         covered = f"{said}; width and offset are too uncertain to state"
     else:
         covered = (
-            f"{said}. Beads are {found.width_mean_mm:.3f} mm wide (CV {found.width_cv:.1%}), planned "
+            f"{said}. Beads are {found.width_mean_mm:.3f} mm wide (CV {percent(found.width_cv, 1)}), planned "
             f"{found.width_planned_mm:.3f} mm, typical {found.usual:.2f} of that. They lie "
             f"{found.offset_mean_mm:+.3f} mm to the left of their runs ({found.offset_rms_mm or 0.0:.3f} root mean "
             "square)"
@@ -120,8 +140,8 @@ def plan_sentences(each: PhotographRecord, found: OnPlanRecord) -> list[str]:
     lines += shift_sentences(each.file, found.shift)
     if found.strays > 0.0:
         lines.append(
-            f"note: {each.file}: {found.strays:.1%} of the material lies farther than {found.reach_mm:.3g} mm from "
-            "every run"
+            f"note: {each.file}: {percent(found.strays, 1)} of the material lies farther than {found.reach_mm:.3g} mm "
+            "from every run"
         )
     return lines
 
@@ -166,12 +186,12 @@ def verdict_on_photographs(record: AppraisalRecord) -> str:
     if plans and not others:
         return plan_sentences(*plans[0])[0]
     if plans:
-        missing = listed([f"{found.missing:.2%} in {each.file}" for each, found in plans])
+        missing = listed([f"{percent(found.missing, 2)} in {each.file}" for each, found in plans])
         return f"{missing} of the judged plan has no material"
     if not others:
         return (
             f"{first.file} shows {_counted(len(first.lines), 'line')} of material, {first.length_px:.0f} pixels long "
-            f"together and {first.width_mean_px:.2f} pixels wide (CV {first.width_cv:.1%}), with "
+            f"together and {first.width_mean_px:.2f} pixels wide (CV {percent(first.width_cv, 1)}), with "
             f"{_counted(_breaks(first), 'break')}"
         )
     near, *_, far = sorted([record.pairs[0], *record.pairs], key=lambda pair: pair.apart_px.hausdorff)
@@ -214,15 +234,15 @@ def _breaks(each: PhotographRecord) -> int:
 
 def _run_row(run: RunRecord) -> tuple[str, ...]:
     return (
-        str(run.run + 1), f"{run.length_mm:.1f}", f"{run.judged_mm / run.length_mm:.0%}", f"{run.missing_mm:.1f}",
-        _photographed_estimate(run.width_mm, "{:.3f}"), f"{run.width_planned_mm:.3f}",
-        _NONE if run.of_usual is None else f"{run.of_usual.value:.2f}", _number(run.width_cv, "{:.1%}"),
-        _photographed_estimate(run.offset_mm, "{:+.3f}"), _number(run.offset_rms_mm, "{:.3f}"), _faults(run),
+        str(run.run + 1), f"{run.length_mm:.1f}", percent(run.judged_mm / run.length_mm), f"{run.missing_mm:.1f}",
+        _photographed_estimate(run.width_mm, _MM), f"{run.width_planned_mm:.3f}",
+        _NONE if run.of_usual is None else f"{run.of_usual.value:.2f}", _number(run.width_cv, _SHARE),
+        _photographed_estimate(run.offset_mm, _SIGNED_MM), _number(run.offset_rms_mm, _MM), _faults(run),
     )  # fmt: skip
 
 
-def _photographed_estimate(found: EstimateRecord | None, form: str) -> str:
-    return _NONE if found is None else f"{form.format(found.value)} +/- {found.deviation:.3f}"
+def _photographed_estimate(found: EstimateRecord | None, form: Form) -> str:
+    return _NONE if found is None else f"{form(found.value)} +/- {found.deviation:.3f}"
 
 
 def _faults(run: RunRecord) -> str:
@@ -232,8 +252,8 @@ def _faults(run: RunRecord) -> str:
     return "; ".join([*([] if run.whole is None else [f"{run.whole} all along"]), *named]) or _NONE
 
 
-def _number(value: float | None, form: str) -> str:
-    return _NONE if value is None else form.format(value)
+def _number(value: float | None, form: Form) -> str:
+    return _NONE if value is None else form(value)
 
 
 def _stretches(stretches: Sequence[Stretch]) -> str:
@@ -269,6 +289,15 @@ def _apart_text(apart: ApartRecord) -> str:
     )
 
 
+def _run_table(weights: Mapping[str, int], rows: Sequence[Sequence[str]], *, width: int | None) -> list[str]:
+    """Return the table of runs, without columns that do not fit, and which these are."""
+    cells = [dict(zip(weights, row, strict=True)) for row in rows]
+    names = fitting([*weights], cells, width=width, weights=weights)
+    gone = left_out([*weights], names, weights)
+    said = [f"columns left out at this width, see `--json`: {gone}", ""] if gone else []
+    return [*grid(names, [[each[name] for name in names] for each in cells]), *said]
+
+
 def grid(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
     """Return a heading, a line below it, and the rows; the first column to the left."""
     widths = [max(len(row[column]) for row in (header, *rows)) for column in range(len(header))]
@@ -282,7 +311,10 @@ def grid(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
 
 # What a person reads of appraised scans: the runs of the plan, how thick the print is, and how sure that is.
 
-SCANNED_COLUMNS = ("run", "length mm", "seen", "missing mm", "volume", "crest mm", "offset mm")
+# With the order in which they go where a line is short, the largest first.
+SCANNED_COLUMNS = {
+    "run": 0, "length mm": 6, "seen": 5, "missing mm": 4, "volume": 1, "crest mm": 2, "offset mm": 3,
+}  # fmt: skip
 # Standard deviations to either side that hold 95 of 100.
 TWO_SIDED = 1.96
 # Less bare part than this among the points says little of where the part's surface is.
@@ -291,9 +323,14 @@ LEAST_BARE = 0.03
 NOTABLE_VOLUME = 0.03
 
 
-def scan_text(record: ScanAppraisalRecord) -> str:
-    """Return tables and sentences on a scan of a print."""
-    lines = grid(SCANNED_COLUMNS, scanned_run_rows(record.runs))
+def scan_text(record: ScanAppraisalRecord, *, width: int | None = None) -> str:
+    """Return tables and sentences on a scan of a print.
+
+    Args:
+        record: of the scan.
+        width: letters in a line, where they are counted.
+    """
+    lines = _run_table(SCANNED_COLUMNS, scanned_run_rows(record.runs), width=width)
     return "\n".join([*lines, "", *scan_sentences(record)])
 
 
@@ -301,16 +338,16 @@ def scan_sentences(record: ScanAppraisalRecord) -> list[str]:
     """Return what a scan shows of a print in sentences, then notes and warnings."""
     off, ratio = record.from_plan, record.volume_ratio
     volume = (
-        f"{record.scan.file}: the print has {_said(ratio, '{:.1%}')} of the planned volume in the visible area, and "
-        f"is {_said(record.thickness_mm, '{:.3f}')} mm thick on average"
+        f"{record.scan.file}: the print has {_said(ratio, _SHARE)} of the planned volume in the visible area, and "
+        f"is {_said(record.thickness_mm, _MM)} mm thick on average"
     )
     covered = (
-        f"{record.seen:.1%} of the area to cover is visible, and {_said(record.covered, '{:.1%}')} of that has "
-        f"material: {_said(record.volume_seen_mm3, '{:.0f}')} mm3 of {record.volume_planned_mm3:.0f} mm3 planned in "
-        "all"
+        f"{percent(record.seen, 1)} of the area to cover is visible, and {_said(record.covered, _SHARE)} of that has "
+        f"material: {_said(record.volume_seen_mm3, '{:.0f}'.format)} mm3 of {record.volume_planned_mm3:.0f} mm3 "
+        "planned in all"
     )
     thickness = (
-        f"thickness error: {_said(off.mean, '{:+.3f}')} mm on average, {off.rms_mm:.3f} mm root mean square "
+        f"thickness error: {_said(off.mean, _SIGNED_MM)} mm on average, {off.rms_mm:.3f} mm root mean square "
         f"({off.noise_mm:.3f} mm from the scan), 90 % between {off.p5_mm:+.3f} and {off.p95_mm:+.3f} mm"
     )
     beads = (
@@ -320,13 +357,13 @@ def scan_sentences(record: ScanAppraisalRecord) -> list[str]:
     lines = [volume, covered, thickness, *_placed(record.scan, record.registration), beads]
     if record.bare < LEAST_BARE:
         lines.append(
-            f"note: only {record.bare:.1%} of the points show the bare part, so thickness assumes parabolic beads. "
-            "Scan the surroundings of the print too, or leave a margin"
+            f"note: only {percent(record.bare, 1)} of the points show the bare part, so thickness assumes parabolic "
+            "beads. Scan the surroundings of the print too, or leave a margin"
         )
     if abs(ratio.value - 1.0) > max(NOTABLE_VOLUME, TWO_SIDED * ratio.deviation):
         lines.append(
-            f"warning: {abs(ratio.value - 1.0):.0%} {'more' if ratio.value > 1.0 else 'less'} material than planned; "
-            "fit the flow anew with `geoprint fit-flow`, or check pressure and material"
+            f"warning: {percent(abs(ratio.value - 1.0))} {'more' if ratio.value > 1.0 else 'less'} material than "
+            "planned; fit the flow anew with `geoprint fit-flow`, or check pressure and material"
         )
     return [*lines, *shift_sentences(record.scan.file, record.shift)]
 
@@ -336,8 +373,8 @@ def lying_text(record: LyingRecord) -> str:
     lies = (
         f"{record.part} lies {record.offset_mean_mm:+.3f} mm off its file on average, {record.offset_rms_mm:.3f} mm "
         f"root mean square. Range: {record.offset_least_mm:+.3f} to {record.offset_most_mm:+.3f} mm (+/- "
-        f"{TWO_SIDED * record.deviation_mm:.3f}), over {record.seen:.0%} of its area; allowed: {record.allowed_mm:g} "
-        "mm"
+        f"{TWO_SIDED * record.deviation_mm:.3f}), over {percent(record.seen)} of its area; allowed: "
+        f"{record.allowed_mm:g} mm"
     )
     fitted = (
         f"fitted smoothly over {record.smoothing_mm:.2g} mm, from which {record.scan.used} points are off by "
@@ -363,8 +400,8 @@ def _placed(scan: ScanFileRecord, found: RegistrationRecord) -> list[str]:
     if found.scale is not None:
         larger = 1.0 / found.scale.value - 1.0
         lines.append(
-            f"warning: {scan.file} is {abs(larger):.2%} too {'large' if larger > 0.0 else 'small'}; its coordinates "
-            f"are multiplied by {_said(found.scale, '{:.4f}')} here; calibrate the scanner"
+            f"warning: {scan.file} is {percent(abs(larger), 2)} too {'large' if larger > 0.0 else 'small'}; its "
+            f"coordinates are multiplied by {_said(found.scale, '{:.4f}'.format)} here; calibrate the scanner"
         )
     if found.loose:
         lines.append(
@@ -376,15 +413,15 @@ def _placed(scan: ScanFileRecord, found: RegistrationRecord) -> list[str]:
 
 def _run(run: ScannedRunRecord) -> tuple[str, ...]:
     return (
-        str(run.run + 1), f"{run.length_mm:.1f}", f"{run.seen_mm / run.length_mm:.0%}", f"{run.missing_mm:.1f}",
-        _estimate(run.ratio, "{:.1%}"), _estimate(run.crest_mm, "{:.3f}"), _estimate(run.offset_mm, "{:+.3f}"),
+        str(run.run + 1), f"{run.length_mm:.1f}", percent(run.seen_mm / run.length_mm), f"{run.missing_mm:.1f}",
+        _estimate(run.ratio, _SHARE), _estimate(run.crest_mm, _MM), _estimate(run.offset_mm, _SIGNED_MM),
     )  # fmt: skip
 
 
-def _estimate(found: EstimateRecord | None, form: str) -> str:
+def _estimate(found: EstimateRecord | None, form: Form) -> str:
     return _NONE if found is None else _said(found, form)
 
 
-def _said(found: EstimateRecord, form: str) -> str:
+def _said(found: EstimateRecord, form: Form) -> str:
     """Return a figure with what 95 of 100 lie within."""
-    return f"{form.format(found.value)} +/- {form.replace('+', '').format(TWO_SIDED * found.deviation)}"
+    return f"{form(found.value)} +/- {form(TWO_SIDED * found.deviation).removeprefix('+')}"

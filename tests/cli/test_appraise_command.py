@@ -138,6 +138,17 @@ def test_photographs_of_one_name_keep_their_distance_in_text_and_page(run: Run, 
     assert '<th scope="row">cell, needle, layer height</th><td>needs a plan</td>' in page
 
 
+def test_the_table_of_runs_fits_a_line_of_80_letters(run: Run, printed: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("geoprint.inspection.commands.columns", lambda: 80)
+    status, stdout, _ = run(f"{printed / 'print.png'} --plan plan --fiducials marks.csv --lens lens.toml")
+    assert status == 0
+    heading, _, *rows = stdout.partition("\nrun  ")[2].splitlines()[:4]
+    assert heading.split("  ")[-1].strip() == "offset mm"
+    assert max(len(line) for line in (f"run  {heading}", *rows)) <= 80
+    assert "columns left out at this width, see `--json`: planned, CV, rms\n" in stdout
+    assert re.search(r"^run 1, faults at mm: gap \d+\.\d-\d+\.\d", stdout, re.MULTILINE)
+
+
 def test_a_print_is_held_against_its_plan_and_written(run: Run, printed: Path) -> None:
     asked = "print.png --plan plan --fiducials marks.csv --lens lens.toml"
     status, stdout, stderr = run(f"{asked} --out told --json")
@@ -165,7 +176,7 @@ def test_a_print_is_held_against_its_plan_and_written(run: Run, printed: Path) -
     assert first.gaps_mm[0] == pytest.approx((40.0, 46.0), abs=0.8)
     assert first.missing_mm == pytest.approx(6.0, abs=1.2)
     page = (written / "report.html").read_text(encoding="utf-8")
-    assert re.search(r"print\.png: [\d.]+% of the plan is visible and judged", page)
+    assert re.search(r"print\.png: [\d.]+&nbsp;% of the plan is visible and judged", page)
     assert printed_with(written / "report.html") == [*PRINTED_WITH, f"geoprint appraise {asked}"]
     cells = re.findall(r"<td>([^<]*)</td>", page.split("What is wrong, and where")[1])
     assert cells[0] == "gap"

@@ -246,7 +246,7 @@ def test_corners_are_no_faults_and_are_said_to_be_looked_at_for_gaps_alone() -> 
     assert not any(found.gaps(run) + found.blobs(run) + found.thin(run) for run in range(3))
     assert found.judged.all()
     (doubt,) = (each for each in doubts(found) if "corners" in each)
-    assert doubt.startswith(f"only gaps are judged along {1.0 - found.measured.lone.mean():.0%} of the plan")
+    assert doubt.startswith(f"only gaps are judged along {100 * (1.0 - found.measured.lone.mean()):.0f} % of the plan")
 
 
 @pytest.mark.parametrize(("runs", "volume"), [(1, 1.5), (2, 1.0), (2, 1.5)])
@@ -259,7 +259,7 @@ def test_of_fewer_than_three_runs_none_is_at_fault_but_two_that_differ_are_said_
     assert [found.whole(run) for run in range(runs)] == [None] * runs
     (doubt,) = (each for each in doubts(found) if "over its whole length" in each)
     assert f"takes 3 runs whose widths compare, found {runs}" in doubt
-    wider = re.search(r"one of these is (\d+)% wider than the other, so one is at fault", doubt)
+    wider = re.search(r"one of these is (\d+) % wider than the other, so one is at fault", doubt)
     assert (wider is None) is (runs == 1 or volume == 1.0)
     # Widths go with the root of the volume.
     assert wider is None or float(wider[1]) == pytest.approx(100.0 * (np.sqrt(volume) - 1.0), abs=3.0)

@@ -70,7 +70,7 @@ def test_what_is_too_far_off_or_not_seen_is_refused() -> None:
     points = touched(5000, noise=0.02)
     with pytest.raises(InputError, match=r"lies [-+]0\.[34]\d* mm off its file at .* allowed are 0\.2 mm"):
         lying_part(points, STANDS, PART, most=0.2)
-    with pytest.raises(InputError, match=r"shows \d+% of .*, at least 50% is needed"):
+    with pytest.raises(InputError, match=r"shows \d+ % of .*, at least 50 % is needed"):
         lying_part(touched(5000, noise=0.02, right=12.0), STANDS, PART, most=2.0)
     with pytest.raises(InputError, match="no point lies within 6 mm"):
         lying_part(points + np.array([0.0, 0.0, 50.0]), STANDS, PART, most=2.0)

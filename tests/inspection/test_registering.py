@@ -63,7 +63,7 @@ def test_a_scan_that_is_not_true_to_scale_is_laid_with_its_scale(larger: float) 
 @pytest.mark.usefixtures("in_one_process")
 def test_a_scan_is_not_scaled_by_more_than_a_scanner_errs() -> None:
     scan = scan_of(Faults(), noise=0.03)
-    with pytest.raises(InputError, match=r"fits plate.* only when scaled by .*at most 3%"):
+    with pytest.raises(InputError, match=r"fits plate.* only when scaled by .*at most 3 %"):
         registered(1.05 * scan.points[::2], PLATE, DEPOSIT, start=np.eye(4))
 
 
