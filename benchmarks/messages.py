@@ -41,6 +41,9 @@ DOUBLE_NEGATION = re.compile(
 PYDANTIC = re.compile(r"Input should|Field required|Value error|validation error|type=\w+_")
 # Words that the glossary replaces, where they are no name.
 RETIRED = re.compile(r"\b(?:told|tells|laid|lays|silico|mended|aloft)\b")
+# A share is in per cent behind a space: `percent` writes it; a style sheet's has none.
+PERCENT_FORMAT = ":%}"
+PERCENT = re.compile(rf"[\d}}]%(?!;)|{PERCENT_FORMAT}")
 # A count of one needs its singular: `how_many` says it.
 COUNT = re.compile(
     r"(?<!of )"
@@ -61,6 +64,7 @@ RULES: Mapping[str, str] = {
     "none": "'None'",
     "retired": "a word that the glossary replaces",
     "count": "a plural that stays with a count of one",
+    "percent": "per cent without a space",
 }
 
 
@@ -111,7 +115,9 @@ def texts_of(source: str, *, path: str = "") -> Iterator[Text]:
             continue  # A docstring.
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in OF_TEXTS:
             node.args, node.func.value = [], ast.Constant(None) if node.func.attr == "split" else node.func.value
-        if isinstance(node, ast.JoinedStr | ast.Constant | ast.BinOp) and _is_text(words := _words(node)):
+        if isinstance(node, ast.JoinedStr | ast.Constant | ast.BinOp) and (
+            _is_text(words := _words(node)) or PERCENT_FORMAT in words
+        ):
             yield Text(path, getattr(node, "lineno", 0), words, caught)
         else:
             pending += [(each, caught) for each in reversed(list(ast.iter_child_nodes(node)))]
@@ -135,6 +141,7 @@ def faults(text: Text) -> Iterator[str]:
         "none": re.search(r"\bNone\b", plain) is not None,
         "retired": RETIRED.search(plain) is not None,
         "count": COUNT.search(text.words) is not None,
+        "percent": PERCENT.search(text.words) is not None,
     }
     yield from (f"{RULES[rule]}: " for rule, broken in found.items() if broken)
 
@@ -176,7 +183,8 @@ def _words(node: ast.AST) -> str:
     if isinstance(node, ast.JoinedStr):
         return "".join(map(_words, node.values))
     if isinstance(node, ast.FormattedValue):
-        return _words(node.value) if isinstance(node.value, ast.IfExp) else "{" + _name(node.value) + "}"
+        percent = ":%" if ast.unparse(node.format_spec or node).endswith("%'") else ""
+        return _words(node.value) if isinstance(node.value, ast.IfExp) else "{" + _name(node.value) + percent + "}"
     if isinstance(node, ast.IfExp):
         return f"[{_words(node.body)}|{_words(node.orelse)}]"
     if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add):

@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FixedFormatter, FixedLocator, NullLocator
 
 from benchmarks.parts.tables import row, rule
+from geoprint.errors import percent
 from geoprint.metrics import Uniformity
 from geoprint.reporting.metrics import COVERED_ONCE, FOLLOWING, GAP, HOLE, OVERLAP, SPACING, THICKNESS, WITHIN_10
 
@@ -117,9 +118,9 @@ def line(found: Figures) -> str:
             found.part, found.planner, f"refused: {found.refused.replace('|', '/')[:90]}", *[""] * (1 + len(METRICS))
         )
     return row(
-        found.part, found.planner, str(found.runs), f"{found.length_m:.2f} m", f"{found.thickness_cv:.2%}",
-        f"{found.following_cv:.2%}", f"{found.within_10:.2%}", f"{found.covered_once:.2%}", f"{found.gap:.2%}",
-        f"{found.overlap:.2%}", f"{found.hole_mm2:.2f}", f"{found.spacing_cv:.2%}",
+        found.part, found.planner, str(found.runs), f"{found.length_m:.2f} m", percent(found.thickness_cv, 2),
+        percent(found.following_cv, 2), percent(found.within_10, 2), percent(found.covered_once, 2),
+        percent(found.gap, 2), percent(found.overlap, 2), f"{found.hole_mm2:.2f}", percent(found.spacing_cv, 2),
     )  # fmt: skip
 
 

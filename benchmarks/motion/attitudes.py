@@ -25,7 +25,7 @@ from benchmarks.parts.surfaces import triangulated, wrap
 from benchmarks.parts.tables import row, script_parser, table
 from geoprint import job_of, plan
 from geoprint.config import TILTING_CELL, packaged_cell_text
-from geoprint.errors import PlanError
+from geoprint.errors import PlanError, percent
 from geoprint.geometry.files import ply_bytes
 from geoprint.metrics import overhang
 from geoprint.model import Surface
@@ -112,7 +112,7 @@ def printed_row(part: Path, cell: Path, *, body: Path | None, spacing: float, ba
     scenarios = 0 if planned.joined is None else len(planned.joined.proof.scenarios)
     seconds = sum(float(robot.trajectory.times[-1]) for robot in planned.robot)
     return row(
-        *named, f"{deposited:.0f} mm", f"{at_rest.share:.1%}", f"{tilting.overhanging:.0f} mm",
+        *named, f"{deposited:.0f} mm", percent(at_rest.share, 1), f"{tilting.overhanging:.0f} mm",
         f"{np.degrees(tilting.missing):.1f} deg", str(len(planned.robot)), str(len(tilting.refused)),
         f"{seconds:.0f} s",
         f"{min(robot.clearance.smallest for robot in planned.robot):.2f} mm",

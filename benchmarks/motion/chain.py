@@ -23,6 +23,7 @@ from benchmarks.parts.surfaces import make
 from benchmarks.parts.tables import row, script_parser, table
 from geoprint import transforms
 from geoprint.config import load_cell
+from geoprint.errors import percent
 from geoprint.model import Cell, FloatArray, JointPath, PoseStream, Surface
 from geoprint.robot.arm import Arm
 from geoprint.robot.arm.urdf import read_urdf
@@ -74,7 +75,8 @@ def inverse(arm: Arm, *, count: int) -> Iterator[str]:
     yield from table("inverse kinematics", "us a pose", "times faster than iteration")
     for (name, _, _), microseconds in zip(rows, times, strict=True):
         yield row(name, f"{microseconds:.2f}", f"{times[-1] / microseconds:.1f}")
-    yield f"(the iteration converged on {_iterated(arm, Ts_base_flange[:few], joints[:few]) / few:.1%} of {few} poses)"
+    converged = percent(_iterated(arm, Ts_base_flange[:few], joints[:few]) / few, 1)
+    yield f"(the iteration converged on {converged} of {few} poses)"
 
 
 def agreement(arm: Arm, *, count: int) -> Iterator[str]:
@@ -104,7 +106,7 @@ def stages(cell: Cell, arm: Arm, *, counts: tuple[int, ...]) -> Iterator[str]:
         seconds = _chain(cell, arm, part=part, poses=poses)
         total = sum(seconds[:3])
         rows.append([*seconds[:3], total, *seconds[3:]])
-        shares = [f"{value:.2f} s, {value / total:.0%}" for value in seconds[:3]]
+        shares = [f"{value:.2f} s, {percent(value / total)}" for value in seconds[:3]]
         alone = sum(seconds[3:])
         times = (f"{value:.2f} s" for value in (total, *seconds[3:]))
         yield row(str(count), *shares, *times, f"{total / alone:.2f}")

@@ -22,6 +22,7 @@ from pathlib import Path
 from benchmarks.paper.comparing import PAPER, Compared, Draw, compared, draws, order_text, orders, repeats, shares
 from benchmarks.paper.prints import BODY, DATA, PLAUSIBLE, fixed_printing, studio_of
 from benchmarks.parts.tables import row, script_parser, table
+from geoprint.errors import percent
 from geoprint.model import PASCAL_PER_KPA
 
 PARTS = ("heart_flat_patch.ply", "heart_apex_patch.ply")
@@ -101,7 +102,7 @@ def layers(found: Mapping[str, Compared]) -> Iterator[str]:
             yield row(
                 name, case.name, f"{case.pressure / PASCAL_PER_KPA:g}", f"{case.rounds}",
                 "none" if flood is None else f"{flood.duration:g}", f"{case.spacing:.2f}", f"{printed.area:.2f}",
-                f"{thick:.2f}", f"{bare:.1%}", f"{uneven:.1%}",
+                f"{thick:.2f}", percent(bare, 1), percent(uneven, 1),
             )  # fmt: skip
 
 
@@ -119,7 +120,7 @@ def counted(what: str, several: Sequence[Draw]) -> Iterator[str]:
     for asked in columns[0]:
         yield row(asked, *(each[asked].text for each in columns))
     yield from table("order", "share")
-    yield from (row(order, f"{count / len(several):.0%}") for order, count in orders(several))
+    yield from (row(order, percent(count / len(several))) for order, count in orders(several))
 
 
 if __name__ == "__main__":

@@ -25,6 +25,7 @@ from benchmarks.paper.prints import (
     thickness,
     unevenness,
 )
+from geoprint.errors import percent
 from geoprint.inspection import SetDistances, apart, edges
 from geoprint.model import BoolArray, FloatArray, comparable, frozen
 
@@ -174,7 +175,8 @@ class Share:
     def text(self) -> str:
         """The share as it is told."""
         return (
-            f"{self.found} of {self.of}, {self.found / self.of:.0%} (95 % interval {self.low:.0%} to {self.high:.0%})"
+            f"{self.found} of {self.of}, {percent(self.found / self.of)} (95 % interval {percent(self.low)} to "
+            f"{percent(self.high)})"
         )
 
 

@@ -31,7 +31,7 @@ from benchmarks import DATA
 from benchmarks.parts.surfaces import make
 from benchmarks.parts.tables import row, script_parser, table
 from geoprint.distance import BACKENDS
-from geoprint.errors import GeoprintError
+from geoprint.errors import GeoprintError, percent
 from geoprint.fibers import AlongCurvature, AlongDirection, AlongRim, DirectionField, Preference, smoothest_field
 from geoprint.fibers.net import net_of, senses_of
 from geoprint.fibers.pattern import LAYINGS, FibrePattern
@@ -197,13 +197,13 @@ def _figures(
         str(int(paths.curves.closed.sum())),
         str(len(paths.dropped)),
         f"{np.mean([arc_lengths(line)[-1] for line in drawn]):.1f} mm",
-        f"{found.thickness.cv:.1%}",
-        f"{found.covered_once:.1%}",
-        f"{found.gap:.1%}",
-        f"{found.overlap:.1%}",
+        percent(found.thickness.cv, 1),
+        percent(found.covered_once, 1),
+        percent(found.gap, 1),
+        percent(found.overlap, 1),
         _cv(sides),
         _cv(sides[away]),
-        f"{1.0 - away.mean():.0%}",
+        percent(1.0 - away.mean()),
         f"{np.degrees(np.average(off, weights=lengths)):.2f} deg",
         f"{np.degrees(most):.2f} deg",
         str(crossings(fine, paths.curves)),
@@ -224,7 +224,7 @@ def _ends_demanded(field: DirectionField, *, spacing: float) -> float:
 
 def _cv(sides: FloatArray) -> str:
     ratios = sides[np.isfinite(sides)]
-    return f"{ratios.std() / ratios.mean():.1%}" if ratios.size else ""
+    return percent(ratios.std() / ratios.mean(), 1) if ratios.size else ""
 
 
 def _away(surface: Surface, paths: Paths, places: FloatArray, *, spacing: float) -> BoolArray:

@@ -28,6 +28,7 @@ from benchmarks.parts.tables import row, rule, script_parser
 from geoprint.distance import BACKENDS
 from geoprint.distance.interface import level_distances
 from geoprint.distance.isolines import isolines
+from geoprint.errors import percent
 from geoprint.geometry import boundary_loops, boundary_source, edge_lengths, positions
 from geoprint.metrics.deposited import sampled
 from geoprint.metrics.oracle.geodesic import GeodesicDistance
@@ -144,7 +145,9 @@ def spacing(sizes: Sizes) -> Iterator[str]:
         cvs = {name: float(ratio.std() / ratio.mean()) for name, ratio in measured.items()}
         excess = {name: cv - cvs["exact"] for name, cv in cvs.items()}
         ratios.append(excess["heat"] / excess.get(ROBUST_PEER, np.nan))
-        shown = (f"{cvs[name]:.3%} / {np.percentile(np.abs(r - 1), 95):.3%}" for name, r in measured.items())
+        shown = (
+            f"{percent(cvs[name], 3)} / {percent(np.percentile(np.abs(r - 1), 95), 3)}" for name, r in measured.items()
+        )
         yield row(shape, *shown, f"{100 * excess['fast-marching']:+.4f}", f"{ratios[-1]:.2f}")
     # On coarse meshes a field may be as even as the exact one; a thousandth stands for less.
     mean = float(np.exp(np.log(np.maximum(ratios, 1e-3)).mean()))

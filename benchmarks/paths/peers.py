@@ -37,7 +37,7 @@ from benchmarks.parts.surfaces import SHAPES, Shape, cap, triangulated
 from benchmarks.parts.tables import least_seconds, script_parser
 from geoprint.distance import BACKENDS
 from geoprint.distance.heat import Heat
-from geoprint.errors import GeoprintError
+from geoprint.errors import GeoprintError, percent
 from geoprint.geometry import boundary_loops, boundary_source, positions, prepare, refine
 from geoprint.geometry.files import load
 from geoprint.metrics import uniformity
@@ -112,8 +112,9 @@ def table(surfaces: list[Surface], *, spacing: float) -> Iterator[str]:
                 continue
             assert measured.levels is not None
             yield (
-                f"{named} {measured.thickness.cv:.2%} | {measured.covered_once:.2%} | {measured.gap:.2%} "
-                f"| {measured.overlap:.2%} | {measured.levels.figures.cv:.2%} |"
+                f"{named} {percent(measured.thickness.cv, 2)} | {percent(measured.covered_once, 2)} | "
+                f"{percent(measured.gap, 2)} | {percent(measured.overlap, 2)} | "
+                f"{percent(measured.levels.figures.cv, 2)} |"
             )
     for library in missing:
         yield f"{'igl (pip install libigl)' if library == 'igl' else library} is not installed and left out."

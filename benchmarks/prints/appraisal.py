@@ -64,7 +64,7 @@ from benchmarks.prints.print_photographs import (
 )
 from benchmarks.prints.print_scans import APEX, Registered, registered_scan, thinned_scan
 from benchmarks.prints.print_tones import OFFSET_OFF, PLANTED, WIDTH_OFF, Judged, judged_photograph
-from geoprint.errors import InputError
+from geoprint.errors import InputError, percent
 from geoprint.inspection import Held, bead_width, beads_of, middles_of, paired_edges, read_photograph
 from geoprint.model import BoolArray, FloatArray
 from geoprint.simulation import Break, Faults
@@ -160,10 +160,10 @@ def _scans_row(name: str, faults: Faults, found: list[Registered]) -> str:
         f"{shifts.mean():.4f}, at most {shifts.max():.4f}",
         f"{turns.mean():.4f}, at most {turns.max():.4f}",
         f"{np.mean([each.stated for each in found]):.4f}",
-        f"{np.mean([each.within for each in found]):.0%}",
+        percent(float(np.mean([each.within for each in found]))),
         f"{np.mean([each.thickness for each in found]):.4f}",
         f"{ratios.mean():.3f} +/- {ratios.std():.3f} of the truth",
-        f"{np.mean([each.cells for each in found]):.1%}",
+        percent(float(np.mean([each.cells for each in found])), 1),
     )
 
 
@@ -185,8 +185,8 @@ def thinned(seeds: int) -> Iterator[str]:
             f"{sum(bool(_holds(np.array([each.volume]))[0]) for each in found)}",
             f"{sum(longest)}",
             *(f"{_holds(each).sum()} of {len(each)}" for each in (crests, ratios)),
-            f"{((crests[:, 0] - crests[:, 2]) / crests[:, 2]).mean():+.2%}",
-            f"{(1.96 * crests[:, 1] / crests[:, 2]).mean():.2%}",
+            percent(((crests[:, 0] - crests[:, 2]) / crests[:, 2]).mean(), 2, signed=True),
+            percent((1.96 * crests[:, 1] / crests[:, 2]).mean(), 2),
         )
 
 
@@ -219,7 +219,7 @@ def _outline_row(part: str, found: list[OutlinedPhotograph], *, views: int) -> s
     return row(
         part,
         f"{len(found)} of {views}",
-        f"{(offs <= record).mean():.0%}",
+        percent((offs <= record).mean()),
         f"{record.mean():.2f}",
         f"{offs.max():.2f}",
         f"{max(each.off_mm for each in found):.3f}",
@@ -260,7 +260,7 @@ def real_photographs(folder: Path) -> Iterator[str]:
         for lighting, shown in lightings(grey).items():
             width = bead_width(shown)
             found, share = judged(middles_of(beads_of(shown, paired_edges(shown, width=width))), lines)
-            yield row(name, lighting, f"{width:.1f}", str(found), f"{share:.2%}")
+            yield row(name, lighting, f"{width:.1f}", str(found), percent(share, 2))
 
 
 def _answer(what: str, truth: float, found: float) -> str:

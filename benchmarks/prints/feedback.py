@@ -40,6 +40,7 @@ from benchmarks.prints.closed_loop import (
     plant_of,
 )
 from benchmarks.prints.print_scans import RAYS, SIDE
+from geoprint.errors import percent
 from geoprint.model import FloatArray
 from geoprint.process.feedback import corrected
 
@@ -89,7 +90,7 @@ def loops(seeds: int, *, prints: int, rays: int, side: int) -> Iterator[str]:
         causes, last = dict.fromkeys(change.name for record in taught for change in record.changes), taught[-1]
         yield row(
             str(seed),
-            *(f"{each.error:.1%}" for each in made),
+            *(percent(each.error, 1) for each in made),
             ", ".join(causes),
             f"{last.opening:.2f}, {last.shutting:.2f} mm",
             f"{shares[-1]:.2f}",
@@ -124,7 +125,7 @@ def programs(seeds: int, *, prints: int, quiet: int) -> Iterator[str]:
             left = max(chain[-1][1] / chain[0][1] for chain in made)
             worse = sum(bool((np.array(chain[-1]) > np.array(chain[0])).any()) for chain in made)
             changes = sum(changed(seed, mode=modes[0], by=by) for seed in range(quiet))
-            each = ", ".join(f"{most:.1%} / {rms:.1%}" for most, rms in worst.tolist())
+            each = ", ".join(f"{percent(most, 1)} / {percent(rms, 1)}" for most, rms in worst.tolist())
             yield row(by, name, str(seeds), each, f"{left:.2f}", str(worse), f"{changes} of {quiet}")
 
 

@@ -33,7 +33,7 @@ from scipy.spatial.transform import Rotation
 from benchmarks import DATA
 from benchmarks.parts.tables import row, script_parser, table
 from geoprint import job_of, plan
-from geoprint.errors import GeoprintError
+from geoprint.errors import GeoprintError, percent
 from geoprint.geometry.files import suggested_unit
 from geoprint.model import FloatArray
 from geoprint.reporting import PlanRecord
@@ -208,11 +208,10 @@ def measured(folder: Path) -> Measured:
 
 
 def _cells(found: Measured) -> Iterator[str]:
-    yield "{:.2%} / {:.2%}".format(*found.whole)
-    yield "{:.1%} / {:.1%}".format(*found.least)
-    yield "{:.1%} / {:.1%}".format(*found.most)
+    for shares, digits in ((found.whole, 2), (found.least, 1), (found.most, 1)):
+        yield " / ".join(percent(share, digits) for share in shares)
     yield "{:g} ({:g})".format(*found.speed)
-    yield f"{found.at_speed:.1%}"
+    yield percent(found.at_speed, 1)
     yield f"{found.bead:.0f}"
     yield f"{found.time:.3f}"
     yield "{:.4f} mm, {:.3f} deg".format(*found.off)

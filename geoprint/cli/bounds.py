@@ -13,7 +13,7 @@ from threading import Lock, Timer
 from typing import TYPE_CHECKING, final
 
 from geoprint.config.job import Job
-from geoprint.errors import UsageError
+from geoprint.errors import UsageError, percent
 
 if TYPE_CHECKING:
     from rich.console import RenderableType
@@ -134,7 +134,7 @@ class Progress:
     def line(self) -> str:
         """Return it in one line: the stage, the share, and the time that is left or was taken."""
         share, left = self.share, self.left
-        parts = [f"{self.stage:<26}", "    " if share is None else f"{share:4.0%}"]
+        parts = [f"{self.stage:<26}", f"{'' if share is None else percent(share):>5}"]
         parts.append(f"{_in_words(self.elapsed)} so far" if left is None else f"about {_in_words(left)} left")
         return "  ".join(parts)
 

@@ -105,11 +105,10 @@ def _broken(line: str, width: int) -> str:
     hanging = label.end() if label is not None and label.end() <= min(LONGEST_LABEL, width // 2) else 0
     if not line[:hanging].strip():
         hanging += 2
-    return "\n".join(
-        textwrap.wrap(
-            line, width, subsequent_indent=" " * hanging, break_long_words=False, break_on_hyphens=False
-        )
-    )  # fmt: skip
+    unbroken = line.replace(" %", "\N{NO-BREAK SPACE}%")
+    indent = " " * hanging
+    lines = textwrap.wrap(unbroken, width, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+    return "\n".join(lines).replace("\N{NO-BREAK SPACE}%", " %")
 
 
 def has_colours(stream: TextIO | None) -> bool:

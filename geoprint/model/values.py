@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, ConfigDict, Field
 
-from geoprint.errors import InputError
+from geoprint.errors import InputError, percent
 
 # Frozen values: the decorators that make them, and the few lines in which they print.
 
@@ -174,7 +174,7 @@ def _array(array: NDArray[Any], *, unit: str) -> str:
     if array.size == 0:
         return f"{array.shape} {kind}"
     if kind == "bool":
-        return f"{array.shape} {kind}, {array.mean():.0%} true"
+        return f"{array.shape} {kind}, {percent(array.mean())} true"
     ends = dict.fromkeys(f"{end:{_FIGURES}}" for end in (array.min(), array.max()))
     return f"{array.shape} {kind}, {' to '.join(ends)}{unit}"
 

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from geoprint.config import common_needles
 from geoprint.distance import accuracy, backend, most_accurate_backend
-from geoprint.errors import how_many
+from geoprint.errors import how_many, percent
 from geoprint.geometry import face_areas
 from geoprint.geometry.files import rebuilt_in_words, unit_hint
 from geoprint.model import Cell
@@ -222,7 +222,7 @@ def fibres_text(record: FibresRecord) -> str:
 
 def patch_evenness(patch: PatchRecord) -> str:
     """Return how much the spacing of a patch varies, in words."""
-    return "- with one level" if patch.spacing.cv is None else f"{patch.spacing.cv:.2%}"
+    return "- with one level" if patch.spacing.cv is None else percent(patch.spacing.cv, 2)
 
 
 def _is_doubtful(side: Side) -> bool:
@@ -339,8 +339,8 @@ def _uncertain(workpiece: Workpiece) -> Iterator[str]:
     if uncertainty is not None and uncertainty.bound > NOTABLE_SHARE * standoff:
         yield (
             f"the touched points locate the surface within {uncertainty.bound:.2f} mm along its normal (95 % bound), "
-            f"{uncertainty.bound / standoff:.0%} of the stand-off. `geoprint calibrate --part` says which point to "
-            "touch next."
+            f"{percent(uncertainty.bound / standoff)} of the stand-off. `geoprint calibrate --part` says which point "
+            "to touch next."
         )
 
 
@@ -352,7 +352,7 @@ def _inaccurate(record: PlanRecord, *, least: float, below: float = math.inf) ->
     if found is not None and least <= share < below:
         yield (
             f"the arm keeps the stand-off of {found.wanted_mm:g} mm within {found.within_mm:.2f} mm (95 % bound), "
-            f"{share:.0%} of it. Raise `standoff_mm`, or measure your arm's path accuracy (`path_accuracy_mm` in "
+            f"{percent(share)} of it. Raise `standoff_mm`, or measure your arm's path accuracy (`path_accuracy_mm` in "
             "[errors])."
         )
 
@@ -376,7 +376,7 @@ def _sources(record: PlanRecord) -> Iterator[str]:
     for number in dict.fromkeys(source.patch for source in record.sources):
         tried = [source for source in record.sources if source.patch == number]
         each = (
-            f"{source.source} {source.gap:.1%} + {source.overlap:.1%} in {how_many(source.runs, 'run')}"
+            f"{source.source} {percent(source.gap, 1)} + {percent(source.overlap, 1)} in {how_many(source.runs, 'run')}"
             for source in sorted(tried, key=lambda source: not source.taken)
         )
         of = f" of patch {number}" if record.sources[-1].patch > 1 else ""
@@ -412,7 +412,7 @@ def evener_backends(record: PlanRecord) -> Iterator[str]:
     spacing, nearest = None if levels is None else levels.spacing, most_accurate_backend()
     cv = 0.0 if spacing is None or meant else spacing.cv
     if cv > NOTABLE_CV and accuracy(nearest) > accuracy(backend(record.settings.backend or nearest.name)):
-        yield f"spacing varies by {cv:.1%}: `--backend {nearest.name}` is closer to the true distance."
+        yield f"spacing varies by {percent(cv, 1)}: `--backend {nearest.name}` is closer to the true distance."
 
 
 def _creases(plan: Plan) -> Iterator[str]:

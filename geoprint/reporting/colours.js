@@ -137,7 +137,7 @@ const COLOURINGS = {
   speed: (part, backend) => ({
     colorscale: evenly(PACE),
     values: () => ofMotion(backend, backend.speed, 1),
-    said: (at) => backend.speed ? `deposited at ${(100 * backend.speed[at]).toFixed(0)}% of the print's speed` : "not printable",
+    said: (at) => backend.speed ? `deposited at ${(100 * backend.speed[at]).toFixed(0)} % of the print's speed` : "not printable",
     title: "speed / speed of the print [1]",
     ticks: [[0, "0"], [0.5, "0.5"], [1, "1"]],
     legend: "Light: as set, dark red: slower, at the ends of runs and where joints or targets hold the tip back. Grey: no motion.",

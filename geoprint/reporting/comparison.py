@@ -8,6 +8,7 @@ from typing import Literal, final
 
 import numpy as np
 
+from geoprint.errors import percent
 from geoprint.metrics import agreement
 from geoprint.model import FloatArray
 from geoprint.reporting.cautions import coverage_warnings, evener_backends, said_once
@@ -171,7 +172,8 @@ LEFT_ALIGNED = {"part", "backend", "printable"}
 # Narrower than this a table tells nothing: each backend has a line of words.
 NARROWEST_TABLE = 60
 # What the column says of a printable backend, in words.
-PRINTABLE = {"yes": "printable", "no": "not printable", "not asked": ""}
+NOT_ASKED = "not asked"
+PRINTABLE = {"yes": "printable", "no": "not printable", NOT_ASKED: ""}
 _IN_WORDS = (THICKNESS.column, GAP.column, OVERLAP.column)
 _NONE = "-"
 
@@ -226,11 +228,14 @@ def _table(parts: Sequence[_Rows], *, width: int | None, columns: Sequence[str])
     if width is None or line_width(names, beside) <= width:
         yield from grid(names, [beside], left=LEFT_ALIGNED)
         return
-    names = fitting(columns, beside, width=width - len(SEAM) * several, weights=COLUMNS)
+    # Who can be printed goes early where nobody asked.
+    asked = any(cells["printable"] != NOT_ASKED for cells in beside)
+    weights = COLUMNS if asked else COLUMNS | {"printable": COLUMNS["print s"]}
+    names = fitting(columns, beside, width=width - len(SEAM) * several, weights=weights)
     titles = [part.part if several else None for part in parts]
     yield from grid(names, [part.cells for part in parts], titles=titles, left=LEFT_ALIGNED)
     if names != columns:
-        gone = left_out(columns, names, COLUMNS)
+        gone = left_out(columns, names, weights)
         yield from ("", f"columns left out at this width, see compare.json and timings.json: {gone}")
 
 
@@ -266,11 +271,11 @@ def _row(row: PlannedRecord, seconds: float) -> Cells:
         "backend": row.backend,
         **{metric.column: metric.text(row.uniformity) for metric in METRICS},
         "printed CV": expected_text(row.uniformity.printed, digits=1),
-        "overhang": _NONE if row.overhang is None else f"{row.overhang.share:.1%}",
+        "overhang": _NONE if row.overhang is None else percent(row.overhang.share, 1),
         "runs": str(row.paths.runs),
         "length mm": f"{row.paths.deposit_mm:.0f}",
         "print s": _NONE if row.print_time_s is None else f"{row.print_time_s:.0f}",
-        "printable": "not asked" if row.printable is None else "yes" if row.printable else "no",
+        "printable": NOT_ASKED if row.printable is None else "yes" if row.printable else "no",
         "clear mm": _NONE if row.smallest_clearance_mm is None else f"{row.smallest_clearance_mm:.2f}",
         "planned in s": f"{seconds:.1f}",
     }

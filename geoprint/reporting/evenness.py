@@ -7,7 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
-from geoprint.errors import how_many
+from geoprint.errors import how_many, percent
 from geoprint.metrics import (
     DistanceErrors,
     LevelSpacings,
@@ -153,7 +153,7 @@ def expected_text(record: PrintedRecord | None, *, digits: int = 2) -> str:
     """Return the variation in print and, in brackets, what 95 of 100 prints have; a dash where there is none."""
     if record is None:
         return "-"
-    return f"{record.cv:.{digits}%} ({100 * record.low:.{digits}f}-{100 * record.high:.{digits}f})"
+    return f"{percent(record.cv, digits)} ({100 * record.low:.{digits}f}-{100 * record.high:.{digits}f})"
 
 
 def unbroken(text: str) -> str:
@@ -165,7 +165,7 @@ def expected_rows(every: Sequence[PrintedRecord | None]) -> list[Row]:
     """Return the rows of the report on thickness and stand-off in print."""
     rows = [
         Row(
-            "Evenness", "printed, expected variation (CV)", f"95% interval in brackets; {_whose(every)}",
+            "Evenness", "printed, expected variation (CV)", f"95 % interval in brackets; {_whose(every)}",
             tuple(unbroken(expected_text(record)) for record in every), decides=True,
         ),
         Row(
@@ -202,7 +202,7 @@ def in_print(order: Sequence[PlannedRecord], apart: Sequence[PrintedApartRecord]
             else f". {best} differs measurably from {'the others' if len(record) > 2 else 'the other'}"
         )
     return (
-        f"In print, thickness is expected to vary by {varies} (95% interval in brackets){verdict}.",
+        f"In print, thickness is expected to vary by {varies} (95 % interval in brackets){verdict}.",
         _fix(best, of_best),
     )
 
@@ -211,11 +211,13 @@ def _fix(name: str, record: PrintedRecord) -> str:
     whose = "" if record.errors == "cell" else " These are errors of the packaged cell: state yours in [errors]."
     if record.mend_first is None:
         return (
-            f"Largest error source: the plan of {name} itself, {record.shares.plan:.0%} of its variance in "
+            f"Largest error source: the plan of {name} itself, {percent(record.shares.plan)} of its variance in "
             f"print.{whose}"
         )
     share = dict(record.shares)[record.mend_first]
-    return f"Largest error source: {WORDS[record.mend_first]}, {share:.0%} of the variance of {name} in print.{whose}"
+    return (
+        f"Largest error source: {WORDS[record.mend_first]}, {percent(share)} of the variance of {name} in print.{whose}"
+    )
 
 
 def _apart(one: tuple[str, Printed], other: tuple[str, Printed]) -> PrintedApartRecord:
@@ -240,7 +242,7 @@ def _shares(record: PrintedRecord | None) -> str:
     shares = record.shares
     arm = shares.repeatability + shares.path_repeatability + shares.path_accuracy
     rest = shares.placement + shares.needle_runout
-    return f"{shares.plan:.0%} / {shares.run_flow:.0%} / {arm:.0%} / {rest:.0%}"
+    return f"{100 * shares.plan:.0f} / {100 * shares.run_flow:.0f} / {100 * arm:.0f} / {percent(rest)}"
 
 
 def _standoff(record: PrintedRecord | None) -> str:
@@ -249,7 +251,7 @@ def _standoff(record: PrintedRecord | None) -> str:
     within, wanted = record.standoff.within_mm, record.standoff.wanted_mm
     if within is None:
         return "path accuracy not measured"
-    return f"\N{PLUS-MINUS SIGN}{within:.2f}, {within / wanted:.0%} of {wanted:g}"
+    return f"\N{PLUS-MINUS SIGN}{within:.2f}, {percent(within / wanted)} of {wanted:g}"
 
 
 # What is said of overhang: as files record it, in a line, and in the rows of a report.
@@ -318,7 +320,7 @@ def overhang_lines(record: OverhangRecord, *, verbose: bool) -> list[str]:
         worst = record.worst_places[0]
         place = ", ".join(f"{mm:.1f}" for mm in worst.place_mm)
         text = (
-            f"overhang: {record.share:.1%} of the deposit, {record.length_mm:.0f} mm, beyond {critical} "
+            f"overhang: {percent(record.share, 1)} of the deposit, {record.length_mm:.0f} mm, beyond {critical} "
             f"from upright; {worst.angle_deg:.0f} degrees in run {worst.run + 1} at ({place})"
         )
     return [text] if record.table is None else [text, table_text(record.table)]
@@ -369,7 +371,7 @@ def overhang_rows(rows: Sequence[PlannedRecord]) -> list[Row]:
     critical = f"{record[0].critical_deg:g} degrees{ASSUMED if record[0].assumed else ''}"
     meaning = f"outward normal farther than {critical} from upright, as the part stands"
     found = [
-        _row(rows, "deposit that overhangs", meaning, lambda one: f"{one.share:.1%}, {one.length_mm:.0f} mm"),
+        _row(rows, "deposit that overhangs", meaning, lambda one: f"{percent(one.share, 1)}, {one.length_mm:.0f} mm"),
         _row(rows, "steepest bead [degrees]", "0 on level ground, 90 on a wall", lambda one: f"{one.largest_deg:.1f}"),
     ]
     if record[0].table is not None:

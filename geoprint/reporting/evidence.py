@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from geoprint.errors import how_many
+from geoprint.errors import how_many, percent
 from geoprint.postprocessor.rapid import Executed
 from geoprint.reporting.records.evidence import STAGES, EvidenceRecord, ParsedRecord, SeenRecord, Stage
 
@@ -87,7 +87,7 @@ def _executed(found: Executed) -> list[tuple[str, str]]:
     how = f"by geoprint, without a controller, in {how_many(len(found.scenarios), 'scenario')}: {lines}"
     off = (
         f"at most {found.motion:.4f} mm, outputs {found.outputs:.4f} mm, a move "
-        f"{found.move_time * 1e3:.2f} ms, a run {found.run_time:.2%} of its time"
+        f"{found.move_time * 1e3:.2f} ms, a run {percent(found.run_time, 2)} of its time"
     )
     rows = [("executed", how), ("off the plan", off)]
     return [*rows, (NOT_SIMULATED, "; ".join(found.not_known))] if found.not_known else rows

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from geoprint.errors import percent
 from geoprint.model import FloatArray
 from geoprint.reporting.html import Markup, element
 
@@ -105,10 +106,10 @@ def _row(name: str, ratios: FloatArray, axis: RatioAxis, *, of: str) -> Markup:
         "svg", element("path", d=bars), viewBox=f"0 0 {BINS} 100", preserveAspectRatio="none", aria_hidden="true",
     )  # fmt: skip
     said = element("div", element("strong", name), element("span", spread, class_="spread"), class_="histogram-name")
-    height = element("span", f"{highest:.0%}", class_="height", aria_hidden="true")
+    height = element("span", percent(highest), class_="height", aria_hidden="true")
     plot = element(
         "div", band, drawing, height, class_="histogram-plot", role="img",
-        aria_label=f"Histogram of {name}: {spread}; the largest bin holds {highest:.0%} of the {of}.",
+        aria_label=f"Histogram of {name}: {spread}; the largest bin holds {percent(highest)} of the {of}.",
     )  # fmt: skip
     return element("div", said, plot, class_="histogram")
 
@@ -118,7 +119,7 @@ def _spread(ratios: FloatArray, *, of: str) -> str:
     if not measured.size:
         return "nothing measured"
     least, low, high, most = np.percentile(measured, (0, 5, 95, 100))
-    return f"90% of the {of} between {low:.3f} and {high:.3f}, all between {least:.3f} and {most:.3f}"
+    return f"90 % of the {of} between {low:.3f} and {high:.3f}, all between {least:.3f} and {most:.3f}"
 
 
 def _percent(value: float, axis: RatioAxis) -> str:

@@ -70,8 +70,12 @@ def element(tag: str, *children: str, **attributes: str | int | bool) -> Markup:
 
 
 def joined(*pieces: str) -> Markup:
-    """Return pieces one after the other, plain text escaped and `commands` in it set as such."""
-    return Markup("".join(p if isinstance(p, Markup) else _QUOTED.sub(_CODE, html.escape(p)) for p in pieces))
+    """Return pieces one after the other, plain text escaped, `commands` in it set as such, and 5 % in one line."""
+    return Markup("".join(p if isinstance(p, Markup) else _QUOTED.sub(_CODE, _unbroken(p)) for p in pieces))
+
+
+def _unbroken(text: str) -> str:
+    return html.escape(text).replace(" %", "&nbsp;%")
 
 
 def _escaped(piece: str) -> str:

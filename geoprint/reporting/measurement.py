@@ -9,6 +9,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from geoprint.errors import percent
 from geoprint.metrics import RigidFit, equally_good, ranked
 from geoprint.reporting.evenness import expected_text, record_evenness, record_printed
 from geoprint.reporting.metrics import (
@@ -176,7 +177,7 @@ def measure_verdict(record: MeasurementRecord) -> tuple[str, ...]:
     order = ranked_files(record)
     said = [
         f"{row.file}: with constant flow, layer thickness varies by {THICKNESS.text(row.uniformity)} (standard "
-        f"deviation over mean), in print by {expected_text(row.uniformity.printed)}(95% interval in brackets); "
+        f"deviation over mean), in print by {expected_text(row.uniformity.printed)} (95 % interval in brackets); "
         f"{cover_text(row.uniformity, digits=2)}."
         for row in order
     ]
@@ -222,13 +223,14 @@ def _minded(row: MeasuredRecord) -> list[str]:
             f"{row.fit.before_mm:.3g} mm"
         )
     found.append(
-        f"{row.file}: no neighbour within three spacings along {even.left.none:.1%} (left) and {even.right.none:.1%} "
-        f"(right) of the path; an oblique one along {even.left.oblique:.1%} and {even.right.oblique:.1%}"
+        f"{row.file}: no neighbour within three spacings along {percent(even.left.none, 1)} (left) and "
+        f"{percent(even.right.none, 1)} (right) of the path; an oblique one along {percent(even.left.oblique, 1)} and "
+        f"{percent(even.right.oblique, 1)}"
     )
     if even.both.unknown > 0.0 or even.area_unknown > 0.0:
         found.append(
-            f"warning: {row.file}: the limit of work left {even.both.unknown:.1%} of the path and "
-            f"{even.area_unknown:.1%} of the area unmeasured"
+            f"warning: {row.file}: the limit of work left {percent(even.both.unknown, 1)} of the path and "
+            f"{percent(even.area_unknown, 1)} of the area unmeasured"
         )
     return found
 
@@ -236,5 +238,5 @@ def _minded(row: MeasuredRecord) -> list[str]:
 def _expected(record: MeasurementRecord) -> list[str]:
     """Return what the printed CV is, and whose errors it is with."""
     whose = next((each.uniformity.printed.errors for each in record.files if each.uniformity.printed is not None), None)
-    what = "expected in print, 95% interval in brackets"
+    what = "expected in print, 95 % interval in brackets"
     return [] if whose is None else [f"printed CV: {what}; errors of the {whose}, without a bent needle"]

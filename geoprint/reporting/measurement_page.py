@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial import KDTree
 
+from geoprint.errors import percent
 from geoprint.metrics import SideSpacing
 from geoprint.model import FloatArray, IntArray
 from geoprint.reporting.evenness import expected_rows
@@ -157,11 +158,11 @@ def _side_rows(name: str, sides: Sequence[SpacingSideRecord]) -> tuple[Row, ...]
     group = "Spacing"
     return (
         _row(group, f"{name}, mean and variation (CV)", "1 is as wanted; standard deviation over mean",
-             [_of(side, lambda s: f"{s.mean:.3f}, {s.cv:.2%}") for side in sides]),
+             [_of(side, lambda s: f"{s.mean:.3f}, {percent(s.cv, 2)}") for side in sides]),
         _row(group, f"{name}, 1st and 99th percentile", "",
              [_of(side, lambda s: f"{s.p1:.3f} - {s.p99:.3f}") for side in sides]),
         _row(group, f"{name}, no neighbour / only an oblique one", "within three spacings; left out above",
-             [f"{side.none:.1%} / {side.oblique:.1%}" for side in sides]),
+             [f"{percent(side.none, 1)} / {percent(side.oblique, 1)}" for side in sides]),
     )  # fmt: skip
 
 

@@ -7,7 +7,7 @@ from string import ascii_uppercase
 
 import numpy as np
 
-from geoprint.errors import how_many
+from geoprint.errors import how_many, percent
 from geoprint.geometry import (
     TERRACE_SHARE,
     TERRACE_WAVELENGTH,
@@ -237,9 +237,11 @@ def _label_lines(labels: tuple[LabelFound, ...]) -> Iterator[str]:
 def _contacts(one: LabelFound) -> str:
     """Return in which label another lies, and which it touches over how much of its surface."""
     inside = "" if one.inside is None else f"; lies inside label {one.inside}"
-    shown = [f"label {each.label} over {each.share:.0%}" for each in one.touches[:MOST_CONTACTS] if each.share >= 0.005]
+    shown = [
+        f"label {each.label} over {percent(each.share)}" for each in one.touches[:MOST_CONTACTS] if each.share >= 0.005
+    ]
     free = 1.0 - sum(each.share for each in one.touches)
-    last = f", no label over {free:.0%}" if free >= 0.005 else ""
+    last = f", no label over {percent(free)}" if free >= 0.005 else ""
     return f"{inside}; touches {', '.join(shown)} of its surface{last}" if shown else ""
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from operator import attrgetter
 from typing import final
 
+from geoprint.errors import percent
 from geoprint.model import GAP_SHARE, OVERLAP_SHARE, frozen
 from geoprint.reporting.records.evenness import EvennessRecord
 
@@ -51,7 +52,7 @@ class Metric:
         """Return its value as it is written; a dash where it was not measured."""
         value = self.of(record)
         places = self.digits if digits is None else digits
-        return NONE if value is None else f"{value:.{places}%}" if self.percent else f"{value:.{places}f}"
+        return NONE if value is None else percent(value, places) if self.percent else f"{value:.{places}f}"
 
     def badness(self, record: EvennessRecord) -> float:
         """Return a number that is the smaller, the better it is."""
@@ -61,14 +62,14 @@ class Metric:
 
 THICKNESS = Metric(
     "thickness.cv", "layer thickness, variation (CV)", "thickness CV",
-    "with constant flow, over the whole area; 0% is perfectly even", lower_is_better=True, decides=True,
+    "with constant flow, over the whole area; 0 % is perfectly even", lower_is_better=True, decides=True,
 )  # fmt: skip
 FOLLOWING = Metric(
     "following.cv", "layer thickness, variation with a flow that follows", "following CV",
     "flow follows the width of the strip that each stretch serves", lower_is_better=True,
 )  # fmt: skip
 WITHIN_10 = Metric(
-    "thickness.within_10_percent", "thickness within 10% of the target", "within 10%",
+    "thickness.within_10_percent", "thickness within 10 % of the target", "within 10 %",
     "share of the area, with constant flow", lower_is_better=False,
 )  # fmt: skip
 COVERED_ONCE = Metric(

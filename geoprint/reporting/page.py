@@ -66,7 +66,7 @@ def part_document(part: PartReport, *, key: str, head: str) -> Document:
     deciding = [row for row in part.table if row.decides]
     decides = [element(head, "What decides"), _table(part, deciding, class_="comparison deciding")] if deciding else []
     spread = element(
-        "p", "Share of the path by its distance to the neighbouring path; shaded: within 5% of the wanted one. "
+        "p", "Share of the path by its distance to the neighbouring path; shaded: within 5 % of the wanted one. "
         "Each row has its own height.", class_="note",
     )  # fmt: skip
     ratios = histograms(

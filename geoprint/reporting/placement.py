@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from geoprint.config import PLACEMENT_DECIMALS
-from geoprint.errors import Detail, PlanError, how_many
+from geoprint.errors import Detail, PlanError, how_many, percent
 from geoprint.geometry import in_words
 from geoprint.model import Rounded, rounded
 from geoprint.postprocessor import Json
@@ -250,7 +250,7 @@ def shortfall(error: PlanError) -> str:
     if isinstance(room, float):
         return f"the needle's rim has {room:.2f} mm of room"
     lost = details.get("lost")
-    return f"the arm loses {lost:.2%} of the deposit" if isinstance(lost, float) else str(error)
+    return f"the arm loses {percent(lost, 2)} of the deposit" if isinstance(lost, float) else str(error)
 
 
 def _proof(exhausted: Exhausted) -> str:

@@ -10,7 +10,7 @@ from importlib.metadata import version
 import numpy as np
 
 from geoprint.distance import diagnostics, distortion, predicted_spacing
-from geoprint.errors import how_many
+from geoprint.errors import how_many, percent
 from geoprint.geometry import PreparationReport, component_labels, describe, edge_lengths, face_areas, middle_of, pieces
 from geoprint.metrics import fibre_angles, standoff_within, thickness_within
 from geoprint.model import PASCAL_PER_KPA, PrintErrors, Surface
@@ -449,7 +449,7 @@ def _printed_text(record: PrintedRecord) -> str:
     )
     whose = "" if record.errors == "cell" else "; errors assumed from the packaged cell"
     return (
-        f"in print: thickness is expected to vary by {expected_text(record)}, 95% interval in brackets; {cause}{whose}"
+        f"in print: thickness is expected to vary by {expected_text(record)}, 95 % interval in brackets; {cause}{whose}"
     )
 
 
@@ -506,7 +506,8 @@ def _attitude_text(record: MotionRecord) -> str:
 def _speed_text(record: MotionRecord, *, speed: float) -> str:
     """Return one line on the speed of the print, where it dips and why, and what is deposited."""
     ceiling = f" (ceiling {record.speed_ceiling_mm_s:g})" if speed < record.speed_ceiling_mm_s else ""
-    line = f"speed: prints at {speed:g} mm/s{ceiling}, {record.share_at_speed:.1%} of the deposit within 1 % of it"
+    at_speed = percent(record.share_at_speed, 1)
+    line = f"speed: prints at {speed:g} mm/s{ceiling}, {at_speed} of the deposit within 1 % of it"
     if record.slowdowns:
         worst = min(record.slowdowns, key=lambda dip: dip.held_speed)
         length = sum(dip.length for dip in record.slowdowns)
@@ -517,4 +518,5 @@ def _speed_text(record: MotionRecord, *, speed: float) -> str:
     found = record.deposited
     if found is None:
         return line
-    return f"{line}; deposits {found.share:.1%}, runs {found.least_run:.1%} to {found.most_run:.1%}"
+    whole, least, most = (percent(share, 1) for share in (found.share, found.least_run, found.most_run))
+    return f"{line}; deposits {whole}, runs {least} to {most}"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from geoprint.errors import how_many
+from geoprint.errors import how_many, percent
 from geoprint.metrics.stack_thickness import deposited_shares, deposited_volume, executed_flow
 from geoprint.model import Cell
 from geoprint.process.feedback import VALVE_CAUSES, FlowChange, PrintedProgram
@@ -91,8 +91,8 @@ def made_up_notes(plan: Plan, record: PlanRecord) -> Iterator[str]:
     share = float(poses.flow.max()) / (record.settings.spacing_mm * place.height)
     if share >= 1.0 + NOTABLE_SLOWING:
         yield (
-            f"the paths of this layer miss {1.0 - 1.0 / share:.2%} of its volume at the medial axis: it prints slower "
-            "by as much to compensate."
+            f"the paths of this layer miss {percent(1.0 - 1.0 / share, 2)} of its volume at the medial axis: it prints "
+            "slower by as much to compensate."
         )
 
 
@@ -172,8 +172,8 @@ def feedback_notes(record: FeedbackRecord | None) -> Iterator[str]:
     if record is None:
         return
     found = (
-        f"feedback: {record.seen_in} shows the volume of {record.plan} {record.error_found:.1%} (RMS) off what its "
-        "program deposits"
+        f"feedback: {record.seen_in} shows the volume of {record.plan} {percent(record.error_found, 1)} (RMS) off what "
+        "its program deposits"
     )
     if not record.changes:
         yield f"{found}, none of it significant: flow and valve stay unchanged."
@@ -188,11 +188,12 @@ def feedback_notes(record: FeedbackRecord | None) -> Iterator[str]:
         yield (
             f"{found}: {causes}. Flow is commanded at {record.least_factor:.2f} to {record.most_factor:.2f} of its "
             f"target{slower}{f', the valve {valve}' if valve else ''}. Expected to remain: "
-            f"{record.error_expected:.1%} (feedback.csv lists the flow)."
+            f"{percent(record.error_expected, 1)} (feedback.csv lists the flow)."
         )
     if record.held > 0.0:
         yield (
-            f"feedback: the cell's bounds limit the flow at {record.held:.1%} of the poses, which need more correction."
+            f"feedback: the cell's bounds limit the flow at {percent(record.held, 1)} of the poses, which need more "
+            "correction."
         )
     if record.gaps:
         yield (

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from geoprint.errors import how_many
+from geoprint.errors import how_many, percent
 from geoprint.model import Cell, Material
 from geoprint.process import bottom_doses, cured_depth
 from geoprint.reporting.records.plan import PlanRecord
@@ -247,12 +247,12 @@ def stack_sentence(record: StackRecord) -> str:
     said = (
         f"{record.part}: {record.thickness_mm:.3g} mm in {how_many(len(record.layers), 'layer')} of "
         f"{record.layers[0].height_mm:.3g} mm, {deposited / 1000.0:.4g} cm3 deposited, "
-        f"{deposited / wanted - 1.0:+.2%} against their volume"
+        f"{percent(deposited / wanted - 1.0, 2, signed=True)} against their volume"
     )
     return (
         said
         if record.target_mm3 is None
-        else f"{said}; their volume is {wanted / record.target_mm3:.1%} of {record.target} above the part"
+        else f"{said}; their volume is {percent(wanted / record.target_mm3, 1)} of {record.target} above the part"
     )
 
 
@@ -262,18 +262,18 @@ def finished_sentences(record: StackRecord) -> Iterator[str]:
     if found.printed is None or found.constant_flow is None or found.following_flow is None:
         return
     yield (
-        f"finished thickness {found.printed.mean:.1%} of the target, varies by {found.printed.cv:.2%} (following flow "
-        f"{found.following_flow.cv:.2%}, constant flow {found.constant_flow.cv:.2%}); 98 of 100 points have "
-        f"{found.printed.p1:.1%} to {found.printed.p99:.1%}"
+        f"finished thickness {percent(found.printed.mean, 1)} of the target, varies by {percent(found.printed.cv, 2)} "
+        f"(following flow {percent(found.following_flow.cv, 2)}, constant flow {percent(found.constant_flow.cv, 2)}); "
+        f"98 of 100 points have {percent(found.printed.p1, 1)} to {percent(found.printed.p99, 1)}"
     )
     if found.printed.judged < 1.0:
         low = max(1.0 - found.printed.judged - found.printed.creased, 0.0)
         parts = [(found.printed.creased, "closes a hollow below that height"), (low, "is thinner than a layer")]
-        said = " and ".join(f"{share:.1%} of the area {why}" for share, why in parts if share >= REPORTED_SHARE)
+        said = " and ".join(f"{percent(share, 1)} of the area {why}" for share, why in parts if share >= REPORTED_SHARE)
         if said:
             yield f"  not judged: {said}"
     if found.printed.under_sides >= REPORTED_SHARE:
-        yield f"  judged up to overhanging sides: {found.printed.under_sides:.1%} of the area"
+        yield f"  judged up to overhanging sides: {percent(found.printed.under_sides, 1)} of the area"
 
 
 def stack_warnings(record: StackRecord) -> Iterator[str]:
@@ -287,8 +287,8 @@ def stack_warnings(record: StackRecord) -> Iterator[str]:
 
 def _layer_line(number: int, layer: StackedLayerRecord) -> str:
     """Return the line of one layer."""
-    even = "" if layer.thickness_cv is None else f", thickness CV {layer.thickness_cv:.2%}"
-    gap = "" if layer.gap is None else f", missed {layer.gap:.2%}"
+    even = "" if layer.thickness_cv is None else f", thickness CV {percent(layer.thickness_cv, 2)}"
+    gap = "" if layer.gap is None else f", missed {percent(layer.gap, 2)}"
     helix = "" if layer.helix_deg is None else f", fibres at {layer.helix_deg:+.1f} degrees"
     time = "" if layer.print_s is None else f", {layer.print_s:.0f} s"
     clear = "" if layer.clearance_mm is None else f", {layer.clearance_mm:.2f} mm clear"

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from geoprint.config import Job
+from geoprint.errors import percent
 from geoprint.metrics import EVEN_ENOUGH, MOST_MISSED, Covering, equally_good, ranked
 from geoprint.reporting.cautions import said_once
 from geoprint.reporting.records.rounding import listed
@@ -80,8 +81,8 @@ def stack_verdict(rows: Sequence[ComparedStackRecord | RefusedStackRecord], *, p
     return (
         _decision(order, part=part),
         *(
-            f"With {row.backend} the finished thickness is {row.finished.mean:.1%} of the target and varies by "
-            f"{row.finished.cv:.2%}."
+            f"With {row.backend} the finished thickness is {percent(row.finished.mean, 1)} of the target and varies by "
+            f"{percent(row.finished.cv, 2)}."
             for row in order
             if row.finished is not None
         ),
@@ -93,15 +94,16 @@ def stack_verdict(rows: Sequence[ComparedStackRecord | RefusedStackRecord], *, p
 def _decision(order: Sequence[ComparedStackRecord], *, part: str) -> str:
     best, *others = order
     found = [_covering(row) for row in order]
-    missed = f"{best.gap:.1%} of their area is missed and {best.overlap:.1%} is covered twice"
+    missed = f"{percent(best.gap, 1)} of their area is missed and {percent(best.overlap, 1)} is covered twice"
     if not found[0].covers:
         return f"No backend covers the layers over {part}. The best, {best.backend}: {missed}."
     if not others:
-        return f"{best.backend} covers the layers over {part}: {missed}; their thickness varies by {found[0].cv:.1%}."
-    spacings = " and ".join(f"{each.cv:.2%} with {row.backend}" for row, each in zip(order, found, strict=True))
+        varies = percent(found[0].cv, 1)
+        return f"{best.backend} covers the layers over {part}: {missed}; their thickness varies by {varies}."
+    spacings = " and ".join(f"{percent(each.cv, 2)} with {row.backend}" for row, each in zip(order, found, strict=True))
     if any(not each.is_alike(found[0]) for each in found):
         shares = " and ".join(
-            f"{each.fault:.1%} with {row.backend}{', which leaves holes' if each.gap > MOST_MISSED else ''}"
+            f"{percent(each.fault, 1)} with {row.backend}{', which leaves holes' if each.gap > MOST_MISSED else ''}"
             for row, each in zip(order, found, strict=True)
         )
         return (
@@ -173,12 +175,12 @@ def stack_cells(row: ComparedStackRecord | RefusedStackRecord) -> Cells:
     finished = row.finished
     return {
         "backend": row.backend,
-        "thickness CV": _NONE if finished is None else f"{finished.cv:.2%}",
-        "volume": _NONE if finished is None else f"{finished.volume:.2%}",
-        "layer CV": f"{row.thickness_cv:.2%}",
-        "worst CV": f"{row.worst_cv:.2%}",
-        "gap": f"{row.gap:.2%}",
-        "overlap": f"{row.overlap:.2%}",
+        "thickness CV": _NONE if finished is None else percent(finished.cv, 2),
+        "volume": _NONE if finished is None else percent(finished.volume, 2),
+        "layer CV": percent(row.thickness_cv, 2),
+        "worst CV": percent(row.worst_cv, 2),
+        "gap": percent(row.gap, 2),
+        "overlap": percent(row.overlap, 2),
         "runs": str(row.runs),
         "length mm": f"{row.deposit_mm:.0f}",
         "print s": _NONE if row.print_s is None else f"{row.print_s:.0f}",

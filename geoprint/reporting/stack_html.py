@@ -190,7 +190,7 @@ def stack_document(stack: StackReport, *, key: str) -> Document:
     """
     words = stack.words
     spread = element(
-        "p", f"Share of the area by its {words.what}; shaded: within 5% of the {words.of} one. Each row has its own "
+        "p", f"Share of the area by its {words.what}; shaded: within 5 % of the {words.of} one. Each row has its own "
         "height.", class_="note",
     )  # fmt: skip
     ratios = histograms(

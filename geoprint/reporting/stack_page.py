@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.config import Job, job_cell
-from geoprint.errors import FieldError
+from geoprint.errors import FieldError, percent
 from geoprint.geometry import closest, face_areas, in_words, normals, refine
 from geoprint.metrics.stack_thickness import Finished
 from geoprint.model import FloatArray
@@ -164,9 +164,9 @@ def _thickest(stack: FinishedStack) -> list[str]:
     upright = normals(stack.base, closest(stack.base, place[None])[0])[0]
     shares = [float(layer.deposited[stack.printed, column]) / layer.height for layer in stack.layers]
     thick = [number for number, share in enumerate(shares) if share > MORE]
-    said = f"The thickest point is {in_words(place)} with {ratio:.1%} of the target"
+    said = f"The thickest point is {in_words(place)} with {percent(ratio, 1)} of the target"
     if not thick:
-        return [f"{said}: no layer deposits more than {MORE:.0%} of its height there"]
+        return [f"{said}: no layer deposits more than {percent(MORE)} of its height there"]
     causes = [
         _causes(stack.layers[number], place + (stack.layers[number].bottom + stack.layers[number].height / 2) * upright)
         for number in thick
@@ -175,12 +175,14 @@ def _thickest(stack: FinishedStack) -> list[str]:
     named = [f"in {counted[cause]} {cause}" for cause in sorted(CAUSES, key=lambda c: -counted[c]) if counted[cause]]
     most = max(thick, key=lambda number: shares[number])
     sentence = (
-        f"{said}: {len(thick)} of {len(shares)} layers deposit more than {MORE:.0%} of their height there, layer "
-        f"{most + 1} the most ({shares[most]:.0%}); {listed(named) if named else 'their paths show no cause'}"
+        f"{said}: {len(thick)} of {len(shares)} layers deposit more than {percent(MORE)} of their height there, layer "
+        f"{most + 1} the most ({percent(shares[most])}); {listed(named) if named else 'their paths show no cause'}"
     )
     even = stack.flows[0]
     if stack.printed and even is not None and ratio - even.ratios[column] > (ratio - 1.0) / 2.0:
-        return [f"{sentence}; constant flow would give {even.ratios[column]:.1%}, so the flow causes most of it"]
+        return [
+            f"{sentence}; constant flow would give {percent(even.ratios[column], 1)}, so the flow causes most of it"
+        ]
     return [sentence]
 
 
@@ -233,16 +235,17 @@ def _flow_view(stack: FinishedStack, view: ViewSurface, flow: _Flow) -> FlowView
         ()
         if record is None
         else (
-            ("thickness CV", f"{record.cv:.2%}"),
-            ("mean", f"{record.mean:.1%}"),
-            ("within 5%", f"{record.within_5_percent:.1%}"),
-            ("volume", f"{record.volume:.1%}"),
+            ("thickness CV", percent(record.cv, 2)),
+            ("mean", percent(record.mean, 1)),
+            ("within 5 %", percent(record.within_5_percent, 1)),
+            ("volume", percent(record.volume, 1)),
         )
     )
     caption = f"{flow.name}: finished over target thickness. Blue: too thin, red: too thick, grey: not judged." + (
         ""
         if record is None
-        else f" It varies by {record.cv:.2%}; 98 of 100 places have {record.p1:.1%} to {record.p99:.1%}."
+        else f" It varies by {percent(record.cv, 2)}; 98 of 100 places have {percent(record.p1, 1)} to "
+        f"{percent(record.p99, 1)}."
     )
     drawn = thickness_figure(view.surface, thickness, R_view_work=stack.upright, title="")
     return FlowView(
@@ -278,7 +281,7 @@ def _row(number: int, layer: StackedLayerRecord, moved: str, attitudes: str) -> 
         _percent(layer.overlap),
         _percent(layer.thickness_cv),
         _NONE if layer.helix_deg is None else f"{layer.helix_deg:+.1f}",
-        f"{layer.laid_mm3 / layer.wanted_mm3:.2%}",
+        percent(layer.laid_mm3 / layer.wanted_mm3, 2),
         moved,
         _NONE if layer.print_s is None else f"{layer.print_s:.0f}",
         attitudes,
@@ -287,7 +290,7 @@ def _row(number: int, layer: StackedLayerRecord, moved: str, attitudes: str) -> 
 
 
 def _percent(share: float | None) -> str:
-    return _NONE if share is None else f"{share:.2%}"
+    return _NONE if share is None else percent(share, 2)
 
 
 def _moved(stack: FinishedStack) -> list[str]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from geoprint.errors import how_many
+from geoprint.errors import how_many, percent
 from geoprint.metrics import EVEN_ENOUGH, MOST_MISSED, Covering, equally_good, ranked as ranking
 from geoprint.reporting.evenness import table_sentences
 from geoprint.reporting.metrics import GAP, THICKNESS, cover_text
@@ -80,7 +80,10 @@ def medial_axis_sentences(middles: Sequence[TriedMedialAxis], *, backend: str | 
     taken, other = ([each for each in middles if each.taken is wanted] for wanted in (True, False))
     if not taken or not other:
         return []
-    found = [f"{each[0].gap:.1%} + {each[0].overlap:.1%} in {how_many(each[0].runs, 'run')}" for each in (taken, other)]
+    found = [
+        f"{percent(each[0].gap, 1)} + {percent(each[0].overlap, 1)} in {how_many(each[0].runs, 'run')}"
+        for each in (taken, other)
+    ]
     whose = "" if backend is None else f" with {backend}"
     covered = f"Area missed + covered twice: {found[0]}; with `--set middle={other[0].middle}`: {found[1]}"
     return [f"At the medial axis, contours{whose} are {taken[0].middle}. {covered}."]
@@ -128,7 +131,7 @@ def _decision(part: str, order: Sequence[PlannedRecord], *, alone: bool) -> str:
 
 
 def _faulty(row: PlannedRecord) -> str:
-    return f"{row.uniformity.gap + row.uniformity.overlap:.1%}"
+    return percent(row.uniformity.gap + row.uniformity.overlap, 1)
 
 
 def _thicknesses(order: Sequence[PlannedRecord]) -> str:
@@ -152,8 +155,8 @@ def _faults(order: Sequence[PlannedRecord]) -> list[str]:
     for row in order:
         gap, overlap, fragments = row.uniformity.gap, row.uniformity.overlap, row.paths.fragments
         faults = [
-            *([f"misses {gap:.1%} of the area ({GAP.meaning})"] if gap >= NOTABLE else []),
-            *([f"covers {overlap:.1%} twice"] if overlap >= NOTABLE else []),
+            *([f"misses {percent(gap, 1)} of the area ({GAP.meaning})"] if gap >= NOTABLE else []),
+            *([f"covers {percent(overlap, 1)} twice"] if overlap >= NOTABLE else []),
             *(
                 [f"starts {how_many(row.paths.runs, 'run')}, {fragments} of them shorter than five spacings"]
                 if fragments >= NOTABLE_FRAGMENTS

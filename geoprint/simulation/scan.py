@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint import transforms
-from geoprint.errors import InputError
+from geoprint.errors import InputError, percent
 from geoprint.geometry import normals
 from geoprint.geometry.rays import first_hits
 from geoprint.model import BoolArray, FloatArray, Surface, freeze_arrays, frozen
@@ -77,7 +77,7 @@ class Sensor:
         if self.noise < 0.0 or not 0.0 <= self.missing < 1.0 or self.patch <= 0.0:
             raise InputError(
                 f"a sensor has no negative noise, loses less than all and has patches of some size, found "
-                f"{self.noise:g} mm, {self.missing:.0%} and {self.patch:g} mm."
+                f"{self.noise:g} mm, {percent(self.missing)} and {self.patch:g} mm."
             )
 
 

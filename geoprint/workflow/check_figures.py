@@ -16,7 +16,7 @@ from typing import cast
 import numpy as np
 
 from geoprint.config import Job
-from geoprint.errors import GeoprintError, how_many
+from geoprint.errors import GeoprintError, how_many, percent
 from geoprint.geometry import closest, describe, edge_lengths, face_areas
 from geoprint.geometry.files import load, load_file
 from geoprint.model import PASCAL_PER_KPA, Cell, FloatArray, PoseStream, Surface
@@ -649,6 +649,6 @@ def _warning_findings(record: PlanRecord, jobs: Sequence[Job]) -> Iterator[Findi
         if said is not None and not LEAST_DEPOSITED <= said.least_run <= said.most_run <= MOST_DEPOSITED:
             yield Finding(
                 PLAN, 1,
-                f"runs get {said.least_run:.0%} to {said.most_run:.0%} of their volume; {LEAST_DEPOSITED:.0%} to "
-                f"{MOST_DEPOSITED:.0%} are written, unless the job has accept_flow",
+                f"runs get {percent(said.least_run)} to {percent(said.most_run)} of their volume; "
+                f"{percent(LEAST_DEPOSITED)} to {percent(MOST_DEPOSITED)} are written, unless the job has accept_flow",
             )  # fmt: skip

@@ -10,7 +10,7 @@ import numpy as np
 
 from geoprint.config import load_cell
 from geoprint.distance import backend as find_backend, backend_names
-from geoprint.errors import GeoprintError, InputError, MeshError, UsageError, VerificationError, how_many
+from geoprint.errors import GeoprintError, InputError, MeshError, UsageError, VerificationError, how_many, percent
 from geoprint.geometry import (
     Inspection,
     Landmark,
@@ -196,7 +196,7 @@ def _facing(surface: Surface, volume: LabelVolume) -> dict[str, BoolArray]:
     shares = {number: float(areas[beyond == number].sum() / areas.sum()) for number in np.unique(beyond).tolist()}
     ordered = sorted(shares.items(), key=lambda one: (-one[1], one[0]))
     return {
-        f"facing {f'label {number}' if number else 'no label'}, {share:.0%}": beyond == number
+        f"facing {f'label {number}' if number else 'no label'}, {percent(share)}": beyond == number
         for number, share in ordered
         if share >= LEAST_FACING and share < 1.0
     }

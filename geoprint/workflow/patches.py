@@ -11,7 +11,7 @@ import numpy as np
 
 from geoprint.config import Job, PatchRegion
 from geoprint.distance.fast_marching import FastMarching
-from geoprint.errors import FieldError, InputError, how_many, naming
+from geoprint.errors import FieldError, InputError, how_many, naming, percent
 from geoprint.geometry import (
     PLACE_TOLERANCE,
     Joined,
@@ -326,8 +326,8 @@ def _surroundings(
 def _inside(length: float, share: float, *, points: int, at: FloatArray | None) -> str:
     curve = f"a curve of {points} points, {length:.4g} mm long"
     if at is not None:
-        return f"{curve}; the side of the point, {share:.0%} of the area"
-    return f"{curve}; the smaller side, {share:.0%} of the area: `--at X Y Z` chooses the other"
+        return f"{curve}; the side of the point, {percent(share)} of the area"
+    return f"{curve}; the smaller side, {percent(share)} of the area: `--at X Y Z` chooses the other"
 
 
 def _bounds(part: Surface, choice: PatchChoice, *, centre: FloatArray | None) -> FloatArray:

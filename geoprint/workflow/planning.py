@@ -18,7 +18,7 @@ from functools import partial
 import numpy as np
 
 from geoprint.config import Job
-from geoprint.errors import ClearanceError, FieldError, LimitError, PlanError, ReachError, naming
+from geoprint.errors import ClearanceError, FieldError, LimitError, PlanError, ReachError, naming, percent
 from geoprint.geometry import face_areas
 from geoprint.metrics.stack_thickness import deposited_shares, deposited_volume, executed_flow
 from geoprint.model import Cell, Clearance, FloatArray, JointPath, Placement, PoseStream, Program, Trajectory
@@ -363,9 +363,9 @@ def _check_deposit(poses: PoseStream, trajectory: Trajectory, switching: Timelin
     if cell.signals.mode == "io" and paths.job.on_slowdown != "auto":
         remedy = "`--set on_slowdown=auto` finds the speed that deposits the planned volume"
     raise LimitError(
-        f"the program would deposit {shares[worst]:.0%} of the volume of run {runs[worst] + 1}, allowed are "
-        f"{LEAST_DEPOSITED:.0%} to {MOST_DEPOSITED:.0%} ({int(wrong.sum())} of {runs.size} runs). {remedy}; or accept "
-        "it with `--set accept_flow=true`.",
+        f"the program would deposit {percent(shares[worst])} of the volume of run {runs[worst] + 1}, allowed are "
+        f"{percent(LEAST_DEPOSITED)} to {percent(MOST_DEPOSITED)} ({int(wrong.sum())} of {runs.size} runs). {remedy}; "
+        "or accept it with `--set accept_flow=true`.",
         run=int(runs[worst]), share=float(shares[worst]),
     )  # fmt: skip
 

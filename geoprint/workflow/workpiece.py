@@ -14,7 +14,7 @@ import numpy as np
 
 from geoprint.config import Job, WidthTable, cell_text, job_cell, read_field, stored_field
 from geoprint.distance import Piecewise, backend
-from geoprint.errors import FieldError, InputError, MeshError, UsageError
+from geoprint.errors import FieldError, InputError, MeshError, UsageError, percent
 from geoprint.geometry import (
     boundary_half_edges,
     closest,
@@ -100,9 +100,9 @@ def printed_side(
         return part, Side(source, flip, None, sentence)
     name = body.name if body is not None else ""
     if agreeing >= TELLING_SHARE:
-        sentence = f"printing on the side that faces out of {name} ({agreeing:.0%} of it).{_also(filed)}"
+        sentence = f"printing on the side that faces out of {name} ({percent(agreeing)} of it).{_also(filed)}"
         return part, Side("body", flip, agreeing, sentence)
-    share = f"{1 - agreeing:.0%} of it faces into {name}"
+    share = f"{percent(1 - agreeing)} of it faces into {name}"
     if agreeing > 1 - TELLING_SHARE or flip:
         return part, Side(source, flip, agreeing, f"printing on {record}, but {share}: check the side.")
     sentence = f"printing on the other side than the normals face, where {share}.{_also(filed)}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.messages import RULES, faults, sentences, texts, texts_of
-from geoprint.errors import how_many, reason_of
+from geoprint.errors import how_many, percent, reason_of
 from geoprint.reporting.records.rounding import listed
 
 LONG = "the part " + "and the body " * 9 + "lie apart."
@@ -35,6 +35,9 @@ def test_all_texts_of_the_package_are_plain() -> None:
         ("class", "raise InputError(f'the value is a {type(value).__name__} here.')"),
         ("none", "raise InputError('the spacing must be None here.')"),
         ("retired", "yield 'material is laid twice along the rim.'"),
+        ("percent", "yield 'it covers 5% of the area.'"),
+        ("percent", "yield f'it covers {share:.1%} of the area.'"),
+        ("percent", "yield f'{share:.{digits}%}'"),
         ("count", "yield f'the plan has {len(runs)} runs in all.'"),
         ("count", "yield f'left out at the rim: {poses.count} short runs.'"),
     ],
@@ -56,6 +59,7 @@ def test_a_planted_sentence_is_found(rule: str, source: str) -> None:
         "try: read()\nexcept OSError as error: raise InputError(f'the file cannot be read ({reason_of(error)}).')",
         "yield f'the plan has {how_many(len(runs), 'run')} in all.'".replace("'run'", '"run"'),
         "yield f'it takes {seconds} seconds of the time.'",
+        "yield f'it covers {percent(share, 1)} of the area, 5 % of it twice.'",
     ],
 )
 def test_a_plain_sentence_is_not_found(source: str) -> None:
@@ -80,6 +84,12 @@ def test_one_is_singular() -> None:
     assert [how_many(count, "run") for count in (0, 1, 2)] == ["0 runs", "1 run", "2 runs"]
     assert [how_many(count, "vertex", "vertices") for count in (1, 2)] == ["1 vertex", "2 vertices"]
     assert listed(["lscm"]) == "lscm"
+
+
+def test_a_share_is_in_per_cent_behind_a_space() -> None:
+    assert [percent(share) for share in (0.0, 0.256, 1.0)] == ["0 %", "26 %", "100 %"]
+    assert percent(0.00456, 2) == "0.46 %"
+    assert [percent(share, 1, signed=True) for share in (0.031, -0.2)] == ["+3.1 %", "-20.0 %"]
 
 
 def test_an_error_of_the_system_is_named_without_its_number() -> None:

@@ -50,7 +50,7 @@ def test_figures_are_kept_to_five_decimals_and_refusals_are_rows(tmp_path: Path)
 
     assert [each.thickness_cv for each in kept] == [0.01235, 0.0]
     assert [(each.runs, each.ours, each.refused) for each in kept] == [(3, True, ""), (0, False, found[1].refused)]
-    assert line(kept[0]).startswith("| plate | one | 3 | 0.50 m | 1.23% | 2.00% |")
+    assert line(kept[0]).startswith("| plate | one | 3 | 0.50 m | 1.23 % | 2.00 % |")
     assert "refused: it has a hole / and more" in line(kept[1])
 
 

@@ -173,7 +173,7 @@ def test_the_paper_is_confirmed_only_where_order_and_best_case_are_its_own() -> 
     assert [line.split("|")[2].split(",")[0].strip() for line in lines if " of 4" in line] == [
         "2 of 4", "2 of 4", "1 of 4",
     ]  # fmt: skip
-    assert lines[-1] == "| B-C > A-B > A-C | 50% |"
+    assert lines[-1] == "| B-C > A-B > A-C | 50 % |"
 
 
 def test_what_is_fixed_is_plausible_and_what_is_drawn_stays_so_and_repeats() -> None:

@@ -65,21 +65,21 @@ def test_several_files_stand_in_one_table_and_nothing_is_written(run: Run, folde
     assert even["following CV"] == even["thickness CV"]
     # In print each run moves and flows as it likes.
     assert 1.5 < percent(even["printed CV"].split()[0]) < 3.0
-    assert re.fullmatch(r"\d\.\d% \(\d\.\d-\d\.\d\)", even["printed CV"])
-    assert (even["spacing"], even["spacing CV"]) == ("1.000", "0.00%")
-    assert (even["once"], even["gap"], even["overlap"], even["hole mm2"]) == ("100.00%", "0.00%", "0.00%", "0.00")
+    assert re.fullmatch(r"\d\.\d % \(\d\.\d-\d\.\d\)", even["printed CV"])
+    assert (even["spacing"], even["spacing CV"]) == ("1.000", "0.00 %")
+    assert (even["once"], even["gap"], even["overlap"], even["hole mm2"]) == ("100.00 %", "0.00 %", "0.00 %", "0.00")
     # Rows 1.8 and 2.2 mm apart in turn: a layer spreads some of it.
-    assert (shifted["spacing"], shifted["spacing CV"]) == ("1.000", "10.00%")
+    assert (shifted["spacing"], shifted["spacing CV"]) == ("1.000", "10.00 %")
     assert percent(shifted["thickness CV"]) == pytest.approx(4.2, abs=0.3)
-    assert shifted["once"] == "100.00%"
+    assert shifted["once"] == "100.00 %"
     # Of 30 mm, 0.9 at one rim and 14.9 at the other are farther than 1.1 mm from every row.
     assert percent(half["gap"]) == pytest.approx(52.67, abs=0.2)
     assert percent(half["once"]) == pytest.approx(47.33, abs=0.2)
     assert float(half["hole mm2"]) == pytest.approx(14.9 * 40.0, rel=0.01)
     # With as much as would cover all of it left on about half, it is as uneven as a layer and none.
     assert percent(half["thickness CV"]) > 90.0
-    assert "even.csv: no neighbour within three spacings along 6.7% (left) and 6.7%" in stdout
-    assert "95% interval in brackets; errors of the packaged cell, without a bent needle" in stdout
+    assert "even.csv: no neighbour within three spacings along 6.7 % (left) and 6.7 %" in stdout
+    assert "95 % interval in brackets; errors of the packaged cell, without a bent needle" in stdout
     assert sorted(folder.iterdir()) == before
 
 
@@ -139,7 +139,7 @@ def test_a_folder_holds_page_picture_table_and_record(run: Run, folder: Path) ->
     assert "even.csv covers plate.ply best of 2." in page
     assert printed_with(written / "report.html")[0] == "irb120-bent45.toml"
     assert "unknown: only the paths are measured" in page
-    varies = f"{record.files[1].uniformity.thickness.cv:.2%}"
+    varies = f"{100 * record.files[1].uniformity.thickness.cv:.2f}&nbsp;%"
     assert f"shifted.csv: with constant flow, layer thickness varies by {varies} (standard" in page
     assert "Distance from border or seed" not in page
     before = {path.name: path.read_bytes() for path in written.iterdir()}

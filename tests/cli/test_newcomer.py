@@ -208,10 +208,10 @@ def test_help_has_few_options_in_panels_and_metavars_of_one_form(
 
 
 def test_results_go_to_stdout_and_notes_to_stderr(capsys: pytest.CaptureFixture[str]) -> None:
-    text = "thickness 2%\nnote: one\nwarning: two\nlength 3\nnot checked: four"
+    text = "thickness 2 %\nnote: one\nwarning: two\nlength 3\nnot checked: four"
     terminal.result(text, lambda: {"a": 1}, as_json=False)
     printed = capsys.readouterr()
-    assert printed.out == "thickness 2%\nlength 3\n"
+    assert printed.out == "thickness 2 %\nlength 3\n"
     assert printed.err == "note: one\nwarning: two\nnot checked: four\n"
     terminal.result(text, lambda: {"a": 1}, as_json=True)
     again = capsys.readouterr()

@@ -154,6 +154,7 @@ def plain(text: str) -> str:
         ("one two three four five six", ["one two three four", "  five six"]),
         ("  inset two three four five", ["  inset two three", "    four five"]),
         ("label     two three four", ["label     two three", "          four"]),
+        ("a number keeps its 5 % here", ["a number keeps its", "  5 % here"]),
         ("a_path_that_is_longer_than_the_line", ["a_path_that_is_longer_than_the_line"]),
         ("short", ["short"]),
         ("", [""]),

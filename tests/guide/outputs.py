@@ -35,7 +35,7 @@ LEFT_OUT = "...\n"
 GOES_ON = "\x1f"
 # Exit status of what runs, and of what is refused.
 FINE, REFUSED = (0,), (2, 3, 4)
-_FIGURE = re.compile(r"[-+]?\d+(?:[.,]\d+)*%?")
+_FIGURE = re.compile(r"[-+]?\d+(?:[.,]\d+)*(?: ?%)?")
 
 
 class Ran(NamedTuple):

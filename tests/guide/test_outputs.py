@@ -17,22 +17,22 @@ patch.ply, paths 2 mm apart
 
 backend  thickness CV     once
 ------------------------------
-lscm            5.62%   98.23%
-heat            0.91%  100.00%
+lscm            5.62 %   98.23 %
+heat            0.91 %  100.00 %
 
-heat covers patch.ply best: 0.0% of the area is missed or covered twice (lscm
-  1.8%).
+heat covers patch.ply best: 0.0 % of the area is missed or covered twice (lscm
+  1.8 %).
 written: comparison
 """
 QUOTED = """\
 ...
 backend  thickness CV     once
 ------------------------------
-lscm            5.62%   98.23%
-heat            0.91%  100.00%
+lscm            5.62 %   98.23 %
+heat            0.91 %  100.00 %
 ...
-heat covers patch.ply best: 0.0% of the area is missed or covered twice (lscm
-  1.8%).
+heat covers patch.ply best: 0.0 % of the area is missed or covered twice (lscm
+  1.8 %).
 ...
 """
 
@@ -56,12 +56,12 @@ def test_lines_are_quoted_in_their_order_and_what_is_left_out_is_marked() -> Non
     assert is_quoted("...\n", PRINTED)
     assert not is_quoted(QUOTED.removeprefix("...\n"), PRINTED)
     assert not is_quoted(QUOTED.removesuffix("...\n"), PRINTED)
-    assert not is_quoted("...\nheat            0.91%  100.00%\nlscm            5.62%   98.23%\n...\n", PRINTED)
+    assert not is_quoted("...\nheat            0.91 %  100.00 %\nlscm            5.62 %   98.23 %\n...\n", PRINTED)
 
 
 @pytest.mark.parametrize(
     ("old", "new"),
-    [("5.62%", "5.63%"), ("0.91%", "0.9%"), ("1.8%)", "1.9%)"), ("best", "worst"), ("thickness CV", "CV of it")],
+    [("5.62 %", "5.63 %"), ("0.91 %", "0.9 %"), ("1.8 %)", "1.9 %)"), ("best", "worst"), ("thickness CV", "CV of it")],
 )
 def test_an_output_that_changed_is_found_and_renewed(old: str, new: str) -> None:
     changed = PRINTED.replace(old, new)
@@ -71,12 +71,12 @@ def test_an_output_that_changed_is_found_and_renewed(old: str, new: str) -> None
 
 
 def test_a_line_that_is_printed_no_more_is_chosen_by_hand() -> None:
-    with pytest.raises(ValueError, match=r"no line is printed like this one:\nheat +0\.91%"):
+    with pytest.raises(ValueError, match=r"no line is printed like this one:\nheat +0\.91 %"):
         renewed(QUOTED, lines(PRINTED.replace("heat     ", "marching ")))
 
 
 def test_a_sentence_that_takes_more_or_fewer_lines_is_quoted_whole() -> None:
-    longer = PRINTED.replace("(lscm\n  1.8%)", "(lscm\n  1.8%, with holes\n  of 12 mm2)")
+    longer = PRINTED.replace("(lscm\n  1.8 %)", "(lscm\n  1.8 %, with holes\n  of 12 mm2)")
     found = renewed(QUOTED, lines(longer))
     assert is_quoted(found, longer)
     assert "  of 12 mm2" in found

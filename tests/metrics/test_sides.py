@@ -298,7 +298,7 @@ def test_circles_on_a_cone_lie_at_their_slant_distance_from_its_tip() -> None:
     found = errors_of(cone, [np.zeros((1, 3))], lines, [2, 4.5, 7])
     at = np.linalg.norm(found.places[:, :2], axis=1)
     for r, off in zip(radii, (0.0, 0.0, 0.25), strict=True):
-        # Facets lie up to 0.3% inside of the cone.
+        # Facets lie up to 0.3 % inside of the cone.
         np.testing.assert_allclose(found.errors[np.abs(at - r) < 0.2], off, atol=0.02)
 
 

@@ -182,7 +182,7 @@ def part(
         backends=views,
         refused=(("third", "the surface has no border."),),
         table=(
-            Row("Evenness", "spacing CV", "0% is even", tuple("1.0%" for _ in names), (0,), decides=True),
+            Row("Evenness", "spacing CV", "0 % is even", tuple("1.0 %" for _ in names), (0,), decides=True),
             Row("Robot", "print time [s]", "", tuple("40" for _ in names)),
         ),
         path_distances=PathDistances(tuple(names), 2 * apart, apart),

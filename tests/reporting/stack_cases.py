@@ -20,7 +20,7 @@ def flow(name: str, *, error: float) -> FlowView:
     return FlowView(
         name=name,
         title=f"{name}, in words",
-        figures=(("thickness CV", f"{error:.0%}"),),
+        figures=(("thickness CV", f"{100 * error:.0f} %"),),
         thickness=thickness,
         ratios=thickness,
         still=Picture(f"Map of {name}", "png", PIXEL),
@@ -44,7 +44,7 @@ def stack(name: str = "dome.ply") -> StackReport:
     """Return a stack of three layers and two flows."""
     return StackReport(
         name=name,
-        verdict=("Finished thickness varies by 1%.", f"{name}: 3 mm in 3 layers."),
+        verdict=("Finished thickness varies by 1 %.", f"{name}: 3 mm in 3 layers."),
         cautions=("Not checked: hoses.",),
         surface=dome(rings=12),
         R_view_work=np.eye(3),

@@ -76,13 +76,13 @@ def test_plans_that_print_alike_are_indistinguishable_on_this_cell(record: Plann
     a, b, c = (like(record, name, in_prints(cv)) for name, cv in (("a", 0.01), ("b", 0.011), ("c", 0.09)))
     pairs = [apart("b", "a", alike=True), apart("a", "c", alike=False), apart("b", "c", alike=False)]
     assert in_print([a, b, c], pairs)[0] == (
-        "In print, thickness is expected to vary by 1.0% (0.8-1.3) with a, 1.1% (0.9-1.4) with b and 9.0% (7.2-11.7) "
-        "with c (95% interval in brackets). On this cell, a and b are indistinguishable."
+        "In print, thickness is expected to vary by 1.0 % (0.8-1.3) with a, 1.1 % (0.9-1.4) with b and 9.0 % "
+        "(7.2-11.7) with c (95 % interval in brackets). On this cell, a and b are indistinguishable."
     )
     assert in_print([a, b], pairs)[0].endswith(". On this cell, they are indistinguishable.")
     assert in_print([a, c], pairs)[0].endswith(". a differs measurably from the other.")
     assert in_print([c, a, b], pairs)[0].endswith(". c differs measurably from the others.")
-    assert in_print([a], [])[0].endswith("(95% interval in brackets).")
+    assert in_print([a], [])[0].endswith("(95 % interval in brackets).")
     assert in_print([like(record, "a", None)], []) == ()
 
 
@@ -91,24 +91,24 @@ def test_the_largest_error_is_the_one_to_mend_first(record: PlannedRecord) -> No
         return in_print([like(record, "a", printed)], [])[1]
 
     arm = (
-        "Largest error source: path repeatability of the arm (`path_repeatability_mm`), 80% of the variance of a in "
+        "Largest error source: path repeatability of the arm (`path_repeatability_mm`), 80 % of the variance of a in "
         "print."
     )
     assert said(in_prints(0.01)) == arm
     assert said(in_prints(0.01, errors="packaged cell")).startswith(f"{arm} These are errors of the packaged cell")
     assert (
-        said(in_prints(0.01, mend=None)) == "Largest error source: the plan of a itself, 90% of its variance in print."
+        said(in_prints(0.01, mend=None)) == "Largest error source: the plan of a itself, 90 % of its variance in print."
     )
 
 
 def test_figures_stand_with_their_interval_and_a_dash_where_there_are_none() -> None:
-    assert expected_text(in_prints(0.0142)) == "1.42% (1.14-1.85)"
-    assert expected_text(in_prints(0.0142), digits=1) == "1.4% (1.1-1.8)"
+    assert expected_text(in_prints(0.0142)) == "1.42 % (1.14-1.85)"
+    assert expected_text(in_prints(0.0142), digits=1) == "1.4 % (1.1-1.8)"
     assert expected_text(None) == "-"
     printed, shares = expected_rows([in_prints(0.0142), None])
-    assert printed.values == ("1.42% (1.14\N{NON-BREAKING HYPHEN}1.85)", "-")
+    assert printed.values == ("1.42 % (1.14\N{NON-BREAKING HYPHEN}1.85)", "-")
     assert "errors of the cell" in printed.meaning
-    assert shares.values == ("0% / 0% / 90% / 10%", "-")
+    assert shares.values == ("0 / 0 / 90 / 10 %", "-")
 
 
 def test_the_standoff_that_the_arm_keeps_stands_beside_the_wanted_one() -> None:
@@ -117,7 +117,7 @@ def test_the_standoff_that_the_arm_keeps_stands_beside_the_wanted_one() -> None:
         for within in (0.178, None)
     )
     assert expected_rows([kept, unknown, in_prints(0.01), None])[2].values == (
-        "\N{PLUS-MINUS SIGN}0.18, 36% of 0.5", "path accuracy not measured", "-", "-"
+        "\N{PLUS-MINUS SIGN}0.18, 36 % of 0.5", "path accuracy not measured", "-", "-"
     )  # fmt: skip
 
 

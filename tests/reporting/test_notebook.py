@@ -43,6 +43,7 @@ def shown(result: Plan | Measurement) -> tuple[list[str], list[list[str]], str]:
     assert vars(type(result))["_repr_html_"](result) == text
     assert text.count("<img") == text.count('src="data:image/') == 1
     assert "http" not in text
+    text = text.replace("&nbsp;", " ")
     heads = re.findall(r'<th scope="col">(.*?)</th>', text)
     rows = [re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row) for row in re.findall(r"<tr>(.*?)</tr>", text)[1:]]
     return heads, rows, text
@@ -56,9 +57,9 @@ def test_a_plan_shows_its_paths_and_five_figures(planned: Plan) -> None:
     heads, ((name, thickness, printed, once, *_),), _ = shown(planned)
     assert heads == ["backend", *FIGURES]
     assert name == "heat"
-    assert thickness == f"{planned.evenness.thickness.cv:.2%}"
-    assert once == f"{planned.evenness.covered_once:.2%}"
-    assert re.fullmatch(r"\d+\.\d% \(\d+\.\d-\d+\.\d\)", printed)
+    assert thickness == f"{100 * planned.evenness.thickness.cv:.2f} %"
+    assert once == f"{100 * planned.evenness.covered_once:.2f} %"
+    assert re.fullmatch(r"\d+\.\d % \(\d+\.\d-\d+\.\d\)", printed)
 
 
 def test_a_measurement_shows_a_row_each_file_and_runs_nothing_of_its_name(measured: Measurement) -> None:
@@ -66,7 +67,7 @@ def test_a_measurement_shows_a_row_each_file_and_runs_nothing_of_its_name(measur
     assert [row[0] for row in rows] == ["&lt;b&gt;rows.csv"]
     assert "<b>" not in text
     # Straight rows one spacing apart, half a one from the rim.
-    assert rows[0][3:] == ["100.00%", "0.00%", "0.00%"]
+    assert rows[0][3:] == ["100.00 %", "0.00 %", "0.00 %"]
 
 
 def test_the_view_is_the_report_in_a_frame_of_its_own(measured: Measurement) -> None:

@@ -52,7 +52,7 @@ class Reader(HTMLParser):
         if self._inside == "script":
             self.scripts[-1] += data
         elif self._inside != "style":
-            self.text += data
+            self.text += data.replace("\N{NO-BREAK SPACE}", " ")
 
     def values(self, name: str) -> list[str]:
         return [value for _, attributes in self.elements if (value := attributes.get(name)) is not None]
@@ -91,9 +91,13 @@ def test_the_page_says_its_language_title_and_width(page: bytes, read: Reader) -
     assert "width=device-width, initial-scale=1" in read.values("content")
 
 
+def test_a_number_and_its_per_cent_stay_in_one_line() -> None:
+    assert element("p", "5 % of `a 5 %` < 6 %") == "<p>5&nbsp;% of <code>a 5&nbsp;%</code> &lt; 6&nbsp;%</p>"
+
+
 def test_the_page_says_what_it_was_given(read: Reader) -> None:
     whole = part()
-    given = [*whole.verdict, *whole.cautions, "third", "the surface has no border.", "spacing CV", "0% is even"]
+    given = [*whole.verdict, *whole.cautions, "third", "the surface has no border.", "spacing CV", "0 % is even"]
     given += ["0.200", "0.100", "the chart", "2 mm", 64 * "0", "first, in words", "print time [s]"]
     for text in given:
         assert text in read.text

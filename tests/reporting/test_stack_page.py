@@ -126,20 +126,20 @@ def test_the_page_says_what_the_record_says(written: bytes) -> None:
     assert record.finished.printed == record.finished.constant_flow
     text = " ".join(Reader(written).text.split())
     for said in (
-        "Finished thickness 97.5% of the target, varies by 2.56%", "Warning: mind this", "Not checked: hoses.",
+        "Finished thickness 97.5 % of the target, varies by 2.56 %", "Warning: mind this", "Not checked: hoses.",
         "seams apart [mm]", "1.00", "Cut across through the middle", "plate.ply", 64 * "a",
     ):  # fmt: skip
         assert said in text, said
     # Without a robot there is no time and no clearance.
     assert "time [s]" not in text
-    assert "varies by 2.56%" in stack_text(record)
+    assert "varies by 2.56 %" in stack_text(record)
 
 
 def test_of_columns_that_leave_through_a_side_the_share_is_told(job: Job) -> None:
     record = record_of(made(leaving=50))
     assert record.finished.printed is not None
     assert (record.finished.printed.judged, record.finished.printed.under_sides) == (1.0, 0.1)
-    said = "udged up to overhanging sides: 10.0% of the area"
+    said = "udged up to overhanging sides: 10.0 % of the area"
     assert said in stack_text(record)
     assert said in Reader(stack_page(made(leaving=50), record, job)).text
     assert "sides" not in stack_text(record_of(made()))
@@ -182,7 +182,7 @@ def test_the_page_names_the_cause_of_the_thickest_place(job: Job) -> None:
         )  # fmt: skip
         stack = replace(plain, layers=tuple(layers), flows=(flow, flow))
         text = " ".join(Reader(stack_page(stack, record_of(stack), job)).text.split())
-        assert "with 150.0% of the target: 2 of 2 layers deposit more than 105% of their height there" in text
+        assert "with 150.0 % of the target: 2 of 2 layers deposit more than 105 % of their height there" in text
         assert said in text, first
 
 
@@ -219,7 +219,7 @@ def test_layers_that_lack_light_are_named_with_what_they_get_need_and_what_to_do
     doses = [layer.cure.whole_mj_cm2 for layer in record.layers if layer.cure is not None]
     np.testing.assert_allclose(doses, 200.0 * np.cumsum(np.exp([-1.0, -2.0, -3.0]))[::-1])
     text = stack_text(record)
-    assert "missed 0.00%, 73.6 then 111 mJ/cm2 at its bottom" in text
+    assert "missed 0.00 %, 73.6 then 111 mJ/cm2 at its bottom" in text
     assert (
         "warning: layer 3 is not cured through: at its bottom all passes give 73.6 of 100 mJ/cm2: print at up to 14.7 "
         "mm/s, with layers up to 0.35 mm high, or name a final exposure ([flood])."

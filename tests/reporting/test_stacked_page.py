@@ -50,11 +50,11 @@ def test_the_page_is_the_same_again_and_says_what_it_was_given() -> None:
     assert page == stack_report(stack(), title="A stack")
     text = " ".join(Reader(page).text.split())
     for said in (
-        "Finished thickness varies by 1%.",
+        "Finished thickness varies by 1 %.",
         "Layer by layer",
         "Not checked: hoses.",
         "A cut",
-        "90% of the area",
+        "90 % of the area",
     ):
         assert said in text
     assert "Empty" not in text

@@ -51,10 +51,13 @@ def test_two_percent_missed_and_five_laid_twice_are_the_most_that_covers_a_part(
     record: PlannedRecord, gap: float, overlap: float
 ) -> None:
     most, more = like(record, "a", gap=0.02, overlap=0.05), like(record, "a", gap=gap, overlap=overlap)
-    assert verdict("part", [most])[0].startswith("a covers part. With constant flow, layer thickness varies by 1.0%")
+    assert verdict("part", [most])[0].startswith("a covers part. With constant flow, layer thickness varies by 1.0 %")
     assert not any(sentence.startswith("Try ") for sentence in verdict("part", [most]))
     said = verdict("part", [more])
-    assert said[0] == f"a does not cover part: {gap:.1%} of the area is missed and {overlap:.1%} is covered twice."
+    assert (
+        said[0]
+        == f"a does not cover part: {100 * gap:.1f} % of the area is missed and {100 * overlap:.1f} % is covered twice."
+    )
     assert said[1].startswith("Try ")
 
 
@@ -63,8 +66,8 @@ def test_backends_cover_alike_within_half_a_percent_of_the_area(record: PlannedR
     assert verdict("part", [like(record, "b"), more_even])[0].startswith("a covers part most evenly. ")
     less = like(record, "a", cv=0.001, gap=0.0051)
     assert verdict("part", [less, like(record, "b")])[0].startswith(
-        "b covers part best: 0.0% of the area is missed or covered twice (a 0.5%). With constant flow, "
-        "layer thickness varies by 1.0% "
+        "b covers part best: 0.0 % of the area is missed or covered twice (a 0.5 %). With constant flow, "
+        "layer thickness varies by 1.0 % "
     )
     # Alike is what differs by as little, not what misses as little.
     both = [like(record, "a", cv=0.001, gap=0.004, overlap=0.006), like(record, "b", gap=0.008)]
@@ -74,8 +77,8 @@ def test_backends_cover_alike_within_half_a_percent_of_the_area(record: PlannedR
 def test_thicknesses_are_equal_within_a_five_hundredth_and_the_worst_counts(record: PlannedRecord) -> None:
     equal = [like(record, name, cv=cv) for name, cv in (("a", 0.0119), ("b", 0.011), ("c", 0.01))]
     assert verdict("part", equal)[0] == (
-        "c, b and a cover part equally well. With constant flow, layer thickness varies by 1.0% "
-        "(b 1.1% and a 1.2%). All are even enough to print."
+        "c, b and a cover part equally well. With constant flow, layer thickness varies by 1.0 % "
+        "(b 1.1 % and a 1.2 %). All are even enough to print."
     )
     assert verdict("part", [*equal, like(record, "d", cv=0.0121)])[0].startswith("c, b and a cover part most evenly. ")
 
@@ -94,12 +97,12 @@ def test_all_are_even_enough_up_to_four_percent_and_two_fragments(record: Planne
 def test_faults_are_told_from_a_thousandth_of_the_area_and_three_fragments_on(record: PlannedRecord) -> None:
     runs = record.paths.runs
     for row, faults in (
-        (like(record, "a", gap=0.001), "misses 0.1% of the area (farther than 0.55 spacings from every path)"),
-        (like(record, "a", overlap=0.001), "covers 0.1% twice"),
+        (like(record, "a", gap=0.001), "misses 0.1 % of the area (farther than 0.55 spacings from every path)"),
+        (like(record, "a", overlap=0.001), "covers 0.1 % twice"),
         (like(record, "a", fragments=3), f"starts {runs} runs, 3 of them shorter than five spacings"),
         (
             like(record, "a", gap=0.002, overlap=0.003),
-            "misses 0.2% of the area (farther than 0.55 spacings from every path) and covers 0.3% twice",
+            "misses 0.2 % of the area (farther than 0.55 spacings from every path) and covers 0.3 % twice",
         ),
     ):
         assert verdict("part", [row])[1] == f"a {faults}."
@@ -135,7 +138,7 @@ def test_the_spacing_advised_is_half_of_the_best_backends(record: PlannedRecord)
     rows = [named(record, spacing_mm=3.0), like(record, "b", gap=0.4)]
     uncovered = rows[0].uniformity.model_copy(update={"gap": 0.3})
     said = verdict("part", [rows[0].model_copy(update={"uniformity": uncovered}), rows[1]])
-    assert said[0] == ("No backend covers part. The best, a: 30.0% of the area is missed and 0.0% is covered twice.")
+    assert said[0] == ("No backend covers part. The best, a: 30.0 % of the area is missed and 0.0 % is covered twice.")
     assert said[1] == (
         "Try `--spacing 1.5`, which reaches narrower places, or `--from best`, which looks for a source that covers "
         "more."
@@ -145,15 +148,15 @@ def test_the_spacing_advised_is_half_of_the_best_backends(record: PlannedRecord)
 def test_what_covers_comes_before_what_leaves_holes_however_little_that_lays_twice(record: PlannedRecord) -> None:
     rows = [like(record, "a", gap=0.025), like(record, "b", gap=0.005, overlap=0.03)]
     first = verdict("part", rows)[0]
-    assert first.startswith("b covers part best: 3.5% of the area is missed or covered twice (a 2.5%, with holes). ")
+    assert first.startswith("b covers part best: 3.5 % of the area is missed or covered twice (a 2.5 %, with holes). ")
     assert "enough" not in first
 
 
 def test_nothing_is_called_equal_to_what_covers_less_but_is_more_even(record: PlannedRecord) -> None:
     rows = [like(record, "a", cv=0.02), like(record, "b", cv=0.01, gap=0.005), like(record, "c", cv=0.001, gap=0.009)]
     assert verdict("part", rows)[0].startswith(
-        "b covers part best: 0.5% of the area is missed or covered twice (c 0.9%). With constant flow, "
-        "layer thickness varies by 1.0%"
+        "b covers part best: 0.5 % of the area is missed or covered twice (c 0.9 %). With constant flow, "
+        "layer thickness varies by 1.0 %"
     )
 
 
@@ -171,14 +174,14 @@ def test_where_all_leave_holes_nothing_is_praised_and_the_second_sentence_says_w
 def test_gaps_overlaps_and_fragments_are_named_and_fragments_are_not_enough(record: PlannedRecord) -> None:
     rows = [like(record, "a", gap=0.004, overlap=0.003, fragments=4), like(record, "b", cv=0.02)]
     said = verdict("part", rows)
-    faults = "a misses 0.4% of the area (farther than 0.55 spacings from every path), covers 0.3% twice and starts "
+    faults = "a misses 0.4 % of the area (farther than 0.55 spacings from every path), covers 0.3 % twice and starts "
     assert f"{faults}{record.paths.runs} runs, 4 of them shorter than five spacings." in said
     assert not any("enough" in sentence for sentence in said)
 
 
 def test_a_backend_that_alone_could_plan_is_named_as_such(record: PlannedRecord) -> None:
     said = verdict("part", [RefusedRecord(backend="a", refused="too curved."), like(record, "b")])
-    assert said[0].startswith("Only b covers part. With constant flow, layer thickness varies by 1.0%")
+    assert said[0].startswith("Only b covers part. With constant flow, layer thickness varies by 1.0 %")
     assert said[-1] == "a could not plan on this part: too curved."
 
 
@@ -194,7 +197,7 @@ def test_on_a_comb_with_fingers_narrower_than_a_spacing_nothing_is_even_enough(t
     assert not any("enough" in sentence or "most evenly" in sentence for sentence in found.verdict)
     # Each plan warns of it, and the table says it once.
     assert all(
-        plan.warnings[-1].startswith(f"{plan.uniformity.gap:.1%} of the area is missed")
+        plan.warnings[-1].startswith(f"{100 * plan.uniformity.gap:.1f} % of the area is missed")
         for plan in record.plans[0].values()
         if plan.uniformity
     )
@@ -204,7 +207,7 @@ def test_on_a_comb_with_fingers_narrower_than_a_spacing_nothing_is_even_enough(t
 def test_the_middle_that_was_taken_is_told_with_the_one_that_was_not_and_nothing_where_there_is_no_choice() -> None:
     fitted = TriedMedialAxis(middle="fitted", gap=0.004, overlap=0.001, cv=0.01, runs=7, taken=True)
     plain = TriedMedialAxis(middle="plain", gap=0.02, overlap=0.013, cv=0.05, runs=9, taken=False)
-    said = "Area missed + covered twice: 0.4% + 0.1% in 7 runs; with `--set middle=plain`: 2.0% + 1.3% in 9 runs."
+    said = "Area missed + covered twice: 0.4 % + 0.1 % in 7 runs; with `--set middle=plain`: 2.0 % + 1.3 % in 9 runs."
     assert medial_axis_sentences([plain, fitted]) == [f"At the medial axis, contours are fitted. {said}"]
     assert medial_axis_sentences([fitted, plain], backend="heat") == [
         f"At the medial axis, contours with heat are fitted. {said}"

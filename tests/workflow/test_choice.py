@@ -157,7 +157,7 @@ def test_the_better_middle_is_taken_and_both_are_told(tmp_path: Path) -> None:
     record = record_plan(best)
     assert [each.middle for each in record.middles] == ["fitted", "plain"]
     (note,) = (note for note in record.details if "medial axis" in note)
-    assert "contours are fitted. Area missed + covered twice: 0.0% + 0.0% in 5 runs" in note
+    assert "contours are fitted. Area missed + covered twice: 0.0 % + 0.0 % in 5 runs" in note
     assert "with `--set middle=plain`: " in note
 
 

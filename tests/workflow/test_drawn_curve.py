@@ -69,8 +69,8 @@ def test_a_point_chooses_the_side_and_both_are_told() -> None:
     small, large = inside(ball(), OCTANT), inside(ball(), OCTANT, at=(-RADIUS, 0.0, 0.0))
     assert area(small) + area(large) == pytest.approx(float(face_areas(ball()).sum()), rel=1e-4)
     assert area(large) > 6 * area(small)
-    assert "the smaller side, 13% of the area: `--at X Y Z` chooses the other" in patch_text(small)
-    assert "the side of the point, 87% of the area" in patch_text(large)
+    assert "the smaller side, 13 % of the area: `--at X Y Z` chooses the other" in patch_text(small)
+    assert "the side of the point, 87 % of the area" in patch_text(large)
 
 
 def test_on_a_body_wound_inward_what_is_enclosed_faces_out_and_on_an_open_one_as_it_is_wound() -> None:

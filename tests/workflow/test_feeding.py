@@ -149,7 +149,9 @@ def test_what_a_print_lacks_is_commanded_on_top_and_told(bundle: Path, lacking: 
         np.minimum(1.25 * before.poses.flow[before.poses.deposit], 1.5 * nominal), rel=0.01
     )
     (note,) = (note for note in record.notes if note.startswith("feedback: print.ply shows"))
-    assert "print.ply shows the volume of plan 20.0% (RMS) off what its program deposits: 0.80 of it everywhere" in note
+    assert (
+        "print.ply shows the volume of plan 20.0 % (RMS) off what its program deposits: 0.80 of it everywhere" in note
+    )
 
 
 def test_a_print_as_planned_changes_no_byte_of_the_path(bundle: Path, tmp_path: Path) -> None:

@@ -115,17 +115,17 @@ def test_overhang_is_stated_where_the_material_has_its_angle_and_a_detail_where_
     assert [(one.critical_deg, one.assumed) for one in records] == [(pytest.approx(30.0), True), (45.0, False)]
     assert records[0].length_mm > records[1].length_mm > 0.0
     for found, record in zip((assumed, stated), records, strict=True):
-        line = f"{record.share:.1%} of the deposit"
+        line = f"{100 * record.share:.1f} % of the deposit"
         plan_json, recorded = record_plan(found.planned[0][1].plan), recorded_comparison([found])
         assert (line in outcome_text(plan_json)) is not record.assumed
         assert ("overhang" in comparison_table(recorded)) is not record.assumed
         # Asked for, it is there, and says what was assumed.
         assert line in outcome_text(plan_json, verbose=True)
         assert ("assumed: [material] states no overhang_deg" in outcome_text(plan_json, verbose=True)) is record.assumed
-        assert f"{record.share:.1%}" in comparison_table(recorded, verbose=True)
+        assert f"{100 * record.share:.1f} %" in comparison_table(recorded, verbose=True)
         assert all("overhang" not in text for text in (*plan_json.warnings, *plan_json.notes))
         deposit, _ = overhang_rows([PlannedRecord.model_construct(backend="heat", overhang=record)])
-        assert deposit.values == (f"{record.share:.1%}, {record.length_mm:.0f} mm",)
+        assert deposit.values == (f"{100 * record.share:.1f} %, {record.length_mm:.0f} mm",)
 
 
 def test_compare_says_what_a_hexapod_leaves_with_each_backend(over_hexapod: Comparison) -> None:

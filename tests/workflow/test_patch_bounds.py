@@ -175,10 +175,10 @@ def test_a_region_bounds_what_a_curve_encloses_and_what_lies_beyond_it_is_left()
 def test_what_a_curve_encloses_is_told_with_its_length_and_side() -> None:
     curve = rectangle((5.0, 5.0), (25.0, 15.0))
     assert cut_patch(PLATE, chosen(curve=curve)).inside == (
-        "a curve of 4 points, 60 mm long; the smaller side, 17% of the area: `--at X Y Z` chooses the other"
+        "a curve of 4 points, 60 mm long; the smaller side, 17 % of the area: `--at X Y Z` chooses the other"
     )
     outer = cut_patch(PLATE, chosen((2.0, 2.0, 0.0), curve=curve))
-    assert outer.inside == "a curve of 4 points, 60 mm long; the side of the point, 83% of the area"
+    assert outer.inside == "a curve of 4 points, 60 mm long; the side of the point, 83 % of the area"
     assert area(outer) == pytest.approx(1000.0, rel=1e-6)
     assert cut_patch(PLATE, chosen(box=BOX)).inside is None
 
@@ -212,7 +212,7 @@ def test_a_radius_far_within_a_curve_takes_nothing_of_what_the_curve_is_drawn_on
     found = cut_patch(PLATE, chosen((20.0, 15.0, 0.0), radius=4.0, curve=curve))
     assert area(found) == pytest.approx(16.0 * np.pi, rel=5e-3)
     assert found.inside is not None
-    assert "50% of the area" in found.inside
+    assert "50 % of the area" in found.inside
 
 
 def test_a_hole_is_filled_up_to_the_longest_before_the_patch_is_cut() -> None:

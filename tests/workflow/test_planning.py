@@ -425,8 +425,9 @@ def test_speed_slowest_place_and_deposit_stand_in_one_line_and_all_slowdowns_in_
     assert 0.95 <= deposited.least_run <= deposited.share <= deposited.most_run <= 1.05
     assert abs(deposited.share - 1.0) <= 0.02
     assert (
-        f"speed: prints at {speed:g} mm/s (ceiling 25), 60.0% of the deposit within 1 % of it; down to 7.25 mm/s over "
-        f"1 mm, in run 4 by the acceleration of joint 5 at (1.0, 2.0, 3.0); deposits {deposited.share:.1%}, runs "
+        f"speed: prints at {speed:g} mm/s (ceiling 25), 60.0 % of the deposit within 1 % of it; down to 7.25 mm/s over "
+        f"1 mm, in run 4 by the acceleration of joint 5 at (1.0, 2.0, 3.0); deposits "
+        f"{100 * deposited.share:.1f} %, runs "
     ) in said
     assert motion.share_slowed is not None
     assert (motion.share_slowed.speed, motion.share_slowed.acceleration) == (0.0, 0.275)
@@ -632,7 +633,7 @@ def test_a_program_that_deposits_too_much_is_not_written_unless_that_is_accepted
         surface=saved(tmp_path, spherical_cap(radius=6.0, angle=0.5, rings=12)), unit="mm", spacing=1.0, place="demo",
         on_slowdown="follow",
     )  # fmt: skip
-    with pytest.raises(LimitError, match=r"would deposit \d{3}% of the volume of run \d.*`--set on_slowdown=auto`"):
+    with pytest.raises(LimitError, match=r"would deposit \d{3} % of the volume of run \d.*`--set on_slowdown=auto`"):
         plan(job)
     accepted = record_plan(plan(job.model_copy(update={"accept_flow": True}))).robot[0].motion
     assert accepted.deposited is not None

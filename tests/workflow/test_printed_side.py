@@ -42,7 +42,7 @@ def test_a_closed_body_confirms_the_side_however_it_is_wound(body: Surface) -> N
     part, side = printed_side(CAP, body, flip=False)
     assert part is CAP
     assert (side.source, side.turned, side.agreeing) == ("body", False, 1.0)
-    assert side.sentence == "printing on the side that faces out of heart (100% of it)."
+    assert side.sentence == "printing on the side that faces out of heart (100 % of it)."
 
 
 def test_a_part_that_faces_into_the_body_is_turned_and_the_user_is_told() -> None:
@@ -50,7 +50,7 @@ def test_a_part_that_faces_into_the_body_is_turned_and_the_user_is_told() -> Non
     np.testing.assert_allclose(mean_normal(part), mean_normal(CAP))
     assert (side.source, side.turned, side.agreeing) == ("body", True, 1.0)
     assert side.sentence.startswith(
-        "printing on the other side than the normals face, where 100% of it faces into heart"
+        "printing on the other side than the normals face, where 100 % of it faces into heart"
     )
 
 
@@ -59,7 +59,7 @@ def test_who_asks_to_flip_is_obeyed_and_warned() -> None:
     part, side = printed_side(asked, BODY, flip=True)
     assert part is asked
     assert (side.source, side.turned, side.agreeing) == ("flip", True, 0.0)
-    assert side.sentence.endswith("100% of it faces into heart: check the side.")
+    assert side.sentence.endswith("100 % of it faces into heart: check the side.")
 
 
 def test_a_body_that_half_agrees_or_is_open_tells_nothing() -> None:
@@ -121,7 +121,7 @@ def test_the_side_is_named_as_it_was_chosen(source: str, whole: str, side: str, 
     )
     half = printed_side(half_turned(), BODY, flip=flip)[1]
     assert (half.source, half.turned) == (source, flip)
-    assert half.sentence == f"printing on {side}, but 50% of it faces into heart: check the side."
+    assert half.sentence == f"printing on {side}, but 50 % of it faces into heart: check the side."
 
 
 def half_turned() -> Surface:
@@ -174,7 +174,7 @@ def test_a_small_file_is_inside_out_only_where_its_volume_is_negative() -> None:
         (
             "x_all_flipped.ply",
             "which is hollow: check whether the file is mirrored",
-            "printing on the other side than the normals face, where 100% of it",
+            "printing on the other side than the normals face, where 100 % of it",
         ),
     ],
 )

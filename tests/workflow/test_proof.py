@@ -195,7 +195,7 @@ def test_what_was_executed_here_says_that_this_is_no_controller(printed: Path) -
     assert rows["executed"] == (
         "by geoprint, without a controller, in 2 scenarios: 320 of 322 lines, not executed 2 (plan.json says why)"
     )
-    assert rows["off the plan"] == "at most 0.0004 mm, outputs 0.0200 mm, a move 0.52 ms, a run 0.03% of its time"
+    assert rows["off the plan"] == "at most 0.0004 mm, outputs 0.0200 mm, a move 0.52 ms, a run 0.03 % of its time"
     assert rows["no simulation knows"] == "lag; ramps"
     without = evidence.model_copy(update={"executed": None})
     assert dict(evidence_rows(without, (), program_sha256=""))["executed"] == "not yet"

@@ -98,7 +98,7 @@ def test_paths_alone_are_checked_and_said_to_hold_no_program(compared: Path, tmp
     assert said.startswith("PATHS ONLY  plate.ply  (heat)")
     assert "NONE: the robot cannot print it: " in said
     once = json.loads((heat / "plan.json").read_text())["uniformity"]["covered_once"]
-    assert f"{once:.2%} of the area covered once: as in plan.json" in " ".join(said.split())
+    assert f"{100 * once:.2f} % of the area covered once: as in plan.json" in " ".join(said.split())
     rows = (heat / "poses.csv").read_text().split("\n")
     row = next(i for i, text in enumerate(rows[1:], start=1) if text.split(",")[3] == "1") + 3
     cells = rows[row].split(",")

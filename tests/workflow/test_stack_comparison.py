@@ -55,17 +55,17 @@ def test_coverage_of_all_layers_decides_and_then_their_thickness() -> None:
     assert [row.backend for row in best_stack([holes, uneven, even])] == ["b", "c", "a"]
     best = stack_verdict([holes, even], part="heart.ply")[0]
     assert best.startswith(
-        "b covers the layers over heart.ply best. Area missed or covered twice: 0.1% with b and 3.0% with a"
+        "b covers the layers over heart.ply best. Area missed or covered twice: 0.1 % with b and 3.0 % with a"
     )
     assert "which leaves holes" in best
     assert stack_verdict([uneven, even], part="heart.ply")[0] == (
-        "b covers the layers over heart.ply most evenly: their thickness varies by 0.40% with b and 1.00% with c. All "
-        "are even enough to print."
+        "b covers the layers over heart.ply most evenly: their thickness varies by 0.40 % with b and 1.00 % with c. "
+        "All are even enough to print."
     )
     alike = _row("d", gap=0.001, cv=0.0045)
     assert "b and d cover the layers over heart.ply equally well" in stack_verdict([even, alike], part="heart.ply")[0]
     assert stack_verdict([holes], part="heart.ply")[0].startswith("No backend covers the layers")
-    assert stack_verdict([even], part="heart.ply")[0].startswith("b covers the layers over heart.ply: 0.1%")
+    assert stack_verdict([even], part="heart.ply")[0].startswith("b covers the layers over heart.ply: 0.1 %")
 
 
 def test_what_is_told_of_stacks_names_what_cannot_be_planned_or_printed() -> None:

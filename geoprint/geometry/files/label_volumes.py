@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple, TypeAlias, final
 import numpy as np
 from scipy import ndimage
 
-from geoprint.errors import InputError, UsageError
+from geoprint.errors import InputError, UsageError, percent
 from geoprint.geometry.files.dicom_segmentation import read_dicom
 from geoprint.geometry.files.labelling import LabelVolume, box_of, found_labels, labelled
 from geoprint.geometry.files.mesh_file import UNITS, Choice, LabelFound, MeshFile
@@ -239,7 +239,8 @@ def label_surface(
         least = _smoothed(rough, affine, THIN_SMOOTHINGS[-1:], wanted=wanted)[2]
         raise InputError(
             f"`{name}`: the label is about as thin as its voxels of {' x '.join(f'{side:.3g}' for side in sides)}. "
-            f"The least smoothing changes its volume by {-loss:+.0%}, at most {UNBELIEVABLE_LOSS:.0%} is allowed: "
+            f"The least smoothing changes its volume by {percent(-loss, signed=True)}, at most "
+            f"{percent(UNBELIEVABLE_LOSS)} is allowed: "
             f"{advice if abs(least) <= UNBELIEVABLE_LOSS else 'use a volume with thinner slices'}.",
             loss=loss,
         )
@@ -359,7 +360,7 @@ def _with_volume(smooth: _Field, affine: FloatArray, *, wanted: float, name: str
         slope = (volume - last) / (level - before)
     raise InputError(
         f"`{name}`: no smooth surface around the label encloses the volume of its voxels within "
-        f"{VOLUME_TOLERANCE:.1%}. The label is too thin or ragged: clean it, or use a finer volume."
+        f"{percent(VOLUME_TOLERANCE, 1)}. The label is too thin or ragged: clean it, or use a finer volume."
     )
 
 

@@ -22,9 +22,10 @@ job = geoprint.job_of(surface="blade.ply", unit="mm", spacing=2.5, source={"betw
 compared = geoprint.compare(job, backends=["lscm", "heat"])
 for name, planned in compared.plans.items():
     spacing, off = planned.evenness.sides.both.cv, planned.distance.largest
-    print(f"{name}: spacing varies by {spacing:.1%}, rows lie up to {off:.0%} of a spacing off their distance")
+    rows = f"rows lie up to {100 * off:.0f} % of a spacing off their distance"
+    print(f"{name}: spacing varies by {100 * spacing:.1f} %, {rows}")
 figure = compared.figure()
 figure.set_size_inches(10.4, 6.2)
 figure.savefig("blade.png", dpi=120)
-# prints: lscm: spacing varies by 1.7%, rows lie up to 45% of a spacing off their distance
-# prints: heat: spacing varies by 0.3%, rows lie up to 6% of a spacing off their distance
+# prints: lscm: spacing varies by 1.7 %, rows lie up to 45 % of a spacing off their distance
+# prints: heat: spacing varies by 0.3 %, rows lie up to 6 % of a spacing off their distance

@@ -22,11 +22,11 @@ second = simulated_print("next", faults=fault, seed=0)
 
 figure, axis = plt.subplots(figsize=(7, 3.4), layout="constrained")
 for name, found, colour in ("first print", first, "#d55e00"), ("next print", second, "#0072b2"):
-    print(f"{name}: {found.deposited.sum() / found.wanted.sum():.1%} of the material")
+    print(f"{name}: {100 * found.deposited.sum() / found.wanted.sum():.1f} % of the material")
     axis.plot(found.runs + 1, 100 * found.deposited / found.wanted, "o-", color=colour, label=name)
 axis.axhline(100, color="black", linewidth=1, linestyle=":")
 axis.set(xlabel="run", ylabel="material, of what is wanted [%]", ylim=(80, 105), xticks=first.runs + 1)
 axis.legend(frameon=False, loc="center right")
 figure.savefig("feedback.png", dpi=120)
-# prints: first print: 88.1% of the material
-# prints: next print: 99.7% of the material
+# prints: first print: 88.1 % of the material
+# prints: next print: 99.7 % of the material

@@ -29,6 +29,6 @@ Path("slicer.gcode").write_text("\n".join(lines))
 
 measured = geoprint.measure_files(geoprint.job_of(surface="dome.ply", unit="mm", spacing=2.0), ["slicer.gcode"])
 even = measured.files[0].measured
-print(f"thickness varies by {even.thickness.cv:.1%}, {even.gap:.1%} of the area is missed")
+print(f"thickness varies by {100 * even.thickness.cv:.1f} %, {100 * even.gap:.1f} % of the area is missed")
 measured.figure().savefig("foreign_gcode.png")
-# prints: thickness varies by 8.7%, 3.6% of the area is missed
+# prints: thickness varies by 8.7 %, 3.6 % of the area is missed

@@ -18,7 +18,7 @@ nibabel.save(nibabel.Nifti1Image(labels.astype(np.uint8), np.diag([1.5, 1.5, 1.5
 patch = {"at": [17.6, 17.6, 36.0], "radius": 11.0}
 job = geoprint.job_of(surface="labels.nii.gz", unit="mm", label=1, patch=patch, spacing=1.5, robot=False)
 planned = geoprint.plan(job)
-print(f"{len(planned.paths)} runs, thickness varies by {planned.evenness.thickness.cv:.1%}")
+print(f"{len(planned.paths)} runs, thickness varies by {100 * planned.evenness.thickness.cv:.1f} %")
 
 body = geoprint.reporting.view_surface(planned.workpiece.body, faces=8000).surface
 axis = plt.figure(figsize=(7, 5)).add_subplot(projection="3d", computed_zorder=False)
@@ -30,4 +30,4 @@ axis.set_box_aspect(np.ptp(body.vertices, axis=0), zoom=1.4)
 axis.set_axis_off()
 axis.set_title(f"label 1 of labels.nii.gz, {len(planned.paths)} runs on a patch of it")
 plt.savefig("label_volume.png", dpi=120, bbox_inches="tight")
-# prints: 7 runs, thickness varies by 0.5%
+# prints: 7 runs, thickness varies by 0.5 %

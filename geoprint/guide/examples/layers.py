@@ -11,7 +11,7 @@ part = {"surface": "data/heart_flat_patch.ply", "unit": "mm", "patch": patch, "r
 stack = geoprint.workflow.plan_layers(geoprint.job_of(**part, spacing=1.5, thickness=2.0))
 finished = stack.flows[stack.printed]
 print(f"{len(stack.layers)} layers, {len(stack.layers[0].seams)} runs in the first")
-print(f"finished thickness {finished.mean:.1%} of what is wanted, varies by {finished.cv:.1%}")
+print(f"finished thickness {100 * finished.mean:.1f} % of what is wanted, varies by {100 * finished.cv:.1f} %")
 stack.figure().savefig("layers.png")
 # prints: 4 layers, 5 runs in the first
-# prints: finished thickness 100.0% of what is wanted, varies by 0.6%
+# prints: finished thickness 100.0 % of what is wanted, varies by 0.6 %

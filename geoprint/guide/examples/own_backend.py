@@ -35,5 +35,5 @@ compared = geoprint.compare(job, backends=["edges", "heat"])
 figure = compared.figure()
 figure.set_size_inches(10.4, 5.2)
 figure.savefig("own_backend.png", dpi=120)
-print("thickness varies by", {name: f"{plan.evenness.thickness.cv:.1%}" for name, plan in compared.plans.items()})
-# prints: thickness varies by {'edges': '2.3%', 'heat': '0.5%'}
+print("thickness varies by", {key: f"{100 * plan.evenness.thickness.cv:.1f} %" for key, plan in compared.plans.items()})
+# prints: thickness varies by {'edges': '2.3 %', 'heat': '0.5 %'}

@@ -11,7 +11,7 @@ rings = geoprint.plan(geoprint.job_of(**part))
 spiral = geoprint.plan(geoprint.job_of(**part, pattern="spiral"))
 for name, planned in {"rings": rings, "spiral": spiral}.items():
     count, length = len(planned.paths), planned.evenness.length
-    print(f"{name}: {length:.0f} mm, starts: {count}, thickness varies by {planned.evenness.thickness.cv:.1%}")
+    print(f"{name}: {length:.0f} mm, starts: {count}, thickness varies by {100 * planned.evenness.thickness.cv:.1f} %")
 spiral.figure().savefig("spiral.png")
-# prints: rings: 545 mm, starts: 10, thickness varies by 0.9%
-# prints: spiral: 539 mm, starts: 1, thickness varies by 7.5%
+# prints: rings: 545 mm, starts: 10, thickness varies by 0.9 %
+# prints: spiral: 539 mm, starts: 1, thickness varies by 7.5 %

@@ -10,7 +10,7 @@ from typing import TypeAlias, cast, final
 import numpy as np
 
 from geoprint import transforms
-from geoprint.errors import VerificationError, how_many
+from geoprint.errors import VerificationError, how_many, percent
 from geoprint.model import (
     BoolArray,
     Cell,
@@ -413,8 +413,8 @@ def check_times(executed: Executed) -> None:
     if MOST_RUN_TIME < executed.run_time < np.inf:
         refuse(
             _ENTRY,
-            f"the moves of a run take {executed.run_time:.1%} of their planned time more or less, allowed are "
-            f"{MOST_RUN_TIME:.0%}",
+            f"the moves of a run take {percent(executed.run_time, 1)} of their planned time more or less, allowed are "
+            f"{percent(MOST_RUN_TIME)}",
         )
 
 

@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from geoprint import transforms
-from geoprint.errors import InputError, ReachError, how_many
+from geoprint.errors import InputError, ReachError, how_many, percent
 from geoprint.geometry.operators import face_areas, mean_normal
 from geoprint.model import FloatArray, Placement, Surface, TouchedPoints
 
@@ -168,7 +168,7 @@ def _extents(centred: FloatArray, *, name: str) -> FloatArray:
     if extents[1] <= COLLINEAR_SHARE * extents[0]:
         raise InputError(
             f"the {name} points of the fixture lie on a line: they spread {extents[0]:.3g} mm along it and "
-            f"{extents[1]:.3g} mm across, needed are {COLLINEAR_SHARE:.0%} of it. Touch a point off the line.",
+            f"{extents[1]:.3g} mm across, needed are {percent(COLLINEAR_SHARE)} of it. Touch a point off the line.",
             along_mm=float(extents[0]),
             across_mm=float(extents[1]),
         )

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from geoprint.errors import UsageError, VerificationError
+from geoprint.errors import UsageError, VerificationError, percent
 from geoprint.lazy import postponed
 from geoprint.model import FloatArray, frozen
 from geoprint.robot.timing.reachability import Problem
@@ -61,7 +61,7 @@ def confirm(problem: Problem, speeds: FloatArray) -> bool:
     above = float(np.median(speeds[bounded] - found[bounded])) / float(problem.highest.max()) if bounded.any() else 0.0
     if above > AGREEMENT:
         raise VerificationError(
-            f"toppra finds a lower speed than geoprint where joints limit it, by {100.0 * above:.1f}% of the largest. "
+            f"toppra finds a lower speed than geoprint where joints limit it, by {percent(above, 1)} of the largest. "
             "Please report it with the part and the cell file."
         )
     return True

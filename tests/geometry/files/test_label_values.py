@@ -298,7 +298,7 @@ def test_a_cavity_is_said_to_lie_inside_its_wall_and_who_touches_whom_over_how_m
     whole = 4 * 512 + 256 + 192 + 832
     assert shares(cup) == ((5, pytest.approx(832 / whole)), (3, pytest.approx(512 / whole)))
     text = inspection_text(inspect_file(tmp_path / "cup.nii"))
-    assert "lies inside label 1; touches label 1 over 93% of its surface, no label over 7%" in text
+    assert "lies inside label 1; touches label 1 over 93 % of its surface, no label over 7 %" in text
     # Its surface has a place on each side, from which one is chosen.
     seen = inspect_file(tmp_path / "cup.nii", label=1)
     assert isinstance(seen, FileInspection)

@@ -140,7 +140,7 @@ def test_a_straight_path_loses_nothing_at_its_zones() -> None:
 def test_a_program_that_takes_longer_or_shorter_than_it_was_timed_is_refused() -> None:
     executed = replace(written()[1].executed, move_time=0.02, run_time=0.05)
     check_times(executed)
-    for figure, words in (("move_time", r"a move takes 0\.0202 s more"), ("run_time", r"of a run take 5\.1% of")):
+    for figure, words in (("move_time", r"a move takes 0\.0202 s more"), ("run_time", r"of a run take 5\.1 % of")):
         with pytest.raises(VerificationError, match=words):
             check_times(replace(executed, **{figure: 1.01 * getattr(executed, figure)}))
 
