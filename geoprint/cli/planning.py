@@ -38,7 +38,8 @@ from geoprint.config.job import Job
 from geoprint.config.strict import key_at
 from geoprint.errors import UsageError
 
-# Backends are compared in two processes: each takes up to a gigabyte.
+# Backends are compared with the robot in two processes: each takes up to a gigabyte. Without it all is done before
+# another process has started.
 PROCESSES = 2
 # What the demonstration plans: in a checkout a link to its file in data/, which stands in the wheel as a file.
 DEMO_PART, DEMO_FOLDER = "heart_apex_patch.ply", Path("geoprint-demo")
@@ -186,7 +187,8 @@ def compare(
         return
     names = backends_of(backends)
     expected = planning_stages(jobs, backends=-(-len(names or compared_backends()) // PROCESSES))
-    with watch(expected=expected) as observe, precompiled(), beside(PROCESSES - 1) as helper:
+    helpers = PROCESSES - 1 if any(job.robot for job in jobs) else 0
+    with watch(expected=expected) as observe, precompiled(), beside(helpers) as helper:
         jobs = [best_placed(job, observe=observe) for job in jobs]
         compared = compare_parts(jobs, backends=names, observe=observe, helper=helper)
         observe("writing")
