@@ -174,20 +174,21 @@ def _without_door(kernel: Callable[P, R]) -> Callable[P, R]:
 def _compiled(function: Callable[P, R], **special: bool) -> Callable[P, R]:
     # Nothing asks for a loop as a function of C, for which numba compiles a second entry by default.
     options: dict[str, Any] = special | {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+    kernel = numba.njit(**options)(function)
+    if (kept := _kept_of(function)) is not None:
+        dispatcher: Any = kernel
+        dispatcher._cache = kept  # noqa: SLF001  (numba has no other place for it)
+    return kernel
+
+
+def _kept_of(function: Callable[..., object]) -> SharedCache | None:
+    """Return what is kept of a kernel, which is compiled by one process at a time; None where nothing can be kept."""
     try:
-        return _shared(numba.njit(cache=True, **options)(function), function)
+        return SharedCache(function)
     except RuntimeError as error:
         if _NOWHERE not in str(error):
             raise
-    return _shared(numba.njit(cache=_may_keep(), **options)(function), function)
-
-
-def _shared(kernel: Callable[P, R], function: Callable[P, R]) -> Callable[P, R]:
-    """Let a kernel that is kept be compiled by one process at a time."""
-    if keeps(kernel):
-        dispatcher: Any = kernel
-        dispatcher._cache = SharedCache(function)  # noqa: SLF001  (numba has no other place for it)
-    return kernel
+    return SharedCache(function) if _may_keep() else None
 
 
 def writable(array: NDArray[S]) -> NDArray[S]:
