@@ -15,7 +15,7 @@ import numpy as np
 from geoprint.geometry import Inspection, Landmark, boundary_half_edges, face_normals, half_edges
 from geoprint.geometry.rays import RayTree
 from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
-from geoprint.reporting.figures import DOTS_PER_INCH, PANEL_INCHES, add_ruler, add_title, draw_part, png_bytes
+from geoprint.reporting.figures import DOTS_PER_INCH, PANEL_INCHES, add_ruler, add_title, draw_part, png_bytes, polygons
 from geoprint.reporting.view import view_surface
 
 if TYPE_CHECKING:
@@ -315,15 +315,13 @@ def _drawn(found: Inspection) -> Surface:
 
 def _draw_faces(axis: Axes, surface: Surface, rotation: FloatArray) -> None:
     """Draw faces from far to near, darker the more they turn away; a damaged mesh has no normals at vertices."""
-    from matplotlib.collections import PolyCollection
-
     corners = surface.vertices[surface.faces] @ rotation.T
     upward = np.abs(face_normals(surface) @ rotation.T[:, 2])
     order = np.argsort(corners[:, :, 2].mean(axis=1))
     shade = (SHADES[0] + (SHADES[1] - SHADES[0]) * upward)[order]
     colours = np.repeat(shade[:, None], 3, axis=1)
     edges = colours * (0.82 if len(order) < MOST_EDGED else 1.0)
-    axis.add_collection(PolyCollection(corners[order, :, :2], facecolors=colours, edgecolors=edges, linewidths=0.4))
+    axis.add_collection(polygons(corners[order, :, :2], faces=colours, edges=edges, width=0.4))
     low, high = corners[:, :, :2].min(axis=(0, 1)), corners[:, :, :2].max(axis=(0, 1))
     edge = 0.03 * float((high - low).max())
     axis.set_xlim(low[0] - edge, high[0] + edge)

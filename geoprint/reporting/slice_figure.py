@@ -22,6 +22,7 @@ from geoprint.reporting.figures import (
     add_title,
     draw_part,
     png_bytes,
+    polygons,
 )
 from geoprint.reporting.stack_html import THICKNESS_RANGE
 from geoprint.reporting.view import views
@@ -134,7 +135,6 @@ def thickness_figure(
     """
     from matplotlib import colormaps
     from matplotlib.cm import ScalarMappable
-    from matplotlib.collections import PolyCollection
     from matplotlib.colors import Normalize
 
     figure, axes, sides = _panels(surface, R_view_work)
@@ -146,9 +146,7 @@ def thickness_figure(
         corners = (surface.vertices @ R_side_work.T)[surface.faces]
         order = np.argsort(corners[..., 2].mean(axis=1))
         painted = colours[order]
-        axis.add_collection(
-            PolyCollection(corners[order, :, :2], facecolors=painted, edgecolors=painted, linewidths=0.4)
-        )
+        axis.add_collection(polygons(corners[order, :, :2], faces=painted, edges=painted, width=0.4))
     bar = figure.colorbar(ScalarMappable(scale, THICKNESS_COLOURS), ax=axes, shrink=0.8, pad=0.01, extend="both")
     bar.set_label(label, fontsize=9)
     add_title(figure, title)
