@@ -35,7 +35,7 @@ Data flows in one direction, through frozen values (`geoprint.model`) that print
 
 and imports run to the right alone (braces: mutually independent; `lint-imports` checks it):
 
-    {fibers, guide, inspection, process_fitting} -> cli -> workflow -> reporting -> results -> toolpath_files
+    {fibers, guide, inspection, process_fitting, viewer} -> cli -> workflow -> reporting -> results -> toolpath_files
         -> {config, metrics, postprocessor, simulation} -> layers -> toolpath
         -> {distance, process, robot} -> positioner -> geometry -> transforms -> registry -> model
         -> {features, kernels} -> {errors, lazy, threads}
@@ -72,6 +72,7 @@ if TYPE_CHECKING:
         toolpath as toolpath,
         toolpath_files as toolpath_files,
         transforms as transforms,
+        viewer as viewer,
         workflow as workflow,
     )
     from geoprint.config import Job as Job, job_of as job_of, load_cell as load_cell
@@ -137,7 +138,7 @@ _FROM = {
 _PACKAGES = (
     "config distance errors fibers geometry inspection layers metrics model positioner "
     "postprocessor process process_fitting registry reporting results robot simulation toolpath toolpath_files "
-    "transforms workflow"
+    "transforms viewer workflow"
 )
 
 if not TYPE_CHECKING:

@@ -4,7 +4,17 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
+from trimesh.path import Path3D
+
 class Trimesh:
+    def __init__(
+        self,
+        vertices: NDArray[np.float64],
+        faces: NDArray[np.int64],
+        *,
+        vertex_colors: NDArray[np.int64] | None = None,
+        process: bool = True,
+    ) -> None: ...
     @property
     def vertices(self) -> NDArray[np.float64]: ...
     @property
@@ -16,6 +26,8 @@ def load_mesh(file_obj: BinaryIO, *, file_type: str, process: bool, fix_texture:
 
 class Scene:
     geometry: dict[str, Trimesh]
+    def __init__(self, geometry: Trimesh | Path3D | None = None) -> None: ...
+    def export(self, *, file_type: str) -> bytes: ...
     def to_mesh(self) -> Trimesh: ...
 
 def load_scene(file_obj: BinaryIO, *, file_type: str, process: bool) -> Scene: ...

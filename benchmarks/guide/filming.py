@@ -66,8 +66,8 @@ SHOTS = (
 
 
 @contextmanager
-def opened(page: Path, *, size: tuple[int, int]) -> Generator[Chrome]:
-    """Open a report in a headless browser and wait until its first scene is drawn.
+def opened(address: str, *, size: tuple[int, int], drawn: str = ".scene.live") -> Generator[Chrome]:
+    """Open a page in a headless browser and wait until what a selector names is there: the first scene of a report.
 
     Raises:
         RuntimeError: there is no Chromium with its driver here.
@@ -84,16 +84,28 @@ def opened(page: Path, *, size: tuple[int, int]) -> Generator[Chrome]:
     for argument in (*FLAGS, f"--window-size={size[0]},{size[1]}"):
         options.add_argument(argument)
     with Chrome(options=options, service=ChromeService(driver)) as browser:
-        browser.get(page.resolve().as_uri())
+        browser.get(address)
         # A scene is drawn only where it is on the screen; waiting for one that is not there would never end.
         with suppress(TimeoutException):
-            WebDriverWait(browser, PATIENCE).until(lambda _: browser.find_elements("css selector", ".scene.live"))
+            WebDriverWait(browser, PATIENCE).until(lambda _: browser.find_elements("css selector", drawn))
         yield browser
+
+
+def settled(browser: Chrome) -> bytes:
+    """Return a screenshot once the page has stopped to change."""
+    before = b""
+    for _ in range(40):
+        time.sleep(2.0)
+        now = browser.get_screenshot_as_png()
+        if now == before:
+            break
+        before = now
+    return before
 
 
 def film(report: Path) -> bytes:
     """Return an animated WebP of the print that a report replays: first the arm, then the needle, then the beads."""
-    with opened(report, size=WINDOW) as browser:
+    with opened(report.resolve().as_uri(), size=WINDOW) as browser:
         _run(browser, "const style = document.createElement('style'); style.textContent = it;"
                       " document.head.append(style)", STYLE)  # fmt: skip
         frames = [frame for shot in SHOTS for frame in _taken(browser, shot)]

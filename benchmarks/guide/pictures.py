@@ -8,7 +8,7 @@ from pathlib import Path
 
 from benchmarks.field.figures import field_picture, loaded
 from benchmarks.guide import cells, layers, prints, surfaces
-from benchmarks.guide.filming import opened
+from benchmarks.guide.filming import opened, settled
 from benchmarks.guide.shaded import smaller
 from benchmarks.guide.stamps import with_figures
 from benchmarks.paths import uniformity
@@ -18,6 +18,8 @@ from geoprint.guide import page_named
 from geoprint.reporting import figure
 from geoprint.reporting.figures import png_bytes
 from geoprint.reporting.metrics import THICKNESS
+from geoprint.viewer import load_viewed
+from geoprint.viewer.live import LiveView
 from geoprint.workflow import compare, plan, save_comparisons
 
 # The part of the report that is its first screen [px].
@@ -33,8 +35,29 @@ def report(data: Path) -> bytes:
     job = job_of(surface=data / "heart_apex_patch.ply", unit="mm", spacing=1.5, robot=False)
     with tempfile.TemporaryDirectory() as folder:
         save_comparisons([compare(job)], Path(folder) / "compared")
-        with opened(Path(folder) / "compared" / "report.html", size=SCREEN) as browser:
+        with opened((Path(folder) / "compared" / "report.html").as_uri(), size=SCREEN) as browser:
             return smaller(browser.get_screenshot_as_png(), width=1000)
+
+
+def live_view(data: Path) -> bytes:
+    """Photograph the live view of a comparison in a headless browser, with the needle on the first of its plans.
+
+    Raises:
+        RuntimeError: there is no Chromium with its driver here.
+    """
+    job = job_of(surface=data / "heart_apex_patch.ply", unit="mm", spacing=1.5, place="demo")
+    with tempfile.TemporaryDirectory() as folder:
+        save_comparisons([compare(job)], Path(folder) / "compared")
+        view = LiveView(load_viewed(Path(folder) / "compared"), port=8950)
+        try:
+            view.show_robot()
+            view.show_moment(0.4 * view.end)
+            with opened(view.url, size=SCREEN, drawn=".geoprint-plot svg") as browser:
+                # Its notice that no graphics card draws is not of this page.
+                browser.find_element("css selector", ".mantine-Notification-closeButton").click()
+                return smaller(settled(browser), width=1000)
+        finally:
+            view.close()
 
 
 def scripting(data: Path) -> bytes:
@@ -89,6 +112,7 @@ PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "controller.png": cells.controller,
     "again.png": cells.again,
     "report.png": report,
+    "view.png": live_view,
     "evenness.png": evenness,
     "speed.png": speed,
     "measure.png": cells.measured,

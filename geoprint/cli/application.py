@@ -190,8 +190,6 @@ if COMPLETION in os.environ:
 # What people look for under another name: commands, and options that other programs have, or that geoprint had.
 COMMANDS_MEANT = {
     "slice": "`geoprint plan PART` plans the paths of a part",
-    "view": "`report.html` in the folder of a plan or a comparison shows it in 3D; `geoprint inspect PART --picture "
-    "FILE` draws a part",
 }
 OPTIONS_MEANT = {
     "--backends": "write `--backend`, with commas between several",

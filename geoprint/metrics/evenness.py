@@ -164,6 +164,8 @@ class Uniformity:
     Attributes:
         thickness: of the layer that a constant flow leaves, over the wanted one: the headline.
         followed: the same with a flow that follows the width of the strip that each stretch serves.
+        field: (v,) thickness that a constant flow leaves at the vertices of the refined surface, over the wanted one;
+            those of the surface itself come first.
         along: (k, 2) both of them at k samples along the paths.
         sides: spacing to the left and to the right of k samples along the paths.
         levels: spacing to the level outside; None where runs have no whole level, or nobody knows it.
@@ -189,6 +191,7 @@ class Uniformity:
 
     thickness: Thickness
     followed: Thickness
+    field: FloatArray
     along: FloatArray
     sides: SideSpacing
     levels: LevelSpacings | None
@@ -213,7 +216,7 @@ class Uniformity:
 
     def __post_init__(self) -> None:
         freeze_arrays(
-            self, along="float: k 2", runs="int: k", widths="float: k", pose_widths="float: p",
+            self, field="float: v", along="float: k 2", runs="int: k", widths="float: k", pose_widths="float: p",
             judged_places="float: j 3", gaps="bool: j", overlaps="bool: j",
         )  # fmt: skip
 
@@ -392,6 +395,7 @@ def _measured(
     return Uniformity(
         thickness=layer.over_all(constant),
         followed=layer.over_all(following),
+        field=constant,
         along=np.column_stack([pieces.at_ends(layer.at_places(field), samples) for field in (constant, following)]),
         sides=sides,
         levels=_levels(mesh, paths, spacing=spacing, windows=windows) if has_levels else None,

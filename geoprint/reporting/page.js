@@ -114,7 +114,7 @@ class Scene {
     state.frame = this.control("frame") ?? "part";
     state.robot = this.control("robot") !== undefined;
     this.readLayers();
-    this.root.querySelector(".legend").replaceChildren(...scaleOf(COLOURINGS[state.colour](part, part.backends[0])));
+    this.root.querySelector(".legend").replaceChildren(...scaleOf(colouringOf(part, part.backends[0], state.colour)));
     this.showTime();
   }
 

@@ -36,20 +36,13 @@ from geoprint.reporting.html import (
     scrollable,
     view,
 )
-from geoprint.reporting.scene import scene_data
+from geoprint.reporting.scene import part_scales, scene_data
 from geoprint.reporting.values import BackendView, PartReport, PathDistances, Row, Section
 
 # The parts of the page as HTML: verdict, views with their controls, what decides, and everything else below.
 
 
-COLOURS = (
-    ("spacing", "Local spacing"),
-    ("coverage", "Gaps and overlaps"),
-    ("distance", "Distance from border or source"),
-)
 BEADS_COLOUR = ("beads", "Beads at their true width")
-OVERHANG_COLOUR = ("overhang", "Overhang")
-MOTION_COLOURS = (("lean", "Lean of the nozzle"), ("speed", "Speed of the tip"))
 SPEEDS = (1, 5, 20, 50)
 SLIDER_STEPS = 1000
 BEST = "shown where there is room for only one"
@@ -159,21 +152,12 @@ def _scene(part: PartReport, key: str) -> Markup:
     if replayed:
         shown.append(element("label", element("input", type="checkbox", name=f"{key}-robot"), " Robot"))
     shown.append(element("button", "Reset view", type="button", class_="reset"))
-    # Measured paths of others have no distance from anywhere.
-    colours = COLOURS if _distant(part) else COLOURS[:-1]
+    colours = [(name, scale.heading) for name, scale in part_scales(part).items()]
+    if all(backend.widths is not None for backend in part.backends):
+        colours.append(BEADS_COLOUR)
     controls = [
         choice(key, "backend", "Backend", [("all", "Side by side"), *names] if len(names) > 1 else names),
-        choice(
-            key,
-            "colour",
-            "Colour",
-            [
-                *colours,
-                *([BEADS_COLOUR] if all(backend.widths is not None for backend in part.backends) else ()),
-                *([OVERHANG_COLOUR] if part.critical_deg is not None else ()),
-                *(MOTION_COLOURS if replayed else ()),
-            ],
-        ),
+        choice(key, "colour", "Colour", colours),
         *([choice(key, "frame", "Frame", (("part", "Part"), ("robot", "Part and robot")))] if replayed else []),
         element("fieldset", element("legend", "Show"), *shown),
     ]
@@ -195,10 +179,6 @@ def _view(part: PartReport, place: int, key: str) -> Markup:
         label=f"3D view of {part.name} by {backend.name}",
         mark=("best", BEST) if best else None,
     )
-
-
-def _distant(part: PartReport) -> bool:
-    return any(bool(backend.distance.any()) for backend in part.backends)
 
 
 def _player(backends: Sequence[BackendView], key: str) -> Markup:

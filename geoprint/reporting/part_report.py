@@ -23,7 +23,7 @@ from geoprint.reporting.records.evenness import EvennessRecord
 from geoprint.reporting.records.evidence import STAGES
 from geoprint.reporting.records.plan import PlanRecord, SettingsRecord
 from geoprint.reporting.records.rounding import as_json
-from geoprint.reporting.replaying import machine, motion_shades, replay
+from geoprint.reporting.replaying import at_rest, machine, motion_shades, replay
 from geoprint.reporting.values import COVERED, GAP, OVERLAP, BackendView, PartReport, PathDistances, Picture, Row
 from geoprint.reporting.view import ViewSurface, view_surface
 from geoprint.results import Comparison, Plan, Planned
@@ -219,7 +219,14 @@ def part_report(
         surface=view.surface,
         R_view_work=workpiece.upright,
         spacing=spacing,
-        machine=machine(workpiece, robots[0], cell_file=comparison.job.cell) if robots else None,
+        machine=machine(
+            workpiece.cell,
+            T_base_work=at_rest(workpiece.cell, robots[0].placement),
+            body=workpiece.body,
+            cell_file=comparison.job.cell,
+        )
+        if robots
+        else None,
         winner=[row.backend for row in record.planned].index(record.best),
         backends=tuple(_view(name, outcome, view, still=pictures.stills[name]) for name, outcome in planned),
         refused=tuple((row.backend, row.refused) for row in record.refused),

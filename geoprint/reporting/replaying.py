@@ -13,7 +13,7 @@ from geoprint.model import Cell, Cylinder, FloatArray, Obstacle, Placement, Robo
 from geoprint.positioner import straight_course, table_machine, work_poses
 from geoprint.reporting.values import MOST_FRAMES, Body, Machine, MotionShades, Replay, TableReplay
 from geoprint.reporting.view import shading_normals, view_surface
-from geoprint.results import Plan, RobotPlan, Workpiece
+from geoprint.results import Plan, RobotPlan
 from geoprint.robot.arm import JOINTS, Arm, tilts
 from geoprint.robot.collision import link_solids, obstacle_target, polytope, tool_solids
 from geoprint.robot.reach import bead_steps
@@ -27,14 +27,28 @@ BODY_SUNK = 0.006
 SHORTEST_MOVE = 0.1
 # What a table turns between two frames at most [rad]: straight between them what is far out comes in by a thousandth.
 TABLE_STEP = np.radians(5.0)
+# How a table holds its plate at rest.
+AT_REST = np.eye(4)
 
 
-def machine(workpiece: Workpiece, robot: RobotPlan, *, cell_file: Path | None) -> Machine:
-    """Return the arm, its tool, what stands in the cell and the body, in the work frame.
+def machine(
+    cell: Cell,
+    *,
+    T_base_work: FloatArray,
+    body: Surface | None,
+    cell_file: Path | None,
+    T_table_plate: FloatArray = AT_REST,
+) -> Machine:
+    """Return the arm, its tool, what stands in the cell and the body, in the work frame; all joints are at zero.
 
-    All joints are at zero; of a table that tilts the part, part and table are as they rest.
+    Args:
+        cell: what is drawn.
+        T_base_work: (4, 4) where the part stands [mm].
+        body: that the part lies on, if there is one.
+        cell_file: beside which the meshes of an arm's own URDF lie; without it its solids are drawn.
+        T_table_plate: (4, 4) how a table holds its plate.
     """
-    cell, T_work_base = workpiece.cell, transforms.inverse(_at_rest(workpiece.cell, robot.placement))
+    T_work_base = transforms.inverse(T_base_work)
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     screws, Ts_work_link = arm.screws(), T_work_base @ arm.link_poses(np.zeros((1, JOINTS)))[0]
     links, notes = _links(cell.robot, cell_file)
@@ -43,10 +57,10 @@ def machine(workpiece: Workpiece, robot: RobotPlan, *, cell_file: Path | None) -
     tool = (Surface(*polytope(solid, by=0.0)) for solid in tool_solids(cell.tool))
     bodies += [Body("tool", JOINTS, _moved(one, Ts_work_link[-1])) for one in tool]
     bodies += [Body("cell", 0, _outside(one, T_work_base)) for one in cell.obstacles]
-    solids = enumerate(_solids(cell, np.eye(4)), start=1)
+    solids = enumerate(_solids(cell, T_table_plate), start=1)
     bodies += [Body("table", number, _outside(one, T_work_base)) for number, one in solids]
-    if workpiece.body is not None:
-        bodies.append(Body("body", 0, _sunk(view_surface(workpiece.body, faces=BODY_FACES).surface)))
+    if body is not None:
+        bodies.append(Body("body", 0, _sunk(view_surface(body, faces=BODY_FACES).surface)))
     return Machine(
         points=transforms.apply(T_work_base, screws.points),
         directions=screws.directions @ T_work_base[:3, :3].T,
@@ -55,7 +69,7 @@ def machine(workpiece: Workpiece, robot: RobotPlan, *, cell_file: Path | None) -
     )
 
 
-def _at_rest(cell: Cell, placement: Placement) -> FloatArray:
+def at_rest(cell: Cell, placement: Placement) -> FloatArray:
     """Return (4, 4) T_base_work as the part stands while the table of a cell rests."""
     if placement.table is None or cell.table is None:
         return placement.T_base_work
@@ -123,7 +137,7 @@ def table_replay(plan: Plan, *, turning: FloatArray) -> TableReplay:
     """
     noun = plan.workpiece.cell.table
     assert noun is not None  # noqa: S101  # The plan is over a table.
-    table, T_base_rest = table_machine(noun), _at_rest(plan.workpiece.cell, plan.robot[0].placement)
+    table, T_base_rest = table_machine(noun), at_rest(plan.workpiece.cell, plan.robot[0].placement)
     T_rest_base, resting = transforms.inverse(T_base_rest), table.solids(np.eye(4))
     knots = [np.eye(4), *(one.placement.table.T_table_plate for one in plan.robot if one.placement.table)]
     times: list[FloatArray] = []

@@ -4,11 +4,21 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Callable
+from dataclasses import fields
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.reporting.colouring import (
+    Scale,
+    coverage_scale,
+    distance_scale,
+    lean_scale,
+    overhang_scale,
+    spacing_scale,
+    speed_scale,
+)
 from geoprint.reporting.figures import colour_range
 from geoprint.reporting.html import Json
 from geoprint.reporting.values import BackendView, Machine, PartReport, Replay, TableReplay
@@ -32,8 +42,7 @@ def scene_data(part: PartReport) -> Json:
 
     Returns:
         `vertices` (3, n), `faces` (3, m), `backends`, `rotation` and `middle`, which lead back to the part's own
-        coordinates, `spacing` [mm], `winner`, `machine`, and the ranges of the colour scales: the same for all
-        backends, so that colours can be compared.
+        coordinates, `spacing` [mm], `winner`, `machine`, and `scales` of the quantities that colour the part.
     """
     surface = part.surface
     upright, head = turned(surface, R_view_work=part.R_view_work, spacing=part.spacing)
@@ -48,11 +57,8 @@ def scene_data(part: PartReport) -> Json:
     return {
         **head,
         "winner": part.winner,
-        "farthest": max(float(backend.distance.max()) for backend in part.backends),
-        "ratios": list(colour_range([backend.ratios for backend in part.backends])),
+        "scales": {key: scale_data(scale) for key, scale in part_scales(part).items()},
         "overhang": None if part.critical_deg is None else numbers(_from_upright(normals, part.R_view_work)),
-        "critical": part.critical_deg,
-        "leaning": max((float(backend.shades.lean.max()) for backend in part.backends if backend.shades), default=0.0),
         "machine": None if part.machine is None else _machine(part.machine, upright, R_view_work=part.R_view_work),
         "backends": [
             {
@@ -65,6 +71,32 @@ def scene_data(part: PartReport) -> Json:
             for backend in part.backends
         ],
     }
+
+
+def part_scales(part: PartReport) -> dict[str, Scale]:
+    """Return the scale of each quantity that a part can be coloured by, by the name of its values in the scene.
+
+    They are the same for all backends, so that colours can be compared.
+    """
+    scales = {
+        "spacing": spacing_scale(*colour_range([backend.ratios for backend in part.backends])),
+        "coverage": coverage_scale(),
+    }
+    # Measured paths of others have no distance from anywhere.
+    farthest = max(float(backend.distance.max()) for backend in part.backends)
+    if farthest > 0.0:
+        scales["distance"] = distance_scale(farthest)
+    if part.critical_deg is not None:
+        scales["overhang"] = overhang_scale(part.critical_deg)
+    shades = [backend.shades for backend in part.backends if backend.shades is not None]
+    if shades:
+        scales |= {"lean": lean_scale(max(float(each.lean.max()) for each in shades)), "speed": speed_scale()}
+    return scales
+
+
+def scale_data(scale: Scale) -> Json:
+    """Return a scale as page.js reads it."""
+    return {field.name: getattr(scale, field.name) for field in fields(scale)}
 
 
 def turned(

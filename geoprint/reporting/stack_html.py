@@ -9,6 +9,7 @@ import numpy as np
 
 from geoprint.errors import InputError, how_many
 from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
+from geoprint.reporting.colouring import Scale, thickness_scale
 from geoprint.reporting.histogram import histograms
 from geoprint.reporting.html import (
     Document,
@@ -23,7 +24,7 @@ from geoprint.reporting.html import (
     view,
 )
 from geoprint.reporting.page import ONLY, document_page
-from geoprint.reporting.scene import numbers, step, thinned, turned, with_breaks
+from geoprint.reporting.scene import numbers, scale_data, step, thinned, turned, with_breaks
 from geoprint.reporting.values import Picture
 
 # What the page of a stack, or of several that are compared, shows as plain frozen values; no stage is known here.
@@ -89,6 +90,11 @@ class StackWords:
         "Blue: too thin, red: too thick, white: as wanted. Grey: not judged, because a hollow closes below that "
         "height or the target is thinner than a layer."
     )
+
+    @property
+    def scale(self) -> Scale:
+        """Of the colours."""
+        return thickness_scale(*self.ends, what=self.what, of=self.of, legend=self.legend)
 
 
 OF_FLOWS = StackWords(
@@ -223,7 +229,7 @@ def _scene(stack: StackReport, key: str) -> Markup:
     )  # fmt: skip
     controls = [
         choice(key, "backend", stack.words.view, [("all", "Side by side"), *names] if len(names) > 1 else names),
-        choice(key, "colour", "Colour", [("thickness", stack.words.what.capitalize())]),
+        choice(key, "colour", "Colour", [("thickness", stack.words.scale.heading)]),
         element(
             "fieldset", element("legend", "Show"), shown, element("button", "Reset view", type="button", class_="reset")
         ),
@@ -275,8 +281,7 @@ def stack_scene_data(stack: StackReport) -> Json:
     return {
         **head,
         "winner": 0,
-        "thicknesses": list(stack.words.ends),
-        "said": {"what": stack.words.what, "of": stack.words.of, "legend": stack.words.legend},
+        "scales": {"thickness": scale_data(stack.words.scale)},
         "machine": None,
         **(paths[0] if same else {}),
         "backends": [

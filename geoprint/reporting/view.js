@@ -24,7 +24,7 @@ class View {
   drawn() {
     const { part, state } = this.scene, backend = part.backends[this.place];
     this.stood = this.stand.frame;
-    this.colouring = COLOURINGS[state.colour](part, backend);
+    this.colouring = colouringOf(part, backend, state.colour);
     const { clientWidth: width, clientHeight: height } = this.plot;
     const list = traces(part, backend, this.colouring, state, height);
     return [this.plot, list, { ...layout(part, state), width, height }, CONFIG];

@@ -16,8 +16,8 @@ from geoprint.config import load_cell
 from geoprint.model import FloatArray, Hexapod, Surface, TiltTurn
 from geoprint.positioner import straight_course, table_machine, tilted_placement
 from geoprint.reporting import Machine
-from geoprint.reporting.replaying import machine, motion_shades, table_replay
-from geoprint.results import Plan, RobotPlan, Workpiece
+from geoprint.reporting.replaying import at_rest, machine, motion_shades, table_replay
+from geoprint.results import Plan
 from geoprint.robot.arm import Arm
 from tests.meshes import plate
 from tests.positioner.tables import hexapod_noun, tilt_turn_noun
@@ -36,16 +36,12 @@ def arm() -> Arm:
 
 @pytest.fixture(scope="module")
 def shown() -> Machine:
-    workpiece = SimpleNamespace(cell=load_cell(None), body=plate())
-    robot = SimpleNamespace(placement=SimpleNamespace(T_base_work=T_BASE_WORK, table=None))
-    return machine(cast("Workpiece", workpiece), cast("RobotPlan", robot), cell_file=None)
+    return machine(load_cell(None), T_base_work=T_BASE_WORK, body=plate(), cell_file=None)
 
 
 def test_a_body_that_is_folded_onto_itself_is_drawn_all_the_same() -> None:
     folded = Surface(np.array([[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 9.0, 0.0]]), np.array([[0, 1, 2], [0, 2, 1]]))
-    workpiece = SimpleNamespace(cell=load_cell(None), body=folded)
-    robot = SimpleNamespace(placement=SimpleNamespace(T_base_work=T_BASE_WORK, table=None))
-    bodies = machine(cast("Workpiece", workpiece), cast("RobotPlan", robot), cell_file=None).bodies
+    bodies = machine(load_cell(None), T_base_work=T_BASE_WORK, body=folded, cell_file=None).bodies
     assert np.isfinite(bodies[-1].surface.vertices).all()
 
 
@@ -112,7 +108,7 @@ def test_part_and_solids_of_a_table_are_moved_from_rest_to_where_they_stand(noun
     workpiece = SimpleNamespace(cell=cell, body=None)
     turning = np.array([[0.0, 1.0], [5.0, 6.0]])
     found = table_replay(cast("Plan", SimpleNamespace(robot=robots, workpiece=workpiece)), turning=turning)
-    drawn = machine(cast("Workpiece", workpiece), cast("RobotPlan", robots[1]), cell_file=None)
+    drawn = machine(cell, T_base_work=at_rest(cell, places[1]), body=None, cell_file=None)
     solids = [body for body in drawn.bodies if body.kind == "table"]
     assert [body.joint for body in solids] == list(range(1, len(table.solids(np.eye(4))) + 1))
     corner = np.array([[10.0, -20.0, 5.0]])

@@ -1,0 +1,8 @@
+"""A live view of a result or a part: turned, replayed and questioned in a browser, on this machine alone."""
+
+from geoprint.viewer.loaded import (
+    Motion as Motion,
+    Viewed as Viewed,
+    ViewedPlan as ViewedPlan,
+    load_viewed as load_viewed,
+)

@@ -1,0 +1,474 @@
+"""The live view: a page in the browser with the scene, a panel of controls, and what a picked point is."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from contextlib import redirect_stdout
+from html import escape
+from io import StringIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, final
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from geoprint.errors import ExportError, UsageError
+from geoprint.geometry.native import missing
+from geoprint.model import FloatArray
+from geoprint.reporting.colouring import Scale
+from geoprint.reporting.metrics import CATALOGUE
+from geoprint.robot.arm import tilts
+from geoprint.viewer.loaded import Motion, Viewed, ViewedPlan
+from geoprint.viewer.plots import TIME_FIELD, plot_html, plots_of
+from geoprint.viewer.scene import MARK, PlanScene, quantities
+
+if TYPE_CHECKING:
+    import viser
+
+# Only this machine can open the page.
+HOST: Final = "127.0.0.1"
+# Frames a second at most, and how many times as fast as in the cell.
+FRAMES: Final = 30.0
+SPEEDS: Final = ("0.2", "1", "5", "20", "50")
+# A step of the replay [s].
+STEP: Final = 0.1
+# Plans stand so far apart, over their size.
+APART: Final = 1.25
+PLAIN: Final = "Plain"
+PICK: Final = "Click the part: run, level, thickness, normal, lean, joints and the line of the program."
+
+
+class _Place(NamedTuple):
+    """A place worth a look, in a plan, with the time when the arm is there [s]."""
+
+    words: str
+    plan: int
+    time: float
+
+
+@final
+class LiveView:
+    """Serves the view of a folder until it is closed.
+
+    Args:
+        viewed: what is shown.
+        port: of the page; another one if it is taken.
+
+    Attributes:
+        server: of the page.
+        scenes: one a plan.
+
+    Raises:
+        UsageError: viser is not installed.
+    """
+
+    def __init__(self, viewed: Viewed, *, port: int) -> None:
+        self.server = started(port, label=f"geoprint: {viewed.name}")
+        self.viewed = viewed
+        self._lock = threading.RLock()
+        server, plans = self.server, viewed.plans
+        size = float(np.linalg.norm(np.ptp(plans[0].surface.vertices, axis=0)))
+        across = plans[0].upright[0]
+        middle = 0.5 * (plans[0].surface.vertices.min(axis=0) + plans[0].surface.vertices.max(axis=0))
+        gap = 0.0 if viewed.kind == "stack" else APART * size
+        shifts = gap * (np.arange(len(plans)) - (len(plans) - 1) / 2.0)
+        with server.atomic():
+            _light(server, plans[0])
+            self.scenes = [
+                PlanScene(server, plan, offset=shift * across, named=viewed.kind == "comparison")
+                for plan, shift in zip(plans, shifts, strict=True)
+            ]
+            width = size + float(np.ptp(shifts))
+            _look(server, middle, plans[0].upright, distance=0.62 * width)
+            self._build()
+        self._colour(self._colours.value)
+        self._shown()
+        self._at(0.0)
+        self._closed = threading.Event()
+        threading.Thread(target=self._play, daemon=True).start()
+        # What takes longer than opening the page comes when it is there.
+        threading.Thread(target=self._finish, daemon=True).start()
+
+    @property
+    def url(self) -> str:
+        """Where the page is."""
+        return f"http://{HOST}:{self.server.get_port()}"
+
+    def wait(self) -> None:
+        """Return once the page was closed by another thread; Ctrl-C ends the waiting."""
+        self._closed.wait()
+
+    def close(self) -> None:
+        """End the page."""
+        self._closed.set()
+        with _silent():
+            self.server.stop()
+
+    def go_to_line(self, line: int) -> None:
+        """Show the moment at which the arm makes the move at a line of the program.
+
+        Raises:
+            UsageError: there is no program, or no move stands there or behind it.
+        """
+        motion = self._motion
+        target = None if motion is None else motion.target_of(line)
+        if motion is None or target is None:
+            raise UsageError(f"`--line {line}`: no move of the program stands there or behind it.")
+        self._time.value = float(motion.orders.times[target])
+
+    def show_moment(self, moment: float) -> None:
+        """Show arm and deposited material as they are at a moment [s]."""
+        self._set(moment)
+
+    @property
+    def moment(self) -> float:
+        """The moment that is shown [s]."""
+        return float(self._time.value)
+
+    @property
+    def picked(self) -> str:
+        """What is said of the point that was picked last, as Markdown."""
+        return self._picked.content
+
+    def show_robot(self) -> None:
+        """Show the robot."""
+        self._robot.value = True
+        self._shown()
+
+    def save_page(self, path: Path) -> None:
+        """Write the scene as it stands as one HTML file that opens offline.
+
+        Raises:
+            ExportError: it cannot be written.
+        """
+        try:
+            path.write_text(self.server.scene.as_html(), encoding="utf-8")
+        except OSError as error:
+            raise ExportError(f"{path} cannot be written ({error.strerror}); choose another place.") from error
+
+    @property
+    def _active(self) -> PlanScene:
+        return self.scenes[[scene.plan.name for scene in self.scenes].index(self._plan.value)]
+
+    @property
+    def _motion(self) -> Motion | None:
+        return self._active.motion
+
+    @property
+    def end(self) -> float:
+        """How long the motion that is shown takes [s]; 0 without one."""
+        return 0.0 if self._motion is None else float(self._motion.table.times[-1])
+
+    def _build(self) -> None:
+        gui, plans = self.server.gui, self.viewed.plans
+        gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
+        gui.main_panel.dock_right()
+        gui.set_panel_label(f"geoprint: {self.viewed.name}")
+        names = tuple(plan.name for plan in plans)
+        self._plan = gui.add_dropdown("Plan", names, visible=len(names) > 1)
+        self._figures = gui.add_html("")
+        with gui.add_folder("Show"):
+            named = {**quantities(plans[0]), PLAIN: ""}
+            self._colours = gui.add_dropdown("Colour", tuple(named))
+            self._keys = named
+            self._scale = gui.add_html("")
+            self._paths = gui.add_checkbox("Paths", initial_value=True)
+            self._travel = gui.add_checkbox("Travel", initial_value=False)
+            self._robot = gui.add_checkbox("Robot", initial_value=False, visible=bool(plans[0].motions))
+            self._layer = gui.add_slider(
+                "Layers", 1, max(len(plans), 2), 1, len(plans), visible=self.viewed.kind == "stack"
+            )
+        attitudes = tuple(str(number) for number in range(1, len(plans[0].motions) + 1)) or ("1",)
+        with gui.add_folder("Replay", visible=bool(plans[0].motions)):
+            self._attitude = gui.add_dropdown("Attitude", attitudes, visible=len(attitudes) > 1)
+            self._buttons = gui.add_button_group("", ("Play", "Pause", "Back", "Step"))
+            self._slider = gui.add_slider("Moment [%]", 0.0, 100.0, 0.1, 0.0)
+            self._time = gui.add_number(TIME_FIELD, 0.0, min=0.0, step=0.001)
+            self._speed = gui.add_dropdown("Times as fast", SPEEDS, initial_value="5")
+            self._moment = gui.add_html("")
+            self._line = gui.add_number("Line of the program", 0, min=0, step=1)
+        self._places = _places(self.viewed)
+        with gui.add_folder("Worst places", visible=bool(self._places)):
+            for place in self._places:
+                gui.add_button(place.words, color="gray").on_click(lambda _, place=place: self._jump(place))
+        with gui.add_folder("Point"):
+            self._picked = gui.add_markdown(PICK)
+        with gui.add_folder("Plots", visible=bool(plans[0].motions)):
+            self._plots = [gui.add_html("") for _ in range(3)]
+        self._is_playing = False
+        self._listen()
+        self._said()
+
+    def _listen(self) -> None:
+        def on(handle: viser.GuiInputHandle[Any], call: Callable[[], None]) -> None:
+            handle.on_update(lambda event: call() if event.client is not None or handle is self._time else None)
+
+        on(self._plan, self._chosen)
+        on(self._colours, lambda: self._colour(self._colours.value))
+        for each in (self._paths, self._travel, self._robot, self._layer):
+            on(each, self._shown)
+        on(self._attitude, self._turned)
+        on(self._slider, lambda: self._set(self._slider.value / 100.0 * self.end))
+        on(self._time, lambda: self._at(self._time.value))
+        on(self._line, self._find_line)
+        self._buttons.on_click(lambda _: self._press(self._buttons.value))
+        self.server.scene.on_click()(lambda event: self.pick(np.array(event.ray_origin), np.array(event.ray_direction)))
+
+    def _set(self, moment: float) -> None:
+        self._time.value = round(float(np.clip(moment, 0.0, self.end)), 3)
+
+    def _press(self, button: str) -> None:
+        self._is_playing = button == "Play"
+        if button == "Play" and self._time.value >= self.end - STEP:
+            self._set(0.0)
+        if button in {"Back", "Step"}:
+            self._set(self._time.value + (STEP if button == "Step" else -STEP))
+
+    def _play(self) -> None:
+        """Move on in time while it plays; frames that take longer than their time are left out."""
+        before = time.monotonic()
+        while not self._closed.wait(1.0 / FRAMES):
+            now = time.monotonic()
+            if self._is_playing:
+                self._set(self._time.value + (now - before) * float(self._speed.value))
+                self._is_playing = self._time.value < self.end
+            before = now
+
+    def _at(self, moment: float) -> None:
+        """Show a moment in the scene and in words."""
+        motion = self._motion
+        if motion is None:
+            return
+        with self._lock, self.server.atomic():
+            self._active.move(moment)
+            share = 100.0 * moment / self.end
+            if abs(self._slider.value - share) > 0.05:
+                self._slider.value = float(np.clip(share, 0.0, 100.0))
+            self._moment.content = _moment_html(motion, moment)
+
+    def _chosen(self) -> None:
+        self._said()
+        self._turned()
+
+    def _turned(self) -> None:
+        scene = self._active
+        if scene.plan.motions:
+            with self._lock, self.server.atomic():
+                scene.show_motion(scene.plan.motions[int(self._attitude.value) - 1])
+                self._shown()
+            self._set(0.0)
+            self._at(0.0)
+            self._plotted()
+
+    def _shown(self) -> None:
+        """Show what is ticked; the robot only of the plan that is chosen, for they would stand in one another."""
+        for number, scene in enumerate(self.scenes, start=1):
+            there = self.viewed.kind != "stack" or number <= self._layer.value
+            robot = self._robot.value and scene is self._active
+            scene.show(paths=self._paths.value and there, travel=self._travel.value and there, robot=robot)
+
+    def _colour(self, name: str) -> None:
+        scale: Scale | None = None
+        for scene in self.scenes:
+            scale = scene.colour(self._keys[name])
+        self._scale.content = "" if scale is None else scale_html(scale)
+
+    def _said(self) -> None:
+        plan = self._active.plan
+        measured, rows = plan.record.uniformity, list[tuple[str, str]]()
+        if measured is not None:
+            rows += [(metric.label, metric.text(measured)) for metric in CATALOGUE if metric.decides]
+        if plan.record.robot:
+            seconds = sum(robot.motion.duration_s for robot in plan.record.robot)
+            rows += [("print time", f"{seconds:.0f} s"), ("speed", f"{plan.record.settings.speed_mm_s:g} mm/s")]
+        rows += [("runs", str(plan.record.paths.runs)), ("spacing", f"{plan.spacing:g} mm")]
+        self._figures.content = table_html(rows)
+
+    def _jump(self, place: _Place) -> None:
+        self._plan.value = self.scenes[place.plan].plan.name
+        self._set(place.time)
+
+    def _find_line(self) -> None:
+        try:
+            self.go_to_line(int(self._line.value))
+        except UsageError as error:
+            self._picked.content = str(error)
+
+    def pick(self, start: FloatArray, direction: FloatArray) -> None:
+        """Say what a ray meets first of the parts, and show the moment when the arm is there.
+
+        Args:
+            start: (3,) of the ray [mm].
+            direction: (3,) of the ray.
+        """
+        for scene in self.scenes:
+            hits = scene.rays.first_hits((start - scene.offset)[None], direction[None])
+            if not hits.met.any():
+                continue
+            place = hits.points.xyz(scene.plan.surface)[0]
+            self._plan.value = scene.plan.name
+            self._picked.content = point_text(scene, place)
+            self.server.scene.add_icosphere(
+                "/picked", radius=0.35 * scene.plan.spacing, color=MARK, position=place + scene.offset
+            )
+            if scene.motion is not None and scene.motion.poses.count == scene.plan.poses.count:
+                self._set(float(scene.motion.pose_times[nearest_pose(scene.plan, place)]))
+            return
+
+    def _plotted(self) -> None:
+        motion = self._motion
+        if motion is not None:
+            for handle, plot in zip(self._plots, plots_of(motion), strict=True):
+                handle.content = plot_html(motion.table.times, plot)
+
+    def _finish(self) -> None:
+        """Draw the plots, and execute the program, whose lines a picked point names."""
+        self._plotted()
+        for plan in self.viewed.plans:
+            for motion in plan.motions:
+                _ = motion.switching
+        self._at(self._time.value)
+
+
+def started(port: int, *, label: str) -> viser.ViserServer:
+    """Return a server that only this machine reaches.
+
+    Raises:
+        UsageError: viser is not installed.
+    """
+    try:
+        import viser
+    except ImportError as error:
+        raise missing("viser", extra="view", work="the live view") from error
+    with _silent():
+        server = viser.ViserServer(host=HOST, port=port, label=label, verbose=False)
+    # It is computed for seconds where no graphics card is.
+    server.scene.configure_environment_map(hdri=None)
+    server.scene.configure_default_lights(enabled=False)
+    return server
+
+
+def _silent() -> redirect_stdout[StringIO]:
+    """Keep what viser says of itself off stdout, where results go."""
+    return redirect_stdout(StringIO())
+
+
+def nearest_pose(plan: ViewedPlan, place: FloatArray) -> int:
+    """Return the pose that deposits nearest to a place."""
+    rows = np.flatnonzero(plan.poses.deposit)
+    _, nearest = KDTree(plan.poses.surface_points[rows]).query(place)
+    return int(rows[nearest])
+
+
+def point_text(scene: PlanScene, place: FloatArray) -> str:
+    """Return what a place on the part is, as Markdown."""
+    plan = scene.plan
+    pose, vertex = nearest_pose(plan, place), int(KDTree(plan.surface.vertices).query(place)[1])
+    poses = plan.poses
+    scale, values = scene.values("thickness")
+    x, y, z = place.tolist()
+    lines = [
+        f"**{plan.name}**, {x:.2f}, {y:.2f}, {z:.2f} mm",
+        f"run {poses.runs[pose] + 1}, level {poses.levels[pose]}, layer {poses.layers[pose] + 1}",
+        scale.said(float(values[vertex])),
+        "normal " + ", ".join(f"{each:.3f}" for each in poses.normals[pose].tolist())
+        + f"; nozzle {plan.leans[pose]:.1f} degrees from it",
+    ]  # fmt: skip
+    motion = scene.motion
+    if motion is not None and motion.poses.count == poses.count:
+        moment = float(motion.pose_times[pose])
+        angles = np.degrees(motion.table.joints[motion.row(moment)]).tolist()
+        lines.append(f"at {moment:.3f} s; joints " + ", ".join(f"{angle:.1f}" for angle in angles) + " degrees")
+        line = motion.line_of(motion.target(moment))
+        lines.append(f"program: `{line}`" if line else "no program that runs")
+    return "  \n".join(lines)
+
+
+def scale_html(scale: Scale) -> str:
+    """Return a colour scale as HTML."""
+    ramp = ", ".join(f"{colour} {100 * place:.1f}%" for place, colour in scale.colours)
+    ticks = "".join(
+        f'<text x="{300.0 * place:.0f}" y="11" font-size="11" fill="currentColor" text-anchor="{_anchor(place)}">'
+        f"{escape(words)}</text>"
+        for place, words in scale.ticks
+    )
+    return (
+        f'<div style="padding:4px 12px;font-size:12px"><b>{escape(scale.title)}</b>'
+        f'<div style="height:12px;border-radius:2px;background:linear-gradient(90deg, {ramp})"></div>'
+        f'<svg viewBox="0 0 300 15" style="overflow:visible">{ticks}</svg><small>{escape(scale.legend)}</small></div>'
+    )
+
+
+def _anchor(place: float) -> str:
+    """Return which end of a text stands at a place of a scale, so that it stays within."""
+    return "start" if place < 0.1 else "end" if place > 0.9 else "middle"
+
+
+def table_html(rows: list[tuple[str, str]]) -> str:
+    """Return names and values as HTML."""
+    cells = "".join(
+        f'<tr><td style="padding-right:12px">{escape(name)}</td>'
+        f'<td style="text-align:right"><b>{escape(value)}</b></td></tr>'
+        for name, value in rows
+    )
+    return f'<table style="margin:4px 12px;font-size:12px">{cells}</table>'
+
+
+def _moment_html(motion: Motion, moment: float) -> str:
+    row, target = motion.row(moment), motion.target(moment)
+    run, count = int(motion.table.runs[row]), int(motion.orders.runs.max()) + 1
+    words = [f"run {run + 1} of {count}" if run >= 0 else "on the way", f"{motion.speeds[row]:.1f} mm/s"]
+    # Executed in the background: what waits for it would stand still.
+    if "switching" in motion.__dict__ and motion.switching is not None:
+        opened, lit = (
+            bool(((spans[:, 0] <= moment) & (moment < spans[:, 1])).any())
+            for spans in (motion.switching.material, motion.switching.lamp)
+        )
+        words += [f"valve {'open' if opened else 'shut'}", f"lamp {'on' if lit else 'off'}"]
+        line = motion.line_of(target)
+        words += [line] if line else []
+    return f'<div style="padding:4px 12px;font-size:12px">{escape(" · ".join(words))}</div>'
+
+
+def _places(viewed: Viewed) -> tuple[_Place, ...]:
+    """Return the places worth a look: where spacing, lean and speed are worst in each plan."""
+    found: list[_Place] = []
+    for number, plan in enumerate(viewed.plans):
+        if not plan.motions:
+            continue
+        motion, name = plan.motions[0], f"{plan.name}: " if len(viewed.plans) > 1 else ""
+        levels = plan.record.uniformity.levels if plan.record.uniformity else None
+        for place in levels.worst_places[:2] if levels else ():
+            pose = nearest_pose(plan, np.array(place.place))
+            words = f"{name}spacing {place.ratio:.3f} of the wanted one"
+            found.append(_Place(words, number, float(motion.pose_times[min(pose, motion.poses.count - 1)])))
+        slowed = plan.record.robot[0].motion.slowdowns
+        if slowed:
+            worst = min(slowed, key=lambda each: each.held_speed)
+            pose = nearest_pose(plan, np.array(worst.place))
+            words = f"{name}slowed to {worst.held_speed:.1f} mm/s"
+            found.append(_Place(words, number, float(motion.pose_times[min(pose, motion.poses.count - 1)])))
+        rows = np.flatnonzero(motion.table.deposit)
+        wrist = rows[np.abs(motion.table.joints[rows, 4]).argmin()]
+        degrees = np.degrees(abs(motion.table.joints[wrist, 4]))
+        found.append(_Place(f"{name}wrist at {degrees:.1f} degrees", number, float(motion.table.times[wrist])))
+        leaning = int(np.where(motion.poses.deposit, tilts(motion.poses), 0.0).argmax())
+        words = f"{name}lean {np.degrees(tilts(motion.poses)[leaning]):.1f} degrees"
+        found.append(_Place(words, number, float(motion.pose_times[leaning])))
+    return tuple(found)
+
+
+def _light(server: viser.ViserServer, plan: ViewedPlan) -> None:
+    server.scene.set_up_direction(tuple(plan.upright[2].tolist()))
+    server.scene.add_light_ambient("/lights/all", intensity=3.0)
+    towards = plan.upright.T @ np.array([0.4, -0.6, 1.0])
+    server.scene.add_light_directional("/lights/key", intensity=1.4, position=tuple((1000.0 * towards).tolist()))
+
+
+def _look(server: viser.ViserServer, middle: FloatArray, upright: FloatArray, *, distance: float) -> None:
+    towards = upright.T @ np.array([0.0, -0.75, 0.75])
+    camera = server.initial_camera
+    camera.up, camera.look_at = upright[2], middle
+    camera.position, camera.near, camera.far = middle + distance * towards, 0.01 * distance, 100.0 * distance

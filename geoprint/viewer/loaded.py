@@ -1,0 +1,246 @@
+"""What the view shows, read from the files of a folder: paths, motion, program and figures of each of its plans."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path, PurePosixPath
+from typing import final
+
+import numpy as np
+
+from geoprint import transforms
+from geoprint.errors import GeoprintError, InputError, UsageError
+from geoprint.geometry import upright_of
+from geoprint.metrics import Uniformity, uniformity
+from geoprint.model import FloatArray, IntArray, PoseStream, Surface, frozen
+from geoprint.postprocessor import (
+    PLAN,
+    Orders,
+    Setup,
+    TrajectoryTable,
+    read_orders,
+    read_poses_table,
+    read_setup,
+    read_trajectory_table,
+)
+from geoprint.postprocessor.rapid import Made, Timeline, check_timeline, judge_program, timeline
+from geoprint.reporting import read_record
+from geoprint.reporting.records.plan import PlanRecord
+from geoprint.reporting.replaying import machine
+from geoprint.reporting.values import COVERED, GAP, OVERLAP, Machine
+from geoprint.robot.arm import Arm, tilts
+from geoprint.robot.timing import tips_at
+from geoprint.workflow.bundles import STACK, bundles, foreign, listed, program_modules, stream_of
+from geoprint.workflow.check_inputs import planned_job
+from geoprint.workflow.tilting import PART
+from geoprint.workflow.workpiece import read_part
+
+
+@final
+class Motion:
+    """The motion of the arm along the paths of a plan, in one attitude of the part.
+
+    Args:
+        folder: with its setup, trajectory, targets and program.
+        poses: of the paths that it prints.
+        body: what the part lies on, or None.
+
+    Attributes:
+        setup: cell and placement.
+        table: when the joints are where.
+        orders: the targets.
+        poses: p of them.
+        pose_times: (p,) when the tip passes each [s].
+        speeds: (k,) of the tip at the rows of the trajectory [mm/s].
+    """
+
+    def __init__(self, folder: Path, poses: PoseStream, body: Surface | None) -> None:
+        self._folder, self._body = folder, body
+        self.poses = poses
+        self.setup: Setup = read_setup(folder / "setup.json")
+        self.table: TrajectoryTable = read_trajectory_table(folder / "trajectory.csv")
+        self.orders: Orders = read_orders(
+            folder / "targets.csv", read_poses_table(folder / "poses.csv"), start=self.setup.start,
+            lifted=self.setup.aloft, extent=self.setup.extent, duration=float(self.table.times[-1]),
+        )  # fmt: skip
+        along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)))
+        self.pose_times: FloatArray = np.interp(along, along[self.orders.poses], self.orders.times)
+        self.arm = Arm(self.setup.cell.robot, T_flange_tool=self.setup.cell.tool.T_flange_tool)
+        self._tips = tips_at(
+            self.table.times, self.table.joints, self.arm, T_base_work=self.setup.placement.T_base_work
+        )
+        tips = self._tips(self.table.times)
+        steps = np.linalg.norm(np.diff(tips, axis=0), axis=1) / np.diff(self.table.times)
+        self.speeds: FloatArray = np.append(steps, steps[-1])
+
+    @cached_property
+    def machine(self) -> Machine:
+        """What moves around the part and stands about it, all joints at zero."""
+        cell, placement = self.setup.cell, self.setup.placement
+        plate = np.eye(4) if placement.table is None else placement.table.T_table_plate
+        return machine(cell, T_base_work=placement.T_base_work, T_table_plate=plate, cell_file=None, body=self._body)
+
+    def links(self, times: FloatArray) -> FloatArray:
+        """Return (k, 8, 4, 4) how base, links and tool have moved since all joints were at zero, in the work frame."""
+        joints: FloatArray = np.empty((times.size, self.table.joints.shape[1]))
+        for axis, angles in enumerate(self.table.joints.T):
+            joints[:, axis] = np.interp(times, self.table.times, angles)
+        at_zero = transforms.inverse(self.arm.link_poses(np.zeros((1, joints.shape[1])))[0])
+        T_base_work = self.setup.placement.T_base_work
+        return transforms.inverse(T_base_work) @ self.arm.link_poses(joints) @ at_zero @ T_base_work
+
+    def row(self, time: float) -> int:
+        """Return the row of the trajectory at a time [s]."""
+        return int(np.clip(np.searchsorted(self.table.times, time), 0, self.table.times.size - 1))
+
+    def target(self, time: float) -> int:
+        """Return the target that the arm moves to at a time [s]."""
+        return int(np.clip(np.searchsorted(self.orders.times, time), 0, self.orders.count - 1))
+
+    @cached_property
+    def program(self) -> Made | None:
+        """The program as it was executed, whose moves say where they stand; None where there is none that runs."""
+        setup, modules = self.setup, tuple(program_modules(self._folder, self._modules()))
+        if not modules:
+            return None
+        _, proof = judge_program(
+            modules, self.orders, cell=setup.cell, placement=setup.placement, surface_within=setup.surface_within,
+            events=(),
+        )  # fmt: skip
+        made = None if proof is None else proof.printing
+        return made if made is not None and made.count == self.orders.count else None
+
+    @cached_property
+    def switching(self) -> Timeline | None:
+        """What flows and shines when, as the program switches it; None without a program that runs."""
+        if self.program is None:
+            return None
+        found = timeline(self.program, self.orders, signals=self.setup.cell.signals, tips_at=self._tips)
+        try:
+            check_timeline(found)
+        except GeoprintError:
+            return None
+        return found
+
+    def line_of(self, target: int) -> str | None:
+        """Return file and line of the move to a target; None where no program runs."""
+        if self.program is None:
+            return None
+        place = self.program.place(target)
+        return f"{place.module}:{place.line}"
+
+    def target_of(self, line: int) -> int | None:
+        """Return the first target whose move stands at a line of the program or behind it; None where none does."""
+        if self.program is None:
+            return None
+        lines = self.program.execution.moves.lines[self.program.rows]
+        there = np.flatnonzero(lines >= line)
+        return int(there[0]) if there.size else None
+
+    def _modules(self) -> list[str]:
+        return [path.relative_to(self._folder).as_posix() for path in sorted(self._folder.glob("rapid/*.mod"))]
+
+
+@final
+class ViewedPlan:
+    """A plan as its folder holds it.
+
+    Args:
+        folder: of the plan.
+        name: what it is called in the view.
+
+    Attributes:
+        folder: where it stands.
+        name: what it is called.
+        record: what plan.json says.
+        sided: the part on the side that is printed.
+        surface: that the paths cover, n vertices.
+        poses: p of them.
+        motions: one an attitude of the part; none without a robot.
+    """
+
+    def __init__(self, folder: Path, name: str) -> None:
+        self.folder, self.name = folder, name
+        self.record: PlanRecord = read_record(folder / PLAN, PlanRecord)
+        self.sided = read_part(planned_job(folder, listed(folder)))
+        self.surface: Surface = self.sided.part
+        self.poses: PoseStream = stream_of(folder, self.record)
+        attitudes = sorted(folder.glob(f"{PART}*"), key=lambda path: int(path.name.removeprefix(PART)))
+        if attitudes:
+            motions = [Motion(one, stream_of(one, self.record), self.sided.body) for one in attitudes]
+        else:
+            moved = (folder / "trajectory.csv").is_file()
+            motions = [Motion(folder, self.poses, self.sided.body)] if moved else []
+        self.motions: tuple[Motion, ...] = tuple(motions)
+
+    @property
+    def spacing(self) -> float:
+        """Wanted distance between neighbouring paths [mm]."""
+        return float(self.record.settings.spacing_mm)
+
+    @cached_property
+    def upright(self) -> FloatArray:
+        """(3, 3) rotation that turns the part as it stands in the cell, or with its mean normal up."""
+        return self.motions[0].setup.placement.T_base_work[:3, :3] if self.motions else upright_of(self.surface)
+
+    @cached_property
+    def evenness(self) -> Uniformity:
+        """Evenness of the paths, measured as `geoprint plan` measures it."""
+        return uniformity(
+            self.poses, self.surface, spacing=self.spacing, wanted=self.sided.widths,
+            flow_shares=self.record.settings.flow_shares,
+        )  # fmt: skip
+
+    @cached_property
+    def coverage(self) -> IntArray:
+        """(j,) what the places of `evenness` are: covered, a gap or an overlap."""
+        return np.where(self.evenness.gaps, GAP, np.where(self.evenness.overlaps, OVERLAP, COVERED))
+
+    @cached_property
+    def leans(self) -> FloatArray:
+        """(p,) angle between nozzle and surface normal at the poses [degrees]."""
+        return np.degrees(tilts(self.poses))
+
+
+@frozen
+class Viewed:
+    """What a folder holds.
+
+    Attributes:
+        name: of the part.
+        kind: one plan, plans of several backends on one part, or layers of a stack, from the part outwards.
+        plans: one or more.
+    """
+
+    name: str
+    kind: str
+    plans: tuple[ViewedPlan, ...]
+
+
+def load_viewed(folder: Path) -> Viewed:
+    """Read a folder that `geoprint plan` or `compare` wrote.
+
+    Raises:
+        UsageError: it is a file.
+        InputError: geoprint did not write it, it holds several parts, or a file in it is none that may be opened.
+        VerificationError: a file cannot be read.
+    """
+    if folder.is_file():
+        raise UsageError(
+            f"{folder} is a file, and `geoprint view` shows the folder of a plan or a comparison; "
+            "`geoprint inspect PART --picture FILE` draws a part."
+        )
+    names = listed(folder)
+    for finding in foreign(folder, names):
+        raise InputError(f"{folder / finding.file}: {finding.reason}; restore the file that geoprint wrote.")
+    found = bundles(names)
+    parents = sorted({str(place.parent) for place in found})
+    if len(parents) > 1:
+        which = " or ".join(str(folder / PurePosixPath(one)) for one in parents)
+        raise InputError(f"{folder} holds several parts; name one of them: `geoprint view {which}`.")
+    if not found:
+        raise InputError(f"{folder} holds no plan; name a folder that `geoprint plan` or `geoprint compare` wrote.")
+    plans = tuple(ViewedPlan(folder / place, place.name or folder.name) for place in found)
+    stacked = (folder / STACK).is_file()
+    kind = "plan" if len(plans) == 1 else "stack" if stacked else "comparison"
+    return Viewed(plans[0].record.input.name, kind, plans)

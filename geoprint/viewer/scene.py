@@ -1,0 +1,262 @@
+"""The 3D scene of the view: part, paths, robot and beads of each plan as nodes of a viser server.
+
+Measured in headless Chromium with software rendering [viser 1.1, two cores, 1280 x 800]: a frame of 15 000 faces and
+50 000 poses costs 80 ms of processor time with paths as lines of one pixel from a GLB file, 240 ms with viser's own
+lines, whose width is drawn by triangles; an environment map costs 15 s at the start. Hence GLB lines and plain lights.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import groupby
+from typing import TYPE_CHECKING, Final, final
+
+import numpy as np
+from scipy.spatial import KDTree
+from scipy.spatial.transform import Rotation
+
+from geoprint.geometry import face_areas, gradient, vertex_normals
+from geoprint.geometry.rays import RayTree
+from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.reporting.colouring import (
+    Scale,
+    coverage_scale,
+    curvature_scale,
+    lean_scale,
+    overhang_scale,
+    speed_scale,
+    thickness_scale,
+)
+from geoprint.reporting.figures import colour_range
+from geoprint.reporting.scene import LIFT_SHARE, thinned
+from geoprint.robot.reach import bead_steps
+from geoprint.viewer.loaded import Motion, ViewedPlan
+
+if TYPE_CHECKING:
+    import viser
+
+# Samples of a path that are drawn at most: finer than a pixel on any part, and few enough for software rendering.
+MOST_SAMPLES: Final = 15_000
+# Stretches in which deposited material appears during a replay.
+STRETCHES: Final = 120
+PATH, TRAVEL, BEAD, MARK = (23, 33, 43), (150, 160, 170), (214, 96, 20), (200, 30, 90)
+KINDS: Final = {"arm": (232, 119, 34), "tool": (90, 98, 106), "cell": (176, 184, 190), "table": (140, 150, 158),
+                "body": (196, 168, 158)}  # fmt: skip
+
+
+@final
+class PlanScene:
+    """The nodes of one plan.
+
+    Args:
+        server: that shows them.
+        plan: what is shown.
+        offset: (3,) by which everything is shifted, so that plans stand side by side [mm].
+        named: whether its name stands above it.
+
+    Attributes:
+        plan: what is shown.
+        offset: of all nodes.
+    """
+
+    def __init__(self, server: viser.ViserServer, plan: ViewedPlan, *, offset: FloatArray, named: bool) -> None:
+        self._server, self.plan, self.offset = server, plan, offset
+        self._root = f"/{plan.name}"
+        self._scales: dict[str, tuple[Scale, FloatArray]] = {}
+        self._normals = vertex_normals(plan.surface)
+        self._lift = LIFT_SHARE * float(np.linalg.norm(np.ptp(plan.surface.vertices, axis=0)))
+        self.rays = RayTree(plan.surface)
+        server.scene.add_frame(self._root, show_axes=False, position=offset)
+        if named:
+            top = plan.surface.vertices[np.argmax(plan.surface.vertices @ plan.upright[2])]
+            server.scene.add_label(f"{self._root}/name", plan.name, position=top + 8.0 * self._lift * plan.upright[2])
+        self._paths = self._add_paths()
+        self._beads: list[tuple[float, viser.GlbHandle]] = []
+        self._links: dict[int, viser.MeshHandle] = {}
+        self._robot: list[viser.MeshHandle] = []
+        self.motion: Motion | None = None
+        if plan.motions:
+            self.show_motion(plan.motions[0])
+
+    def colour(self, key: str) -> Scale | None:
+        """Colour the part by a quantity, and return its scale; plain where the key is empty."""
+        import trimesh
+
+        surface = self.plan.surface
+        scale, values = self.values(key) if key else (None, None)
+        rgb = np.full((len(surface.vertices), 3), 205) if scale is None or values is None else scale.rgb(values)
+        mesh = trimesh.Trimesh(surface.vertices, surface.faces, vertex_colors=rgb, process=False)
+        self._server.scene.add_mesh_trimesh(f"{self._root}/part", mesh, cast_shadow=False, receive_shadow=False)
+        return scale
+
+    def values(self, key: str) -> tuple[Scale, FloatArray]:
+        """Return scale and (n,) values of a quantity at the vertices of the part; each is computed once."""
+        if key not in self._scales:
+            self._scales[key] = _QUANTITIES[key](self.plan)
+        return self._scales[key]
+
+    def show(self, *, paths: bool, travel: bool, robot: bool) -> None:
+        """Show or hide what is drawn besides the part."""
+        self._paths[0].visible, self._paths[1].visible = paths, travel
+        for each in self._robot:
+            each.visible = robot
+
+    def show_motion(self, motion: Motion) -> None:
+        """Draw robot and beads of a motion: of another attitude of a table everything stands otherwise."""
+        for each in [*self._robot, *(handle for _, handle in self._beads)]:
+            each.remove()
+        self.motion = motion
+        self._robot, self._links = [], {}
+        joined = sorted(motion.machine.bodies, key=lambda body: (body.kind, body.joint))
+        for (kind, joint), bodies in groupby(joined, key=lambda body: (body.kind, body.joint)):
+            surface = _together([body.surface for body in bodies])
+            handle = self._server.scene.add_mesh_simple(
+                f"{self._root}/robot/{kind}-{joint}", surface.vertices, surface.faces, color=KINDS[kind],
+                side="double", flat_shading=kind != "body", cast_shadow=False, receive_shadow=False,
+            )  # fmt: skip
+            self._robot.append(handle)
+            if kind in {"arm", "tool"} and joint:
+                self._links[7 if kind == "tool" else joint] = handle
+        self._beads = self._add_beads(motion)
+
+    def move(self, time: float) -> None:
+        """Show arm and deposited material as they are at a moment [s]."""
+        if self.motion is None:
+            return
+        moved = self.motion.links(np.array([time]))[0]
+        for link, handle in self._links.items():
+            handle.wxyz = Rotation.from_matrix(moved[link, :3, :3]).as_quat(scalar_first=True)
+            handle.position = moved[link, :3, 3]
+        for end, handle in self._beads:
+            handle.visible = end <= time
+
+    def _lifted(self, places: FloatArray, *, times: float = 1.0) -> FloatArray:
+        """Return places a little above the part, so that it does not swallow them."""
+        _, nearest = KDTree(self.plan.surface.vertices).query(places)
+        return places + times * self._lift * self._normals[nearest]
+
+    def _add_paths(self) -> tuple[viser.GlbHandle, viser.GlbHandle]:
+        """Add what is deposited and what is travel, as lines."""
+        poses = self.plan.poses
+        on = _stretches(poses.deposited)
+        kept = [one[thinned_rows(one.size, whole=int(poses.deposited.sum()))] for one in on]
+        deposit = [self._lifted(poses.surface_points[rows]) for rows in kept]
+        off = [poses.tips[rows] for rows in _stretches(~poses.deposited)]
+        return (
+            self._server.scene.add_glb(f"{self._root}/paths", lines_glb(deposit, PATH)),
+            self._server.scene.add_glb(f"{self._root}/travel", lines_glb(off, TRAVEL), visible=False),
+        )
+
+    def _add_beads(self, motion: Motion) -> list[tuple[float, viser.GlbHandle]]:
+        """Add deposited material in stretches, each with the moment from which it is shown."""
+        poses, found = motion.poses, list[tuple[float, "viser.GlbHandle"]]()
+        rows = np.flatnonzero(poses.deposited)
+        for number, piece in enumerate(np.array_split(rows, min(STRETCHES, rows.size))):
+            marks = np.zeros(poses.count, dtype=bool)
+            marks[piece] = True
+            lines = [
+                self._lifted(poses.surface_points[one[thinned_rows(one.size, whole=rows.size)]], times=2.0)
+                for one in _stretches(marks)
+            ]
+            handle = self._server.scene.add_glb(f"{self._root}/beads/{number}", lines_glb(lines, BEAD), visible=False)
+            found.append((float(motion.pose_times[min(piece[-1] + 1, poses.count - 1)]), handle))
+        return found
+
+
+def thinned_rows(count: int, *, whole: int) -> IntArray:
+    """Return which of so many rows of a stretch are drawn, as part of a whole; both ends always."""
+    kept, _ = thinned(np.array([0, count]), step=1 + whole // MOST_SAMPLES)
+    return kept
+
+
+def lines_glb(lines: Sequence[FloatArray], colour: tuple[int, int, int]) -> bytes:
+    """Return polylines as a GLB file, which a browser draws one pixel wide."""
+    import trimesh
+    from trimesh.path import Path3D
+    from trimesh.path.entities import Line
+
+    ends: list[int] = np.cumsum([len(line) for line in lines]).tolist()
+    entities = [Line(np.arange(end - len(line), end)) for line, end in zip(lines, ends, strict=True)]
+    path = Path3D(
+        entities=entities, vertices=np.concatenate(lines), process=False,
+        colors=np.tile([*colour, 255], (len(entities), 1)),
+    )  # fmt: skip
+    return trimesh.Scene(path).export(file_type="glb")
+
+
+def _stretches(marked: np.ndarray) -> list[IntArray]:
+    """Return the rows of each stretch of marked steps, the row behind it included."""
+    edges = np.diff(np.concatenate([[0], marked.astype(np.int8), [0]]))
+    starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    return [np.arange(start, min(end + 1, marked.size)) for start, end in zip(starts, ends, strict=True)]
+
+
+def _together(surfaces: Sequence[Surface]) -> Surface:
+    shifts = np.cumsum([0, *(len(each.vertices) for each in surfaces[:-1])])
+    return Surface(
+        np.concatenate([each.vertices for each in surfaces]),
+        np.concatenate([each.faces + shift for each, shift in zip(surfaces, shifts, strict=True)]),
+    )
+
+
+def _thickness(plan: ViewedPlan) -> tuple[Scale, FloatArray]:
+    values = plan.evenness.field[: len(plan.surface.vertices)]
+    return thickness_scale(*colour_range([values])), values
+
+
+def _coverage(plan: ViewedPlan) -> tuple[Scale, FloatArray]:
+    _, nearest = KDTree(plan.evenness.judged_places).query(plan.surface.vertices)
+    return coverage_scale(), plan.coverage[nearest].astype(np.float64)
+
+
+def _lean(plan: ViewedPlan) -> tuple[Scale, FloatArray]:
+    rows = np.flatnonzero(plan.poses.deposit)
+    _, nearest = KDTree(plan.poses.surface_points[rows]).query(plan.surface.vertices)
+    values = plan.leans[rows][nearest]
+    return lean_scale(float(values.max())), values
+
+
+def _speed(plan: ViewedPlan) -> tuple[Scale, FloatArray]:
+    middles: list[FloatArray] = []
+    shares: list[FloatArray] = []
+    for motion in plan.motions:
+        poses, lengths, durations = motion.poses, bead_steps(motion.poses), np.diff(motion.pose_times)
+        rows = np.flatnonzero(poses.deposited[: lengths.size] & (lengths > 0.0) & (durations > 0.0))
+        middles.append((poses.surface_points[rows] + poses.surface_points[rows + 1]) / 2.0)
+        shares.append(lengths[rows] / durations[rows] / plan.record.settings.speed_mm_s)
+    _, nearest = KDTree(np.concatenate(middles)).query(plan.surface.vertices)
+    return speed_scale(), np.concatenate(shares)[nearest]
+
+
+def _overhang(plan: ViewedPlan) -> tuple[Scale, FloatArray]:
+    critical = plan.record.overhang.critical_deg if plan.record.overhang else 90.0
+    up = plan.upright[2]
+    return overhang_scale(critical), np.degrees(np.arccos(np.clip(vertex_normals(plan.surface) @ up, -1.0, 1.0)))
+
+
+def mean_curvature(surface: Surface) -> FloatArray:
+    """Return the (n,) mean curvature at the vertices, half the divergence of their normals [1/mm]."""
+    normals = vertex_normals(surface)
+    slopes = [gradient(surface, normals[:, axis])[:, axis] for axis in range(3)]
+    of_faces = (slopes[0] + slopes[1] + slopes[2]) / 2.0
+    areas = face_areas(surface)
+    sums = [np.bincount(surface.faces.ravel(), np.repeat(each, 3), len(normals)) for each in (areas * of_faces, areas)]
+    return sums[0] / np.where(sums[1] > 0.0, sums[1], 1.0)
+
+
+def _curvature(plan: ViewedPlan) -> tuple[Scale, FloatArray]:
+    values = mean_curvature(plan.surface)
+    return curvature_scale(max(float(np.percentile(np.abs(values), 98)), 1e-6)), values
+
+
+_QUANTITIES = {
+    "thickness": _thickness, "coverage": _coverage, "lean": _lean, "speed": _speed, "overhang": _overhang,
+    "curvature": _curvature,
+}  # fmt: skip
+
+
+def quantities(plan: ViewedPlan) -> dict[str, str]:
+    """Return the quantities that a plan can be coloured by: what they are called, and their keys."""
+    named = {"Thickness": "thickness", "Gaps and overlaps": "coverage", "Lean of the nozzle": "lean",
+             "Overhang": "overhang", "Mean curvature": "curvature"}  # fmt: skip
+    return {**named, "Speed of the tip": "speed"} if plan.motions else named

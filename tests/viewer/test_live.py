@@ -1,0 +1,195 @@
+"""The view itself: what it shows at a moment, what a picked point is, who can reach it, and what it writes."""
+
+from __future__ import annotations
+
+import re
+import socket
+from collections.abc import Generator
+from contextlib import contextmanager
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from geoprint.errors import UsageError
+from geoprint.geometry import prepare
+from geoprint.model import Surface
+from geoprint.reporting.colouring import coverage_scale, overhang_scale, thickness_scale
+from geoprint.viewer import capture, load_viewed
+from geoprint.viewer.live import LiveView, scale_html
+from geoprint.viewer.plots import Plot, plot_html
+from geoprint.viewer.scene import mean_curvature, quantities
+from tests.meshes import plate, spherical_cap
+from tests.reporting.browser import Page
+from tests.shared_plans import SharedPlans
+from tests.workflow.test_checking import shared_bundle
+
+
+@pytest.fixture(scope="module")
+def bundle(shared_plans: SharedPlans) -> Path:
+    return shared_bundle(shared_plans)
+
+
+@pytest.fixture(scope="module")
+def view(bundle: Path) -> Generator[LiveView]:
+    pytest.importorskip("viser")
+    shown = LiveView(load_viewed(bundle), port=8900)
+    yield shown
+    shown.close()
+
+
+@pytest.mark.needs("viser")
+def test_only_this_machine_reaches_the_page(view: LiveView) -> None:
+    port = view.server.get_port()
+    with socket.create_connection(("127.0.0.1", port), timeout=5.0):
+        pass
+    listening = [
+        line.split()[1] for line in Path("/proc/net/tcp").read_text("ascii").splitlines()[1:] if line.split()[3] == "0A"
+    ]
+    hosts = {address.split(":")[0] for address in listening if int(address.split(":")[1], 16) == port}
+    assert hosts == {"0100007F"}
+
+
+@pytest.mark.needs("viser")
+def test_a_click_on_the_part_says_what_is_there_and_goes_there_in_time(view: LiveView) -> None:
+    (scene,) = view.scenes
+    motion = scene.motion
+    assert motion is not None
+    pose = int(np.flatnonzero(scene.plan.poses.deposit)[40])
+    place, normal = scene.plan.poses.surface_points[pose], scene.plan.poses.normals[pose]
+    view.pick(place + 50.0 * normal, -normal)
+    said = view.picked
+    assert f"run {scene.plan.poses.runs[pose] + 1}," in said
+    assert "of the wanted one" in said
+    line = motion.line_of(motion.target(float(motion.pose_times[pose])))
+    assert f"`{line}`" in said
+    assert view.moment == pytest.approx(float(motion.pose_times[pose]), abs=0.002)
+    view.pick(place + 50.0 * normal, normal)
+    assert view.picked == said
+
+
+@pytest.mark.needs("viser")
+def test_a_line_leads_to_the_moment_of_its_move(view: LiveView) -> None:
+    motion = view.scenes[0].motion
+    assert motion is not None
+    place = motion.line_of(12)
+    assert place is not None
+    view.go_to_line(int(place.split(":")[1]))
+    assert view.moment == pytest.approx(float(motion.orders.times[12]), abs=0.001)
+    with pytest.raises(UsageError, match=r"`--line 1000000`: no move of the program stands there or behind it\."):
+        view.go_to_line(1_000_000)
+
+
+@pytest.mark.needs("viser")
+def test_every_quantity_colours_the_part(view: LiveView) -> None:
+    (scene,) = view.scenes
+    for key in quantities(scene.plan).values():
+        scale, values = scene.values(key)
+        assert values.shape == (len(scene.plan.surface.vertices),)
+        assert np.isfinite(values).all()
+        assert scale.title in scale_html(scale)
+
+
+@pytest.mark.needs("viser", "cv2")
+def test_a_film_has_its_frames_and_a_picture_its_pixels(
+    view: LiveView, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import cv2
+
+    drawn: list[float] = []
+
+    @contextmanager
+    def browser(_: LiveView) -> Generator[SimpleNamespace]:
+        def render(height: int, width: int, **_: object) -> np.ndarray:
+            drawn.append(view.moment)
+            return np.full((height, width, 3), [200, 30, 40], dtype=np.uint8)
+
+        yield SimpleNamespace(get_render=render)
+
+    monkeypatch.setattr(capture, "browser", browser)
+    capture.save_film(view, tmp_path / "film.mp4")
+    assert drawn == sorted(drawn)
+    assert (drawn[0], drawn[-1]) == (0.0, pytest.approx(view.end, abs=0.001))
+    film = cv2.VideoCapture(str(tmp_path / "film.mp4"))
+    assert int(film.get(cv2.CAP_PROP_FRAME_COUNT)) == capture.FILM_FRAMES
+    _, frame = film.read()
+    np.testing.assert_allclose(frame[10, 10], [40, 30, 200], atol=12)
+    capture.save_still(view, tmp_path / "still.png")
+    still = cv2.imread(str(tmp_path / "still.png"))
+    assert still is not None
+    assert still.shape == (capture.HEIGHT, capture.WIDTH, 3)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["film.mp4", "still.png"]
+
+
+@pytest.mark.needs("viser")
+def test_files_of_other_kinds_are_refused_before_anything_is_drawn(view: LiveView, tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"name a file that ends in \.png"):
+        capture.save_still(view, tmp_path / "still.jpg")
+    with pytest.raises(UsageError, match=r"name a file that ends in \.mp4"):
+        capture.save_film(view, tmp_path / "film.gif")
+
+
+@pytest.mark.needs("viser")
+def test_the_page_in_a_browser_shows_the_part_and_a_click_in_a_plot_moves_the_arm(
+    view: LiveView, browser: Page
+) -> None:
+    browser.resize(width=1100, height=700)
+    browser.forget()
+    browser.driver.get(view.url)
+    browser.wait_until("document.querySelectorAll('.geoprint-plot svg').length === 3")
+    browser.wait_until("document.querySelector('canvas') !== null")
+    view.go_to_line(1)
+    before = view.moment
+    browser.run(
+        "(() => { const plot = document.querySelector('.geoprint-plot svg'); plot.scrollIntoView();"
+        " const box = plot.getBoundingClientRect(); plot.dispatchEvent(new MouseEvent('click',"
+        " { bubbles: true, clientX: box.x + 0.8 * box.width })); })()"
+    )
+    browser.wait_until("true")
+    for _ in range(100):
+        if view.moment != before:
+            break
+        browser.run("1")
+    assert view.moment == pytest.approx((0.8 * 300 - 34) / 262 * view.end, rel=0.02)
+    assert browser.errors() == []
+    addresses = {re.sub(r"^(\w+://[^/]+)/.*", r"\1", each) for each in browser.requests()}
+    assert addresses <= {view.url, view.url.replace("http", "ws")}
+
+
+def test_without_viser_the_command_says_what_to_install(bundle: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "viser", None)
+    with pytest.raises(UsageError, match=r"the live view needs the package viser, .*\[view\]'`"):
+        LiveView(load_viewed(bundle), port=8901)
+
+
+def test_scales_have_the_colours_of_their_ends_and_grey_for_what_is_not_measured() -> None:
+    scale = thickness_scale(0.8, 1.2)
+    found = scale.rgb(np.array([0.5, 0.8, 1.0, 1.2, 2.0, np.nan]))
+    assert found.tolist() == [
+        [33, 102, 172], [33, 102, 172], [244, 244, 242], [178, 24, 43], [178, 24, 43], [154, 154, 154],
+    ]  # fmt: skip
+    assert (scale.said(0.913), scale.said(np.nan)) == ("thickness 0.913 of the wanted one", "not judged")
+    assert (coverage_scale().said(1.0), coverage_scale().said(2.0)) == ("gap", "overlap")
+    assert coverage_scale().rgb(np.array([0, 1, 2])).tolist() == [[221, 226, 230], [213, 94, 0], [0, 114, 178]]
+    below, beyond = overhang_scale(30.0).rgb(np.array([29.9, 30.2])).tolist()
+    assert below[2] > 200
+    assert beyond[2] < 120
+
+
+@pytest.mark.parametrize(
+    ("surface", "wanted"),
+    [(spherical_cap(radius=15.0, angle=0.5, rings=12), 1.0 / 15.0), (plate((10.0, 8.0), (10, 8)), 0.0)],
+    ids=["sphere", "plate"],
+)
+def test_mean_curvature_is_that_of_the_shape(surface: Surface, wanted: float) -> None:
+    found = mean_curvature(prepare(surface)[0])
+    assert np.median(found) == pytest.approx(wanted, abs=0.002)
+
+
+def test_a_plot_shows_its_lines_limits_and_names() -> None:
+    plot = Plot("tip [mm/s]", ("a", "<b>"), (np.array([0.0, 10.0]), np.array([5.0, 5.0])), (20.0,))
+    found = plot_html(np.array([0.0, 4.0]), plot)
+    assert found.count("<polyline") == 3
+    assert "&lt;b&gt;" in found
+    assert "4.0 s" in found
