@@ -263,7 +263,7 @@ def _nearest_two(
     reach = np.maximum(own.distances, OVERLAP_SHARE * local) + triangles.extents
     limits = np.where(np.isfinite(own.distances), reach, 0.0)
     ask = Ask.elsewhere(np.full(limits.size, ANY), own.runs, own.arcs, clear=APART * spacing, limits=limits)
-    other = distance(triangles.middles, ask)
+    other = distance(triangles.middles, distance.narrowed(triangles.middles, ask))
     known = own.complete & other.complete
     found = _NearestTwo(triangles, own.distances, own.runs, own.arcs, other.distances, other.runs, other.arcs)
     areas = triangles.areas[known]

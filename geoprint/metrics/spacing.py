@@ -293,7 +293,8 @@ def meeting_share(path: SurfacePath, distance: GeodesicDistance, samples: Sample
     """
     levels, limits = path.levels[samples.runs], np.full(samples.runs.size, spacing)
     ask = Ask.elsewhere(levels, samples.runs, samples.arcs, clear=APART * spacing, limits=limits)
-    return float(np.isfinite(distance(samples.places, ask).distances).sum() / max(samples.runs.size, 1))
+    found = distance(samples.places, distance.narrowed(samples.places, ask))
+    return float(np.isfinite(found.distances).sum() / max(samples.runs.size, 1))
 
 
 def _in_space(

@@ -70,7 +70,7 @@ def _check_angles(job: Job) -> None:
             )
 
 
-def backend_of(job: Job) -> Callable[[Surface], Backend]:
+def backend_of(job: Job) -> partial[Backend]:
     """Return what builds the backend of a job on a surface, with the options of the job.
 
     Raises:

@@ -5,12 +5,15 @@ Where fronts meet plain contours and fitted ones are measured, and the better on
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-from typing import TypeAlias
+from collections.abc import Callable, Sequence
+from dataclasses import fields, replace
+from functools import cache
+from typing import TypeAlias, cast, final
+
+import numpy as np
 
 from geoprint.config import Job
-from geoprint.distance import Piecewise
+from geoprint.distance import Piecewise, Shown
 from geoprint.errors import FieldError
 from geoprint.metrics import (
     Covering,
@@ -21,7 +24,18 @@ from geoprint.metrics import (
     printed,
     ranked,
 )
-from geoprint.model import Cell, Contours, FloatArray, Placement, PrintErrors, ScalarField
+from geoprint.model import (
+    Cell,
+    Contours,
+    FloatArray,
+    FollowedLines,
+    Placement,
+    PoseStream,
+    PrintErrors,
+    ScalarField,
+    Toolpath,
+    frozen,
+)
 from geoprint.results import Layer, Plan, TriedMedialAxis, Workpiece
 from geoprint.robot.placing import calibrate_fixture, position_uncertainty, turn_uncertainty
 from geoprint.toolpath import arrange, seams_of
@@ -33,11 +47,50 @@ from geoprint.workflow.stages import Stages
 # A workpiece covered with paths, and these turned into poses; the robot does not count yet.
 
 
-def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
-    """Cover the workpiece with paths and turn them into poses; evenness and the robot are left out."""
+def cover(job: Job, workpiece: Workpiece, stage: Stages, *, backend: Piecewise | None = None) -> Plan:
+    """Cover the workpiece with paths and turn them into poses; evenness and the robot are left out.
+
+    Args:
+        job: what to plan.
+        workpiece: to cover.
+        stage: names and times the work.
+        backend: that of the job on the surface of the workpiece; None builds it.
+    """
+    drawn = drawn_runs(job, workpiece, stage, backend=backend)
+    with stage("path"):
+        stream = pose_stream(drawn.toolpath, workpiece, max_tilt_deg=job.max_tilt)
+    place, height = workpiece.place, workpiece.cell.process.layer_height
+    layers = (Layer(workpiece.surface, 0 if place is None else place.number - 1, height),)
+    return Plan(
+        job, workpiece, drawn.contours, drawn.toolpath, stream, None, layers, (), tuple(stage.timings),
+        drawn.flattenings, followed=drawn.followed, promised=drawn.promised,
+    )  # fmt: skip
+
+
+@final
+@frozen
+class DrawnRuns:
+    """The runs that cover a workpiece, before they become poses; everything as `Plan` has it."""
+
+    workpiece: Workpiece
+    contours: Contours
+    toolpath: Toolpath
+    flattenings: tuple[Shown, ...]
+    followed: FollowedLines | None
+    promised: FloatArray | None
+
+    @property
+    def paths(self) -> list[FloatArray]:
+        """(k, 3) points of each run on the surface, in printing order [mm]."""
+        curves = self.toolpath.curves
+        return np.split(curves.points.xyz(self.workpiece.surface), curves.offsets[1:-1])
+
+
+def drawn_runs(job: Job, workpiece: Workpiece, stage: Stages, *, backend: Piecewise | None = None) -> DrawnRuns:
+    """Return the runs with which `cover` covers a workpiece, in the order of printing."""
     surface = workpiece.surface
     with stage("contours"):
-        backend, source = Piecewise(surface, backend_of(job)), workpiece.source
+        backend, source = backend or Piecewise(surface, backend_of(job)), workpiece.source
         spacing = job.spacing or backend.distance(source).maximum / (job.rounds or 1)
         widths = workpiece.widths
         paths = pattern_of(job, workpiece.place).paths(
@@ -49,19 +102,13 @@ def cover(job: Job, workpiece: Workpiece, stage: Stages) -> Plan:
         contours = Contours(paths.curves, paths.levels, spacing, backend.distance(source))
         flattenings = backend.shown(spacing=spacing)
     with stage("path"):
-        process = workpiece.cell.process
         place = workpiece.place
         seams = None if place is None else seams_of(place.base, layer=place.number - 1)
         toolpath = arrange(
-            paths, surface, speed=process.speed, standoff=workpiece.standoff, seams=seams,
+            paths, surface, speed=workpiece.cell.process.speed, standoff=workpiece.standoff, seams=seams,
             shortest=workpiece.cell.shortest_run,
         )  # fmt: skip
-        stream = pose_stream(toolpath, workpiece, max_tilt_deg=job.max_tilt)
-    layers = (Layer(surface, 0 if place is None else place.number - 1, process.layer_height),)
-    return Plan(
-        job, workpiece, contours, toolpath, stream, None, layers, (), tuple(stage.timings), flattenings,
-        followed=paths.followed, promised=paths.promised,
-    )  # fmt: skip
+    return DrawnRuns(workpiece, contours, toolpath, flattenings, paths.followed, paths.promised)
 
 
 def measured_surface(workpiece: Workpiece, *, spacing: float) -> MeasuredSurface:
@@ -102,7 +149,13 @@ NEGLIGIBLE_FAULT = 0.003
 
 
 def measured_covers(
-    job: Job, workpiece: Workpiece, stage: Stages, *, on: MeasuredSurface | None = None
+    job: Job,
+    workpiece: Workpiece,
+    stage: Stages,
+    *,
+    on: MeasuredSurface | None = None,
+    backend: Piecewise | None = None,
+    measure: Callable[[Plan, MeasuredSurface], Plan] | None = None,
 ) -> tuple[Measured, ...]:
     """Cover a workpiece and measure how evenly; where the best middle is sought, with each of them.
 
@@ -111,6 +164,8 @@ def measured_covers(
         workpiece: to cover.
         stage: names and times the work.
         on: its `shared_surface`, if there is any.
+        backend: as for `cover`.
+        measure: returns paths with their evenness, and what else is wanted of them; by default `with_figures`.
 
     Returns:
         What was asked for alone; or plain contours, and fitted ones where plain ones miss or cover twice more than next
@@ -119,15 +174,48 @@ def measured_covers(
     Raises:
         FieldError: the backend cannot plan on this part.
     """
-    first = job.model_copy(update={"middle": PLAIN}) if seeks_middle(job) else job
-    plain, on = _measured(job, first, workpiece, stage, on)
-    if not seeks_middle(job) or _covering(plain[1]).fault <= NEGLIGIBLE_FAULT:
+    measure = measure or with_figures
+
+    def measured(middle: str | None, like: Plan | None = None) -> Measured:
+        one = job if middle is None else job.model_copy(update={"middle": middle})
+        paths = replace(cover(one, workpiece, stage, backend=backend), job=job)
+        with stage("evenness"):
+            if like is not None and _same(paths.poses, like.poses):
+                paths = replace(paths, uniformity=like.uniformity)
+            else:
+                paths = measure(paths, surface_at(paths.contours.spacing))
+        return paths, cast("Uniformity", paths.uniformity)
+
+    @cache
+    def surface_at(spacing: float) -> MeasuredSurface:
+        return on or measured_surface(workpiece, spacing=spacing)
+
+    if not seeks_middle(job):
+        return (measured(None),)
+    plain = measured(PLAIN)
+    if _covering(plain[1]).fault <= NEGLIGIBLE_FAULT:
         return (plain,)
     try:
-        (fitted, fits), _ = _measured(job, job.model_copy(update={"middle": FITTED}), workpiece, stage, on)
+        fitted, fits = measured(FITTED, like=plain[0])
     except FieldError:
         return (plain,)
     return plain, (replace(fitted, distance=plain[0].distance), fits)
+
+
+def with_figures(paths: Plan, on: MeasuredSurface) -> Plan:
+    """Return a plan of paths with its evenness and the errors of its distance."""
+    return replace(with_evenness(paths, on), distance=distance_errors_of(paths, on))
+
+
+def with_evenness(paths: Plan, on: MeasuredSurface) -> Plan:
+    """Return a plan of paths with its evenness."""
+    return replace(paths, uniformity=evenness_of(paths, on))
+
+
+def _same(poses: PoseStream, others: PoseStream) -> bool:
+    """Return whether two streams are the same: where no fronts meet, fitted contours are plain ones."""
+    names = [field.name for field in fields(PoseStream)]
+    return all(np.array_equal(getattr(poses, name), getattr(others, name)) for name in names)
 
 
 def taken_alike(each: Sequence[tuple[Measured, ...]]) -> list[Measured]:
@@ -160,17 +248,6 @@ def taken_job(paths: Plan) -> Job:
         return paths.job
     taken = next((tried.middle for tried in paths.middles if tried.taken), PLAIN)
     return paths.job.model_copy(update={"middle": taken})
-
-
-def _measured(
-    asked: Job, job: Job, workpiece: Workpiece, stage: Stages, on: MeasuredSurface | None
-) -> tuple[Measured, MeasuredSurface]:
-    """Return the paths of a job, kept as those of what was asked for, how even they are, and on what that counts."""
-    paths = cover(job, workpiece, stage)
-    with stage("evenness"):
-        on = on or measured_surface(workpiece, spacing=paths.contours.spacing)
-        measured, distance = evenness_of(paths, on), distance_errors_of(paths, on)
-    return (replace(paths, job=asked, uniformity=measured, distance=distance), measured), on
 
 
 def _covering(measured: Uniformity) -> Covering:

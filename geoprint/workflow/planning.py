@@ -87,7 +87,18 @@ def plan(job: Job, *, observe: Callable[[str], None] = lambda _: None) -> Plan:
         return plan_compared(_compared_cover(job, workpiece, stage, backends=backends), stage, unplaced=unplaced)[0]
     workpiece = prepare_workpiece(job, stage, backends=[job.backend])
     job = with_rounds(job, workpiece.cell)
-    paths, at_rest = _with_check(lambda: plan_paths(job, workpiece, stage), workpiece)
+    return plan_measured(lambda: measured_covers(job, workpiece, stage), workpiece, stage)
+
+
+def plan_measured(measured: Callable[[], tuple[Measured, ...]], workpiece: Workpiece, stage: Stages) -> Plan:
+    """Plan with one backend from its paths on a workpiece on.
+
+    Args:
+        measured: returns what `measured_covers` does.
+        workpiece: that they cover.
+        stage: names and times the work.
+    """
+    paths, at_rest = _with_check(lambda: _with_layer(taken_alike([measured()])[0], stage), workpiece)
     if workpiece.placement is not None:
         paths = _with_robots(paths, workpiece.placement, stage, at_rest=at_rest)
     return with_print(paths, stage)

@@ -108,15 +108,14 @@ def _area_middle(surface: Surface) -> FloatArray:
 BORDER = SourceTable(border=True)
 
 
-def sources_of(job: Job, surface: Surface) -> tuple[SourceTable, ...]:
-    """Return the source of each piece of a surface: what its patch states, else what the job does, else the border.
+def sources_of(job: Job) -> tuple[SourceTable, ...]:
+    """Return the source of each patch of a job: what it states, else what the job does, else the border.
 
-    The angle of a layer's own pattern counts more than either.
+    The angle of a layer's own pattern counts more than either. Where there is one, all pieces of a surface have it.
     """
     own = job.drawing.angle_deg is not None
     stated = [None if own else patch.source for patch in job.patches] or [None]
-    every = stated * len(pieces(surface)) if len(stated) == 1 else stated
-    return tuple(each or job.counted_from or BORDER for each in every)
+    return tuple(each or job.counted_from or BORDER for each in stated)
 
 
 def source_of(job: Job, surface: Surface, *, base: Surface | None = None) -> Source:
@@ -130,17 +129,19 @@ def source_of(job: Job, surface: Surface, *, base: Surface | None = None) -> Sou
     Raises:
         FieldError: the surface has no such source, or a place lies off it; of several patches it says which.
     """
-    return united_source(surface, sources_of(job, surface), base=base)
+    return united_source(surface, sources_of(job), base=base)
 
 
 def united_source(surface: Surface, sources: tuple[SourceTable, ...], *, base: Surface | None) -> Source:
-    """Return the source of a surface from the source of each of its pieces; the base is as of `source_of`.
+    """Return the source of a surface from the source of each of its pieces, or one for all; the base as `source_of`.
 
     Raises:
         FieldError: as `source_of`.
     """
     found: list[SurfaceCurves] = []
-    for number, (piece, source) in enumerate(zip(pieces(surface), sources, strict=True), start=1):
+    parts = pieces(surface)
+    sources = sources * len(parts) if len(sources) == 1 else sources
+    for number, (piece, source) in enumerate(zip(parts, sources, strict=True), start=1):
         with naming(f"patch {number}, about {in_words(middle_of(piece.surface))}" if len(sources) > 1 else ""):
             found.append(piece.on_whole(_source(source, piece.surface, base=base or piece.surface).curves))
     return Source(all_curves(found))
@@ -216,17 +217,19 @@ def with_best_sources(job: Job, workpiece: Workpiece, *, backends: Sequence[str]
     Raises:
         FieldError: no source of a patch can be planned from.
     """
-    sources = list(sources_of(job, workpiece.surface))
-    if not any(source.best for source in sources):
+    if not any(source.best for source in sources_of(job)):
         return workpiece
+    alone = pieces(workpiece.surface)
+    sources = list(sources_of(job))
+    sources = sources * len(alone) if len(sources) == 1 else sources
     job = with_backend(job, max(backends, key=lambda name: accuracy(backend(name))))
     base = None if workpiece.place is None else workpiece.place.base
     tried: list[TriedSource] = []
     parts = pieces(workpiece.part)
-    for number, piece in enumerate(pieces(workpiece.surface)):
+    for number, piece in enumerate(alone):
         if sources[number].best:
-            alone = replace(workpiece, surface=piece.surface, part=parts[number].surface)
-            sources[number], found = _best(job, alone, patch=number + 1)
+            one = replace(workpiece, surface=piece.surface, part=parts[number].surface)
+            sources[number], found = _best(job, one, patch=number + 1)
             tried += found
     return replace(workpiece, source=united_source(workpiece.surface, tuple(sources), base=base), tried=tuple(tried))
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import final
+from typing import Protocol, final
 
 import numpy as np
 
@@ -287,6 +287,28 @@ TRIANGLES_ACROSS = 60
 MIRRORED_SHARE = 0.05
 
 
+# Keys of a job of which neither its cell nor its part depends, but for those that layers and fields with widths read.
+AFTER_READING = {
+    "backend", "compared", "middle", "contours", "spacing", "rounds", "source", "options", "place", "robot", "max_tilt",
+    "on_slowdown", "accept_flow", "feedback",
+}  # fmt: skip
+READ_BY_LAYERS = {"spacing", "robot"}
+
+
+def reading_keys(job: Job) -> dict[str, object]:
+    """Return the keys of a job that its cell and its part depend on, as `read_cell_and_part` returns them."""
+    special = READ_BY_LAYERS if job.layered or job.field is not None else set[str]()
+    return {name: value for name, value in job if name not in AFTER_READING or name in special}
+
+
+class Refined(Protocol):
+    """What `refined_part` is."""
+
+    def __call__(self, sided: SidedPart, backends: Sequence[str], /, *, spacing: float) -> tuple[Surface, float]:
+        """Return the part as finely as it is needed, and the shortest edge length [mm] that a backend wants of it."""
+        ...
+
+
 def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Workpiece:
     """Read cell, part and body, decide where the part stands, and refine it for whichever backend needs it finest.
 
@@ -301,15 +323,48 @@ def prepare_workpiece(job: Job, stage: Stages, *, backends: Sequence[str]) -> Wo
         ReachError: the part has no demonstration placement.
         ClearanceError: the touched points determine the part's surface worse than the stand-off.
     """
+    cell, sided = read_cell_and_part(job, stage)
+    return workpiece_of(job, stage, cell=cell, sided=sided, backends=backends)
+
+
+def read_cell_and_part(job: Job, stage: Stages) -> tuple[Cell, SidedPart]:
+    """Read the cell of a job, and its part, which depend on its `reading_keys` alone.
+
+    Raises:
+        UsageError: the job or its cell is unclear or contradicts itself.
+        InputError: a file cannot be planned on.
+    """
     with stage("reading"):
         cell = job_cell(job)
         job = with_rounds(job, cell)
-        sided = sided_part(job, _loaded(job, cell), cell)
+        return cell, sided_part(job, _loaded(job, cell), cell)
+
+
+def workpiece_of(
+    job: Job,
+    stage: Stages,
+    *,
+    cell: Cell,
+    sided: SidedPart,
+    backends: Sequence[str],
+    refined: Refined | None = None,
+) -> Workpiece:
+    """Return what `prepare_workpiece` does of a cell and a part that were read.
+
+    Args:
+        job: what to plan.
+        stage: names and times the work.
+        cell: of the job.
+        sided: its part.
+        backends: that shall plan on it.
+        refined: returns what `refined_part` does, by default that.
+    """
+    job, refined = with_rounds(job, cell), refined or refined_part
+    with stage("refining"):
         turnable = _turnable(job, cell, sided)
         cell = replace(cell, demo_rotation=cell.demo_turn)
         placement, uncertainty = _placement(job, cell, sided.base, turnable=turnable)
-    with stage("refining"):
-        surface, edge_length = _refined(sided, backends, spacing=_wanted_spacing(job, sided.part))
+        surface, edge_length = refined(sided, backends, spacing=_wanted_spacing(job, sided.part))
         workpiece = Workpiece(
             cell=stack_cell(cell, sided.place),
             part=sided.part,
@@ -342,11 +397,11 @@ def _loaded(job: Job, cell: Cell) -> MeshFile:
     large file is parsed only for a job that says what can be said without it.
     """
     if job.unit is not None and (job.spacing is not None or job.rounds is not None):
-        _require_placement(job, cell)
+        require_placement(job, cell)
     loaded = load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold)
     if job.rounds is None:
         _wanted_spacing(job, loaded.surface if job.spacing is not None else prepared_part(job, loaded).surface)
-    _require_placement(job, cell)
+    require_placement(job, cell)
     return loaded
 
 
@@ -490,7 +545,7 @@ def _skin(job: Job, loaded: MeshFile) -> SidedPart:
     return SidedPart(files, prepared, part, side, body, target=read_target(job))
 
 
-def _require_placement(job: Job, cell: Cell) -> None:
+def require_placement(job: Job, cell: Cell) -> None:
     """Refuse, before the long work, a cell from which no program can come."""
     if not job.robot:
         return
@@ -556,7 +611,7 @@ def surface_uncertainty(calibration: FixtureCalibration, part: Surface) -> Uncer
     return normal_uncertainty(calibration, apply(T_base_work, part.vertices), normals=normals)
 
 
-def _refined(sided: SidedPart, backends: Sequence[str], *, spacing: float) -> tuple[Surface, float]:
+def refined_part(sided: SidedPart, backends: Sequence[str], /, *, spacing: float) -> tuple[Surface, float]:
     """Return the part, each piece as finely as it needs alone, so that its paths do not depend on the others.
 
     Where fibres are narrower than the spacing, their width counts.

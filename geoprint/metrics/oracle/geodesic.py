@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 from math import inf
-from typing import final
+from typing import NamedTuple, final
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -16,7 +17,7 @@ from geoprint.errors import FieldError
 from geoprint.geometry import SurfaceLine, half_edges, in_words, part_of
 from geoprint.geometry.clipping import NEAR_SHARE
 from geoprint.geometry.topology import used_vertices
-from geoprint.kernels import njit
+from geoprint.kernels import inner, njit
 from geoprint.metrics.oracle.tracing import SurfacePath, steps_back, unwind
 from geoprint.metrics.oracle.unfolding import (
     ANY,
@@ -26,9 +27,11 @@ from geoprint.metrics.oracle.unfolding import (
     Horizon,
     Places,
     Segments,
+    counts_for,
     empty_horizon,
     flat_mesh,
     search,
+    spatial,
 )
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface, frozen
 from geoprint.threads import each_of
@@ -151,7 +154,8 @@ class GeodesicDistance:
             loops=np.where(path.closed, path.lengths, inf)[runs],
         )
         self._lengths = lengths[order]
-        self._middles = KDTree(path.middles(mesh))
+        self._segment_middles = path.middles(mesh)[order]
+        self._middles = KDTree(self._segment_middles)
 
     def __call__(self, places: Places, ask: Ask, *, least: FloatArray | None = None) -> Nearest:
         """Return what is nearest to each of k places.
@@ -186,6 +190,49 @@ class GeodesicDistance:
         away, _ = self._middles.query(points)
         return np.maximum(away - 0.5 * self._lengths.max(), 0.0)
 
+    def narrowed(self, places: Places, ask: Ask) -> Ask:
+        """Return the same question with a limit of 0 where nothing that counts lies within the limit in space.
+
+        A way over the surface is no shorter than the straight line, so that the answer is the same without a search.
+
+        Args:
+            places: k of them on the mesh.
+            ask: with (k,) finite limits, as `Ask.elsewhere`.
+        """
+        halves = 0.5 * self._lengths
+        # Cells as wide as what is looked for is away at most lie in columns along z, the segments sorted by their cell.
+        width = float(ask.limits.max(initial=0.0)) * (1.0 + ROUNDING) + float(halves.max()) + ROUNDING
+        low = self._segment_middles.min(axis=0) - width
+        cells = np.floor((self._segment_middles - low) / width).astype(np.int64)
+        counts = cells.max(axis=0) + 2
+        numbers = (cells[:, 0] * counts[1] + cells[:, 1]) * counts[2] + cells[:, 2]
+        order = np.argsort(numbers, kind="stable")
+        grid = _Grid(numbers[order], counts, order, self._segment_middles[order], halves[order])
+        points = spatial(self._mesh, places)
+        near = any_within(
+            grid, self._segments, points, np.floor((points - low) / width).astype(np.int64),
+            ask.labels, ask.runs, ask.arcs, ask.clear, ask.limits,
+        )  # fmt: skip
+        return replace(ask, limits=np.where(near, ask.limits, 0.0))
+
+
+class _Grid(NamedTuple):
+    """Segments sorted by the cells of a grid in space that their middles lie in.
+
+    Attributes:
+        numbers: (p,) number of the cell of each, rising: by x, then y, then z.
+        counts: (3,) of the cells.
+        order: (p,) which segment each is.
+        middles: (p, 3) [mm].
+        halves: (p,) of their lengths [mm].
+    """
+
+    numbers: IntArray
+    counts: IntArray
+    order: IntArray
+    middles: FloatArray
+    halves: FloatArray
+
 
 @njit
 def search_all(
@@ -208,6 +255,39 @@ def search_all(
         if found[k] >= 0:
             distances[k] = horizon.best[0]
     return distances, bounds, found, shares, spent
+
+
+@njit
+def any_within(
+    grid: _Grid, segments: Segments, points: FloatArray, cells: IntArray, labels: IntArray, runs: IntArray,
+    arcs: FloatArray, clear: float, limits: FloatArray,
+) -> BoolArray:  # fmt: skip
+    """Return for each of k points in (k, 3) cells whether a segment that counts lies within its limit in space."""
+    near = np.zeros(limits.size, np.bool_)
+    for k in range(limits.size):
+        if limits[k] > 0.0:
+            goal = Goal(labels[k], runs[k], arcs[k], clear, False, points[k, 0], points[k, 1], points[k, 2])
+            near[k] = _reached(grid, segments, goal, cells[k, 0], cells[k, 1], cells[k, 2], limits[k])
+    return near
+
+
+@inner
+def _reached(grid: _Grid, segments: Segments, goal: Goal, x: int, y: int, z: int, limit: float) -> bool:
+    """Return whether a segment that counts lies within a limit of the place of a goal, which lies in a cell."""
+    for i in range(max(x - 1, 0), min(x + 2, grid.counts[0])):
+        for j in range(max(y - 1, 0), min(y + 2, grid.counts[1])):
+            column = (i * grid.counts[1] + j) * grid.counts[2]
+            last = column + min(z + 1, grid.counts[2] - 1)
+            for at in range(np.searchsorted(grid.numbers, column + max(z - 1, 0)), grid.numbers.size):
+                if grid.numbers[at] > last:
+                    break
+                reach = limit * (1.0 + ROUNDING) + grid.halves[at] + ROUNDING
+                across, along = grid.middles[at, 0] - goal.x, grid.middles[at, 1] - goal.y
+                up = grid.middles[at, 2] - goal.z
+                near = across * across + along * along + up * up <= reach * reach
+                if near and counts_for(segments, goal, grid.order[at]):
+                    return True
+    return False
 
 
 # The shortest line over the triangles from one vertex of a surface to another: exact.

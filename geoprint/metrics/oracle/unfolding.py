@@ -549,18 +549,23 @@ def first_around(mesh: FlatMesh, half: int) -> int:
 
 
 @inlined
+def counts_for(segments: Segments, goal: Goal, k: int) -> bool:
+    """Return whether a segment is one that is looked for."""
+    if goal.label != ANY and segments.labels[k] != goal.label:
+        return False
+    apart = abs(segments.arcs[k] - goal.arc)
+    return segments.runs[k] != goal.run or min(apart, segments.loops[k] - apart) > goal.clear
+
+
+@inlined
 def see(
     horizon: Horizon, segments: Segments, goal: Goal, face: int, origin: complex, scale: complex,
     right: complex, left: complex, before: float, item: int,
 ) -> None:  # fmt: skip
     """Keep the nearest segment of a face within a cone; a side of 0 does not bound it."""
     for k in range(segments.first[face], segments.first[face + 1]):
-        if goal.label != ANY and segments.labels[k] != goal.label:
+        if not counts_for(segments, goal, k):
             continue
-        if segments.runs[k] == goal.run:
-            apart = abs(segments.arcs[k] - goal.arc)
-            if min(apart, segments.loops[k] - apart) <= goal.clear:
-                continue
         start, along = origin + scale * segments.starts[k], scale * segments.along[k]
         low, high = within(cross(right, start), cross(right, along), 0.0, 1.0, abs(right) * (abs(start) + abs(along)))
         low, high = within(cross(start, left), cross(along, left), low, high, abs(left) * (abs(start) + abs(along)))

@@ -195,6 +195,25 @@ def test_the_stretch_one_is_on_can_be_left_out() -> None:
     assert GeodesicDistance(mesh, path)(places, ask).distances[0] == pytest.approx(2.5)
 
 
+@pytest.mark.parametrize("shape", ["saddle", "half torus"])
+@pytest.mark.parametrize("label", [ANY, 0])
+def test_where_nothing_that_counts_is_near_in_space_no_search_is_needed(shape: str, label: int) -> None:
+    surface = make(shape, faces=600)
+    corners = surface.vertices[np.argsort(surface.vertices[:, 0])]
+    mesh, path = deposited(surface, [dot(surface, 0), corners[[0, 1]], corners[[-1, -2]]])
+    places = flat_places(mesh, vertex_points(surface, np.arange(len(surface.vertices))))
+    distance, count = GeodesicDistance(mesh, path), len(surface.vertices)
+    nearest = distance(places, anything(places))
+    limits = np.where(np.arange(count) % 2, 1.0, 40.0)
+    ask = Ask.elsewhere(np.full(count, label), nearest.runs, nearest.arcs, clear=0.5, limits=limits)
+    narrowed = distance.narrowed(places, ask)
+    searched, brief = distance(places, ask), distance(places, narrowed)
+    for name in ("distances", "runs", "arcs", "complete"):
+        np.testing.assert_array_equal(getattr(brief, name), getattr(searched, name))
+    assert np.isfinite(searched.distances).any()
+    assert brief.windows < searched.windows
+
+
 def test_without_enough_work_allowed_it_gives_bounds_and_says_so() -> None:
     surface = make("bumpy", faces=600)
     mesh, path = deposited(surface, [dot(surface, 5)])
