@@ -87,9 +87,10 @@ class LiveView:
         self._shown()
         self._at(0.0)
         self._closed = threading.Event()
-        threading.Thread(target=self._play, daemon=True).start()
         # What takes longer than opening the page comes when it is there.
-        threading.Thread(target=self._finish, daemon=True).start()
+        self._threads = [threading.Thread(target=work, daemon=True) for work in (self._play, self._finish)]
+        for thread in self._threads:
+            thread.start()
 
     @property
     def url(self) -> str:
@@ -103,6 +104,8 @@ class LiveView:
     def close(self) -> None:
         """End the page."""
         self._closed.set()
+        for thread in self._threads:
+            thread.join()
         with _silent():
             self.server.stop()
 
@@ -326,9 +329,10 @@ class LiveView:
     def _finish(self) -> None:
         """Draw the plots, and execute the program, whose lines a picked point names."""
         self._plotted()
-        for plan in self.viewed.plans:
-            for motion in plan.motions:
-                _ = motion.switching
+        for motion in (motion for plan in self.viewed.plans for motion in plan.motions):
+            if self._closed.is_set():
+                return
+            _ = motion.switching
         self._at(self._time.value)
 
 

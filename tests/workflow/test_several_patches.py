@@ -230,7 +230,9 @@ def test_the_report_names_every_patch_and_the_bundle_has_its_chart(ball: Path) -
     assert isinstance(part, PartRecord)
     rows = [row for row in report_table(part.planned, record.plans[0], plans) if row.group.startswith("Patch")]
     assert [row.group for row in rows] == ["Patch 1", "Patch 2"]
-    assert rows[1].values == (f"{100 * record.plans[0]['lscm'].patches[1].spacing.cv:.2f} %",)
+    cv = record.plans[0]["lscm"].patches[1].spacing.cv
+    assert cv is not None
+    assert rows[1].values == (f"{100 * cv:.2f} %",)
     files = plan_files(plans[0], record.plans[0]["lscm"], charts=chart_pictures(plans[0]))
     assert {"chart-1.png", "chart-2.png"} < files.keys()
     assert [len(row.patches) for row in part.planned] == [2]
