@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 HOST: Final = "127.0.0.1"
 # Frames a second at most, and how many times as fast as in the cell.
 FRAMES: Final = 30.0
+# While it plays the panel follows so often [s]: a browser takes longer for it than for the scene.
+PANEL_PERIOD: Final = 0.25
 SPEEDS: Final = ("0.2", "1", "5", "20", "50")
 # A step of the replay [s].
 STEP: Final = 0.1
@@ -68,6 +70,7 @@ class LiveView:
         self.server = started(port, label=f"geoprint: {viewed.name}")
         self.viewed = viewed
         self._lock = threading.RLock()
+        self._moment = 0.0
         server, plans = self.server, viewed.plans
         size = float(np.linalg.norm(np.ptp(plans[0].surface.vertices, axis=0)))
         across = plans[0].upright[0]
@@ -128,7 +131,7 @@ class LiveView:
     @property
     def moment(self) -> float:
         """The moment that is shown [s]."""
-        return float(self._time.value)
+        return self._moment
 
     @property
     def picked(self) -> str:
@@ -190,7 +193,7 @@ class LiveView:
             self._slider = gui.add_slider("Moment [%]", 0.0, 100.0, 0.1, 0.0)
             self._time = gui.add_number(TIME_FIELD, 0.0, min=0.0, step=0.001)
             self._speed = gui.add_dropdown("Times as fast", SPEEDS, initial_value="5")
-            self._moment = gui.add_html("")
+            self._words = gui.add_html("")
             self._line = gui.add_number("Line of the program", 0, min=0, step=1)
         self._places = _places(self.viewed)
         with gui.add_folder("Worst places", visible=bool(self._places)):
@@ -224,19 +227,24 @@ class LiveView:
 
     def _press(self, button: str) -> None:
         self._is_playing = button == "Play"
-        if button == "Play" and self._time.value >= self.end - STEP:
+        if button == "Play" and self._moment >= self.end - STEP:
             self._set(0.0)
         if button in {"Back", "Step"}:
-            self._set(self._time.value + (STEP if button == "Step" else -STEP))
+            self._set(self._moment + (STEP if button == "Step" else -STEP))
 
     def _play(self) -> None:
         """Move on in time while it plays; frames that take longer than their time are left out."""
-        before = time.monotonic()
+        before, said = time.monotonic(), 0.0
         while not self._closed.wait(1.0 / FRAMES):
             now = time.monotonic()
             if self._is_playing:
-                self._set(self._time.value + (now - before) * float(self._speed.value))
-                self._is_playing = self._time.value < self.end
+                moment = min(self._moment + (now - before) * float(self._speed.value), self.end)
+                if moment >= self.end or now - said > PANEL_PERIOD:
+                    self._set(moment)
+                    said = now
+                else:
+                    self._move(moment)
+                self._is_playing = moment < self.end
             before = now
 
     def _at(self, moment: float) -> None:
@@ -244,12 +252,18 @@ class LiveView:
         motion = self._motion
         if motion is None:
             return
+        self._move(moment)
         with self._lock, self.server.atomic():
-            self._active.move(moment)
             share = 100.0 * moment / self.end
             if abs(self._slider.value - share) > 0.05:
                 self._slider.value = float(np.clip(share, 0.0, 100.0))
-            self._moment.content = _moment_html(motion, moment)
+            self._words.content = _moment_html(motion, moment)
+
+    def _move(self, moment: float) -> None:
+        """Show a moment in the scene alone."""
+        with self._lock, self.server.atomic():
+            self._moment = moment
+            self._active.move(moment)
 
     def _chosen(self) -> None:
         self._said()
@@ -333,7 +347,7 @@ class LiveView:
             if self._closed.is_set():
                 return
             _ = motion.switching
-        self._at(self._time.value)
+        self._at(self._moment)
 
 
 def started(port: int, *, label: str) -> viser.ViserServer:

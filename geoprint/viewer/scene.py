@@ -128,7 +128,9 @@ class PlanScene:
             handle.wxyz = Rotation.from_matrix(moved[link, :3, :3]).as_quat(scalar_first=True)
             handle.position = moved[link, :3, 3]
         for end, handle in self._beads:
-            handle.visible = end <= time
+            # Each change is sent.
+            if handle.visible != (end <= time):
+                handle.visible = end <= time
 
     def _lifted(self, places: FloatArray, *, times: float = 1.0) -> FloatArray:
         """Return places a little above the part, so that it does not swallow them."""
