@@ -217,7 +217,7 @@ class Viewed:
     plans: tuple[ViewedPlan, ...]
 
 
-def load_viewed(folder: Path) -> Viewed:
+def load_viewed(folder: Path | str) -> Viewed:
     """Read a folder that `geoprint plan` or `compare` wrote.
 
     Raises:
@@ -225,6 +225,7 @@ def load_viewed(folder: Path) -> Viewed:
         InputError: geoprint did not write it, it holds several parts, or a file in it is none that may be opened.
         VerificationError: a file cannot be read.
     """
+    folder = Path(folder)
     if folder.is_file():
         raise UsageError(
             f"{folder} is a file, and `geoprint view` shows the folder of a plan or a comparison; "
