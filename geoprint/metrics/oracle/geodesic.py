@@ -278,8 +278,8 @@ def _reached(grid: _Grid, segments: Segments, goal: Goal, x: int, y: int, z: int
         for j in range(max(y - 1, 0), min(y + 2, grid.counts[1])):
             column = (i * grid.counts[1] + j) * grid.counts[2]
             last = column + min(z + 1, grid.counts[2] - 1)
-            first: int = np.searchsorted(grid.numbers, column + max(z - 1, 0))
-            for at in range(first, grid.numbers.size):
+            first = np.searchsorted(grid.numbers, np.int64(column + max(z - 1, 0)))
+            for at in range(int(first), grid.numbers.size):
                 if grid.numbers[at] > last:
                     break
                 reach = limit * (1.0 + ROUNDING) + grid.halves[at] + ROUNDING
