@@ -1,4 +1,4 @@
-"""Pictures and films of the view without a window: a headless Chromium opens the page and gives what it draws."""
+"""The view as files: pictures and films, which a headless Chromium draws without a window, and an offline page."""
 
 # matplotlib leaves the keyword arguments of its functions untyped.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
@@ -83,6 +83,17 @@ def save_film(view: LiveView, path: Path) -> None:
     _written(path, record)
 
 
+def save_page(view: LiveView, path: Path) -> None:
+    """Write the scene as it stands as one HTML file that opens offline.
+
+    Raises:
+        UsageError: the file is no .html.
+        ExportError: it cannot be written.
+    """
+    _check_name(path, ".html")
+    _written(path, lambda trial: trial.write_text(view.server.scene.as_html(), encoding="utf-8"))
+
+
 @contextmanager
 def browser(view: LiveView) -> Generator[viser.ClientHandle]:
     """Open the view in a headless browser, as wide as pictures are, and give its connection.
@@ -139,7 +150,7 @@ def _check_name(path: Path, suffix: str) -> None:
         raise UsageError(f"{path}: name a file that ends in {suffix}.")
 
 
-def _written(path: Path, write: Callable[[Path], None]) -> None:
+def _written(path: Path, write: Callable[[Path], object]) -> None:
     """Write a file beside its place and move it there, so that it appears whole."""
     trial = path.with_name(f".{path.name}.part{path.suffix}")
     try:

@@ -67,7 +67,7 @@ def view(
 
     The page is served to this machine alone, until Ctrl-C.
     """
-    from geoprint.viewer.capture import save_film, save_still
+    from geoprint.viewer.capture import save_film, save_page, save_still
     from geoprint.viewer.live import LiveView
     from geoprint.viewer.loaded import load_viewed
 
@@ -77,7 +77,7 @@ def view(
             shown.go_to_line(line)
         if robot:
             shown.show_robot()
-        for path, save in ((still, save_still), (record, save_film), (html, LiveView.save_page)):
+        for path, save in ((still, save_still), (record, save_film), (html, save_page)):
             if path is not None:
                 save(shown, path)
                 wrote(path)

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from collections.abc import Callable
 from contextlib import redirect_stdout
 from html import escape
 from io import StringIO
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, final
 
 import numpy as np
 from scipy.spatial import KDTree
 
-from geoprint.errors import ExportError, UsageError
+from geoprint.errors import UsageError
 from geoprint.geometry.native import missing
 from geoprint.model import FloatArray
 from geoprint.reporting.colouring import Scale
@@ -22,7 +22,7 @@ from geoprint.reporting.metrics import CATALOGUE
 from geoprint.robot.arm import tilts
 from geoprint.viewer.loaded import Motion, Viewed, ViewedPlan
 from geoprint.viewer.plots import TIME_FIELD, plot_html, plots_of
-from geoprint.viewer.scene import MARK, PlanScene, quantities
+from geoprint.viewer.scene import MARK, PlanScene, quantities, scale_of
 
 if TYPE_CHECKING:
     import viser
@@ -143,17 +143,6 @@ class LiveView:
         self._robot.value = True
         self._shown()
 
-    def save_page(self, path: Path) -> None:
-        """Write the scene as it stands as one HTML file that opens offline.
-
-        Raises:
-            ExportError: it cannot be written.
-        """
-        try:
-            path.write_text(self.server.scene.as_html(), encoding="utf-8")
-        except OSError as error:
-            raise ExportError(f"{path} cannot be written ({error.strerror}); choose another place.") from error
-
     @property
     def _active(self) -> PlanScene:
         return self.scenes[[scene.plan.name for scene in self.scenes].index(self._plan.value)]
@@ -211,7 +200,7 @@ class LiveView:
         def on(handle: viser.GuiInputHandle[Any], call: Callable[[], None]) -> None:
             handle.on_update(lambda event: call() if event.client is not None or handle is self._time else None)
 
-        on(self._plan, self._chosen)
+        on(self._plan, lambda: self._choose(self._plan.value))
         on(self._colours, lambda: self._colour(self._colours.value))
         for each in (self._paths, self._travel, self._robot, self._layer):
             on(each, self._shown)
@@ -265,31 +254,35 @@ class LiveView:
             self._moment = moment
             self._active.move(moment)
 
-    def _chosen(self) -> None:
+    def _choose(self, name: str) -> None:
+        """Make a plan the one that figures, robot, replay and plots are of."""
+        self._plan.value = name
         self._said()
-        self._turned()
+        self._shown()
+        self._plotted()
 
     def _turned(self) -> None:
+        """Show the motion of another attitude of a table."""
         scene = self._active
-        if scene.plan.motions:
-            with self._lock, self.server.atomic():
-                scene.show_motion(scene.plan.motions[int(self._attitude.value) - 1])
-                self._shown()
-            self._set(0.0)
-            self._at(0.0)
-            self._plotted()
+        with self._lock, self.server.atomic():
+            scene.show_motion(scene.plan.motions[int(self._attitude.value) - 1])
+            self._shown()
+        self._set(0.0)
+        self._at(0.0)
+        self._plotted()
 
     def _shown(self) -> None:
         """Show what is ticked; the robot only of the plan that is chosen, for they would stand in one another."""
         for number, scene in enumerate(self.scenes, start=1):
             there = self.viewed.kind != "stack" or number <= self._layer.value
             robot = self._robot.value and scene is self._active
-            scene.show(paths=self._paths.value and there, travel=self._travel.value and there, robot=robot)
+            scene.show(all_of_it=there, paths=self._paths.value, travel=self._travel.value, robot=robot)
 
     def _colour(self, name: str) -> None:
-        scale: Scale | None = None
+        key = self._keys[name]
+        scale = scale_of(self.scenes, key) if key else None
         for scene in self.scenes:
-            scale = scene.colour(self._keys[name])
+            scene.colour(scale, key)
         self._scale.content = "" if scale is None else scale_html(scale)
 
     def _said(self) -> None:
@@ -304,7 +297,7 @@ class LiveView:
         self._figures.content = table_html(rows)
 
     def _jump(self, place: _Place) -> None:
-        self._plan.value = self.scenes[place.plan].plan.name
+        self._choose(self.scenes[place.plan].plan.name)
         self._set(place.time)
 
     def _find_line(self) -> None:
@@ -325,7 +318,7 @@ class LiveView:
             if not hits.met.any():
                 continue
             place = hits.points.xyz(scene.plan.surface)[0]
-            self._plan.value = scene.plan.name
+            self._choose(scene.plan.name)
             self._picked.content = point_text(scene, place)
             self.server.scene.add_icosphere(
                 "/picked", radius=0.35 * scene.plan.spacing, color=MARK, position=place + scene.offset
@@ -360,6 +353,8 @@ def started(port: int, *, label: str) -> viser.ViserServer:
         import viser
     except ImportError as error:
         raise missing("viser", extra="view", work="the live view") from error
+    # A browser opens connections that it does not use; each would be reported as a failure.
+    logging.getLogger("websockets").setLevel(logging.CRITICAL)
     with _silent():
         server = viser.ViserServer(host=HOST, port=port, label=label, verbose=False)
     # It is computed for seconds where no graphics card is.
@@ -385,12 +380,12 @@ def point_text(scene: PlanScene, place: FloatArray) -> str:
     plan = scene.plan
     pose, vertex = nearest_pose(plan, place), int(KDTree(plan.surface.vertices).query(place)[1])
     poses = plan.poses
-    scale, values = scene.values("thickness")
+    thickness = float(scene.values("thickness")[vertex])
     x, y, z = place.tolist()
     lines = [
         f"**{plan.name}**, {x:.2f}, {y:.2f}, {z:.2f} mm",
         f"run {poses.runs[pose] + 1}, level {poses.levels[pose]}, layer {poses.layers[pose] + 1}",
-        scale.said(float(values[vertex])),
+        scale_of([scene], "thickness").said(thickness),
         "normal " + ", ".join(f"{each:.3f}" for each in poses.normals[pose].tolist())
         + f"; nozzle {plan.leans[pose]:.1f} degrees from it",
     ]  # fmt: skip

@@ -21,7 +21,7 @@ TIME_FIELD: Final = "Time [s]"
 COLUMNS: Final = 280
 WIDTH, HEIGHT, LEFT, BOTTOM = 300, 92, 34, 14
 COLOURS: Final = ("#1f77b4", "#d95f02", "#1b9e77", "#7570b3", "#e7298a", "#666666")
-# React keeps a field's value itself: it has to be set past it, and told by an event.
+# React keeps a field's value itself: it has to be set past it, and an event has to follow.
 _JUMP: Final = (
     "const box=this.getBoundingClientRect();"
     "const share=Math.min(Math.max(((event.clientX-box.left)/box.width*{width}-{left})/{inner},0),1);"

@@ -7,9 +7,9 @@ lines, whose width is drawn by triangles; an environment map costs 15 s at the s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import groupby
-from typing import TYPE_CHECKING, Final, final
+from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias, final
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -62,11 +62,11 @@ class PlanScene:
     def __init__(self, server: viser.ViserServer, plan: ViewedPlan, *, offset: FloatArray, named: bool) -> None:
         self._server, self.plan, self.offset = server, plan, offset
         self._root = f"/{plan.name}"
-        self._scales: dict[str, tuple[Scale, FloatArray]] = {}
+        self._values: dict[str, FloatArray] = {}
         self._normals = vertex_normals(plan.surface)
         self._lift = LIFT_SHARE * float(np.linalg.norm(np.ptp(plan.surface.vertices, axis=0)))
         self.rays = RayTree(plan.surface)
-        server.scene.add_frame(self._root, show_axes=False, position=offset)
+        self._frame = server.scene.add_frame(self._root, show_axes=False, position=offset)
         if named:
             top = plan.surface.vertices[np.argmax(plan.surface.vertices @ plan.upright[2])]
             server.scene.add_label(f"{self._root}/name", plan.name, position=top + 8.0 * self._lift * plan.upright[2])
@@ -78,25 +78,24 @@ class PlanScene:
         if plan.motions:
             self.show_motion(plan.motions[0])
 
-    def colour(self, key: str) -> Scale | None:
-        """Colour the part by a quantity, and return its scale; plain where the key is empty."""
+    def colour(self, scale: Scale | None, key: str) -> None:
+        """Colour the part by a quantity on a scale; plain without one."""
         import trimesh
 
         surface = self.plan.surface
-        scale, values = self.values(key) if key else (None, None)
-        rgb = np.full((len(surface.vertices), 3), 205) if scale is None or values is None else scale.rgb(values)
+        rgb = np.full((len(surface.vertices), 3), 205) if scale is None else scale.rgb(self.values(key))
         mesh = trimesh.Trimesh(surface.vertices, surface.faces, vertex_colors=rgb, process=False)
         self._server.scene.add_mesh_trimesh(f"{self._root}/part", mesh, cast_shadow=False, receive_shadow=False)
-        return scale
 
-    def values(self, key: str) -> tuple[Scale, FloatArray]:
-        """Return scale and (n,) values of a quantity at the vertices of the part; each is computed once."""
-        if key not in self._scales:
-            self._scales[key] = _QUANTITIES[key](self.plan)
-        return self._scales[key]
+    def values(self, key: str) -> FloatArray:
+        """Return the (n,) values of a quantity at the vertices of the part; each is computed once."""
+        if key not in self._values:
+            self._values[key] = QUANTITIES[key].values(self.plan)
+        return self._values[key]
 
-    def show(self, *, paths: bool, travel: bool, robot: bool) -> None:
-        """Show or hide what is drawn besides the part."""
+    def show(self, *, all_of_it: bool, paths: bool, travel: bool, robot: bool) -> None:
+        """Show or hide all of the plan, and what is drawn besides the part."""
+        self._frame.visible = all_of_it
         self._paths[0].visible, self._paths[1].visible = paths, travel
         for each in self._robot:
             each.visible = robot
@@ -201,24 +200,24 @@ def _together(surfaces: Sequence[Surface]) -> Surface:
     )
 
 
-def _thickness(plan: ViewedPlan) -> tuple[Scale, FloatArray]:
-    values = plan.evenness.field[: len(plan.surface.vertices)]
-    return thickness_scale(*colour_range([values])), values
+def _thickness(plan: ViewedPlan) -> FloatArray:
+    return plan.evenness.field[: len(plan.surface.vertices)]
 
 
-def _coverage(plan: ViewedPlan) -> tuple[Scale, FloatArray]:
+def _coverage(plan: ViewedPlan) -> FloatArray:
     _, nearest = KDTree(plan.evenness.judged_places).query(plan.surface.vertices)
-    return coverage_scale(), plan.coverage[nearest].astype(np.float64)
+    return plan.coverage[nearest].astype(np.float64)
 
 
-def _lean(plan: ViewedPlan) -> tuple[Scale, FloatArray]:
+def _lean(plan: ViewedPlan) -> FloatArray:
     rows = np.flatnonzero(plan.poses.deposit)
     _, nearest = KDTree(plan.poses.surface_points[rows]).query(plan.surface.vertices)
-    values = plan.leans[rows][nearest]
-    return lean_scale(float(values.max())), values
+    return plan.leans[rows][nearest]
 
 
-def _speed(plan: ViewedPlan) -> tuple[Scale, FloatArray]:
+def _speed(plan: ViewedPlan) -> FloatArray:
+    if not plan.motions:
+        return np.full(len(plan.surface.vertices), np.nan)
     middles: list[FloatArray] = []
     shares: list[FloatArray] = []
     for motion in plan.motions:
@@ -227,13 +226,15 @@ def _speed(plan: ViewedPlan) -> tuple[Scale, FloatArray]:
         middles.append((poses.surface_points[rows] + poses.surface_points[rows + 1]) / 2.0)
         shares.append(lengths[rows] / durations[rows] / plan.record.settings.speed_mm_s)
     _, nearest = KDTree(np.concatenate(middles)).query(plan.surface.vertices)
-    return speed_scale(), np.concatenate(shares)[nearest]
+    return np.concatenate(shares)[nearest]
 
 
-def _overhang(plan: ViewedPlan) -> tuple[Scale, FloatArray]:
-    critical = plan.record.overhang.critical_deg if plan.record.overhang else 90.0
-    up = plan.upright[2]
-    return overhang_scale(critical), np.degrees(np.arccos(np.clip(vertex_normals(plan.surface) @ up, -1.0, 1.0)))
+def _overhang(plan: ViewedPlan) -> FloatArray:
+    return np.degrees(np.arccos(np.clip(vertex_normals(plan.surface) @ plan.upright[2], -1.0, 1.0)))
+
+
+def _curvature(plan: ViewedPlan) -> FloatArray:
+    return mean_curvature(plan.surface)
 
 
 def mean_curvature(surface: Surface) -> FloatArray:
@@ -246,19 +247,64 @@ def mean_curvature(surface: Surface) -> FloatArray:
     return sums[0] / np.where(sums[1] > 0.0, sums[1], 1.0)
 
 
-def _curvature(plan: ViewedPlan) -> tuple[Scale, FloatArray]:
-    values = mean_curvature(plan.surface)
-    return curvature_scale(max(float(np.percentile(np.abs(values), 98)), 1e-6)), values
+_Values: TypeAlias = Sequence[FloatArray]
+_Plans: TypeAlias = Sequence[ViewedPlan]
 
 
-_QUANTITIES = {
-    "thickness": _thickness, "coverage": _coverage, "lean": _lean, "speed": _speed, "overhang": _overhang,
-    "curvature": _curvature,
-}  # fmt: skip
+def _thickness_scale(_: _Plans, values: _Values) -> Scale:
+    return thickness_scale(*colour_range(values))
+
+
+def _coverage_scale(_: _Plans, _values: _Values) -> Scale:
+    return coverage_scale()
+
+
+def _lean_scale(_: _Plans, values: _Values) -> Scale:
+    return lean_scale(max(float(each.max()) for each in values))
+
+
+def _speed_scale(_: _Plans, _values: _Values) -> Scale:
+    return speed_scale()
+
+
+def _overhang_scale(plans: _Plans, _values: _Values) -> Scale:
+    overhang = plans[0].record.overhang
+    return overhang_scale(90.0 if overhang is None else overhang.critical_deg)
+
+
+def _curvature_scale(_: _Plans, values: _Values) -> Scale:
+    return curvature_scale(max(1e-6, *(float(np.percentile(np.abs(each), 98)) for each in values)))
+
+
+class Quantity(NamedTuple):
+    """What a part can be coloured by.
+
+    Attributes:
+        heading: its name in the list.
+        values: at the vertices of a plan's part.
+        scale: of those of all plans that are shown, so that their colours can be compared.
+    """
+
+    heading: str
+    values: Callable[[ViewedPlan], FloatArray]
+    scale: Callable[[_Plans, _Values], Scale]
+
+
+QUANTITIES: Final[Mapping[str, Quantity]] = {
+    "thickness": Quantity("Thickness", _thickness, _thickness_scale),
+    "coverage": Quantity("Gaps and overlaps", _coverage, _coverage_scale),
+    "lean": Quantity("Lean of the nozzle", _lean, _lean_scale),
+    "speed": Quantity("Speed of the tip", _speed, _speed_scale),
+    "overhang": Quantity("Overhang", _overhang, _overhang_scale),
+    "curvature": Quantity("Mean curvature", _curvature, _curvature_scale),
+}
+
+
+def scale_of(scenes: Sequence[PlanScene], key: str) -> Scale:
+    """Return the one scale of a quantity over all plans that are shown."""
+    return QUANTITIES[key].scale([scene.plan for scene in scenes], [scene.values(key) for scene in scenes])
 
 
 def quantities(plan: ViewedPlan) -> dict[str, str]:
     """Return the quantities that a plan can be coloured by: what they are called, and their keys."""
-    named = {"Thickness": "thickness", "Gaps and overlaps": "coverage", "Lean of the nozzle": "lean",
-             "Overhang": "overhang", "Mean curvature": "curvature"}  # fmt: skip
-    return {**named, "Speed of the tip": "speed"} if plan.motions else named
+    return {each.heading: key for key, each in QUANTITIES.items() if key != "speed" or plan.motions}

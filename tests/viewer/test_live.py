@@ -8,18 +8,19 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
 
 from geoprint.errors import UsageError
 from geoprint.geometry import prepare
-from geoprint.model import Surface
+from geoprint.model import FloatArray, Surface
 from geoprint.reporting.colouring import coverage_scale, overhang_scale, thickness_scale
 from geoprint.viewer import capture, load_viewed
 from geoprint.viewer.live import LiveView, scale_html
 from geoprint.viewer.plots import Plot, plot_html
-from geoprint.viewer.scene import mean_curvature, quantities
+from geoprint.viewer.scene import PlanScene, mean_curvature, quantities, scale_of
 from tests.meshes import plate, spherical_cap
 from tests.reporting.browser import Page
 from tests.shared_plans import SharedPlans
@@ -84,11 +85,24 @@ def test_a_line_leads_to_the_moment_of_its_move(view: LiveView) -> None:
 @pytest.mark.needs("viser")
 def test_every_quantity_colours_the_part(view: LiveView) -> None:
     (scene,) = view.scenes
-    for key in quantities(scene.plan).values():
-        scale, values = scene.values(key)
+    for heading, key in quantities(scene.plan).items():
+        scale, values = scale_of([scene], key), scene.values(key)
+        assert scale.heading == heading
         assert values.shape == (len(scene.plan.surface.vertices),)
         assert np.isfinite(values).all()
         assert scale.title in scale_html(scale)
+
+
+def test_plans_that_stand_side_by_side_have_one_scale() -> None:
+    def shown(half: float) -> PlanScene:
+        def values(_: str) -> FloatArray:
+            return np.array([1.0 - half, 1.0 + half])
+
+        return cast("PlanScene", SimpleNamespace(plan=None, values=values))
+
+    both = [shown(0.1), shown(0.5)]
+    assert scale_of(both, "thickness") == scale_of(both[::-1], "thickness")
+    assert scale_of(both, "thickness").high >= 1.5 > scale_of(both[:1], "thickness").high
 
 
 @pytest.mark.needs("viser", "cv2")
@@ -128,6 +142,8 @@ def test_files_of_other_kinds_are_refused_before_anything_is_drawn(view: LiveVie
         capture.save_still(view, tmp_path / "still.jpg")
     with pytest.raises(UsageError, match=r"name a file that ends in \.mp4"):
         capture.save_film(view, tmp_path / "film.gif")
+    with pytest.raises(UsageError, match=r"name a file that ends in \.html"):
+        capture.save_page(view, tmp_path / "page.txt")
 
 
 @pytest.mark.needs("viser")
