@@ -123,9 +123,8 @@ def test_no_rapid_program_for_an_arm_without_a_spherical_wrist() -> None:
         require_abb_conventions(arm_of(offset_wrist()))
 
 
-@pytest.mark.parametrize("robot", [offset_wrist(), three_parallel_axes()], ids=["offset wrist", "three parallel axes"])
-def test_iteration_converges_near_where_it_starts(robot: Robot) -> None:
-    arm = arm_of(robot)
+def test_iteration_converges_near_where_it_starts() -> None:
+    arm = arm_of(offset_wrist())
     assert isinstance(arm.inverse, NumericInverse)
     joints = random_joints(2000)
     poses = arm.flange_poses(joints)
@@ -150,7 +149,8 @@ def test_iteration_says_where_it_does_not_converge() -> None:
 def test_iteration_finds_every_solution_of_an_arm_whose_solutions_the_signs_tell_apart() -> None:
     arm = arm_of(three_parallel_axes())
     joints = away_from_singularities(arm, random_joints(60))
-    found = arm.solutions(arm.tool_poses(joints))
+    numeric = NumericInverse(arm.screws(), limits=np.tile([-np.pi, np.pi], (6, 1)))
+    found = numeric.solutions(arm.flange_poses(joints))
     exists = np.isfinite(found).all(axis=2)
     assert farthest_from_any(found, joints) < 1e-6
     assert np.isin(exists.sum(axis=1), [2, 4, 6, 8]).mean() > 0.9

@@ -4,6 +4,7 @@ from geoprint.robot.arm.configuration import (
     BORDER_MARGIN as BORDER_MARGIN,
     BORDERED as BORDERED,
     border_distances as border_distances,
+    bordered_joints as bordered_joints,
     check_load as check_load,
     configuration_data as configuration_data,
     require_abb_conventions as require_abb_conventions,
@@ -18,7 +19,8 @@ from geoprint.robot.arm.nozzle import (
     tilts as tilts,
     turned as turned,
 )
-from geoprint.robot.arm.ortho_parallel import BRANCHES as BRANCHES, JOINTS as JOINTS, solve_pose as solve_pose
+from geoprint.robot.arm.ortho_parallel import BRANCHES as BRANCHES, JOINTS as JOINTS
+from geoprint.robot.arm.three_parallel import singular_terms as singular_terms, solve_either as solve_either
 from geoprint.robot.arm.urdf import (
     FLANGE_FRAME as FLANGE_FRAME,
     MILLIMETRES_PER_METRE as MILLIMETRES_PER_METRE,

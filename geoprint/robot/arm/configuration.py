@@ -152,6 +152,14 @@ def border_distances(joints: FloatArray) -> FloatArray:
     return np.abs(angles - QUARTER_TURN * np.rint(angles / QUARTER_TURN))
 
 
+def bordered_joints(arm: Arm) -> tuple[int, ...]:
+    """Return the columns of joints with borders to keep clear of: `BORDERED`, or none without a spherical wrist.
+
+    Only controllers of ABB count quadrants, and their arms have such a wrist.
+    """
+    return BORDERED if isinstance(arm.inverse, OrthoParallel) else ()
+
+
 def _sides(joints: FloatArray, *, arm: Arm) -> tuple[IntArray, IntArray, IntArray]:
     behind = (singularity_distances(joints, arm=arm) < -TIE).astype(np.int64)
     return behind[:, 0], behind[:, 1], behind[:, 2]

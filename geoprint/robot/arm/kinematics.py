@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import cos, sin
-from typing import NamedTuple, Protocol, final
+from typing import NamedTuple, final
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from geoprint.model import FloatArray, Robot
 from geoprint.robot.arm.confirmation import AGREEMENT, confirm, in_metres
 from geoprint.robot.arm.nozzle import is_axial
 from geoprint.robot.arm.ortho_parallel import BRANCHES, JOINTS, OrthoParallel, Screws, ortho_parallel
+from geoprint.robot.arm.three_parallel import ThreeParallel, three_parallel
 from geoprint.robot.arm.urdf import chain_of, urdf_of
 
 # The chain of an arm's joints, from the base to the tool, for many joint vectors at once.
@@ -305,40 +307,19 @@ BLOCK = 8192
 NO_TOOL = np.eye(4)
 
 
-class Inverse(Protocol):
-    """The inverse kinematics of an arm, whose kind decides how they are found; limits are not applied."""
-
-    @property
-    def shoulder(self) -> FloatArray:
-        """(3,) the point of axis 1 beside axis 2, in the base frame [mm]."""
-        ...
-
-    @property
-    def reach(self) -> float:
-        """How far from the shoulder the flange may come at most [mm]."""
-        ...
-
-    def solutions(self, Ts_base_flange: FloatArray) -> FloatArray:
-        """Return (k, 8, 6) joint angles [rad] of (k, 4, 4) poses of the flange [mm]; NaN where a branch is missing."""
-        ...
-
-    def singularity_distances(self, joints: FloatArray) -> FloatArray:
-        """Return (k, 3) signed distances [mm, rad, rad] from the singularities of shoulder, elbow and wrist."""
-        ...
-
-    def wrist_distances(self, Ts_base_flange: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return (k,) distances that decide about reach, and their (2,) bounds [mm]."""
-        ...
+# What recognises the kinds of arms that have a closed form.
+CLOSED_FORMS: tuple[Callable[[Screws], OrthoParallel | ThreeParallel], ...] = (ortho_parallel, three_parallel)
 
 
 @final
 class Arm:
     """A six-axis arm, and the tool on its flange.
 
-    The geometry is that of the robot's URDF. Where its axes form an ortho-parallel base and a spherical wrist, however
-    the URDF counts its joints, the inverse is the closed form of [Brandstötter2014]; else it is iteration, a thousand
-    times slower and without a promise to find every solution. Before anybody relies on it, the constructor leads it
-    back to where it came from, and Pinocchio, where it is installed, confirms the forward kinematics.
+    The geometry is that of the robot's URDF. Where its axes form an ortho-parallel base and a spherical wrist, or three
+    parallel axes as those of Universal Robots, however the URDF counts its joints, the inverse is a closed form
+    [Brandstötter2014; Hawkins2013]; else it is iteration, a thousand times slower and without a promise to find every
+    solution. Before anybody relies on it, the constructor leads it back to where it came from, and Pinocchio, where it
+    is installed, confirms the forward kinematics.
 
     Branches have stable numbers: 4 * wrist + 2 * shoulder + elbow, each 0 or 1 (`configuration.branch_of`).
 
@@ -374,13 +355,18 @@ class Arm:
         self._T_tool_flange = transforms.inverse(T_flange_tool)
         self._chain = chain_of(urdf_of(robot), name=robot.model, flange=robot.flange)
         self._require_limits_of_the_arm()
-        self.inverse: Inverse
+        self.inverse: OrthoParallel | ThreeParallel | NumericInverse
         self.no_closed_form: str | None = None
-        try:
-            self.inverse = ortho_parallel(self.screws())
-        except UsageError as error:
-            self.inverse = NumericInverse(self.screws(), limits=robot.limits)
-            self.no_closed_form = str(error)
+        screws, reasons = self.screws(), list[str]()
+        for recognise in CLOSED_FORMS:
+            try:
+                self.inverse = recognise(screws)
+                break
+            except UsageError as error:
+                reasons.append(str(error))
+        else:
+            self.inverse = NumericInverse(screws, limits=robot.limits)
+            self.no_closed_form = "; ".join(dict.fromkeys(reasons))
         self._verify()
 
     def _require_limits_of_the_arm(self) -> None:
@@ -408,9 +394,9 @@ class Arm:
             )
 
     @property
-    def closed_form(self) -> OrthoParallel | None:
-        """The inverse where it is the closed form, or None where it is iteration."""
-        return self.inverse if isinstance(self.inverse, OrthoParallel) else None
+    def closed_form(self) -> OrthoParallel | ThreeParallel | None:
+        """The inverse where it is a closed form, or None where it is iteration."""
+        return None if isinstance(self.inverse, NumericInverse) else self.inverse
 
     @property
     def sense_of_turn(self) -> float:

@@ -147,16 +147,16 @@ def _fill(joints: FloatArray, T: FloatArray, first: float, second: float, third:
     sixth = math.atan2(cosine_4 * aside_x - sine_4 * over_x, cosine_4 * aside_y - sine_4 * over_y)
     half_turn = 0.0 if singular else math.pi
     for wrist in range(2):
-        joints[wrist, 0] = _wrapped(first)
-        joints[wrist, 1] = _wrapped(second)
-        joints[wrist, 2] = _wrapped(third - math.pi / 2.0)
-        joints[wrist, 3] = _wrapped(fourth + wrist * half_turn)
+        joints[wrist, 0] = wrapped(first)
+        joints[wrist, 1] = wrapped(second)
+        joints[wrist, 2] = wrapped(third - math.pi / 2.0)
+        joints[wrist, 3] = wrapped(fourth + wrist * half_turn)
         joints[wrist, 4] = fifth if wrist == 0 else -fifth
-        joints[wrist, 5] = _wrapped(sixth + wrist * half_turn)
+        joints[wrist, 5] = wrapped(sixth + wrist * half_turn)
 
 
 @inner
-def _wrapped(angle: float) -> float:
+def wrapped(angle: float) -> float:
     """Return an angle within three half turns of zero in (-pi, pi]."""
     if angle > math.pi:
         return angle - 2.0 * math.pi
@@ -169,6 +169,8 @@ def _wrapped(angle: float) -> float:
 # numbers have 12 digits. Angles written as 1.5708 miss it, and the closed form would miss its poses by micrometres.
 ANGLE_ROUNDING = 1e-9
 LENGTH_ROUNDING = 1e-6
+# An angle that misses by less [rad] was written with too few digits.
+ROUNDED_ANGLE = 1e-3
 # What is this near to a whole number [rad, mm] was meant to be it.
 EXACT = 1e-12
 
@@ -303,10 +305,10 @@ def ortho_parallel(screws: Screws) -> OrthoParallel:
     lower, fore = points[2] - points[1], wrist - points[2]
     along = directions[3] * (-1.0 if fore @ directions[3] < -LENGTH_ROUNDING else 1.0)
     turned = directions[4] * (-1.0 if directions[4] @ side < -ANGLE_ROUNDING else 1.0)
-    out = _outwards(screws, wrist)
-    second = _angle(up, lower - (lower @ side) * side, about=side)
-    third, fourth = _angle(ahead, along, about=side) - second, _angle(side, turned, about=along)
-    offsets = np.array([0.0, second, third, fourth, _angle(along, out, about=turned), 0.0])
+    out = outwards(screws, wrist)
+    second = angle_between(up, lower - (lower @ side) * side, about=side)
+    third, fourth = angle_between(ahead, along, about=side) - second, angle_between(side, turned, about=along)
+    offsets = np.array([0.0, second, third, fourth, angle_between(along, out, about=turned), 0.0])
     end = np.array([np.cross(turned, out), turned, out]).T
     height = float((screws.T_base_flange[:3, 3] - wrist) @ out)
     T_base_end = transforms.rigid(end, wrist + height * out)
@@ -321,23 +323,15 @@ def ortho_parallel(screws: Screws) -> OrthoParallel:
             c4=height,
         ),
         signs=np.sign(np.sum(directions * [up, side, side, along, turned, out], axis=1)),
-        offsets=_cleared(offsets),
-        T_base_foot=_cleared(transforms.rigid(np.column_stack([ahead, side, up]), foot)),
-        T_end_flange=_cleared(transforms.inverse(T_base_end) @ screws.T_base_flange),
+        offsets=cleared(offsets),
+        T_base_foot=cleared(transforms.rigid(np.column_stack([ahead, side, up]), foot)),
+        T_end_flange=cleared(transforms.inverse(T_base_end) @ screws.T_base_flange),
     )
 
 
 def _require_kind(screws: Screws) -> None:
     """Refuse axes of another kind."""
-    d = screws.directions
-    tilted = [(2, 3, float(np.linalg.norm(np.cross(d[1], d[2]))), "parallel")]
-    tilted += [(i, j, abs(float(d[i - 1] @ d[j - 1])), "at right angles") for i, j in [(1, 2), (3, 4), (4, 5), (5, 6)]]
-    for one, other, off, wanted in tilted:
-        if off > ANGLE_ROUNDING:
-            raise UsageError(
-                f"axes {one} and {other} are not {wanted}: they miss it by {off:.3g} rad, allowed is "
-                f"{ANGLE_ROUNDING:g} (angles in a URDF need 12 digits)"
-            )
+    require_angles(screws, parallel=[(2, 3)], right=[(1, 2), (3, 4), (4, 5), (5, 6)])
     wrist = screws.nearest(3, 4)
     apart = max(screws.distance(axis, wrist) for axis in (4, 5))
     if apart > LENGTH_ROUNDING:
@@ -348,7 +342,21 @@ def _require_kind(screws: Screws) -> None:
         raise UsageError("axes 2 and 3, or axis 3 and the wrist, lie in one line: the arm cannot stretch")
 
 
-def _outwards(screws: Screws, wrist: FloatArray) -> FloatArray:
+def require_angles(screws: Screws, *, parallel: list[tuple[int, int]], right: list[tuple[int, int]]) -> None:
+    """Refuse axes, numbered from 1, that are not parallel or at right angles where they should be."""
+    d = screws.directions
+    tilted = [(i, j, float(np.linalg.norm(np.cross(d[i - 1], d[j - 1]))), "parallel") for i, j in parallel]
+    tilted += [(i, j, abs(float(d[i - 1] @ d[j - 1])), "at right angles") for i, j in right]
+    for one, other, off, wanted in tilted:
+        if off > ANGLE_ROUNDING:
+            rounded = " (angles in a URDF need 12 digits)" if off < ROUNDED_ANGLE else ""
+            raise UsageError(
+                f"axes {one} and {other} are not {wanted}: they miss it by {off:.3g} rad, allowed is "
+                f"{ANGLE_ROUNDING:g}{rounded}"
+            )
+
+
+def outwards(screws: Screws, wrist: FloatArray) -> FloatArray:
     """Return axis 6 as the flange's z axis points along it, or else from the wrist to the flange."""
     axis, T_base_flange = screws.directions[5], screws.T_base_flange
     along = float(T_base_flange[:3, 2] @ axis)
@@ -357,12 +365,12 @@ def _outwards(screws: Screws, wrist: FloatArray) -> FloatArray:
     return -axis if along < -ANGLE_ROUNDING else axis
 
 
-def _angle(start: FloatArray, end: FloatArray, *, about: FloatArray) -> float:
+def angle_between(start: FloatArray, end: FloatArray, *, about: FloatArray) -> float:
     """Return the angle in (-pi, pi] from one direction to another about an axis at right angles to both [rad]."""
     return float(np.arctan2(np.cross(start, end) @ about, start @ end))
 
 
-def _cleared(values: FloatArray) -> FloatArray:
+def cleared(values: FloatArray) -> FloatArray:
     """Return values with those that are a whole number but for rounding set to it, so that usual arms stay exact."""
     whole = np.rint(values)
     return np.where(np.abs(values - whole) < EXACT, whole, values) + 0.0

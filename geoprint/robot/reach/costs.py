@@ -12,7 +12,7 @@ from geoprint import transforms
 from geoprint.errors import UsageError
 from geoprint.kernels import inner
 from geoprint.model import BoolArray, FloatArray, IntArray, Robot, SearchWeights, frozen
-from geoprint.robot.arm import BORDERED, JOINTS, Arm, wrist_angles
+from geoprint.robot.arm import JOINTS, Arm, bordered_joints, singular_terms, wrist_angles
 from geoprint.robot.reach.keyframes import PoseSamples, limit_margins
 from geoprint.robot.reach.reach_map import Failures, Reason, wrist_distances
 
@@ -93,7 +93,7 @@ def cost_terms(arm: Arm, *, weights: SearchWeights, minimum_wrist_angle: float) 
         singularity_weight=weights.singularities,
         minimum_wrist_angle=minimum_wrist_angle,
         # Joint 6 of an axial nozzle is turned by itself afterwards (`quadrants`).
-        quadrants=np.array(BORDERED[:2] if arm.sense_of_turn else BORDERED),
+        quadrants=np.array(bordered_joints(arm)[: 2 if arm.sense_of_turn else None], dtype=np.int64),
     )
 
 
@@ -109,14 +109,12 @@ def place_cost(joints: FloatArray, deposit: bool, terms: Terms) -> float:  # noq
         return UNREACHED * FAILURE
     if margin < 0.0:
         return FAILURE * (1.0 - margin)
-    if deposit and abs(joints[4]) < terms.minimum_wrist_angle:
+    shoulder, elbow, wrist = singular_terms(joints, terms.lengths)
+    if deposit and wrist < terms.minimum_wrist_angle:
         return FAILURE
-    _, a2, _, _, c2, c3, _ = terms.lengths
-    bend = _wrapped(joints[2] + math.atan2(c3, -a2))
-    ahead = terms.lengths[0] + c2 * math.sin(joints[1]) + math.hypot(a2, c3) * math.sin(joints[1] + bend)
-    singular = _discomfort(abs(joints[4]) / COMFORTABLE_WRIST)
-    singular += _discomfort(min(abs(bend), math.pi - abs(bend)) / COMFORTABLE_ELBOW)
-    singular += _discomfort(abs(ahead) / COMFORTABLE_SHOULDER)
+    singular = _discomfort(wrist / COMFORTABLE_WRIST)
+    singular += _discomfort(elbow / COMFORTABLE_ELBOW)
+    singular += _discomfort(shoulder / COMFORTABLE_SHOULDER)
     cost = terms.limit_weight * _discomfort(margin / COMFORTABLE_LIMIT) + terms.singularity_weight * singular
     return cost + _quadrant_cost(joints, terms.quadrants) if deposit else cost
 

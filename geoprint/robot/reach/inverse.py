@@ -215,6 +215,7 @@ class _StreamMotion:
     poses: PoseStream
     samples: PoseSamples
     followed: Followed
+    arm: Arm
 
     @property
     def failures(self) -> int:
@@ -224,7 +225,7 @@ class _StreamMotion:
     @property
     def near(self) -> int:
         """At how many samples on deposit an axis is near a border of its quadrants."""
-        return int(near_border(self.followed.joints[self.samples.deposit]).sum())
+        return int(near_border(self.followed.joints[self.samples.deposit], self.arm).sum())
 
     @property
     def refused(self) -> BoolArray:
@@ -312,13 +313,13 @@ def _followed(
     if arm.sense_of_turn:
         joints = arm.solutions(samples.Ts_base_tool)[:, attitudes.branch]
         known = np.isfinite(joints[:, 5])
-        weights = axial_weights(joints[known], deposit=samples.deposit[known])
+        weights = axial_weights(joints[known], arm, deposit=samples.deposit[known])
         turn = axial_rotation(np.unwrap(joints[known, 5]), arm.robot, weights=weights) * arm.sense_of_turn
         attitudes = replace(attitudes, rotations=attitudes.rotations + turn)
         commanded = turned(poses, rotations=attitudes.rotations, leans=attitudes.leans)
         samples = replace(samples, Ts_base_tool=samples.Ts_base_tool @ about_nozzle(np.array([turn]))[0])
     followed = follow(samples, arm, branch=attitudes.branch, minimum_wrist_angle=minimum_wrist_angle)
-    return _StreamMotion(attitudes, commanded, samples, followed)
+    return _StreamMotion(attitudes, commanded, samples, followed, arm)
 
 
 def _joint_path(motion: _StreamMotion, arm: Arm, *, T_base_work: FloatArray) -> JointPath:

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from geoprint.kernels import inner, njit
 from geoprint.model import BoolArray, FloatArray, IntArray
-from geoprint.robot.arm import BRANCHES, JOINTS, solve_pose
+from geoprint.robot.arm import BRANCHES, JOINTS, solve_either
 from geoprint.robot.reach.costs import Terms, place_cost, step_cost
 from geoprint.robot.reach.keyframes import Keyframes
 
@@ -135,7 +135,7 @@ def _sweep(
             if rungs.extra[candidate] == np.inf:
                 continue
             _end_pose(Ts_foot_tool[rung], rungs.candidates[candidate], terms.T_tool_end, T)
-            solve_pose(T, terms.lengths, state)
+            solve_either(T, terms.lengths, state)
             for branch in range(BRANCHES):
                 if not branches[branch]:
                     continue

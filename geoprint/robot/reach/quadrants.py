@@ -13,7 +13,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.model import BoolArray, FloatArray, Robot
-from geoprint.robot.arm import BORDER_MARGIN, BRANCHES, JOINTS, Arm, about_nozzle, border_distances
+from geoprint.robot.arm import BORDER_MARGIN, BRANCHES, JOINTS, Arm, about_nozzle, border_distances, bordered_joints
 from geoprint.robot.arm.configuration import BORDERED, QUARTER_TURN
 from geoprint.robot.reach.costs import COMFORTABLE_LIMIT, QUADRANT_NEAR, Terms
 from geoprint.robot.reach.keyframes import Keyframes, angle_margins, thinned
@@ -29,8 +29,10 @@ NEARLY_SINGULAR = 1e-9
 AXIAL_STEP = float(np.radians(0.5))
 
 
-def near_border(joints: FloatArray) -> BoolArray:
-    """Return whether axis 1, 4 or 6 of (..., 6) joint angles [rad] is within `BORDER_MARGIN` of a border."""
+def near_border(joints: FloatArray, arm: Arm) -> BoolArray:
+    """Return whether axis 1, 4 or 6 of (..., 6) joint angles [rad] is within `BORDER_MARGIN` of a border, if any is."""
+    if not bordered_joints(arm):
+        return np.zeros(joints.shape[:-1], dtype=np.bool_)
     return np.any(border_distances(joints) < BORDER_MARGIN, axis=-1)
 
 
@@ -57,7 +59,7 @@ def frame_room(joints: FloatArray, arm: Arm, *, extent: FloatArray, T_base_work:
 
     So much the part's middle may shift in any direction, while it turns about any axis through it by that over the
     radius. The inverse of the Jacobian tells how far that turns axes 1, 4 and 6; it changes on the way, so that
-    `FRAME_SHARE` of what it allows is returned.
+    `FRAME_SHARE` of what it allows is returned; infinity for an arm without such borders.
 
     Args:
         joints: (t, 6) at the targets [rad].
@@ -65,6 +67,8 @@ def frame_room(joints: FloatArray, arm: Arm, *, extent: FloatArray, T_base_work:
         extent: (2, 3) lowest and highest coordinates of the part in the work frame [mm].
         T_base_work: (4, 4) frame of the part.
     """
+    if not bordered_joints(arm):
+        return np.inf
     middle = transforms.apply(T_base_work, extent.mean(axis=0)[None])[0]
     radius = float(np.linalg.norm(extent[1] - extent[0]) / 2.0)
     # Where the arm is singular no rate is finite, and next to no room is left.
@@ -75,11 +79,14 @@ def frame_room(joints: FloatArray, arm: Arm, *, extent: FloatArray, T_base_work:
     return FRAME_SHARE * float((border_distances(joints) / most).min())
 
 
-def axial_weights(joints: FloatArray, *, deposit: BoolArray) -> FloatArray:
+def axial_weights(joints: FloatArray, arm: Arm, *, deposit: BoolArray) -> FloatArray:
     """Return (s,) how much it counts that joint 6 of an axial nozzle is near a border at (s, 6) joint angles [rad].
 
-    On deposit it counts once, and once more where axes 1 and 4 are clear; on travel it does not count.
+    On deposit it counts once, and once more where axes 1 and 4 are clear; on travel it does not count, nor for an arm
+    without such borders.
     """
+    if not bordered_joints(arm):
+        return np.zeros(len(joints))
     others = np.any(border_distances(joints)[:, :2] < BORDER_MARGIN, axis=1)
     return np.where(deposit, np.where(others, 1.0, 2.0), 0.0)
 

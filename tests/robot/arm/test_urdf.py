@@ -129,7 +129,9 @@ def test_no_program_is_planned_for_an_arm_that_rapid_does_not_know(tmp_path: Pat
     cell = cell_with(tmp_path, text.replace('velocity="3"', 'velocity="9"').replace("6.28", "9.28"))
     part = Path(__file__).parents[3] / "data" / "plate.ply"
     job = job_of(surface=part, unit="mm", spacing=5.0, cell=cell, place="demo")
-    with pytest.raises(UsageError, match=r"a RAPID program .*own\.urdf: axes 4, 5 and 6 do not meet.*--no-robot"):
+    with pytest.raises(
+        UsageError, match=r"a RAPID program .*own\.urdf: axes 4, 5 and 6 do not meet.*axes 3 and 4.*--no-robot"
+    ):
         plan(job)
 
 

@@ -153,14 +153,14 @@ def test_joint_6_of_an_axial_nozzle_stays_nearest_home_on_travel() -> None:
 
 def test_joint_6_is_rather_near_a_border_where_another_axis_is() -> None:
     # Over 120 degrees it has to cross one border at least; axis 1 does so in the middle.
-    robot = straight_cell().robot
+    arm, robot = arm_of(straight_cell()), straight_cell().robot
     sweep = np.radians(np.linspace(-60.0, 60.0, 1201))
     joints = np.tile(np.radians([45.0, 0.0, 0.0, 45.0, 60.0, 0.0]), (1201, 1))
     joints[:, 0], joints[:, 5] = sweep / 3.0, sweep
     deposited = np.ones(1201, dtype=np.bool_)
-    np.testing.assert_array_equal(axial_weights(joints, deposit=deposited)[[0, 600, 1200]], [2.0, 1.0, 2.0])
-    assert not axial_weights(joints, deposit=~deposited).any()
-    turn = np.degrees(axial_rotation(sweep, robot, weights=axial_weights(joints, deposit=deposited)))
+    np.testing.assert_array_equal(axial_weights(joints, arm, deposit=deposited)[[0, 600, 1200]], [2.0, 1.0, 2.0])
+    assert not axial_weights(joints, arm, deposit=~deposited).any()
+    turn = np.degrees(axial_rotation(sweep, robot, weights=axial_weights(joints, arm, deposit=deposited)))
     assert turn == pytest.approx(0.0, abs=1e-9)
 
 
