@@ -218,7 +218,7 @@ def three_parallel(screws: Screws) -> ThreeParallel:
     second, third = angle_between(up, lower, about=side), angle_between(lower, fore, about=side)
     fourth, fifth = angle_between(fore, along, about=side), angle_between(side, out, about=along)
     height = float((screws.T_base_flange[:3, 3] - wrist) @ out)
-    end: FloatArray = np.array([np.cross(out, along), -along, out]).T
+    end: FloatArray = np.array([np.cross(out, along), -along, out], dtype=np.float64).T
     T_base_end = transforms.rigid(end, wrist + height * out)
     return ThreeParallel(
         lengths=ParallelLengths(
