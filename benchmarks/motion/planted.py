@@ -98,7 +98,7 @@ class Sweep:
 
     def __init__(self, path: ControllerPath, arm: Arm, *, tool: Tool, T_work_base: FloatArray) -> None:
         self._path, self._arm, self._T_work_base = path, arm, T_work_base
-        links = link_solids(arm.robot.model)
+        links = link_solids(arm.robot.model, urdf=arm.robot.urdf, flange=arm.robot.flange)
         self.moving = tuple(Moving(solid, link.joint) for link in links for solid in link.solids)
         self.moving += tuple(Moving(solid, FRAME_OF_TOOL) for solid in tool_solids(tool))
         self._frames = self._placed(path.joints)

@@ -17,9 +17,9 @@ def init(
     folder: Annotated[Path, typer.Argument(help="Where to write the files.")] = Path(),
 ) -> None:
     """Write commented files: the cells that geoprint comes with, to be adapted to your cell, a job and a field."""
-    from geoprint.config import FIELD_EXAMPLE, PACKAGED_CELLS, TILTING_CELL, job_file_text, packaged_cell_text
+    from geoprint.config import FIELD_EXAMPLE, PACKAGED_CELLS, TILTING_CELL, UR_CELL, job_file_text, packaged_cell_text
 
-    texts = {folder / f"{name}.toml": packaged_cell_text(name) for name in (*PACKAGED_CELLS, TILTING_CELL)}
+    texts = {folder / f"{name}.toml": packaged_cell_text(name) for name in (*PACKAGED_CELLS, TILTING_CELL, UR_CELL)}
     texts[folder / "job.toml"] = job_file_text()
     texts[folder / "field.toml"] = FIELD_EXAMPLE
     for path in texts:

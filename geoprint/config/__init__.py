@@ -8,6 +8,7 @@ from geoprint.config.cells import (
     PACKAGED_CELLS as PACKAGED_CELLS,
     PLACEMENT_DECIMALS as PLACEMENT_DECIMALS,
     TILTING_CELL as TILTING_CELL,
+    UR_CELL as UR_CELL,
     Needle as Needle,
     cell_at as cell_at,
     cell_of as cell_of,

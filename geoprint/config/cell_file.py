@@ -226,9 +226,9 @@ Pause = Annotated[float, Field(gt=0.0, le=86400.0)]
 
 
 class RobotTable(Table):
-    """The arm: a packaged model or a URDF of your own, and what it may do."""
+    """The arm: a packaged one or a URDF of your own, and what it may do."""
 
-    model: Literal["irb120"] | None = None
+    arm: Literal["irb120", "ur5e"] | None = None
     urdf: str | None = None
     flange: str = FLANGE_FRAME
     limits_deg: SixRanges
@@ -241,8 +241,8 @@ class RobotTable(Table):
 
     @model_validator(mode="after")
     def _one_arm_with_its_load(self) -> Self:
-        if (self.model is None) == (self.urdf is None):
-            raise ValueError("give either model, an arm of geoprint, or urdf, your own file")
+        if (self.arm is None) == (self.urdf is None):
+            raise ValueError("give either arm, one of geoprint, or urdf, your own file")
         if (self.payload_kg is None) != (self.wrist_inertia_kg_m2 is None):
             raise ValueError("payload_kg and wrist_inertia_kg_m2 (about axes 5 and 6) belong together: give both")
         return self
@@ -549,7 +549,7 @@ def machine_of(table: Mapping[str, object], *, name: str, folder: Path) -> Cell:
     return Cell(
         name=name,
         robot=Robot(
-            model=file.robot.model or Path(file.robot.urdf or "").name,
+            model=file.robot.arm or Path(file.robot.urdf or "").name,
             limits=np.radians(file.robot.limits_deg),
             speeds=np.radians(file.robot.speeds_deg_s),
             accelerations=np.radians(file.robot.accelerations_deg_s2),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping
 from csv import DictReader
 from dataclasses import replace
@@ -28,7 +29,7 @@ from geoprint.transforms import inverse, rigid
 _NEEDLE = {"inner": "0.6", "outer": "0.91", "needle": "25.4", "standoff": "0.3"}
 # Demonstrations stand straight ahead of the arm, as in the paper, although the border of two quadrants of axis 1 lies
 # there: 45 degrees aside parts were refused that print here.
-# What each cell that comes with geoprint says where `geoprint/robots/irb120.toml.in` leaves it open, the default first.
+# What each cell that comes with geoprint says where `geoprint/robots/cell.toml.in` leaves it open, the default first.
 _PACKAGED = {
     "irb120-bent45": {
         "about": "nozzle on a bracket bent by 45 degrees: the default, which keeps the wrist far from its singularity.",
@@ -63,7 +64,7 @@ _PACKAGED["irb120-slim45"] = _PACKAGED["irb120-bent45"] | {
     "needle": "38.1",
     "standoff": "0.5",
 }
-# Cells in which the part stands still: who has no table cannot take another cell that has one.
+# Cells with the first arm in which the part stands still: who has no table, or another arm, cannot take one of them.
 PACKAGED_CELLS = tuple(_PACKAGED)
 TILTING_CELL = "irb120-tilting45"
 _PACKAGED[TILTING_CELL] = _PACKAGED["irb120-slim45"] | {
@@ -81,13 +82,20 @@ stand_height_mm = 120
 
 """,
 }
+# A cell with another arm.
+UR_CELL = "ur5e"
+_PACKAGED[UR_CELL] = _PACKAGED["irb120-straight160"] | {
+    "about": "straight nozzle of 160 mm along the flange axis.",
+    "home": "[-17, -97, 108, -101, -90, 0]",
+    "demo_position": "[-450, 0, 100]",
+}
 
 
 def load_cell(path: Path | str | None) -> Cell:
     """Read and validate a cell file.
 
     Args:
-        path: the TOML file, or None for the first packaged cell.
+        path: the TOML file, the name of a packaged cell, or None for the first of these.
 
     Returns:
         The cell in mm, s and rad.
@@ -95,20 +103,22 @@ def load_cell(path: Path | str | None) -> Cell:
     Raises:
         UsageError: the file is missing, not TOML, or has an unknown, missing or meaningless key.
     """
-    if path is None:
-        return cell_of(packaged_cell_text(PACKAGED_CELLS[0]), name=f"{PACKAGED_CELLS[0]}.toml")
-    path = Path(path)
-    return cell_of(cell_text(path), name=path.name, folder=path.parent)
+    path = Path(PACKAGED_CELLS[0] if path is None else path)
+    name = f"{path.name}.toml" if _is_packaged(path) else path.name
+    return cell_of(cell_text(path), name=name, folder=path.parent)
 
 
 def cell_text(path: Path | str) -> str:
-    """Return the text of a cell file.
+    """Return the text of a cell file, or of the packaged cell of that name where there is no such file.
 
     Raises:
         UsageError: the file is missing or cannot be read.
     """
+    path = Path(path)
+    if _is_packaged(path):
+        return packaged_cell_text(path.name)
     try:
-        return text_of(Path(path))
+        return text_of(path)
     except (OSError, ValueError) as error:
         found = "does not exist" if isinstance(error, FileNotFoundError) else f"cannot be read ({reason_of(error)})"
         raise UsageError(f"the cell file {path} {found}; `geoprint init` writes one.") from error
@@ -140,10 +150,29 @@ def cell_of(text: str, *, name: str, folder: Path | str = Path()) -> Cell:
         raise UsageError(f"{name}: {error}", **error.details) from error
 
 
+def _is_packaged(path: Path) -> bool:
+    return path.name in _PACKAGED and not path.exists()
+
+
 def packaged_cell_text(name: str) -> str:
     """Return the text of a packaged cell file."""
-    template = resources.files("geoprint.robots").joinpath("irb120.toml.in").read_text(encoding="utf-8")
-    return Template(template).substitute(_PACKAGED[name])
+    return filled_cell(_arm_parts(name.partition("-")[0]) | _PACKAGED[name])
+
+
+def filled_cell(parts: Mapping[str, str]) -> str:
+    """Return the text of a cell file.
+
+    Args:
+        parts: what an arm and its tool say where `geoprint/robots/cell.toml.in` leaves it open.
+    """
+    template = resources.files("geoprint.robots").joinpath("cell.toml.in").read_text(encoding="utf-8")
+    return Template(template).substitute(parts)
+
+
+def _arm_parts(arm: str) -> dict[str, str]:
+    """Return what the cells with a packaged arm say of it."""
+    text = resources.files("geoprint.robots").joinpath(f"{arm}.toml").read_text(encoding="utf-8")
+    return {key: str(value) for key, value in tomllib.loads(text).items()}
 
 
 # Common dispensing needles, and what a cell and a job are with one that is screwed on instead of another.

@@ -494,7 +494,8 @@ class Job(Table):
         ),
     ] = None
     cell: Annotated[
-        Path | None, Key("Cell file; `geoprint init` writes one.", '"irb120-bent45.toml"', group="robot")
+        Path | None,
+        Key("Cell file, or the name of a cell that `geoprint init` writes.", '"irb120-bent45.toml"', group="robot"),
     ] = None
     needle: Annotated[
         PositiveFloat | None,

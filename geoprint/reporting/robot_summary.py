@@ -32,7 +32,16 @@ from geoprint.reporting.records.plan import (
 )
 from geoprint.reporting.records.rounding import place_of
 from geoprint.results import Orientation, Plan, RobotPlan
-from geoprint.robot.arm import BORDER_MARGIN, BORDERED, Arm, border_distances, is_axial, tilts, unconfirmed_kinematics
+from geoprint.robot.arm import (
+    BORDER_MARGIN,
+    BORDERED,
+    Arm,
+    border_distances,
+    bordered_joints,
+    is_axial,
+    tilts,
+    unconfirmed_kinematics,
+)
 from geoprint.robot.controller import LIFT, SHORTEST_TIME, close_targets
 from geoprint.robot.reach import laying
 from geoprint.robot.timing import largest_jerk, slowed_shares, unconfirmed_speeds
@@ -100,10 +109,10 @@ def record_switching(switching: Timeline) -> SwitchingRecord:
     )
 
 
-def record_quadrants(path: JointPath, targets: Targets) -> tuple[QuadrantRecord, ...]:
-    """Return how near axes 1, 4 and 6 come to borders of quadrants; nothing where nothing is laid."""
+def record_quadrants(path: JointPath, targets: Targets, arm: Arm) -> tuple[QuadrantRecord, ...]:
+    """Return how near axes 1, 4 and 6 come to borders of quadrants, if they have any; nothing without deposit."""
     rows = targets.poses[laying(path.poses)[targets.poses]]
-    if not rows.size:
+    if not (rows.size and bordered_joints(arm)):
         return ()
     distances = border_distances(path.joints[rows])
     crossed = (np.diff(path.configuration[:, :3], axis=0) != 0)[path.poses.deposited].sum(axis=0)
@@ -158,7 +167,7 @@ def _motion(plan: Plan, robot: RobotPlan) -> MotionRecord:
         surface_within_mm=None if uncertainty is None else uncertainty.bound,
         surface_uncertain_at_mm=None if uncertainty is None else place_of(uncertainty.place),
         targets=_targets(plan, robot),
-        quadrants=record_quadrants(path, robot.targets),
+        quadrants=record_quadrants(path, robot.targets, _arm(plan)),
     )
 
 

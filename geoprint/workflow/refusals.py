@@ -197,6 +197,8 @@ def _cells(paths: Plan) -> Iterator[Change]:
     now = paths.workpiece.cell
     for name in PACKAGED_CELLS:
         cell = cell_of(packaged_cell_text(name), name=f"{name}.toml")
+        if now.robot.urdf is not None or cell.robot.model != now.robot.model:
+            continue
         same_tip = np.array_equal(cell.tool.T_flange_tool, now.tool.T_flange_tool)
         if not (same_tip and needle_of(cell.tool) == needle_of(now.tool)):
             cell = stack_cell(replace(cell, demo_rotation=cell.demo_turn), paths.workpiece.place)

@@ -133,8 +133,8 @@ def test_the_cone_is_more_than_a_degree_wide() -> None:
         ({"nozzle.barrel_top_mm": 79.6}, {"nozzle.barrel_top_mm": 79.5}, r"are 79\.5 mm long together"),
         # 0.5 mm of clearance over a layer of 0.5 mm.
         ({"process.retract_mm": 1.0}, {"process.retract_mm": 0.99}, r"retract_mm is 0\.99, .* layer_height_mm = 1 mm"),
-        ({"robot.model": None, "robot.urdf": "own.urdf"}, {"robot.urdf": "own.urdf"}, "give either model"),
-        ({}, {"robot.model": None}, "give either model"),
+        ({"robot.arm": None, "robot.urdf": "own.urdf"}, {"robot.urdf": "own.urdf"}, "give either arm"),
+        ({}, {"robot.arm": None}, "give either arm"),
         ({"robot.payload_kg": None, "robot.wrist_inertia_kg_m2": None}, {"robot.payload_kg": None}, "give both"),
         ({}, {"robot.wrist_inertia_kg_m2": None}, "give both"),
         (TOUCHED, {"work.model_mm": [[0.0, 0.0, 0.0]]}, "model_mm lists 1 point and touched_mm 0"),

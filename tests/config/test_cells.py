@@ -12,6 +12,7 @@ import pytest
 from geoprint.config import (
     PACKAGED_CELLS,
     TILTING_CELL,
+    UR_CELL,
     Needle,
     cell_of,
     common_needles,
@@ -28,6 +29,7 @@ from geoprint.config.cells import needle_of
 from geoprint.config.strict import Table
 from geoprint.errors import UsageError
 from geoprint.model import GoodPrint, TiltTurn
+from geoprint.robot.arm import Arm, check_load, require_abb_conventions
 from tests.robot.cells import bent_cell, straight_cell
 
 # Of what the packaged cells leave out, in their order.
@@ -82,6 +84,33 @@ def test_the_slim_cell_is_the_bent_one_with_another_needle() -> None:
     more = (found.length / before.length) * (before.inner / found.inner) ** 4
     assert more == pytest.approx(14.5, rel=0.01)
     assert "about 15 times the pressure" in " ".join(packaged_cell_text("irb120-slim45").replace("#", " ").split())
+
+
+def test_the_cell_with_a_ur5e_is_served_in_closed_form_and_carries_its_tool() -> None:
+    cell = load_cell(UR_CELL)
+    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+    tip = arm.tool_poses(cell.robot.home[None])[0]
+
+    assert (cell.name, cell.robot.model, arm.no_closed_form) == ("ur5e.toml", "ur5e", None)
+    # At home the nozzle points down, over the part.
+    assert tip[2, 2] < -0.999
+    np.testing.assert_allclose(tip[:2, 3], cell.demo_position[:2], atol=15.0)
+    assert tip[2, 3] > cell.demo_position[2] + 100.0
+    assert check_load(cell.tool, arm).mass_kg == pytest.approx(0.6)
+    with pytest.raises(UsageError, match=r"RAPID program is impossible for the arm ur5e: .* parallel"):
+        require_abb_conventions(arm)
+
+
+def test_a_packaged_cell_is_known_by_its_name_unless_a_file_has_that_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert load_cell("irb120-straight160").name == "irb120-straight160.toml"
+    (tmp_path / "irb120-straight160").write_text(packaged_cell_text("irb120-bent45"), encoding="utf-8")
+    found = load_cell("irb120-straight160")
+    assert (found.name, found.tool.T_flange_tool[0, 3] > 80.0) == ("irb120-straight160", True)
+    with pytest.raises(UsageError, match="the cell file ur6e does not exist"):
+        load_cell("ur6e")
 
 
 def test_a_part_tilts_only_in_the_cell_that_says_so_and_there_below_the_arm_at_home() -> None:
@@ -245,10 +274,10 @@ def test_no_cell_file_means_the_first_packaged_cell() -> None:
         ("cog_mm = [25, 0, 65]", "", r"tool\.cog_mm: this key is missing"),
         ("inertia_kg_m2 = [0.002, 0.002, 0.0005]", "", r"tool\.inertia_kg_m2: this key is missing"),
         ("inertia_kg_m2 = [0.002", "inertia_kg_m2 = [-0.002", r"tool\.inertia_kg_m2\.1: .*greater than 0"),
-        ('model = "irb120"', "", "robot: give either model"),
-        ('model = "irb120"', 'model = "irb120"\nurdf = "own.urdf"', "robot: give either model"),
+        ('arm = "irb120"', "", "robot: give either arm"),
+        ('arm = "irb120"', 'arm = "irb120"\nurdf = "own.urdf"', "robot: give either arm"),
         ("payload_kg = 3", "", "robot: payload_kg and wrist_inertia_kg_m2.*give both"),
-        ('model = "irb120"', 'urdf = "own.urdf"', r"robot\.urdf: .*own\.urdf cannot be read"),
+        ('arm = "irb120"', 'urdf = "own.urdf"', r"robot\.urdf: .*own\.urdf cannot be read"),
         ('uv_lamp = "doUV"', 'uv_lamp = "DOVALVE"', "same output"),
         ("target_period_ms = 20", "target_period_ms = 0", r"robot\.target_period_ms: .*at least 1"),
         ("[robot]", "[robot", "not valid TOML"),

@@ -78,7 +78,7 @@ def test_a_calibrated_cell_is_written_and_says_the_same_as_its_tables(
 def test_a_cell_that_names_the_urdf_beside_it_is_calibrated(tables: tuple[Path, Path], tmp_path: Path) -> None:
     touched, model = tables
     (tmp_path / "own.urdf").write_text(read_urdf("irb120"), encoding="utf-8")
-    text = packaged_cell_text(PACKAGED_CELLS[0]).replace('model = "irb120"', 'urdf = "own.urdf"')
+    text = packaged_cell_text(PACKAGED_CELLS[0]).replace('arm = "irb120"', 'urdf = "own.urdf"')
     cell = written(tmp_path, "cell.toml", text)
     found = calibrate_cell(touched, model=model, cell=cell, part=None, unit=None, noise=None)
     save_calibrated(found, tmp_path / "new.toml", overwrite=False)

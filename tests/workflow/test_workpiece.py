@@ -178,7 +178,7 @@ def test_an_arm_that_counts_otherwise_than_abb_is_refused_while_reading(part: Pa
     arm = other_conventions(offsets=np.zeros(6), signs=np.array([-1.0, 1, 1, 1, 1, 1]), T_base_foot=np.eye(4), seed=1)
     assert arm.urdf is not None
     (tmp_path / "own.urdf").write_text(arm.urdf.replace('velocity="3"', 'velocity="10"'), encoding="utf-8")
-    named = ('model = "irb120"', f'urdf = "own.urdf"\nflange = "{arm.flange}"')
+    named = ('arm = "irb120"', f'urdf = "own.urdf"\nflange = "{arm.flange}"')
     own = cell(tmp_path, named, ("[-400, 400]", "[-350, 350]"))
     stages: list[str] = []
     with pytest.raises(UsageError, match=r"a RAPID program is impossible for the arm own\.urdf: joint 1 counts down"):

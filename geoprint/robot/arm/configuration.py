@@ -87,9 +87,10 @@ def require_abb_conventions(arm: Arm) -> None:
     name, inverse = arm.robot.model, arm.inverse
     left = "reach, timing and clearance can be had from the library, `geoprint plan` needs an ABB arm or --no-robot"
     if not isinstance(inverse, OrthoParallel):
+        kind = arm.no_closed_form or "its axes 2, 3 and 4 are parallel, as those of Universal Robots"
         raise UsageError(
-            f"a RAPID program is impossible for the arm {name}: {arm.no_closed_form}, and RAPID's configuration data "
-            f"need the singularities of a spherical wrist; {left}."
+            f"a RAPID program is impossible for the arm {name}: {kind}. RAPID's configuration data need the "
+            f"singularities of a spherical wrist; {left}."
         )
     turned = (np.abs(inverse.offsets) > SAME_CONVENTION) | (inverse.signs < 0.0)
     moved = [np.abs(T - np.eye(4)).max() > SAME_CONVENTION for T in (inverse.T_base_foot, inverse.T_end_flange)]

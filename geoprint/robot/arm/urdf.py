@@ -63,7 +63,7 @@ def read_urdf(model: str) -> str:
     entry = files.get(f"{model}.urdf")
     if entry is None:
         known = ", ".join(sorted(name.removesuffix(".urdf") for name in files if name.endswith(".urdf")))
-        raise UsageError(f"robot.model names the arm '{model}', which geoprint does not know; known are: {known}.")
+        raise UsageError(f"robot.arm names the arm '{model}', which geoprint does not know; known are: {known}.")
     return entry.read_text(encoding="utf-8")
 
 

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import astuple
+from importlib import import_module, metadata
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.model import FloatArray
+from geoprint.config import UR_CELL, load_cell
+from geoprint.model import FloatArray, Robot
 from geoprint.robot.arm.configuration import branch_of, singularity_distances, wrist_angles
 from geoprint.robot.arm.kinematics import Arm, NumericInverse
 from geoprint.robot.arm.three_parallel import ThreeParallel
+from geoprint.robot.arm.urdf import chain_of
 from tests.robot.arms import arm_of_lines, three_parallel_axes
 
 NO_TOOL = np.eye(4)
@@ -105,3 +111,52 @@ def test_pose_beside_axis_1_or_too_far_has_no_branch_and_says_how_far_it_is() ->
     assert np.isnan(found).all()
     np.testing.assert_allclose(allowed, [32.7, 817.3])
     assert distances[1] > 1000.0
+
+
+@pytest.mark.needs("ur_analytic_ik")
+def test_a_solver_from_outside_finds_the_same_poses_and_the_same_branches() -> None:
+    ur5e = import_module("ur_analytic_ik").ur5e
+    arm = Arm(load_cell(UR_CELL).robot, T_flange_tool=NO_TOOL)
+    joints = random_joints(1000)
+    poses = arm.flange_poses(joints)
+    for angles, pose, found in zip(joints, poses, arm.solutions(poses), strict=True):
+        metres = pose.copy()
+        metres[:3, 3] /= 1000.0
+        np.testing.assert_allclose(np.array(ur5e.forward_kinematics(*angles)), metres, atol=1e-9, rtol=0.0)
+        theirs, ours = np.array(ur5e.inverse_kinematics(metres)), found[np.isfinite(found).all(axis=1)]
+        apart = np.abs(transforms.wrapped(ours[:, None] - theirs[None])).max(axis=2)
+        assert len(ours) == len(theirs)
+        assert max(apart.min(axis=0).max(), apart.min(axis=1).max()) < 1e-8
+
+
+# Denavit-Hartenberg parameters of the UR5e as its maker publishes them: a and d [mm], alpha [degrees].
+PUBLISHED = ((0, 162.5, 90), (-425, 0, 0), (-392.2, 0, 0), (0, 133.3, 90), (0, 99.7, -90), (0, 99.6, 0))
+
+
+def test_the_urdf_of_the_ur5e_says_what_its_maker_publishes() -> None:
+    arm = Arm(load_cell(UR_CELL).robot, T_flange_tool=NO_TOOL)
+    joints = random_joints(50)
+    for angles, found in zip(joints, arm.flange_poses(joints), strict=True):
+        pose = np.eye(4)
+        for (a, d, alpha), angle in zip(PUBLISHED, angles, strict=True):
+            turn, tilt = (
+                Rotation.from_euler(axis, value).as_matrix() for axis, value in (("z", angle), ("x", np.radians(alpha)))
+            )
+            pose = (
+                pose @ transforms.rigid(turn, np.array([0.0, 0.0, d])) @ transforms.rigid(tilt, np.array([a, 0.0, 0.0]))
+            )
+        np.testing.assert_allclose(found, pose, atol=1e-9)
+
+
+def test_a_urdf_of_others_is_recognised_by_its_axes() -> None:
+    try:
+        files = metadata.files("example-robot-data") or []
+    except metadata.PackageNotFoundError:
+        pytest.skip("not installed: example-robot-data")
+    (text,) = (file.read_text(encoding="utf-8") for file in files if file.name == "ur5_robot.urdf")
+    chain = chain_of(text, name="ur5", flange="tool0")
+    robot = Robot("ur5", chain.limits, chain.speeds, np.full(6, 5.0), np.zeros(6), urdf=text)
+    inverse = Arm(robot, T_flange_tool=NO_TOOL).inverse
+    assert isinstance(inverse, ThreeParallel)
+    lengths = astuple(inverse.lengths)
+    np.testing.assert_allclose(lengths, [89.159, 425.0, 392.25, 109.15, 94.65, 82.3], atol=1e-6)

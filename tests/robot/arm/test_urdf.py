@@ -27,7 +27,7 @@ def cell_with(tmp_path: Path, text: str, *, keys: str = "") -> Path:
     cell = tmp_path / "cells" / "cell.toml"
     cell.parent.mkdir()
     named = f'urdf = "../arms/own.urdf"\n{keys}'
-    cell.write_text(packaged_cell_text("irb120-bent45").replace('model = "irb120"', named, 1), encoding="utf-8")
+    cell.write_text(packaged_cell_text("irb120-bent45").replace('arm = "irb120"', named, 1), encoding="utf-8")
     return cell
 
 
