@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import tempfile
+import time
 from collections.abc import Callable, Mapping
+from contextlib import closing
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from benchmarks.field.figures import field_picture, loaded
 from benchmarks.guide import cells, layers, prints, surfaces
@@ -19,8 +24,14 @@ from geoprint.reporting import figure
 from geoprint.reporting.figures import png_bytes
 from geoprint.reporting.metrics import THICKNESS
 from geoprint.viewer import load_viewed
+from geoprint.viewer.drawing import KEEP_OUT, POINT, Drawing
+from geoprint.viewer.editor import EditView
 from geoprint.viewer.live import LiveView
+from geoprint.viewer.page import address, served
 from geoprint.workflow import compare, plan, save_comparisons
+
+if TYPE_CHECKING:
+    from selenium.webdriver import Chrome
 
 # The part of the report that is its first screen [px].
 SCREEN = (1280, 900)
@@ -48,16 +59,42 @@ def live_view(data: Path) -> bytes:
     job = job_of(surface=data / "heart_apex_patch.ply", unit="mm", spacing=1.5, place="demo")
     with tempfile.TemporaryDirectory() as folder:
         save_comparisons([compare(job)], Path(folder) / "compared")
-        view = LiveView(load_viewed(Path(folder) / "compared"), port=8950)
-        try:
+        viewed = load_viewed(Path(folder) / "compared")
+        with served(8950, label="geoprint") as server, closing(LiveView(viewed, server)) as view:
             view.show_robot()
             view.show_moment(0.4 * view.end)
-            with opened(view.url, size=SCREEN, drawn=".geoprint-plot svg") as browser:
-                # Its notice that no graphics card draws is not of this page.
-                browser.find_element("css selector", ".mantine-Notification-closeButton").click()
-                return smaller(settled(browser), width=1000)
-        finally:
-            view.close()
+            with opened(address(server), size=SCREEN, drawn=".geoprint-plot svg") as browser:
+                return smaller(_without_notice(browser), width=1000)
+
+
+def drawn_on(data: Path) -> bytes:
+    """Photograph a part that is drawn on in the live view: a source, a keep-out, and the paths that follow.
+
+    Raises:
+        RuntimeError: there is no Chromium with its driver here.
+    """
+    job = job_of(surface=data / "heart_apex_patch.ply", unit="mm", spacing=1.5, place="demo")
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        served(8951, label="geoprint") as server,
+        closing(EditView(Drawing(job, Path(folder) / "heart.toml"), server)) as view,
+    ):
+        middle = 0.5 * (view.body.vertices.min(axis=0) + view.body.vertices.max(axis=0))
+        around = [[-9.0, -3.0], [-3.0, -4.0], [-2.0, 2.0], [-8.0, 3.0]]
+        for tool, places in ((POINT, [[6.0, 1.0]]), (KEEP_OUT, around)):
+            view.choose(tool)
+            for x, y in places:
+                view.pick(middle + np.array([x, y, 100.0]) @ view.upright, -view.upright[2])
+        while not view.at_rest:
+            time.sleep(0.1)
+        with opened(address(server), size=SCREEN, drawn="canvas") as browser:
+            return smaller(_without_notice(browser), width=1000)
+
+
+def _without_notice(browser: Chrome) -> bytes:
+    """Return a picture of a page of the view without its notice that no graphics card draws."""
+    browser.find_element("css selector", ".mantine-Notification-closeButton").click()
+    return settled(browser)
 
 
 def scripting(data: Path) -> bytes:
@@ -113,6 +150,7 @@ PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "again.png": cells.again,
     "report.png": report,
     "view.png": live_view,
+    "draw.png": drawn_on,
     "evenness.png": evenness,
     "speed.png": speed,
     "measure.png": cells.measured,

@@ -181,6 +181,9 @@ READERS: dict[str, Callable[[str], object]] = {
 }  # fmt: skip
 
 
+# Points in order round what is drawn on a part.
+ClosedCurve = Annotated[list[Triple], Field(min_length=3, max_length=MOST_SOURCE_POINTS)]
+
 # Where a patch lies on its body, as a job states it: about a point, in a box, inside a drawn curve, or named.
 
 
@@ -430,6 +433,18 @@ class Job(Table):
     patches: Annotated[list[PatchRegion], Field(max_length=MOST_PATCHES), Key("", "[[patches]]", group="patches")] = (
         Field(default=[])
     )
+    keep_outs: Annotated[
+        list[ClosedCurve],
+        Field(max_length=MOST_PATCHES),
+        Key(
+            "Closed curves on the part, inside of which, on the smaller side, nothing is deposited.",
+            "[[[-2.0, 0.0, 30.0], [2.0, 0.0, 30.0], [0.0, 3.0, 29.0]]] # closed curves on the part; inside of them, on "
+            "the smaller side, nothing is deposited",
+            group="part",
+            option="",
+            always=False,
+        ),
+    ] = Field(default=[])
     thickness: Annotated[
         PositiveFloat | None,
         Key(

@@ -5,6 +5,7 @@ A job file has the keys of `Job` in TOML; the files that it names are found from
 
 from __future__ import annotations
 
+import os
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
@@ -39,6 +40,9 @@ _HEAD = """\
 """
 _PLANNED = """\
 # The job that these files were planned from; `geoprint plan --from` this folder plans it again.
+"""
+_DRAWN = """\
+# A job of geoprint, as it was drawn in `geoprint view`; `geoprint plan` this file plans it. Lengths in mm.
 """
 # Keys that exclude each other: the one that is given replaces the one that is written.
 _EXCLUSIVE = {"spacing", "rounds"}
@@ -160,6 +164,49 @@ def job_text(job: Job) -> str:
     values = job.model_dump(exclude_none=True)
     kept = {name: value.as_posix() if isinstance(value, Path) else value for name, value in values.items()}
     return _PLANNED + tomlkit.dumps({name: value for name, value in kept.items() if value not in ([], {})})
+
+
+def edited_job_text(job: Job, path: Path) -> str:
+    """Return the text of a job file with another job in it: comments, and keys with the same value, stay.
+
+    Args:
+        job: files it names are seen from here.
+        path: where the text will stand; what stands there is edited, and without a file only keys that differ from
+            their defaults are written.
+
+    Raises:
+        UsageError: what stands there is no job file.
+    """
+    filed = path.is_file()
+    before = _written_keys(
+        Job.model_validate(_read_job_file(path)) if filed else Job(surface=Path()), folder=path.parent
+    )
+    after = _written_keys(job, folder=path.parent)
+    changed = {name: after.get(name) for name in {**before, **after} if before.get(name) != after.get(name)}
+    return edited_toml(text_of(path) if filed else _DRAWN, changed)
+
+
+def _written_keys(job: Job, *, folder: Path) -> dict[str, object]:
+    """Return the keys of a job as its file says them, files as they are named from its folder."""
+    # Of tables within, what is left at its default says nothing.
+    values = job.model_dump(exclude_none=True) | job.model_dump(exclude_none=True, exclude_defaults=True)
+    return {
+        name: Path(os.path.relpath(value, folder)).as_posix() if isinstance(value, Path) else value
+        for name, value in values.items()
+    }
+
+
+def edited_toml(text: str, values: Mapping[str, object]) -> str:
+    """Return a TOML text with other values of some keys; None removes one. Comments and all other keys stay."""
+    import tomlkit
+
+    document = tomlkit.parse(text)
+    for name, value in values.items():
+        if value is None:
+            document.pop(name, None)
+        else:
+            document[name] = value
+    return tomlkit.dumps(document)
 
 
 def _read_job_file(path: Path) -> dict[str, object]:

@@ -18,6 +18,7 @@ SPEED = ("#67001f", "#b2182b", "#d6604d", "#f4a582", "#fddbc7", "#f4f4f2")
 # What level ground carries, and what overhangs.
 CARRIED, BEYOND = ("#f7fbff", "#9ecae1"), ("#fdae6b", "#d94801", "#7f2704")
 COVERAGE = ("#dde2e6", "#d55e00", "#0072b2")
+REACH = ("#a6dba0", "#762a83", "#e08214", "#b2182b", "#4575b4", "#8c510a")
 CURVATURE = ("#7b3294", "#c2a5cf", "#f7f7f7", "#a6dba0", "#008837")
 # The scale of leans reaches so far at least [degrees].
 LEAST_LEAN = 1.0
@@ -124,15 +125,51 @@ def thickness_scale(
 
 def coverage_scale() -> Scale:
     """Return the scale of coverage: 0 covered, 1 gap, 2 overlap."""
-    words = ("covered", "gap", "overlap")
-    edges = [place / 3.0 for place in range(4)]
-    colours = [(edge, colour) for place, colour in enumerate(COVERAGE) for edge in edges[place : place + 2]]
-    return Scale(
+    return _of_classes(
         "Gaps and overlaps", "coverage of the surface",
         "Orange: farther than 0.55 spacings from every path. Blue: within 0.45 spacings of two stretches of path.",
-        tuple(colours), -0.5, 2.5, tuple(((place + 0.5) / 3.0, word) for place, word in enumerate(words)),
-        "", 0, "", classes=words, of_faces=True,
+        {"covered": COVERAGE[0], "gap": COVERAGE[1], "overlap": COVERAGE[2]},
     )  # fmt: skip
+
+
+def reach_scale() -> Scale:
+    """Return the scale of what an arm reaches: the values of `Reason`."""
+    words = ("reached", "too far", "joint limit", "wrist", "flip", "winding")
+    return _of_classes(
+        "Reach", "what the arm reaches", "Green: reached. Other colours: why the best motion of the arm fails there.",
+        dict(zip(words, REACH, strict=True)),
+    )  # fmt: skip
+
+
+def margin_scale(most: float) -> Scale:
+    """Return the scale of how far joints stay from their limits and from a singular wrist [degrees]."""
+    return Scale(
+        "Margin of the joints", "margin to limits and singularities [degrees]",
+        "Dark: one of the joints is near its limit, or the wrist nearly straight. Grey: no motion.",
+        evenly(LEAN[::-1]), 0.0, most, _thirds(most), "", 1, " degrees to the nearest limit or singularity",
+        "not printable",
+    )  # fmt: skip
+
+
+def clearance_scale(most: float) -> Scale:
+    """Return the scale of the clearance between tool and surroundings, up to the largest that is told apart [mm]."""
+    return Scale(
+        "Clearance", "tool to part, body and cell [mm]",
+        "Dark: the tool above its tip comes near something while it deposits here. Grey: no motion.",
+        evenly(LEAN[::-1]), 0.0, most, _thirds(most), "", 2, " mm between the tool and what is nearest",
+        "not printable",
+    )  # fmt: skip
+
+
+def _of_classes(heading: str, title: str, legend: str, colours: dict[str, str]) -> Scale:
+    """Return the scale of the values 0, 1, 2 and so on, which have a name and a colour each."""
+    count = len(colours)
+    edges = [(place / count, colour) for place, colour in enumerate(colours.values())]
+    steps = [(edge + width, colour) for edge, colour in edges for width in (0.0, 1.0 / count)]
+    ticks = tuple(((place + 0.5) / count, word) for place, word in enumerate(colours))
+    return Scale(
+        heading, title, legend, tuple(steps), -0.5, count - 0.5, ticks, "", 0, "", classes=tuple(colours), of_faces=True
+    )
 
 
 def lean_scale(most: float) -> Scale:

@@ -343,8 +343,9 @@ def settings_facts(settings: Mapping[str, object]) -> tuple[tuple[str, str], ...
 
 
 def _settings(record: SettingsRecord) -> tuple[tuple[str, str], ...]:
-    settings = {name: value for name, value in as_json(record).items() if name not in {"patches", "source"}}
-    source = as_json(record).get("source")
+    values = as_json(record)
+    settings = {name: value for name, value in values.items() if name not in {"patches", "source", "keep_outs"}}
+    source, kept_out = values.get("source"), values.get("keep_outs", [])
     regions = [region.model_dump(exclude_none=True).items() for region in record.patches]
     return (
         *settings_facts(settings),
@@ -353,6 +354,7 @@ def _settings(record: SettingsRecord) -> tuple[tuple[str, str], ...]:
             (f"patch {i}", ", ".join(f"{name} {value}" for name, value in each))
             for i, each in enumerate(regions, start=1)
         ),
+        *((f"keep-out {i}", f"inside a curve of {len(each)} points") for i, each in enumerate(kept_out, start=1)),
     )
 
 

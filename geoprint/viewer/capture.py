@@ -7,18 +7,21 @@ from __future__ import annotations
 
 import shutil
 import subprocess
-import tempfile
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from geoprint.errors import ExportError, UsageError
+from geoprint.geometry.files import write_whole
 from geoprint.geometry.native import missing
 from geoprint.viewer.live import LiveView
+from geoprint.viewer.page import address
 
 if TYPE_CHECKING:
     import viser
@@ -38,8 +41,8 @@ FLAGS: Final = (
 )  # fmt: skip
 
 
-def save_still(view: LiveView, path: Path) -> None:
-    """Write what the view shows as a PNG file.
+def save_still(server: viser.ViserServer, path: Path) -> None:
+    """Write what a page shows as a PNG file.
 
     Raises:
         UsageError: the file is no .png, or there is no browser.
@@ -48,9 +51,11 @@ def save_still(view: LiveView, path: Path) -> None:
     _check_name(path, ".png")
     from matplotlib.image import imsave
 
-    with browser(view) as client:
+    with browser(server) as client:
         picture = _drawn(client)
-    _written(path, lambda trial: imsave(trial, picture, format="png"))
+    content = BytesIO()
+    imsave(content, picture, format="png")
+    write_whole(path, content.getvalue())
 
 
 def save_film(view: LiveView, path: Path) -> None:
@@ -68,35 +73,35 @@ def save_film(view: LiveView, path: Path) -> None:
     except ImportError as error:
         raise missing("opencv-python-headless", extra="view", work="a film") from error
 
-    def record(trial: Path) -> None:
+    with TemporaryDirectory() as folder:
+        trial = Path(folder, "film.mp4")
         film = cv2.VideoWriter(str(trial), cv2.VideoWriter.fourcc(*"vp09"), FILM_RATE, (WIDTH, HEIGHT))
         if not film.isOpened():
             raise ExportError(f"{path} cannot be written: opencv has no encoder for VP9 here.")
         try:
-            with browser(view) as client:
+            with browser(view.server) as client:
                 for moment in np.linspace(0.0, view.end, FILM_FRAMES).tolist():
                     view.show_moment(moment)
                     film.write(_drawn(client)[:, :, ::-1])
         finally:
             film.release()
+        write_whole(path, trial.read_bytes())
 
-    _written(path, record)
 
-
-def save_page(view: LiveView, path: Path) -> None:
-    """Write the scene as it stands as one HTML file that opens offline.
+def save_page(server: viser.ViserServer, path: Path) -> None:
+    """Write the scene of a page as it stands as one HTML file that opens offline.
 
     Raises:
         UsageError: the file is no .html.
         ExportError: it cannot be written.
     """
     _check_name(path, ".html")
-    _written(path, lambda trial: trial.write_text(view.server.scene.as_html(), encoding="utf-8"))
+    write_whole(path, server.scene.as_html().encode())
 
 
 @contextmanager
-def browser(view: LiveView) -> Generator[viser.ClientHandle]:
-    """Open the view in a headless browser, as wide as pictures are, and give its connection.
+def browser(server: viser.ViserServer) -> Generator[viser.ClientHandle]:
+    """Open a page in a headless browser, as wide as pictures are, and give its connection.
 
     Raises:
         UsageError: there is no browser.
@@ -105,21 +110,21 @@ def browser(view: LiveView) -> Generator[viser.ClientHandle]:
     found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
     if found is None:
         raise UsageError("pictures and films need Chromium or Chrome on the PATH (Debian: `apt install chromium`).")
-    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
-        command = [found, *FLAGS, f"--window-size={WIDTH},{HEIGHT}", f"--user-data-dir={profile}", view.url]
+    with TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        command = [found, *FLAGS, f"--window-size={WIDTH},{HEIGHT}", f"--user-data-dir={profile}", address(server)]
         with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:  # noqa: S603
             try:
-                client = _connected(view)
+                client = _connected(server)
                 _settle(client)
                 yield client
             finally:
                 process.terminate()
 
 
-def _connected(view: LiveView) -> viser.ClientHandle:
+def _connected(server: viser.ViserServer) -> viser.ClientHandle:
     ends = time.monotonic() + PATIENCE
     while time.monotonic() < ends:
-        clients = view.server.get_clients()
+        clients = server.get_clients()
         if clients:
             return clients[max(clients)]
         time.sleep(0.1)
@@ -148,15 +153,3 @@ def _drawn(client: viser.ClientHandle) -> NDArray[np.uint8]:
 def _check_name(path: Path, suffix: str) -> None:
     if path.suffix.lower() != suffix:
         raise UsageError(f"{path}: name a file that ends in {suffix}.")
-
-
-def _written(path: Path, write: Callable[[Path], object]) -> None:
-    """Write a file beside its place and move it there, so that it appears whole."""
-    trial = path.with_name(f".{path.name}.part{path.suffix}")
-    try:
-        write(trial)
-        trial.replace(path)
-    except OSError as error:
-        raise ExportError(f"{path} cannot be written ({error.strerror or error}); choose another place.") from error
-    finally:
-        trial.unlink(missing_ok=True)

@@ -4,21 +4,32 @@ from __future__ import annotations
 
 import sys
 import webbrowser
+from collections.abc import Callable, Mapping
+from contextlib import closing
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from geoprint.cli.ending import wrote
-from geoprint.cli.options import OUTPUT
+from geoprint.cli.options import OUTPUT, Keys, job_asked, takes
 from geoprint.cli.terminal import say
+from geoprint.errors import UsageError
+
+if TYPE_CHECKING:
+    import viser
+
+    from geoprint.viewer.editor import EditView
+    from geoprint.viewer.live import LiveView
 
 PORT = 8080
 
-ViewedFolder = Annotated[
+Shown = Annotated[
     Path,
     typer.Argument(
-        metavar="FOLDER", help="Folder that `geoprint plan` or `geoprint compare` wrote.", show_default=False
+        metavar="FOLDER|PART",
+        help="Folder that `geoprint plan` or `compare` wrote; or a part or a job file (.toml) to draw on.",
+        show_default=False,
     ),
 ]
 Line = Annotated[
@@ -52,9 +63,11 @@ Page = Annotated[
 WithRobot = Annotated[bool, typer.Option("--robot", help="Show the robot from the start.")]
 
 
+@takes("unit", "spacing", "label", "cell")
 def view(
-    folder: ViewedFolder,
+    shown: Shown,
     *,
+    keys: Keys,
     line: Line = None,
     robot: WithRobot = False,
     port: Port = PORT,
@@ -65,27 +78,69 @@ def view(
 ) -> None:
     """Show a result live: turn it, replay the robot, colour the part, and ask what a point is.
 
-    The page is served to this machine alone, until Ctrl-C.
+    A part is drawn on: where distance begins, outlines, keep-outs and fibres, with paths that follow at once; all of
+    it is kept in a job file. The page is served to this machine alone, until Ctrl-C.
     """
     from geoprint.viewer.capture import save_film, save_page, save_still
     from geoprint.viewer.live import LiveView
+    from geoprint.viewer.page import address, served
+
+    asked = {"--line": line, "--robot": robot, "--record": record}
+    opened = _drawing(shown, keys, asked=asked) if shown.is_file() else _replay(shown, keys)
+    with served(port, label=f"geoprint: {shown.name}") as server, closing(opened(server)) as page:
+        if isinstance(page, LiveView):
+            if line is not None:
+                page.go_to_line(line)
+            if robot:
+                page.show_robot()
+            if record is not None:
+                save_film(page, record)
+        for path, save in ((still, save_still), (html, save_page)):
+            if path is not None:
+                save(server, path)
+        written = [path for path in (still, record, html) if path is not None]
+        for path in written:
+            wrote(path)
+        if written:
+            return
+        say(f"view: {address(server)} (Ctrl-C ends it)")
+        if not no_open and sys.stderr.isatty():
+            webbrowser.open(address(server))
+        page.wait()
+
+
+def _replay(folder: Path, keys: Keys) -> Callable[[viser.ViserServer], LiveView]:
+    """Read a folder, and return what shows it."""
+    from geoprint.viewer.live import LiveView
     from geoprint.viewer.loaded import load_viewed
 
-    shown = LiveView(load_viewed(folder), port=port)
-    try:
-        if line is not None:
-            shown.go_to_line(line)
-        if robot:
-            shown.show_robot()
-        for path, save in ((still, save_still), (record, save_film), (html, save_page)):
-            if path is not None:
-                save(shown, path)
-                wrote(path)
-        if still or record or html:
-            return
-        say(f"view: {shown.url} (Ctrl-C ends it)")
-        if not no_open and sys.stderr.isatty():
-            webbrowser.open(shown.url)
-        shown.wait()
-    finally:
-        shown.close()
+    if keys:
+        named = ", ".join(f"`--{name}`" for name in keys)
+        raise UsageError(f"{named}: the plan in {folder} has its own; options of a part go with a part or a job file.")
+    viewed = load_viewed(folder)
+    return lambda server: LiveView(viewed, server)
+
+
+def _drawing(file: Path, keys: Keys, *, asked: Mapping[str, object]) -> Callable[[viser.ViserServer], EditView]:
+    """Read a part or a job, and return what it is drawn on with.
+
+    Raises:
+        UsageError: what only a plan has is asked for, or the job file of a part stands there already.
+    """
+    from geoprint.config import job_cell
+    from geoprint.viewer.drawing import Drawing
+    from geoprint.viewer.editor import EditView
+
+    motion = [flag for flag, value in asked.items() if value]
+    if motion:
+        raise UsageError(f"`{motion[0]}` needs the folder of a plan, and {file} is a file: a part has no motion yet.")
+    job = job_asked(file, keys)
+    if file.suffix.lower() == ".toml":
+        return lambda server: EditView(Drawing(job, file), server)
+    kept = Path(f"{file.name.partition('.')[0]}.toml")
+    if kept.exists():
+        raise UsageError(f"{kept} exists, where this drawing is kept: `geoprint view {kept}` goes on with it.")
+    if job.spacing is None:
+        job = job.model_copy(update={"spacing": round(job_cell(job).tool.inner_diameter, 1)})
+    # Of paths alone nobody has to say where the part stands.
+    return lambda server: EditView(Drawing(job.model_copy(update={"robot": False}), kept), server)

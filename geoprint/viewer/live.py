@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 import time
 from collections.abc import Callable
-from contextlib import redirect_stdout
 from html import escape
-from io import StringIO
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, final
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.errors import UsageError
-from geoprint.geometry.native import missing
 from geoprint.model import FloatArray
-from geoprint.reporting.colouring import Scale
 from geoprint.reporting.metrics import CATALOGUE
 from geoprint.robot.arm import tilts
 from geoprint.viewer.loaded import Motion, Viewed, ViewedPlan
+from geoprint.viewer.page import light, look, scale_html, table_html
 from geoprint.viewer.plots import TIME_FIELD, plot_html, plots_of
 from geoprint.viewer.scene import MARK, PlanScene, quantities, scale_of
 
 if TYPE_CHECKING:
     import viser
 
-# Only this machine can open the page.
-HOST: Final = "127.0.0.1"
 # Frames a second at most, and how many times as fast as in the cell.
 FRAMES: Final = 30.0
 # While it plays the panel follows so often [s]: a browser takes longer for it than for the scene.
@@ -52,22 +46,20 @@ class _Place(NamedTuple):
 
 @final
 class LiveView:
-    """Serves the view of a folder until it is closed.
+    """Shows what a folder holds on a page until it is closed.
 
     Args:
         viewed: what is shown.
-        port: of the page; another one if it is taken.
+        server: of the page, which holds nothing else.
+        back: shows what was on the page before, where there is a way back.
 
     Attributes:
         server: of the page.
         scenes: one a plan.
-
-    Raises:
-        UsageError: viser is not installed.
     """
 
-    def __init__(self, viewed: Viewed, *, port: int) -> None:
-        self.server = started(port, label=f"geoprint: {viewed.name}")
+    def __init__(self, viewed: Viewed, server: viser.ViserServer, *, back: Callable[[], None] | None = None) -> None:
+        self.server, self._back = server, back
         self.viewed = viewed
         self._lock = threading.RLock()
         self._moment = 0.0
@@ -78,13 +70,13 @@ class LiveView:
         gap = 0.0 if viewed.kind == "stack" else APART * size
         shifts = gap * (np.arange(len(plans)) - (len(plans) - 1) / 2.0)
         with server.atomic():
-            _light(server, plans[0])
+            light(server, plans[0].upright)
             self.scenes = [
                 PlanScene(server, plan, offset=shift * across, named=viewed.kind == "comparison")
                 for plan, shift in zip(plans, shifts, strict=True)
             ]
             width = size + float(np.ptp(shifts))
-            _look(server, middle, plans[0].upright, distance=0.62 * width)
+            look(server, middle, plans[0].upright, distance=0.62 * width)
             self._build()
         self._colour(self._colours.value)
         self._shown()
@@ -95,22 +87,15 @@ class LiveView:
         for thread in self._threads:
             thread.start()
 
-    @property
-    def url(self) -> str:
-        """Where the page is."""
-        return f"http://{HOST}:{self.server.get_port()}"
-
     def wait(self) -> None:
-        """Return once the page was closed by another thread; Ctrl-C ends the waiting."""
+        """Return once it was closed by another thread; Ctrl-C ends the waiting."""
         self._closed.wait()
 
     def close(self) -> None:
-        """End the page."""
+        """End the replay; the page stays."""
         self._closed.set()
         for thread in self._threads:
             thread.join()
-        with _silent():
-            self.server.stop()
 
     def go_to_line(self, line: int) -> None:
         """Show the moment at which the arm makes the move at a line of the program.
@@ -161,6 +146,9 @@ class LiveView:
         gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
         gui.main_panel.dock_right()
         gui.set_panel_label(f"geoprint: {self.viewed.name}")
+        if self._back is not None:
+            back = self._back
+            gui.add_button("Back to drawing", color="gray").on_click(lambda _: back())
         names = tuple(plan.name for plan in plans)
         self._plan = gui.add_dropdown("Plan", names, visible=len(names) > 1)
         self._figures = gui.add_html("")
@@ -343,31 +331,6 @@ class LiveView:
         self._at(self._moment)
 
 
-def started(port: int, *, label: str) -> viser.ViserServer:
-    """Return a server that only this machine reaches.
-
-    Raises:
-        UsageError: viser is not installed.
-    """
-    try:
-        import viser
-    except ImportError as error:
-        raise missing("viser", extra="view", work="the live view") from error
-    # A browser opens connections that it does not use; each would be reported as a failure.
-    logging.getLogger("websockets").setLevel(logging.CRITICAL)
-    with _silent():
-        server = viser.ViserServer(host=HOST, port=port, label=label, verbose=False)
-    # It is computed for seconds where no graphics card is.
-    server.scene.configure_environment_map(hdri=None)
-    server.scene.configure_default_lights(enabled=False)
-    return server
-
-
-def _silent() -> redirect_stdout[StringIO]:
-    """Keep what viser says of itself off stdout, where results go."""
-    return redirect_stdout(StringIO())
-
-
 def nearest_pose(plan: ViewedPlan, place: FloatArray) -> int:
     """Return the pose that deposits nearest to a place."""
     rows = np.flatnonzero(plan.poses.deposit)
@@ -397,36 +360,6 @@ def point_text(scene: PlanScene, place: FloatArray) -> str:
         line = motion.line_of(motion.target(moment))
         lines.append(f"program: `{line}`" if line else "no program that runs")
     return "  \n".join(lines)
-
-
-def scale_html(scale: Scale) -> str:
-    """Return a colour scale as HTML."""
-    ramp = ", ".join(f"{colour} {100 * place:.1f}%" for place, colour in scale.colours)
-    ticks = "".join(
-        f'<text x="{300.0 * place:.0f}" y="11" font-size="11" fill="currentColor" text-anchor="{_anchor(place)}">'
-        f"{escape(words)}</text>"
-        for place, words in scale.ticks
-    )
-    return (
-        f'<div style="padding:4px 12px;font-size:12px"><b>{escape(scale.title)}</b>'
-        f'<div style="height:12px;border-radius:2px;background:linear-gradient(90deg, {ramp})"></div>'
-        f'<svg viewBox="0 0 300 15" style="overflow:visible">{ticks}</svg><small>{escape(scale.legend)}</small></div>'
-    )
-
-
-def _anchor(place: float) -> str:
-    """Return which end of a text stands at a place of a scale, so that it stays within."""
-    return "start" if place < 0.1 else "end" if place > 0.9 else "middle"
-
-
-def table_html(rows: list[tuple[str, str]]) -> str:
-    """Return names and values as HTML."""
-    cells = "".join(
-        f'<tr><td style="padding-right:12px">{escape(name)}</td>'
-        f'<td style="text-align:right"><b>{escape(value)}</b></td></tr>'
-        for name, value in rows
-    )
-    return f'<table style="margin:4px 12px;font-size:12px">{cells}</table>'
 
 
 def _moment_html(motion: Motion, moment: float) -> str:
@@ -471,17 +404,3 @@ def _places(viewed: Viewed) -> tuple[_Place, ...]:
         words = f"{name}lean {np.degrees(tilts(motion.poses)[leaning]):.1f} degrees"
         found.append(_Place(words, number, float(motion.pose_times[leaning])))
     return tuple(found)
-
-
-def _light(server: viser.ViserServer, plan: ViewedPlan) -> None:
-    server.scene.set_up_direction(tuple(plan.upright[2].tolist()))
-    server.scene.add_light_ambient("/lights/all", intensity=3.0)
-    towards = plan.upright.T @ np.array([0.4, -0.6, 1.0])
-    server.scene.add_light_directional("/lights/key", intensity=1.4, position=tuple((1000.0 * towards).tolist()))
-
-
-def _look(server: viser.ViserServer, middle: FloatArray, upright: FloatArray, *, distance: float) -> None:
-    towards = upright.T @ np.array([0.0, -0.75, 0.75])
-    camera = server.initial_camera
-    camera.up, camera.look_at = upright[2], middle
-    camera.position, camera.near, camera.far = middle + distance * towards, 0.01 * distance, 100.0 * distance

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from itertools import groupby
-from typing import TYPE_CHECKING, Final, NamedTuple, TypeAlias, final
+from typing import TYPE_CHECKING, Any, Final, NamedTuple, TypeAlias, final
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 MOST_SAMPLES: Final = 15_000
 # Stretches in which deposited material appears during a replay.
 STRETCHES: Final = 120
+PLAIN_GREY: Final = 205
 PATH, TRAVEL, BEAD, MARK = (23, 33, 43), (150, 160, 170), (214, 96, 20), (200, 30, 90)
 KINDS: Final = {"arm": (232, 119, 34), "tool": (90, 98, 106), "cell": (176, 184, 190), "table": (140, 150, 158),
                 "body": (196, 168, 158)}  # fmt: skip
@@ -80,12 +81,9 @@ class PlanScene:
 
     def colour(self, scale: Scale | None, key: str) -> None:
         """Colour the part by a quantity on a scale; plain without one."""
-        import trimesh
-
         surface = self.plan.surface
-        rgb = np.full((len(surface.vertices), 3), 205) if scale is None else scale.rgb(self.values(key))
-        mesh = trimesh.Trimesh(surface.vertices, surface.faces, vertex_colors=rgb, process=False)
-        self._server.scene.add_mesh_trimesh(f"{self._root}/part", mesh, cast_shadow=False, receive_shadow=False)
+        glb = surface_glb(surface, None if scale is None else scale.rgb(self.values(key)))
+        self._server.scene.add_glb(f"{self._root}/part", glb, cast_shadow=False, receive_shadow=False)
 
     def values(self, key: str) -> FloatArray:
         """Return the (n,) values of a quantity at the vertices of the part; each is computed once."""
@@ -168,6 +166,31 @@ def thinned_rows(count: int, *, whole: int) -> IntArray:
     """Return which of so many rows of a stretch are drawn, as part of a whole; both ends always."""
     kept, _ = thinned(np.array([0, count]), step=1 + whole // MOST_SAMPLES)
     return kept
+
+
+def surface_glb(surface: Surface, rgb: IntArray | None) -> bytes:
+    """Return a surface as a GLB file, with (n, 3) colours of its vertices, 0 to 255; plain without.
+
+    Colours of vertices are linear in light there, and what has no material is metal, which is dark without an
+    environment to reflect [glTF2, sections 3.7.2.1 and 3.9.2].
+    """
+    import trimesh
+
+    srgb = np.full((len(surface.vertices), 3), PLAIN_GREY) if rgb is None else rgb
+    shares = srgb / 255.0
+    linear = np.where(shares <= 0.04045, shares / 12.92, ((shares + 0.055) / 1.055) ** 2.4)
+    mesh = trimesh.Trimesh(
+        surface.vertices, surface.faces, vertex_colors=(255.0 * linear).round().astype(np.int64), process=False
+    )
+
+    def matt(tree: dict[str, Any]) -> None:
+        pbr = {"baseColorFactor": [1.0, 1.0, 1.0, 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0}
+        tree["materials"] = [{"pbrMetallicRoughness": pbr, "doubleSided": True}]
+        for each in tree["meshes"]:
+            for primitive in each["primitives"]:
+                primitive["material"] = 0
+
+    return trimesh.Scene(mesh).export(file_type="glb", tree_postprocessor=matt)
 
 
 def lines_glb(lines: Sequence[FloatArray], colour: tuple[int, int, int]) -> bytes:

@@ -390,8 +390,9 @@ def prepared_part(job: Job, loaded: MeshFile) -> PreparedPart:
     """
     patches = patches_of(job, loaded)
     if not patches:
-        surface, preparation = prepare(loaded.surface, longest_hole=job.fill_holes)
-        return PreparedPart(surface, (preparation,), (), None)
+        whole, preparation = prepare(loaded.surface, longest_hole=job.fill_holes)
+        surface, changed = without_keep_outs(whole, preparation, job.keep_outs)
+        return PreparedPart(surface, (changed,), (), whole if job.keep_outs else None)
     surface = united([patch.surface for patch in patches])
     return PreparedPart(surface, tuple(patch.preparation for patch in patches), patches, _common_body(patches))
 
@@ -411,7 +412,44 @@ def patches_of(job: Job, body: MeshFile, *, observe: Callable[[str], None] = lam
         with naming(f"patch {number}{place}" if several else ""):
             patches.append(cut_patch(body.surface, choice_of(region, body), longest_hole=job.fill_holes))
     _refuse_overlaps(patches)
+    nearest = [_nearest_patch(patches, np.array(curve)) for curve in job.keep_outs if patches]
+    for number, patch in enumerate(patches):
+        curves = [curve for curve, there in zip(job.keep_outs, nearest, strict=True) if there == number]
+        surface, preparation = without_keep_outs(patch.surface, patch.preparation, curves)
+        patches[number] = replace(patch, surface=surface, preparation=preparation)
     return tuple(patches)
+
+
+def _nearest_patch(patches: Sequence[Patch], curve: FloatArray) -> int:
+    """Return which patch a curve lies on."""
+    return int(np.argmin([closest(patch.surface, curve)[1].max() for patch in patches]))
+
+
+def without_keep_outs(
+    surface: Surface, preparation: PreparationReport, curves: Sequence[Sequence[Sequence[float]]]
+) -> tuple[Surface, PreparationReport]:
+    """Cut the inside of closed curves out of a part, as holes.
+
+    Args:
+        surface: as prepared, in one piece.
+        preparation: what that changed.
+        curves: k points on or near the part each [mm], in order round what is left out: the smaller side.
+
+    Returns:
+        The rest of the part, and all that was changed.
+
+    Raises:
+        InputError: a point lies off the part, or as `enclosed`; with several curves the sentence says which.
+        FieldError: as `enclosed`.
+    """
+    for number, curve in enumerate(curves, start=1):
+        with naming(f"keep-out {number}" if len(curves) > 1 else "the keep-out"):
+            _, points, _ = _on_body(surface, PatchChoice(None, None, None, None, curve=np.array(curve)))
+            assert points is not None  # noqa: S101  # They were given.
+            drawn, inside, *_ = enclosed(surface, points, at=None)
+            surface, after = prepare(trimmed(contracted(part_of(drawn, ~inside))))
+            preparation = replace(after, repairs=preparation.repairs + after.repairs)
+    return surface, preparation
 
 
 def _refuse_overlaps(patches: Sequence[Patch]) -> None:

@@ -139,7 +139,7 @@ def test_the_file_that_geoprint_brings_names_every_key_and_each_of_its_lines_is_
     for match in re.finditer(r"^# (\w+) = .*$", head, re.MULTILINE):
         shown = job_of(surface=written(tmp_path, 'surface = "a.ply"\n' + match[0].removeprefix("# ")))
         # What has a default shows it.
-        assert defaults[match[1]] is None or defaults[match[1]] == getattr(shown, match[1])
+        assert not defaults[match[1]] or defaults[match[1]] == getattr(shown, match[1])
 
 
 def test_a_job_is_planned_with_the_keys_of_its_file_and_the_options_of_the_command(tmp_path: Path) -> None:

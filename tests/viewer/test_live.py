@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import socket
 from collections.abc import Generator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
@@ -18,7 +18,8 @@ from geoprint.geometry import prepare
 from geoprint.model import FloatArray, Surface
 from geoprint.reporting.colouring import coverage_scale, overhang_scale, thickness_scale
 from geoprint.viewer import capture, load_viewed
-from geoprint.viewer.live import LiveView, scale_html
+from geoprint.viewer.live import LiveView
+from geoprint.viewer.page import address, scale_html, served
 from geoprint.viewer.plots import Plot, plot_html
 from geoprint.viewer.scene import PlanScene, mean_curvature, quantities, scale_of
 from tests.meshes import plate, spherical_cap
@@ -35,9 +36,8 @@ def bundle(shared_plans: SharedPlans) -> Path:
 @pytest.fixture(scope="module")
 def view(bundle: Path) -> Generator[LiveView]:
     pytest.importorskip("viser")
-    shown = LiveView(load_viewed(bundle), port=8900)
-    yield shown
-    shown.close()
+    with served(8900, label="test") as server, closing(LiveView(load_viewed(bundle), server)) as shown:
+        yield shown
 
 
 @pytest.mark.needs("viser")
@@ -129,7 +129,7 @@ def test_a_film_has_its_frames_and_a_picture_its_pixels(
     assert int(film.get(cv2.CAP_PROP_FRAME_COUNT)) == capture.FILM_FRAMES
     _, frame = film.read()
     np.testing.assert_allclose(frame[10, 10], [40, 30, 200], atol=12)
-    capture.save_still(view, tmp_path / "still.png")
+    capture.save_still(view.server, tmp_path / "still.png")
     still = cv2.imread(str(tmp_path / "still.png"))
     assert still is not None
     assert still.shape == (capture.HEIGHT, capture.WIDTH, 3)
@@ -139,11 +139,11 @@ def test_a_film_has_its_frames_and_a_picture_its_pixels(
 @pytest.mark.needs("viser")
 def test_files_of_other_kinds_are_refused_before_anything_is_drawn(view: LiveView, tmp_path: Path) -> None:
     with pytest.raises(UsageError, match=r"name a file that ends in \.png"):
-        capture.save_still(view, tmp_path / "still.jpg")
+        capture.save_still(view.server, tmp_path / "still.jpg")
     with pytest.raises(UsageError, match=r"name a file that ends in \.mp4"):
         capture.save_film(view, tmp_path / "film.gif")
     with pytest.raises(UsageError, match=r"name a file that ends in \.html"):
-        capture.save_page(view, tmp_path / "page.txt")
+        capture.save_page(view.server, tmp_path / "page.txt")
 
 
 @pytest.mark.needs("viser")
@@ -152,7 +152,7 @@ def test_the_page_in_a_browser_shows_the_part_and_a_click_in_a_plot_moves_the_ar
 ) -> None:
     browser.resize(width=1100, height=700)
     browser.forget()
-    browser.driver.get(view.url)
+    browser.driver.get(address(view.server))
     browser.wait_until("document.querySelectorAll('.geoprint-plot svg').length === 3")
     browser.wait_until("document.querySelector('canvas') !== null")
     view.go_to_line(1)
@@ -170,13 +170,16 @@ def test_the_page_in_a_browser_shows_the_part_and_a_click_in_a_plot_moves_the_ar
     assert view.moment == pytest.approx((0.8 * 300 - 34) / 262 * view.end, rel=0.02)
     assert browser.errors() == []
     addresses = {re.sub(r"^(\w+://[^/]+)/.*", r"\1", each) for each in browser.requests()}
-    assert addresses <= {view.url, view.url.replace("http", "ws")}
+    assert addresses <= {address(view.server), address(view.server).replace("http", "ws")}
 
 
-def test_without_viser_the_command_says_what_to_install(bundle: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_viser_the_command_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(__import__("sys").modules, "viser", None)
-    with pytest.raises(UsageError, match=r"the live view needs the package viser, .*\[view\]'`"):
-        LiveView(load_viewed(bundle), port=8901)
+    with (
+        pytest.raises(UsageError, match=r"the live view needs the package viser, .*\[view\]'`"),
+        served(8901, label=""),
+    ):
+        pass
 
 
 def test_scales_have_the_colours_of_their_ends_and_grey_for_what_is_not_measured() -> None:

@@ -1,0 +1,290 @@
+"""What is drawn on a part: places and lines of a job and of its field, kept in their files as they are drawn.
+
+A drawing is what its job says: a source, outlines of patches, keep-outs, strokes and singularities of a field of
+fibres. Each edit is written at once, so that nothing is lost whatever happens to the view, and can be undone.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Final, NamedTuple, final
+
+import numpy as np
+from pydantic import ValidationError
+
+from geoprint.config import Job, PatchRegion, edited_job_text, edited_toml, read_field
+from geoprint.config.strict import describe, text_of
+from geoprint.errors import UsageError
+from geoprint.geometry.files import write_whole
+from geoprint.model import FloatArray
+from geoprint.workflow.number_tables import read_points
+
+# Decimals of places that are drawn [mm]: finer than any printer, and a file that a person can read.
+DECIMALS: Final = 3
+# How often lines turn around a singularity that is drawn: a whole turn.
+INDEX: Final = 1.0
+# What stands first in a field file that is drawn.
+_FIELD_HEAD: Final = "# A field of fibres, drawn in `geoprint view`; `geoprint plan` follows it. Lengths in mm.\n"
+
+_Places = tuple[tuple[float, float, float], ...]
+
+
+class Tool(NamedTuple):
+    """What can be drawn.
+
+    Attributes:
+        name: in the list of tools.
+        least: places that one needs.
+        most: places that one can have; None for any number.
+        closed: whether its line leads back to where it began.
+        single: whether there is one at most, so that another one replaces it.
+    """
+
+    name: str
+    least: int
+    most: int | None = None
+    closed: bool = False
+    single: bool = False
+
+
+POINT: Final = Tool("Source: point", 1, 1, single=True)
+CURVE: Final = Tool("Source: curve", 2, single=True)
+OUTLINE: Final = Tool("Patch outline", 3, closed=True)
+KEEP_OUT: Final = Tool("Keep-out", 3, closed=True)
+STROKE: Final = Tool("Stroke of fibres", 2)
+SINGULARITY: Final = Tool("Singularity of fibres", 1, 1)
+TOUCH: Final = Tool("Touch point", 1, 1)
+TOOLS: Final = (POINT, CURVE, OUTLINE, KEEP_OUT, STROKE, SINGULARITY, TOUCH)
+
+
+class Item(NamedTuple):
+    """One thing that is drawn.
+
+    Attributes:
+        tool: that draws it.
+        places: in order [mm].
+        rest: other keys of its table in the file, such as the weight of a stroke.
+    """
+
+    tool: Tool
+    places: _Places
+    rest: Mapping[str, object] = {}
+
+    @property
+    def complete(self) -> bool:
+        """Whether it has the places that it needs; what has fewer is not in the files."""
+        return len(self.places) >= self.tool.least
+
+    @property
+    def lists(self) -> list[list[float]]:
+        """Its places, as files hold them."""
+        return [[*place] for place in self.places]
+
+
+class _State(NamedTuple):
+    """A job as drawn: other keys, and items in the order of drawing."""
+
+    job: Job
+    items: tuple[Item, ...]
+
+
+@final
+class Drawing:
+    """A job that is drawn, written to its file with each edit.
+
+    Args:
+        job: as it stands; files it names are seen from here.
+        file: of the job, which the first edit writes. Field and touch points stand beside it.
+
+    Attributes:
+        file: of the job.
+
+    Raises:
+        UsageError: files of the job cannot be read.
+        InputError: as `UsageError`, of the table of touch points.
+    """
+
+    def __init__(self, job: Job, file: Path) -> None:
+        self.file = file
+        self._field_file = job.field or file.with_name(f"{file.stem}-field.toml")
+        self._touch_file = file.with_name(f"{file.stem}-touch-points.csv")
+        self._states = [_State(job, tuple(self._read(job)))]
+
+    @property
+    def job(self) -> Job:
+        """The job as drawn."""
+        return self._states[-1].job
+
+    @property
+    def items(self) -> tuple[Item, ...]:
+        """What is drawn, in the order of drawing."""
+        return self._states[-1].items
+
+    @property
+    def edits(self) -> int:
+        """How many edits can be undone."""
+        return len(self._states) - 1
+
+    def add(self, tool: Tool, place: FloatArray, *, begins: bool = False) -> None:
+        """Add a place to the item that is drawn last with a tool.
+
+        Args:
+            tool: that draws.
+            place: (3,) on the part [mm].
+            begins: whether another item begins there; one that has all of its places, or another tool, does so anyhow.
+
+        Raises:
+            UsageError: the job cannot be as drawn; nothing has changed.
+            ExportError: a file cannot be written.
+        """
+        items = [item for item in self.items if item.complete or item.tool is tool]
+        last = items[-1] if items and items[-1].tool is tool else None
+        if last is None or begins or len(last.places) == tool.most:
+            if tool.single:
+                items = [item for item in items if not item.tool.single]
+            self._keep(items=[*items, Item(tool, (_rounded(place),))])
+        else:
+            self._keep(items=[*items[:-1], last._replace(places=(*last.places, _rounded(place)))])
+
+    def moved(self, item: int, point: int, place: FloatArray) -> Job:
+        """Return the job with a place of an item elsewhere, without keeping it.
+
+        Raises:
+            UsageError: the job cannot be so.
+        """
+        return self._job(self._with(item, point, place))
+
+    def move(self, item: int, point: int, place: FloatArray) -> None:
+        """Move a place of an item; errors as of `add`."""
+        self._keep(items=self._with(item, point, place))
+
+    def remove(self, item: int) -> None:
+        """Remove an item; errors as of `add`."""
+        self._keep(items=[one for number, one in enumerate(self.items) if number != item])
+
+    def change(self, **keys: object) -> None:
+        """Set keys of the job that are not drawn; errors as of `add`."""
+        gone = "source" in keys
+        items = [one for one in self.items if not (gone and one.tool.single)]
+        self._keep(items=items, keys=keys)
+
+    def undo(self) -> bool:
+        """Take the last edit back, in the files too; False where there is none.
+
+        Raises:
+            ExportError: a file cannot be written.
+        """
+        if not self.edits:
+            return False
+        self._states.pop()
+        self._write()
+        return True
+
+    def _with(self, item: int, point: int, place: FloatArray) -> list[Item]:
+        items = [*self.items]
+        places = [*items[item].places]
+        places[point] = _rounded(place)
+        items[item] = items[item]._replace(places=tuple(places))
+        return items
+
+    def _keep(self, *, items: Sequence[Item], keys: Mapping[str, object] | None = None) -> None:
+        self._states.append(_State(self._job(items, keys), tuple(items)))
+        try:
+            self._write()
+        except BaseException:
+            self._states.pop()
+            raise
+
+    def _job(self, items: Sequence[Item], keys: Mapping[str, object] | None = None) -> Job:
+        """Return the job with such items in it, and other keys."""
+        drawn = [item for item in items if item.complete]
+        job, keys = self.job, keys or {}
+        values: dict[str, object] = {**dict(job), **keys}
+        values["keep_outs"] = [item.lists for item in drawn if item.tool is KEEP_OUT]
+        sources = [item for item in drawn if item.tool.single]
+        if sources:
+            values["source"] = _source(sources[-1])
+        elif "source" not in keys and any(item.tool.single for item in self.items):
+            values["source"] = None
+        if any(item.tool in {STROKE, SINGULARITY} for item in drawn):
+            values |= {"pattern": "fibres", "field": self._field_file}
+        try:
+            outlines = [
+                PatchRegion.model_validate({**item.rest, "curve": item.lists}) for item in drawn if item.tool is OUTLINE
+            ]
+            values["patches"] = [*(region for region in job.patches if region.curve is None), *outlines]
+            return Job.model_validate(values)
+        except ValidationError as error:
+            raise UsageError(f"{describe(error)}.") from error
+
+    def _write(self) -> None:
+        items = [item for item in self.items if item.complete]
+        strokes = [{"stroke": item.lists, **item.rest} for item in items if item.tool is STROKE]
+        turns = [{"place": item.lists[0], "index": INDEX, **item.rest} for item in items if item.tool is SINGULARITY]
+        if strokes or turns or self.job.field is not None:
+            filed = self._field_file.is_file()
+            kept = [one for one in read_field(self._field_file).preferences if one.stroke is None] if filed else []
+            leant = [*(one.model_dump(exclude_none=True) for one in kept), *strokes]
+            text = text_of(self._field_file) if filed else _FIELD_HEAD
+            text = edited_toml(text, {"preferences": leant or None, "singularities": turns or None})
+            write_whole(self._field_file, text.encode())
+        touched = [item for item in items if item.tool is TOUCH]
+        if touched or self._touch_file.is_file():
+            write_whole(self._touch_file, _table(touched))
+        write_whole(self.file, edited_job_text(self.job, self.file).encode())
+
+    def _read(self, job: Job) -> list[Item]:
+        """Return what the files say of what can be drawn."""
+        items = [
+            Item(
+                OUTLINE,
+                _tuples(region.curve),
+                {key: value for key, value in region if key != "curve" and value is not None},
+            )
+            for region in job.patches
+            if region.curve is not None
+        ]
+        items += [Item(KEEP_OUT, _tuples(curve)) for curve in job.keep_outs]
+        if job.source is not None and job.source.point is not None:
+            items.append(Item(POINT, _tuples([job.source.point])))
+        if job.source is not None and job.source.curve is not None:
+            items.append(Item(CURVE, _tuples(job.source.curve)))
+        if job.field is not None:
+            field = read_field(job.field)
+            items += [
+                Item(STROKE, _tuples(one.stroke), {} if one.weight is None else {"weight": one.weight})
+                for one in field.preferences
+                if one.stroke is not None
+            ]
+            items += [
+                Item(SINGULARITY, _tuples([one.place]), {} if one.index == INDEX else {"index": one.index})
+                for one in field.singularities
+            ]
+        if self._touch_file.is_file():
+            items += [Item(TOUCH, _tuples([place])) for place in read_points(self._touch_file).places.tolist()]
+        return items
+
+
+def _source(item: Item) -> dict[str, object]:
+    return {"point": item.lists[0]} if item.tool is POINT else {"curve": item.lists}
+
+
+def _rounded(place: FloatArray) -> tuple[float, float, float]:
+    x, y, z = np.round(place, DECIMALS).tolist()
+    return x, y, z
+
+
+def _tuples(places: Sequence[Sequence[float]]) -> _Places:
+    return tuple((x, y, z) for x, y, z in places)
+
+
+def _table(touched: Sequence[Item]) -> bytes:
+    """Return places as the table of points that `geoprint calibrate --model` takes."""
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(("name", "x", "y", "z"))
+    rows.writerows((f"p{number}", *item.places[0]) for number, item in enumerate(touched, start=1))
+    return text.getvalue().encode()

@@ -1,0 +1,172 @@
+"""What is drawn is in the job file at once, plans to the same paths from there, and can be taken back."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from geoprint import job_of, plan
+from geoprint.config import read_field
+from geoprint.errors import FieldError, InputError, UsageError
+from geoprint.geometry.files import save_ply
+from geoprint.model import FloatArray, Surface
+from geoprint.viewer.drawing import (
+    CURVE,
+    KEEP_OUT,
+    OUTLINE,
+    POINT,
+    SINGULARITY,
+    STROKE,
+    TOUCH,
+    Drawing,
+    Tool,
+)
+from geoprint.workflow.number_tables import read_points
+from tests.meshes import plate
+
+PLACES = {
+    POINT: [[3.0, 2.0, 0.0]],
+    CURVE: [[-8.0, 0.0, 0.0], [8.0, 1.0, 0.0]],
+    KEEP_OUT: [[-3.0, -2.0, 0.0], [3.0, -2.0, 0.0], [0.0, 3.0, 0.0]],
+    OUTLINE: [[-9.0, -8.0, 0.0], [9.0, -8.0, 0.0], [9.0, 8.0, 0.0], [-9.0, 8.0, 0.0]],
+    STROKE: [[-8.0, -5.0, 0.0], [8.0, 5.0, 0.0]],
+    SINGULARITY: [[1.0, 1.0, 0.0]],
+}
+
+
+@pytest.fixture
+def part(tmp_path: Path) -> Path:
+    flat = plate((30.0, 24.0), (30, 24))
+    save_ply(Surface(flat.vertices - flat.vertices.mean(axis=0), flat.faces), tmp_path / "part.ply")
+    return tmp_path / "part.ply"
+
+
+def drawing(part: Path, **keys: object) -> Drawing:
+    job = job_of(surface=part, unit="mm", spacing=2.0, robot=False, **keys)
+    return Drawing(job, part.with_name("drawn.toml"))
+
+
+def draw(on: Drawing, tool: Tool, places: list[list[float]] | None = None) -> None:
+    for number, place in enumerate(places or PLACES[tool]):
+        on.add(tool, np.array(place), begins=number == 0)
+
+
+@pytest.mark.parametrize("tool", [*PLACES], ids=lambda tool: tool.name)
+def test_every_edit_is_in_the_job_file_and_plans_to_the_paths_that_are_shown(part: Path, tool: Tool) -> None:
+    drawn = drawing(part)
+    draw(drawn, tool)
+    read = job_of(surface=drawn.file)
+    assert read == drawn.job
+    assert Drawing(read, drawn.file).items == drawn.items
+    if tool not in {STROKE, SINGULARITY}:
+        shown, written = plan(drawn.job).paths, plan(read).paths
+        assert len(shown) == len(written)
+        assert all(map(np.array_equal, shown, written))
+
+
+def test_nothing_is_deposited_inside_of_a_keep_out_and_the_nozzle_keeps_clear_of_it_all_the_same(part: Path) -> None:
+    drawn = drawing(part)
+    whole = plan(drawn.job)
+    draw(drawn, KEEP_OUT)
+    planned = plan(drawn.job)
+    assert inside(np.concatenate(whole.paths)).any()
+    assert not inside(np.concatenate(planned.paths)).any()
+    assert planned.workpiece.body is not None
+    assert planned.workpiece.body.vertices.shape == whole.workpiece.part.vertices.shape
+    lost = whole.workpiece.preparations[0].area - planned.workpiece.preparations[0].area
+    assert lost == pytest.approx(0.5 * 6.0 * 5.0, abs=1e-3)
+
+
+def inside(places: FloatArray) -> np.ndarray:
+    corners = np.array(PLACES[KEEP_OUT])[:, :2]
+    edges = np.roll(corners, -1, axis=0) - corners
+    to = places[:, None, :2] - corners
+    return (edges[:, 0] * to[..., 1] - edges[:, 1] * to[..., 0] > 0.0).all(axis=1)
+
+
+def test_a_keep_out_off_the_part_or_across_itself_is_refused_by_name(part: Path) -> None:
+    off = [[-3.0, -2.0, 9.0], [3.0, -2.0, 9.0], [0.0, 3.0, 9.0]]
+    with pytest.raises(InputError, match=r"the keep-out: the point .* lies 9 mm off part\.ply"):
+        plan(job_of(surface=part, unit="mm", spacing=2.0, robot=False, keep_outs=[off]))
+    crossed = [[-3.0, -2.0, 0.0], [3.0, 2.0, 0.0], [3.0, -2.0, 0.0], [-3.0, 2.0, 0.0]]
+    with pytest.raises((InputError, FieldError), match=r"keep-out 2: the curve on part\.ply crosses itself"):
+        plan(job_of(surface=part, unit="mm", spacing=2.0, robot=False, keep_outs=[PLACES[KEEP_OUT], crossed]))
+
+
+def test_an_edit_keeps_comments_and_keys_that_it_does_not_change(part: Path) -> None:
+    file = part.with_name("drawn.toml")
+    file.write_text('# mine\nsurface = "part.ply"\nunit = "mm" # of the scanner\nspacing = 2.0\nrobot = false\n')
+    drawn = Drawing(job_of(surface=file), file)
+    draw(drawn, POINT)
+    text = file.read_text()
+    assert text.startswith('# mine\nsurface = "part.ply"\nunit = "mm" # of the scanner\nspacing = 2.0\nrobot = false\n')
+    assert tomllib.loads(text)["source"] == {"point": [3.0, 2.0, 0.0]}
+
+
+def test_edits_are_taken_back_one_by_one_in_the_file_too(part: Path) -> None:
+    drawn = drawing(part)
+    texts = list[str]()
+    for tool in (KEEP_OUT, POINT, CURVE):
+        draw(drawn, tool)
+        texts.append(drawn.file.read_text())
+    drawn.move(0, 1, np.array([4.0, -2.0, 0.0]))
+    assert [4.0, -2.0, 0.0] in drawn.job.keep_outs[0]
+    drawn.undo()
+    assert drawn.file.read_text() == texts[2]
+    drawn.undo()
+    drawn.undo()
+    assert drawn.file.read_text() == texts[1]
+    while drawn.undo():
+        pass
+    assert drawn.job == drawing(part).job
+    assert drawn.items == ()
+
+
+def test_one_source_replaces_another_and_what_is_not_complete_is_not_in_the_file(part: Path) -> None:
+    drawn = drawing(part)
+    draw(drawn, POINT)
+    drawn.add(CURVE, np.array([-8.0, 0.0, 0.0]))
+    assert drawn.job.source is None
+    assert not drawn.items[-1].complete
+    drawn.add(CURVE, np.array([8.0, 0.0, 0.0]))
+    assert [item.tool for item in drawn.items] == [CURVE]
+    drawn.change(source={"angle": 30.0})
+    assert drawn.items == ()
+    assert drawn.job.source is not None
+    assert drawn.job.source.angle == 30.0
+
+
+def test_a_field_of_a_person_keeps_its_comments_weights_and_other_preferences(part: Path) -> None:
+    field = part.with_name("field.toml")
+    field.write_text(
+        "# of the wall\n[[preferences]]\nrim = true\nweight = 70.0\n\n[[preferences]]\n"
+        "stroke = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]\nweight = 30.0\n"
+    )
+    drawn = drawing(part, pattern="fibres", field=field)
+    draw(drawn, STROKE)
+    draw(drawn, SINGULARITY)
+    found = read_field(field)
+    assert field.read_text().startswith("# of the wall\n")
+    assert [(one.rim, one.weight) for one in found.preferences] == [(True, 70.0), (None, 30.0), (None, None)]
+    assert [one.place for one in found.singularities] == [[1.0, 1.0, 0.0]]
+
+
+def test_touch_points_are_the_table_that_calibration_takes(part: Path) -> None:
+    drawn = drawing(part)
+    for x in (0.0, 4.0):
+        drawn.add(TOUCH, np.array([x, 1.0, 0.0]))
+    found = read_points(part.with_name("drawn-touch-points.csv"))
+    assert found.names == ("p1", "p2")
+    np.testing.assert_array_equal(found.places, [[0.0, 1.0, 0.0], [4.0, 1.0, 0.0]])
+
+
+def test_what_a_job_cannot_be_is_refused_and_changes_nothing(part: Path) -> None:
+    drawn = drawing(part)
+    draw(drawn, POINT)
+    text = drawn.file.read_text()
+    with pytest.raises(UsageError, match=r"spacing: it must be at least 0\.001, found 0\.0\."):
+        drawn.change(spacing=0.0)
+    assert (drawn.file.read_text(), drawn.edits) == (text, 1)
