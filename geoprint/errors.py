@@ -133,3 +133,36 @@ def naming(what: str) -> Generator[None]:
         if not what:
             raise
         raise type(error)(f"{what}: {error}", **error.details) from error
+
+
+@final
+class Faults:
+    """What is wrong with what somebody gave, collected so that all of it is said at once."""
+
+    __slots__ = ("found",)
+
+    def __init__(self) -> None:
+        self.found: list[UsageError] = []
+
+    @contextmanager
+    def noting(self) -> Generator[None]:
+        """Note a `UsageError` inside, and go on behind it."""
+        try:
+            yield
+        except UsageError as error:
+            self.found.append(error)
+
+    def refuse(self, what: str) -> None:
+        """Refuse for all that was noted, if anything was.
+
+        Args:
+            what: begins the sentence where there are several reasons.
+
+        Raises:
+            UsageError: the one that was noted, or one that lists them.
+        """
+        if len(self.found) == 1:
+            raise self.found[0]
+        if self.found:
+            listed = " ".join(f"({number}) {error}" for number, error in enumerate(self.found, start=1))
+            raise UsageError(f"{what}, for {len(self.found)} reasons. {listed}")

@@ -15,13 +15,32 @@ from geoprint.errors import ExportError, UsageError, reason_of
 
 def init(
     folder: Annotated[Path, typer.Argument(help="Where to write the files.")] = Path(),
+    *,
+    urdf: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Instead: a cell for the arm that this URDF describes.", show_default=False),
+    ] = None,
+    flange: Annotated[str, typer.Option(metavar="NAME", help="Flange frame of that arm.")] = "tool0",
 ) -> None:
     """Write commented files: the cells that geoprint comes with, to be adapted to your cell, a job and a field."""
-    from geoprint.config import FIELD_EXAMPLE, PACKAGED_CELLS, TILTING_CELL, UR_CELL, job_file_text, packaged_cell_text
+    from geoprint.config import (
+        FIELD_EXAMPLE,
+        PACKAGED_CELLS,
+        TILTING_CELL,
+        UR_CELL,
+        job_file_text,
+        packaged_cell_text,
+    )
+    from geoprint.workflow.arm_cell import arm_cell
 
-    texts = {folder / f"{name}.toml": packaged_cell_text(name) for name in (*PACKAGED_CELLS, TILTING_CELL, UR_CELL)}
-    texts[folder / "job.toml"] = job_file_text()
-    texts[folder / "field.toml"] = FIELD_EXAMPLE
+    notes: tuple[str, ...] = ()
+    if urdf is not None:
+        own = arm_cell(urdf, flange=flange)
+        texts, notes = {folder / name: text for name, text in own.files.items()}, own.notes
+    else:
+        texts = {folder / f"{name}.toml": packaged_cell_text(name) for name in (*PACKAGED_CELLS, TILTING_CELL, UR_CELL)}
+        texts[folder / "job.toml"] = job_file_text()
+        texts[folder / "field.toml"] = FIELD_EXAMPLE
     for path in texts:
         if path.exists():
             raise UsageError(f"{path} exists already; remove it or choose another folder: `geoprint init FOLDER`.")
@@ -34,6 +53,8 @@ def init(
         raise ExportError(
             f"the files cannot be written to {folder} ({reason_of(error)}); choose another folder."
         ) from error
+    for note in notes:
+        show(note)
 
 
 @takes()

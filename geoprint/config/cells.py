@@ -156,7 +156,7 @@ def _is_packaged(path: Path) -> bool:
 
 def packaged_cell_text(name: str) -> str:
     """Return the text of a packaged cell file."""
-    return filled_cell(_arm_parts(name.partition("-")[0]) | _PACKAGED[name])
+    return filled_cell(packaged_parts(name))
 
 
 def filled_cell(parts: Mapping[str, str]) -> str:
@@ -169,10 +169,10 @@ def filled_cell(parts: Mapping[str, str]) -> str:
     return Template(template).substitute(parts)
 
 
-def _arm_parts(arm: str) -> dict[str, str]:
-    """Return what the cells with a packaged arm say of it."""
-    text = resources.files("geoprint.robots").joinpath(f"{arm}.toml").read_text(encoding="utf-8")
-    return {key: str(value) for key, value in tomllib.loads(text).items()}
+def packaged_parts(name: str) -> dict[str, str]:
+    """Return what a packaged cell says of its arm and its tool where the template leaves it open."""
+    arm = resources.files("geoprint.robots").joinpath(f"{name.partition('-')[0]}.toml")
+    return {key: str(value) for key, value in tomllib.loads(arm.read_text(encoding="utf-8")).items()} | _PACKAGED[name]
 
 
 # Common dispensing needles, and what a cell and a job are with one that is screwed on instead of another.

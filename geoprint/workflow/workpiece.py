@@ -14,7 +14,7 @@ import numpy as np
 
 from geoprint.config import Job, WidthTable, cell_text, job_cell, read_field, stored_field
 from geoprint.distance import Piecewise, backend
-from geoprint.errors import FieldError, InputError, MeshError, UsageError, percent
+from geoprint.errors import Faults, FieldError, InputError, MeshError, UsageError, percent
 from geoprint.geometry import (
     boundary_half_edges,
     closest,
@@ -39,6 +39,7 @@ from geoprint.postprocessor.rapid import check_cell
 from geoprint.process import WidthRule, WidthsAbout, WidthsAlong, WidthsBetween, WidthsOver, strand_diameter
 from geoprint.results import Side, StackPlace, TargetFile, Workpiece
 from geoprint.robot.arm import Arm, check_load, require_abb_conventions
+from geoprint.robot.collision import link_solids
 from geoprint.robot.placing import (
     LEAST_MEAN_NORMAL,
     SHORTEST_MEAN_NORMAL,
@@ -546,17 +547,24 @@ def _skin(job: Job, loaded: MeshFile) -> SidedPart:
 
 
 def require_placement(job: Job, cell: Cell) -> None:
-    """Refuse, before the long work, a cell from which no program can come."""
+    """Refuse, before the long work, a cell from which no program can come; list all that stands against it."""
     if not job.robot:
         return
     if job.place == "best":
         raise UsageError("find the placement 'best' before planning: `best_placed(job)` returns the job there.")
     if job.place is None:
         _fixture(cell)
-    check_cell(cell)
-    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
-    require_abb_conventions(arm)
-    check_load(cell.tool, arm)
+    faults = Faults()
+    with faults.noting():
+        check_cell(cell)
+    with faults.noting():
+        link_solids(cell.robot.model, urdf=cell.robot.urdf, flange=cell.robot.flange)
+    with faults.noting():
+        arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+        with faults.noting():
+            require_abb_conventions(arm)
+        check_load(cell.tool, arm)
+    faults.refuse(f"nothing can be planned with the cell {cell.name}")
 
 
 def _fixture(cell: Cell) -> TouchedPoints:

@@ -208,6 +208,24 @@ def test_init_writes_cells_and_a_job_that_load_and_overwrites_nothing(run: Run, 
     assert "exists already" in stderr
 
 
+def test_init_writes_a_cell_for_an_arm_of_ones_own_and_says_what_is_left(run: Run, tmp_path: Path) -> None:
+    from geoprint.config import load_cell
+    from geoprint.robot.arm import read_urdf
+
+    (tmp_path / "own.urdf").write_text(read_urdf("ur5e"), encoding="utf-8")
+    status, stdout, stderr = run("init", tmp_path / "cell", "--urdf", tmp_path / "own.urdf")
+
+    assert status == 0
+    assert "inverse kinematics: in closed form." in stdout
+    assert "own-cylinders.urdf" in stderr
+    assert load_cell(tmp_path / "cell" / "own.toml").robot.model == "own-cylinders.urdf"
+    assert sorted(path.name for path in (tmp_path / "cell").iterdir()) == ["own-cylinders.urdf", "own.toml"]
+    status, _, stderr = run("init", tmp_path / "other", "--urdf", tmp_path / "own.urdf", "--flange", "hand")
+    assert status == 2
+    assert "has no link 'hand' for the flange" in stderr
+    assert not (tmp_path / "other").exists()
+
+
 def test_calibrate_reports_and_writes_only_where_told(run: Run, tmp_path: Path) -> None:
     (tmp_path / "corners.csv").write_text("name,x,y,z\na,-50,50,0\nb,50,50,0\nc,50,-50,0\nd,-50,-50,0\n")
     (tmp_path / "touched.csv").write_text("name,x,y,z\na,250.1,50,0\nb,350,50.1,0\nc,350,-50,0.1\nd,250,-50,0\n")

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
-from geoprint.errors import UsageError, how_many, reason_of
+from geoprint.errors import Faults, UsageError, how_many, reason_of
 from geoprint.model import FloatArray, Robot, frozen
 
 JOINTS = 6
@@ -117,45 +117,130 @@ def chain_of(text: str, *, name: str, flange: str) -> Chain:
 
     Raises:
         UsageError: the text is no URDF, another joint moves, or a joint of the chain has no limits, no place or no
-            axis; says which.
+            axis; lists all that is wrong.
     """
-    robot = _parsed(text, name=name)
-    parents: dict[str, ET.Element] = {}
-    for joint in robot.findall("joint"):
-        child = _link(joint, "child", name=name)
-        if child in parents:
-            raise UsageError(f"the URDF {name}: the link '{child}' hangs on two joints; geoprint needs a single chain.")
-        parents[child] = joint
+    robot, faults = _parsed(text, name=name), Faults()
+    parents = _parents(robot, faults, name=name)
     links = {link.get("name", "") for link in robot.findall("link")}
-    if flange not in links:
-        raise UsageError(
-            f"the URDF {name} has no link '{flange}' for the flange, only {', '.join(sorted(links))}; name its "
-            "flange with robot.flange, or add the link."
-        )
-    base, joints = flange, list[ET.Element]()
-    while base in parents:
-        joints.append(parents.pop(base))
-        base = _link(joints[-1], "parent", name=name)
-    joints.reverse()
+    base, joints = _followed(parents, flange)
     moving = [joint for joint in joints if joint.get("type") != "fixed"]
-    if base not in links or any(_link(joint, "child", name=name) == base for joint in moving):
-        raise UsageError(
-            f"the URDF {name} leads from '{flange}' to '{base}', which is not a base: a base is a link that no joint "
-            "moves. Correct the parents of its joints."
-        )
-    others = [joint for joint in parents.values() if joint.get("type") != "fixed"]
-    _require_six(moving, others, name=name, flange=flange)
-    origins, T_link_flange = _places(joints, name=name)
-    limits = np.array([_limits(joint, name=name) for joint in moving])
+    with faults.noting():
+        _require_ends(links, base, moving, name=name, flange=flange)
+    if flange in links:
+        others = [joint for joint in parents.values() if joint not in joints and joint.get("type") != "fixed"]
+        with faults.noting():
+            _require_six(moving, others, name=name, flange=flange)
+    origins, T_link_flange = _places(joints, faults, name=name)
+    axes, limits = list[FloatArray](), list[tuple[float, float, float]]()
+    # Without a flange there is no chain, and all joints are looked at.
+    for joint in moving if flange in links else robot.findall("joint"):
+        if joint.get("type") == "revolute":
+            with faults.noting():
+                axes.append(_axis(joint, name=name))
+            with faults.noting():
+                limits.append(_limits(joint, name=name))
+    faults.refuse(f"the URDF {name} cannot be served")
     return Chain(
         base=base,
         links=tuple(_link(joint, "child", name=name) for joint in moving),
         origins=origins,
-        axes=np.array([_axis(joint, name=name) for joint in moving]),
+        axes=np.array(axes),
         T_link_flange=T_link_flange,
-        limits=limits[:, :2],
-        speeds=limits[:, 2],
+        limits=np.array(limits)[:, :2],
+        speeds=np.array(limits)[:, 2],
     )
+
+
+@final
+@frozen
+class LinkShape:
+    """A cylinder that contains a collision shape of a link, or one of those that do together.
+
+    Attributes:
+        joint: that moves it, from 1; 0 for the base.
+        T_link_cylinder: (4, 4) its middle in the frame of what that joint moves, its axis along z [mm].
+        radius: [mm].
+        length: [mm].
+    """
+
+    joint: int
+    T_link_cylinder: FloatArray
+    radius: float
+    length: float
+
+
+def link_shapes(text: str, *, name: str, flange: str) -> tuple[LinkShape, ...]:
+    """Return the collision shapes of the base and the links that the six joints move, in the order of the joints.
+
+    A link that is fixed to another moves with it. A box and a sphere are contained by a cylinder.
+
+    Args:
+        text: of the URDF.
+        name: of the file or arm, for messages.
+        flange: name of the flange's link.
+
+    Raises:
+        UsageError: as `chain_of`; or the base or a link has no collision shape, or one that is none of these; lists
+            all that is wrong.
+    """
+    chain = chain_of(text, name=name, flange=flange)
+    robot, faults, found = _parsed(text, name=name), Faults(), list[LinkShape]()
+    moved = moved_links(robot, (chain.base, *chain.links), name=name)
+    for joint, link in enumerate((chain.base, *chain.links)):
+        before = len(found) + len(faults.found)
+        for part, T_link_part in moved[link]:
+            for collision in part.findall("collision"):
+                with faults.noting():
+                    found.append(link_shape(collision, joint, T_link_part, name=name, link=part.get("name", "")))
+        with faults.noting():
+            if len(found) + len(faults.found) == before:
+                raise UsageError(
+                    f"the URDF {name}: its {link} has no collision shape; add a cylinder that contains it."
+                )
+    faults.refuse(f"the shapes of the URDF {name} cannot be served")
+    return tuple(found)
+
+
+def moved_links(
+    robot: ET.Element, moving: tuple[str, ...], *, name: str
+) -> dict[str, list[tuple[ET.Element, FloatArray]]]:
+    """Return each moving link with all that is fixed to it: elements, and (4, 4) where they are in its frame [mm]."""
+    parents = {_link(joint, "child", name=name): joint for joint in robot.findall("joint")}
+    found: dict[str, list[tuple[ET.Element, FloatArray]]] = {link: [] for link in moving}
+    for link in robot.findall("link"):
+        at, T_at_link = link.get("name", ""), np.eye(4)
+        while at not in found and at in parents:
+            T_at_link = origin_of(parents[at], name=f"{name}: joint '{parents[at].get('name')}'") @ T_at_link
+            at = _link(parents[at], "parent", name=name)
+        if at in found:
+            found[at].append((link, T_at_link))
+    return found
+
+
+def link_shape(collision: ET.Element, joint: int, T_link_part: FloatArray, *, name: str, link: str) -> LinkShape:
+    """Return the cylinder around a collision shape."""
+    shape = next(iter(collision.findall("geometry/*")), None)
+    kind = "empty" if shape is None else shape.tag
+    if shape is None or kind not in ("cylinder", "sphere", "box"):
+        raise UsageError(
+            f"the URDF {name}: its {link} has a collision shape that is no cylinder, box or sphere, but {kind}. "
+            f"`geoprint init --urdf {name}` puts cylinders around meshes."
+        )
+    T_link_cylinder = T_link_part @ origin_of(collision, name=f"{name}: link '{link}'")
+    numbers = [float(shape.get(key, "nan")) for key in ("radius", "length")]
+    if kind == "sphere":
+        numbers[1] = 2.0 * numbers[0]
+    if kind == "box":
+        sides = _three_numbers(shape, "size", "0 0 0", name=f"{name}: link '{link}'")
+        axis = int(sides.argmax())
+        numbers = [float(np.linalg.norm(np.delete(sides, axis))) / 2.0, float(sides[axis])]
+        T_link_cylinder = T_link_cylinder @ transforms.rigid(np.roll(np.eye(3), axis + 1, axis=0), np.zeros(3))
+    radius, length = (MILLIMETRES_PER_METRE * number for number in numbers)
+    if not (0.0 < radius < np.inf and 0.0 < length < np.inf):
+        raise UsageError(
+            f"the URDF {name}: its {link} has a {kind} of radius {radius:g} mm and length {length:g} mm; correct it."
+        )
+    return LinkShape(joint, T_link_cylinder, radius, length)
 
 
 def origin_of(element: ET.Element, *, name: str) -> FloatArray:
@@ -173,11 +258,49 @@ def origin_of(element: ET.Element, *, name: str) -> FloatArray:
     return transforms.rigid(Rotation.from_euler("xyz", turn).as_matrix(), MILLIMETRES_PER_METRE * place)
 
 
-def _places(joints: list[ET.Element], *, name: str) -> tuple[FloatArray, FloatArray]:
+def _parents(robot: ET.Element, faults: Faults, *, name: str) -> dict[str, ET.Element]:
+    """Return the joint that each link hangs on."""
+    parents: dict[str, ET.Element] = {}
+    for joint in robot.findall("joint"):
+        with faults.noting():
+            child, _ = (_link(joint, role, name=name) for role in ("child", "parent"))
+            if child in parents:
+                raise UsageError(
+                    f"the URDF {name}: the link '{child}' hangs on two joints; geoprint needs a single chain."
+                )
+            parents[child] = joint
+    return parents
+
+
+def _followed(parents: dict[str, ET.Element], flange: str) -> tuple[str, list[ET.Element]]:
+    """Return the link at which joints end that are followed from the flange, and these, the flange's last."""
+    base, joints = flange, list[ET.Element]()
+    while base in parents and parents[base] not in joints:
+        joints.append(parents[base])
+        base = _link(joints[-1], "parent", name="")
+    return base, joints[::-1]
+
+
+def _require_ends(links: set[str], base: str, moving: list[ET.Element], *, name: str, flange: str) -> None:
+    """Refuse a flange that is no link, and a chain that does not end at a base."""
+    if flange not in links:
+        raise UsageError(
+            f"the URDF {name} has no link '{flange}' for the flange, only {', '.join(sorted(links))}; name its "
+            "flange with robot.flange or `--flange`, or add the link."
+        )
+    if base not in links or any(_link(joint, "child", name=name) == base for joint in moving):
+        raise UsageError(
+            f"the URDF {name} leads from '{flange}' to '{base}', which is not a base: a base is a link that no joint "
+            "moves. Correct the parents of its joints."
+        )
+
+
+def _places(joints: list[ET.Element], faults: Faults, *, name: str) -> tuple[FloatArray, FloatArray]:
     """Return (6, 4, 4) places of the moving joints, each in the frame before, and (4, 4) of the flange in the last."""
     origins, T_moving_joint = list[FloatArray](), np.eye(4)
     for joint in joints:
-        T_moving_joint = T_moving_joint @ origin_of(joint, name=f"{name}: joint '{joint.get('name')}'")
+        with faults.noting():
+            T_moving_joint = T_moving_joint @ origin_of(joint, name=f"{name}: joint '{joint.get('name')}'")
         if joint.get("type") != "fixed":
             origins.append(T_moving_joint)
             T_moving_joint = np.eye(4)

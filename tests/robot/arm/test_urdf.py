@@ -116,11 +116,19 @@ def test_a_file_too_long_or_of_another_encoding_is_refused(tmp_path: Path) -> No
         read_urdf_file(path, flange="tool0")
 
 
-def test_a_shape_on_a_link_that_is_fixed_to_another_is_refused() -> None:
-    shape = '<collision><origin/><geometry><cylinder radius="1" length="1"/></geometry></collision>'
-    text = read_urdf("irb120").replace('<link name="tool0"/>', f'<link name="tool0">{shape}</link>')
-    with pytest.raises(UsageError, match="tool0 has a collision shape but is on a fixed joint"):
-        link_solids("own", urdf=text)
+def test_all_that_cannot_be_served_is_listed_at_once(tmp_path: Path) -> None:
+    text = read_urdf("irb120").replace('name="joint_4" type="revolute"', 'name="joint_4" type="prismatic"')
+    text = text.replace('velocity="7.330382858376184"', "").replace('<axis xyz="0 0 1"/>', '<axis xyz="0 0 0"/>')
+    found = r"for 3 reasons\. \(1\) .*no link 'hand'.*\(2\) .*joint_1.*axis of length 0.*\(3\) .*joint_6.*<limit>"
+    with pytest.raises(UsageError, match=found):
+        load_cell(cell_with(tmp_path, text, keys='flange = "hand"'))
+
+
+def test_joints_of_other_kinds_and_missing_limits_are_listed_together() -> None:
+    text = read_urdf("irb120").replace('name="joint_4" type="revolute"', 'name="joint_4" type="prismatic"')
+    text = text.replace('velocity="7.330382858376184"', "")
+    with pytest.raises(UsageError, match=r"for 2 reasons\. \(1\) .*joint_4 \(prismatic\).*\(2\) .*'joint_6' needs a"):
+        chain_of(text, name="own.urdf", flange="tool0")
 
 
 def test_no_program_is_planned_for_an_arm_that_rapid_does_not_know(tmp_path: Path) -> None:

@@ -212,14 +212,46 @@ def test_links_hold_what_is_published(joint: int, point: tuple[float, float, flo
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('<cylinder radius="0.025" length="0.016"/>', '<sphere radius="0.025"/>', "link_6 has a collision shape"),
-        ('radius="0.025"', 'radius="-0.025"', "link_6 has a cylinder of radius -25.0 mm"),
+        ('<cylinder radius="0.025" length="0.016"/>', '<mesh filename="a.stl"/>', "link_6 has a .* no cylinder.*mesh"),
+        ('radius="0.025"', 'radius="-0.025"', "link_6 has a cylinder of radius -25 mm"),
         ("collision>", "visual>", "base_link has no collision shape"),
     ],
 )
-def test_shape_that_is_no_cylinder_is_refused(old: str, new: str, message: str):
+def test_shape_that_no_cylinder_stands_for_is_refused(old: str, new: str, message: str):
     with pytest.raises(UsageError, match=message):
         link_solids("irb120", urdf=read_urdf("irb120").replace(old, new))
+
+
+def test_all_shapes_that_are_refused_are_listed():
+    text = read_urdf("irb120").replace('radius="0.025"', 'radius="-0.025"').replace('radius="0.048"', 'radius="0"')
+    with pytest.raises(UsageError, match=r"for 2 reasons\. \(1\) .*link_5 has .* \(2\) .*link_6 has"):
+        link_solids("irb120", urdf=text)
+
+
+@pytest.mark.parametrize(
+    ("shape", "radius", "length", "axis"),
+    [
+        ('<sphere radius="0.03"/>', 30.0, 60.0, (0.0, 0.0, 1.0)),
+        ('<box size="0.03 0.2 0.04"/>', 25.0, 200.0, (0.0, 1.0, 0.0)),
+        ('<box size="0.3 0.08 0.06"/>', 50.0, 300.0, (1.0, 0.0, 0.0)),
+    ],
+)
+def test_boxes_and_spheres_are_held_by_a_cylinder(
+    shape: str, radius: float, length: float, axis: tuple[float, float, float]
+):
+    text = read_urdf("irb120").replace('<cylinder radius="0.025" length="0.016"/>', shape)
+    (solid,) = link_solids("irb120", urdf=text.replace('-0.008 0 0" rpy="0 1.5707963267948966 0"', '0 0 0"'))[6].solids
+    assert (solid.start_radius, solid.length) == (pytest.approx(radius), pytest.approx(length))
+    np.testing.assert_allclose(solid.axis, axis, atol=1e-12)
+
+
+def test_what_is_fixed_to_a_link_moves_with_it():
+    added = """<link name="camera"><collision><geometry><sphere radius="0.02"/></geometry></collision></link>
+      <joint name="holder" type="fixed"><parent link="link_3"/><child link="camera"/>
+      <origin xyz="0 0.1 0.2"/></joint></robot>"""
+    solids = link_solids("irb120", urdf=read_urdf("irb120").replace("</robot>", added))[3].solids
+    assert len(solids) == 3
+    np.testing.assert_allclose(solids[-1].centre, [0.0, 100.0, 200.0])
 
 
 def test_a_shape_without_an_origin_is_in_the_middle_and_one_without_an_attitude_stands_upright():
@@ -228,7 +260,7 @@ def test_a_shape_without_an_origin_is_in_the_middle_and_one_without_an_attitude_
     assert len(place.findall(text)) == 1
     (middle,) = link_solids("irb120", urdf=place.sub(r"\1\2", text))[6].solids
     np.testing.assert_allclose([middle.start, middle.end], [[0.0, 0.0, -8.0], [0.0, 0.0, 8.0]])
-    with pytest.raises(UsageError, match=r"link link_6 has xyz '1 2', which is not three finite numbers"):
+    with pytest.raises(UsageError, match=r"link 'link_6' has xyz '1 2', which is not three finite numbers"):
         link_solids("irb120", urdf=place.sub(r'\1<origin xyz="1 2"/>\2', text))
     (upright,) = link_solids("irb120", urdf=place.sub(r'\1<origin xyz="0.001 0.002 0.003"/>\2', text))[6].solids
     np.testing.assert_allclose(upright.start, [1.0, 2.0, -5.0])
