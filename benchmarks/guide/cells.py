@@ -15,7 +15,7 @@ from matplotlib.patches import Polygon, Rectangle
 
 from benchmarks.guide.shaded import BLUE, GREEN, GREY, ORANGE, PART, bare, panels, small_png, smaller
 from benchmarks.guide.stamps import with_figures
-from geoprint.config import job_of, load_cell
+from geoprint.config import UR_CELL, job_of, load_cell
 from geoprint.guide import page_named
 from geoprint.model import Cell, FloatArray, TouchedPoints
 from geoprint.reporting.evidence import WORDS
@@ -56,6 +56,30 @@ def your_cell(_data: Path) -> bytes:
     tip = frames[-1][:3, 3]
     _note(axis, "tip of the nozzle, at home", (tip[0], tip[2]), (tip[0] + 150, tip[2] + 60))
     _note(axis, "base frame", (0, 0), (-60, -52))
+    bare(axis)
+    return small_png(figure)
+
+
+def another_arm(_data: Path) -> bytes:
+    """Draw the packaged cell with a UR5e from its side: the cylinders of its links at home, and its joints."""
+    cell = load_cell(UR_CELL)
+    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+    frames = arm.link_poses(cell.robot.home[None])[0]
+    figure, (axis,) = panels(1, width=6.6, height=4.6)
+    for link, pose in zip(link_solids(cell.robot.model), frames, strict=False):
+        for solid in link.solids:
+            _draw_solid(axis, solid, pose, colour="#9cc7e4")
+    for solid in tool_solids(cell.tool):
+        _draw_solid(axis, solid, frames[-1], colour=GREY)
+    (table,) = cell.obstacles
+    low = table.centre - table.size / 2
+    axis.add_patch(Rectangle((low[0], low[2]), table.size[0], table.size[2], color="#b9a88f"))
+    x, _, z = cell.demo_position.tolist()
+    axis.add_patch(Polygon([[x - 20, z - 4], [x + 20, z - 4], [x + 12, z + 4], [x - 12, z + 4]], color=BLUE))
+    _note(axis, "part, with --place demo", (x, z - 4), (x - 90, z - 70))
+    for joint, (right, up) in enumerate(((70, -10), (90, 0), (20, 60), (60, 40), (-170, 50), (-150, -10)), start=1):
+        place = frames[joint][:3, 3]
+        _note(axis, f"joint {joint}", (place[0], place[2]), (place[0] + right, place[2] + up))
     bare(axis)
     return small_png(figure)
 

@@ -134,6 +134,7 @@ PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "first-comparison.png": surfaces.first_comparison,
     "your-part.png": surfaces.your_part,
     "your-cell.png": cells.your_cell,
+    "another-arm.png": cells.another_arm,
     "calibrate.png": cells.calibrate,
     "fine-lines.png": cells.fine_lines,
     "middle.png": surfaces.middle,

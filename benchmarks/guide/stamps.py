@@ -23,7 +23,7 @@ from typing import final
 from PIL import Image
 
 from benchmarks import DATA
-from geoprint.config import PACKAGED_CELLS, TILTING_CELL, packaged_cell_text
+from geoprint.config import PACKAGED_CELLS, TILTING_CELL, UR_CELL, packaged_cell_text
 from geoprint.guide import page_named
 
 # Of PNG [ISO 15948]: a signature, then chunks of length, name, content and check sum; the header is the first.
@@ -116,7 +116,7 @@ class Inputs:
         """Take what a part of a statement names, but for arguments and variables of its own."""
         match node:
             case ast.Name(id="load_cell" | "packaged_cell_text"):
-                cells = (*PACKAGED_CELLS, TILTING_CELL)
+                cells = (*PACKAGED_CELLS, TILTING_CELL, UR_CELL)
                 self.texts["cells"] = repr([tomllib.loads(packaged_cell_text(name)) for name in cells])
             case ast.Name(id=name, ctx=ast.Load()) if name not in own:
                 self.follow(module, name)

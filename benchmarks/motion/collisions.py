@@ -1,6 +1,7 @@
 """Does the collision check find what is planted, and only that? Obstacles at known distances on real plans.
 
-    python -m benchmarks.motion.collisions [--cases N] [--layer-cases N] [--table-cases N] [--parts FILE ...] [--smoke]
+    python -m benchmarks.motion.collisions [--cases N] [--layer-cases N] [--table-cases N] [--parts FILE ...]
+        [--cell FILE] [--smoke]
 
 On every part a path is planned, and then checked again with one obstacle besides: collisions from a graze of the
 clearance, over a graze of the body itself, to deep ones, and halls around everything; and near misses, 0.2 mm beyond
@@ -79,17 +80,19 @@ def main() -> None:
     parser.add_argument("--parts", nargs="+", type=Path, default=PARTS, metavar="FILE", help="meshes [mm]")
     parser.add_argument("--layer-cases", type=int, default=100, help="the same where printed layers are in the way")
     parser.add_argument("--table-cases", type=int, default=48, help="the same over tables, of obstacles and of tables")
+    parser.add_argument("--cell", type=Path, help="cell of the first two tables, with another arm for example")
     parser.add_argument(
         "--smoke", action="store_true", help="a case of the first two tables, to see that the script runs"
     )
     arguments = parser.parse_args()
+    keys = {**PLANNED, "cell": arguments.cell}
     if arguments.smoke:
         # Tables that tilt are planned and tried by tests/benchmarks/test_planted_tables.py.
         lines = [of([DATA / "plate.ply"], cases=1, keys=SMOKE_DISC) for of in (table, layer_table)]
     else:
         lines = [
-            table(arguments.parts, cases=arguments.cases),
-            layer_table(arguments.parts, cases=arguments.layer_cases),
+            table(arguments.parts, cases=arguments.cases, keys=keys),
+            layer_table(arguments.parts, cases=arguments.layer_cases, keys=keys),
             tilted_table(TABLES, cases=arguments.table_cases),
         ]
     for line in chain(*lines):
