@@ -19,8 +19,8 @@ from typing import Any, cast, final
 from geoprint.errors import UsageError
 
 # The groups under which things are named; a command is a function whose parameters are its options.
-BACKENDS, PATTERNS, COMMANDS, REPORTS = (
-    "geoprint.backends", "geoprint.patterns", "geoprint.commands", "geoprint.reports",
+BACKENDS, PATTERNS, COMMANDS, REPORTS, POST_PROCESSORS = (
+    "geoprint.backends", "geoprint.patterns", "geoprint.commands", "geoprint.reports", "geoprint.post_processors",
 )  # fmt: skip
 MANIFEST = "feature.toml"
 PAGE = "guide.md"

@@ -14,7 +14,7 @@ from geoprint import transforms
 from geoprint.config import packaged_cell_text
 from geoprint.model import BoolArray, Cell, FloatArray, IntArray
 from geoprint.postprocessor import Orders, TipsAt
-from geoprint.postprocessor.rapid import controller_files
+from geoprint.postprocessor.rapid.controller_files import controller_files
 from geoprint.postprocessor.rapid.language.parsing import parse_module
 from geoprint.postprocessor.rapid.language.syntax import Value
 from geoprint.postprocessor.rapid.machine import (

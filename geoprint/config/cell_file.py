@@ -238,6 +238,7 @@ class RobotTable(Table):
     response_ms: Annotated[float, Field(ge=0.0, le=50.0)] = 10.0
     payload_kg: PositiveFloat | None = None
     wrist_inertia_kg_m2: Annotated[list[PositiveFloat], Field(min_length=2, max_length=2)] | None = None
+    post_processor: str | None = None
 
     @model_validator(mode="after")
     def _one_arm_with_its_load(self) -> Self:
@@ -559,6 +560,7 @@ def machine_of(table: Mapping[str, object], *, name: str, folder: Path) -> Cell:
             urdf=None if urdf is None else read_urdf_file(folder / urdf, flange=file.robot.flange),
             flange=file.robot.flange,
             load=file.robot.load,
+            post_processor=file.robot.post_processor,
         ),
         tool=_tool(file),
         process=noun_of(Process, file.process),

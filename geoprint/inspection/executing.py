@@ -20,14 +20,14 @@ from geoprint.errors import InputError, UsageError, VerificationError
 from geoprint.inspection.inputs import PlannedPrint
 from geoprint.model import BoolArray, Dispensing, FloatArray, IntArray, PoseStream, freeze_arrays, frozen
 from geoprint.postprocessor import PLAN, read_orders, read_poses_table, read_setup, read_trajectory_table
-from geoprint.postprocessor.rapid import read_back
-from geoprint.postprocessor.rapid.dispensing import dispensing_of
+from geoprint.postprocessor.interface import RobotProgram
+from geoprint.postprocessor.registry import post_processor_name, post_processor_of
 from geoprint.process.feedback import PrintedProgram, dispenser_of
 from geoprint.reporting import PlanRecord, read_record
 from geoprint.robot.arm import Arm
 from geoprint.robot.timing import tips_at
 from geoprint.simulation import DepositedBeads, Dispenser, Faults, deposited_beads, dispensed_beads
-from geoprint.workflow.bundles import RAPID_FOLDER, changes, listed_bundle, stream_of
+from geoprint.workflow.bundles import changes, listed_bundle, program_files, stream_of
 from geoprint.workflow.replan import job_from
 from geoprint.workflow.tilting import PART
 
@@ -157,7 +157,8 @@ def _of_attitudes(
             f"breaks need one program, and {folder} has one for each of {len(record.robot)} table attitudes: plan the "
             "part without a table to break its runs."
         )
-    joined = {name: digest for name, digest in listed_bundle(folder).items() if name.startswith(f"{RAPID_FOLDER}/")}
+    program = post_processor_name(read_setup(folder / f"{PART}1" / "setup.json").cell)
+    joined = {name: digest for name, digest in listed_bundle(folder).items() if name.startswith(f"{program}/")}
     for name, reason in changes(folder, joined):
         raise VerificationError(
             f"{folder / name}: {reason}. Over a table, the attitudes' own programs are deposited: restore this file, "
@@ -233,17 +234,14 @@ def _program(folder: Path) -> tuple[Dispensing, Dispenser]:
         duration=float(table.times[-1]),
     )  # fmt: skip
     cell, placement = setup.cell, setup.placement
-    paths = sorted((folder / RAPID_FOLDER).glob("*.mod"))
-    if not paths:
-        raise VerificationError(f"{folder / RAPID_FOLDER} holds no module; restore the program, or plan again.")
-    try:
-        modules = tuple((path.name, path.read_bytes().decode("latin-1")) for path in paths)
-    except OSError as error:
-        raise VerificationError(f"{folder / RAPID_FOLDER} cannot be read ({error.strerror}).") from error
+    files = program_files(folder, cell)
+    if not files:
+        place = folder / post_processor_name(cell)
+        raise VerificationError(f"{place} holds no program; restore it, or plan again.")
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     tips = tips_at(table.times, table.joints, arm, T_base_work=placement.T_base_work)
-    made = read_back(modules, cell=cell, placement=placement)
-    program = dispensing_of(made, orders, signals=cell.signals, placement=placement, tips_at=tips)
+    wanted = RobotProgram("", 0.0, placement, setup.surface_within, orders, (), tips, table)
+    program = post_processor_of(cell).dispensing(files, wanted, cell)
     # The pressure is set for the flow at the set speed.
     rate, lags = float(poses.flow.max()) * cell.process.speed, cell.signals
     return program, Dispenser(

@@ -49,6 +49,7 @@ class Robot:
         urdf: text of the arm's URDF, or None where it is package data.
         flange: name of the URDF's flange frame.
         load: what the flange may carry, or None where nobody has said it.
+        post_processor: name of what writes its programs, or None for the default.
     """
 
     model: str
@@ -61,6 +62,7 @@ class Robot:
     urdf: str | None = None
     flange: str = "tool0"
     load: LoadLimits | None = None
+    post_processor: str | None = None
 
     def __post_init__(self) -> None:
         freeze_arrays(self, limits="float: 6 2", speeds="float: 6", accelerations="float: 6", home="float: 6")

@@ -15,6 +15,19 @@ from geoprint.postprocessor.bundle import (
     staging as staging,
     write_bundle as write_bundle,
 )
+from geoprint.postprocessor.execution import (
+    Executed as Executed,
+    NotExecuted as NotExecuted,
+    OwnProgram as OwnProgram,
+    Settings as Settings,
+    StackProof as StackProof,
+    StackSettings as StackSettings,
+    Switched as Switched,
+)
+from geoprint.postprocessor.expected_switching import (
+    expected_events as expected_events,
+    expected_waits as expected_waits,
+)
 from geoprint.postprocessor.ordering import orders_of as orders_of
 from geoprint.postprocessor.orders import Event as Event, Orders as Orders, TipsAt as TipsAt
 from geoprint.postprocessor.setup_file import Setup as Setup, read_setup as read_setup, setup_file as setup_file
@@ -33,6 +46,11 @@ from geoprint.postprocessor.tables import (
     trajectory_table as trajectory_table,
     verify_poses_table as verify_poses_table,
     verify_trajectory_table as verify_trajectory_table,
+)
+from geoprint.postprocessor.timeline import (
+    Timeline as Timeline,
+    check_timeline as check_timeline,
+    timeline as timeline,
 )
 
 if not TYPE_CHECKING:

@@ -21,7 +21,7 @@ from geoprint.postprocessor.bundle import Json, json_bytes
 Noun = TypeVar("Noun")
 
 # Fields that only some cells have; left out where there is nothing, so that the setup of all others stays as it is.
-_SOMETIMES = frozenset({"table", "settle", "flow_unstated", "options"})
+_SOMETIMES = frozenset({"table", "settle", "flow_unstated", "options", "post_processor"})
 
 
 @final

@@ -32,11 +32,17 @@ def is_as_written(path: Path, digest: str) -> bool:
         digest: SHA-256 that is listed.
     """
     content = path.read_bytes()
-    if hashlib.sha256(content).hexdigest() == digest:
-        return True
-    if path.name not in {CELL_MODULE, STACK_MODULE}:
-        return False
-    return hashlib.sha256(as_new(content.decode("latin-1")).encode("latin-1")).hexdigest() == digest
+    return digest in {hashlib.sha256(each).hexdigest() for each in (content, as_written(path.name, content))}
+
+
+def as_written(name: str, content: bytes) -> bytes:
+    """Return a file of a program with its switches as in a new program.
+
+    Args:
+        name: of the file; it may hold switches or not.
+        content: of it.
+    """
+    return as_new(content.decode("latin-1")).encode("latin-1") if name in {CELL_MODULE, STACK_MODULE} else content
 
 
 def as_new(text: str) -> str:

@@ -9,9 +9,7 @@ from typing import final
 from pydantic import Field
 
 from geoprint.model import Count, Rounded, Thousandths, frozen, recorded
-from geoprint.postprocessor import Json, Orders, Setup
-from geoprint.postprocessor.rapid import Executed, Settings, StackSettings, Timeline
-from geoprint.postprocessor.rapid.stack_running import StackProof
+from geoprint.postprocessor import Executed, Json, Orders, Settings, Setup, StackProof, StackSettings, Timeline
 from geoprint.reporting.records.evenness import EvennessRecord
 from geoprint.reporting.records.evidence import EvidenceRecord, SeenRecord
 from geoprint.reporting.records.plan import PlanRecord, SwitchingRecord

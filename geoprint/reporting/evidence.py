@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from geoprint.errors import how_many, percent
-from geoprint.postprocessor.rapid import Executed
+from geoprint.postprocessor import Executed
 from geoprint.reporting.records.evidence import STAGES, EvidenceRecord, ParsedRecord, SeenRecord, Stage
 
 # What each stage is called.

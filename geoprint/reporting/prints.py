@@ -10,6 +10,7 @@ import numpy as np
 from geoprint.errors import how_many, percent
 from geoprint.metrics.stack_thickness import deposited_shares, deposited_volume, executed_flow
 from geoprint.model import Cell
+from geoprint.postprocessor.registry import joined_file
 from geoprint.process.feedback import VALVE_CAUSES, FlowChange, PrintedProgram
 from geoprint.reporting.records.inspection import (
     AppraisalRecord,
@@ -24,10 +25,6 @@ from geoprint.reporting.records.rounding import place_of
 from geoprint.results import Plan, RobotPlan
 
 # What is said of the attitudes of a table that the robot prints in, and of the one program of all of them.
-
-
-# What a person loads to print all attitudes.
-JOINED_LIST = "rapid/GeoStack.pgf"
 
 
 def record_table_pose(plan: Plan, robot: RobotPlan) -> TablePoseRecord | None:
@@ -45,7 +42,7 @@ def record_joined(plan: Plan) -> JoinedRecord | None:
         return None
     proof = plan.joined.proof
     return JoinedRecord(
-        file=JOINED_LIST,
+        file=joined_file(plan.workpiece.cell),
         print_s=print_seconds(plan) or 0.0,
         table_s=sum(plan.tilting.seconds),
         scenarios=proof.scenarios,

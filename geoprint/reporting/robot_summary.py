@@ -9,7 +9,8 @@ from pathlib import PurePosixPath
 import numpy as np
 
 from geoprint.model import Bend, FloatArray, IntArray, JointPath, PoseStream, Program, Targets
-from geoprint.postprocessor.rapid import CELL_MODULE, STACK_MODULE, Executed, Timeline, as_new
+from geoprint.postprocessor import Executed, Timeline
+from geoprint.postprocessor.switches import as_written
 from geoprint.reporting.prints import record_deposited, record_table_pose
 from geoprint.reporting.records.evidence import EvidenceRecord, ParsedRecord
 from geoprint.reporting.records.plan import (
@@ -89,7 +90,7 @@ def program_digest(modules: Iterable[tuple[str, str]]) -> str:
     """
     digest = sha256()
     for name, text in modules:
-        written = as_new(text) if PurePosixPath(name).name in (CELL_MODULE, STACK_MODULE) else text
+        written = as_written(PurePosixPath(name).name, text.encode("latin-1")).decode("latin-1")
         digest.update(f"{name}\0{written.lower()}\0".encode("latin-1"))
     return digest.hexdigest()
 

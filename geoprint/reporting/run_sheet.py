@@ -12,8 +12,8 @@ from geoprint import transforms
 from geoprint.errors import how_many, percent
 from geoprint.geometry import in_words
 from geoprint.model import PASCAL_PER_KPA, FloatArray, Process
-from geoprint.postprocessor import Json, Orders, Setup, waits
-from geoprint.postprocessor.rapid import Settings, StackSettings, Timeline
+from geoprint.postprocessor import Json, Orders, Setup, StackSettings, Timeline, waits
+from geoprint.postprocessor.registry import joining_of, post_processor_name, post_processor_of
 from geoprint.reporting.cautions import near_borders, orientation_notes
 from geoprint.reporting.check import (
     AttitudeSettingsNow,
@@ -52,53 +52,19 @@ def attitude_rows(checked: Checked, record: PlanRecord) -> list[tuple[str, list[
     table = None if record.overhang is None else record.overhang.table
     if joined is None or now is None or table is None:
         return []
+    if checked.setup is None:
+        return []
+    joining, program = joining_of(checked.setup.cell), post_processor_name(checked.setup.cell)
+    folders = f"{program}/part-1 to {program}/part-{len(record.robot)}"
     dry_only, count = any(robot.program.dry_run_only for robot in record.robot), len(record.robot)
     unchecked = dict.fromkeys(text for robot in record.robot for text in robot.clearance.not_checked)
     return [
-        ("program", _joined_program(joined, record.robot, dry_only=dry_only)),
+        ("program", [_joined_program(joined, record.robot, dry_only=dry_only), joining.loading(folders, joined.file)]),
         ("attitudes", [_attitude(robot, table) for robot in record.robot]),
-        *parts_rows("attitude", count, now.settings, dry_only=dry_only, table=table.name),
+        *joining.handling("attitude", count, now.settings, dry_only=dry_only, table=table.name),
         ("not checked", ["; ".join(unchecked) + "; the real cell."]),
         *proof_rows("attitude", now.scenarios, joined.refused, checked.seen, program_sha256=now.program_sha256),
     ]
-
-
-def parts_rows(
-    one: str, count: int, settings: StackSettings | None, *, dry_only: bool, table: str = ""
-) -> list[tuple[str, list[str]]]:
-    """Return how a program of several parts is set, printed, stopped and begun again.
-
-    Args:
-        one: what it loads one after another: a layer, or an attitude of a table.
-        count: of them.
-        settings: how it is set to run; None where nobody knows.
-        dry_only: whether it runs dry only.
-        table: name of the table that tilts the part; empty where it stands still.
-    """
-    attitude = one == "attitude"
-    first, last = f"geoFirst{one.title()}", f"geoLast{one.title()}"
-    each = ", with the table in each attitude" if attitude else ""
-    printing = [f"first run it as written: dry, 20 mm higher, at 25 %{each} (geoDryRun TRUE, geoSpeedPct 25)"]
-    stopping = (
-        f"{last}, 1 to {count}, ends the program after that {one}, at home with all outputs off; lower it at any time "
-        f"while {'an' if attitude else 'a'} {one} prints"
-    )
-    rows = [("is set to", [] if settings is None else [_set_to(one, settings, dry_only=dry_only)])]
-    rows += [("table", _table_lines(table))] if table else []
-    if dry_only:
-        return [*rows, ("to print", printing), *([("to stop", [stopping])] if count > 1 else [])]
-    printing.append("then set geoDryRun FALSE; at a fixed pressure, also geoSpeedPct 100 and speed override 100 %")
-    begun = (
-        f"{first} holds the unfinished {one}: clean the nozzle, set geoFirstRun to the run shown on the pendant, "
-        "start from main"
-    )
-    resuming = [
-        begun,
-        f"after the last {one}, set {first} to 1 for a new part",
-    ]
-    return [
-        *rows, ("to print", printing), *([("to stop", [stopping])] if count > 1 else []), ("to resume", resuming)
-    ]  # fmt: skip
 
 
 def proof_rows(
@@ -114,33 +80,12 @@ def proof_rows(
     return [("SHA-256", [program_sha256]), ("executed", [executed]), ("evidence", people)]
 
 
-def _set_to(one: str, settings: StackSettings, *, dry_only: bool) -> str:
-    parts = f"{one}s {settings.first_layer} to {settings.last_layer}"
-    if settings.dry_run or dry_only:
-        return f"run {parts} dry at {settings.speed_pct:g} % speed (geoDryRun {str(settings.dry_run).upper()})"
-    return (
-        f"PRINT {parts} at {settings.speed_pct:g} % speed, from run {settings.first_run} of the first (geoDryRun FALSE)"
-    )
-
-
-def _table_lines(name: str) -> list[str]:
-    """Return what a person must know who brings a table to its attitudes."""
-    return [
-        f"the {name} moves only while the arm is at home and asks you: check it, move it or let it move, then answer",
-        "only you can notice a wrong attitude or a wrong zero of a driven table: the tool would hit the part",
-    ]
-
-
-def _joined_program(joined: JoinedRecord, robots: Sequence[RobotRecord], *, dry_only: bool) -> list[str]:
-    count = len(robots)
+def _joined_program(joined: JoinedRecord, robots: Sequence[RobotRecord], *, dry_only: bool) -> str:
     dry = "; RUNS DRY ONLY" if dry_only else ""
-    return [
-        (
-            f"{how_many(count, 'attitude')}, {joined.print_s:.0f} s at full speed including {joined.table_s:.0f} s of "
-            f"the table{dry}"
-        ),
-        f"copy rapid/part-1 to rapid/part-{count} to the controller's HOME folder, then load {joined.file}",
-    ]
+    return (
+        f"{how_many(len(robots), 'attitude')}, {joined.print_s:.0f} s at full speed including {joined.table_s:.0f} s "
+        f"of the table{dry}"
+    )
 
 
 def _attitude(robot: RobotRecord, table: TableRecord) -> str:
@@ -246,11 +191,14 @@ def run_sheet(checked: Checked, *, width: int | None = None) -> str:
     if checked.findings or record is None or not (setup and orders and settings and switching):
         return "\n".join(f"{each.file}, line {each.line}: {each.reason}" for each in checked.findings)
     robot = record.robot[0]
+    handling = post_processor_of(setup.cell).handling(
+        orders, setup.cell, placement=setup.placement, names=robot.program.modules, settings=settings
+    )
     lines = [f"RUN SHEET  {record.input.name}  ({checked.folder.name})", ""]
     for label, texts in (
-        ("program", _program(setup, orders, modules=robot.program.modules)),
+        ("program", [_program(setup, orders), *handling.loading]),
         ("SHA-256", [checked.program_sha256]),
-        ("is set to", _settings(setup, settings)),
+        ("is set to", [*handling.settings]),
         ("patches", _patches(record.patches)),
         ("placement", [*_placement(setup), *orientation_notes(robot.motion)]),
         ("extent", _reach(setup, orders, robot.motion)),
@@ -259,7 +207,7 @@ def run_sheet(checked: Checked, *, width: int | None = None) -> str:
         ("process", _process(setup, record)),
         ("limits", _limits(setup, robot.motion)),
         ("targets", _targets(robot.motion)),
-        ("before start", _steps(setup, orders)),
+        ("before start", [*handling.steps]),
         ("not checked", ["; ".join(robot.clearance.not_checked) + "; the real cell."]),
         ("checked again", repeated_texts(checked)),
         ("not derived", underived_texts(checked)),
@@ -327,28 +275,13 @@ def entry(label: str, texts: Sequence[str], *, width: int | None) -> list[str]:
     ]
 
 
-def _program(setup: Setup, orders: Orders, *, modules: Sequence[str]) -> list[str]:
-    loaded = sum(name.startswith("GeoPath") for name in modules)
-    copies = f"; copy the {loaded} GeoPath modules to the controller's HOME folder" if loaded else ""
+def _program(setup: Setup, orders: Orders) -> str:
     dry = "; RUNS DRY ONLY" if setup.placement.missing else ""
-    return [
-        (
-            f"{how_many(int(orders.runs[-1]) + 1, 'run')}, {how_many(orders.count, 'target')} at least "
-            f"{orders.shortest_move:.2g} mm apart, {orders.duration + waits(orders, setup.cell.signals).sum():.0f} s "
-            f"at full speed{dry}"
-        ),
-        f"load GeoPrint.pgf ({len(modules) - 1 - loaded} modules){copies}",
-    ]
-
-
-def _settings(setup: Setup, settings: Settings) -> list[str]:
-    """Say how the program would run now, by its three switches."""
-    if settings.dry_run or setup.placement.missing:
-        return [f"run dry at {settings.speed_pct:g} % speed (geoDryRun {str(settings.dry_run).upper()})"]
-    texts = [f"PRINT at {settings.speed_pct:g} % speed, from run {settings.first_run} (geoDryRun FALSE)"]
-    if setup.cell.signals.mode == "io" and settings.speed_pct != 100.0:
-        texts.append("it will refuse to print: a fixed pressure needs geoSpeedPct 100")
-    return texts
+    return (
+        f"{how_many(int(orders.runs[-1]) + 1, 'run')}, {how_many(orders.count, 'target')} at least "
+        f"{orders.shortest_move:.2g} mm apart, {orders.duration + waits(orders, setup.cell.signals).sum():.0f} s "
+        f"at full speed{dry}"
+    )
 
 
 def _patches(patches: Sequence[PatchRecord]) -> list[str]:
@@ -475,27 +408,5 @@ def _targets(motion: MotionRecord) -> list[str]:
         place = ", ".join(f"{mm:.1f}" for mm in bend.place_mm)
         texts.append(
             f"  {bend.offset_mm:.3f} mm in run {bend.run + 1} at ({place}) mm, {how_many(bend.targets, 'target')}"
-        )
-    return texts
-
-
-def _steps(setup: Setup, orders: Orders) -> list[str]:
-    signals = setup.cell.signals
-    texts = ["1. before the first load on a controller, follow rapid/controller/first_load.md: required"]
-    if signals.mode == "analog" and signals.flow_lag > 0.0:
-        texts.append(
-            f"   set the system parameter Event Preset Time to at least {signals.flow_lag:g} s, for TriggSpeed"
-        )
-    texts.append("2. run it as written: dry, 20 mm higher, at 25 % (geoDryRun TRUE, geoSpeedPct 25)")
-    if orders.lifted_otherwise:
-        texts.append(
-            f"   {how_many(orders.lifted_otherwise, 'target')} with other configuration data there: only the "
-            "print proves them"
-        )
-    if not setup.placement.missing:
-        full = " and geoSpeedPct 100, speed override 100 %" if signals.mode == "io" else ""
-        texts.append(
-            f"3. to print: set geoDryRun FALSE{full}; to resume at run k: clean the nozzle, set geoFirstRun k, start "
-            "from main"
         )
     return texts

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import PurePosixPath
 
 from geoprint.errors import how_many
-from geoprint.postprocessor.rapid import StackSettings
+from geoprint.postprocessor import StackSettings
+from geoprint.postprocessor.interface import Joining
+from geoprint.postprocessor.registry import post_processor
 from geoprint.reporting.check import Checked, CheckedComparison, CheckedStack, Finding
 from geoprint.reporting.metrics import THICKNESS
 from geoprint.reporting.records.stack import StackedLayerRecord, StackProgramRecord, StackRecord
-from geoprint.reporting.run_sheet import entry, parts_rows, proof_rows, repeated_texts, run_sheet, underived_texts
+from geoprint.reporting.run_sheet import entry, proof_rows, repeated_texts, run_sheet, underived_texts
 
 # The run sheet of a whole stack: its layers in order, where it pauses, where it can be stopped and begun again.
-
-
-_HOME = "the controller's HOME folder"
 
 
 def stack_sheet(record: StackRecord, checked: CheckedStack, *, width: int | None = None) -> list[str]:
@@ -91,7 +91,14 @@ def _handling(
     """Return how it is set, printed, stopped and begun again."""
     one, count = _parts(layers)
     table = "table" if one == "attitude" else ""
-    return parts_rows(one, count, settings, dry_only=program.runs_dry_only, table=table)
+    return _joining(program).handling(one, count, settings, dry_only=program.runs_dry_only, table=table)
+
+
+def _joining(program: StackProgramRecord) -> Joining:
+    """Return how its parts became one program: the folder of the program is named after what wrote it."""
+    joining = post_processor(PurePosixPath(program.file).parts[0]).joining
+    assert joining is not None  # noqa: S101  # There is such a program.
+    return joining
 
 
 def _program(program: StackProgramRecord, layers: Sequence[StackedLayerRecord]) -> list[str]:
@@ -107,7 +114,7 @@ def _program(program: StackProgramRecord, layers: Sequence[StackedLayerRecord]) 
             f"{how_many(runs, 'run')} in {how_many(count, 'layer')}{tilted}, {program.print_s:.0f} s at full "
             f"speed{pauses}{dry}"
         ),
-        f"copy {folders} of rapid/ to {_HOME}, then load {program.file}",
+        _joining(program).loading(f"{folders} of {PurePosixPath(program.file).parts[0]}/", program.file),
     ]
 
 

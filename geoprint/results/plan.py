@@ -37,9 +37,7 @@ from geoprint.model import (
     table_of,
 )
 from geoprint.positioner import Attitude
-from geoprint.postprocessor import Orders
-from geoprint.postprocessor.rapid import Executed, Timeline
-from geoprint.postprocessor.rapid.stack_running import StackProof
+from geoprint.postprocessor import Executed, Orders, StackProof, Timeline
 from geoprint.process import Exposure, exposure
 from geoprint.process.feedback import Correction
 from geoprint.results.workpiece import Workpiece

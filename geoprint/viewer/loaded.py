@@ -17,20 +17,24 @@ from geoprint.postprocessor import (
     PLAN,
     Orders,
     Setup,
+    Timeline,
     TrajectoryTable,
+    check_timeline,
     read_orders,
     read_poses_table,
     read_setup,
     read_trajectory_table,
+    timeline,
 )
-from geoprint.postprocessor.rapid import Made, Timeline, check_timeline, judge_program, timeline
+from geoprint.postprocessor.interface import Execution, RobotProgram
+from geoprint.postprocessor.registry import post_processor_of
 from geoprint.reporting import read_record
 from geoprint.reporting.records.plan import PlanRecord
 from geoprint.reporting.replaying import machine
 from geoprint.reporting.values import COVERED, GAP, OVERLAP, Machine
 from geoprint.robot.arm import Arm, tilts
 from geoprint.robot.timing import tips_at
-from geoprint.workflow.bundles import STACK, bundles, foreign, listed, program_modules, stream_of
+from geoprint.workflow.bundles import STACK, bundles, foreign, listed, program_files, stream_of
 from geoprint.workflow.check_inputs import planned_job
 from geoprint.workflow.tilting import PART
 from geoprint.workflow.workpiece import read_part
@@ -98,24 +102,21 @@ class Motion:
         return int(np.clip(np.searchsorted(self.orders.times, time), 0, self.orders.count - 1))
 
     @cached_property
-    def program(self) -> Made | None:
+    def program(self) -> Execution | None:
         """The program as it was executed, whose moves say where they stand; None where there is none that runs."""
-        setup, modules = self.setup, tuple(program_modules(self._folder, self._modules()))
-        if not modules:
+        setup, files = self.setup, program_files(self._folder, self.setup.cell)
+        if not files:
             return None
-        _, proof = judge_program(
-            modules, self.orders, cell=setup.cell, placement=setup.placement, surface_within=setup.surface_within,
-            events=(),
-        )  # fmt: skip
-        made = None if proof is None else proof.printing
-        return made if made is not None and made.count == self.orders.count else None
+        wanted = RobotProgram("", 0.0, setup.placement, setup.surface_within, self.orders, (), self._tips, self.table)
+        execution = post_processor_of(setup.cell).execute(files, wanted, setup.cell)
+        return execution if execution.lines else None
 
     @cached_property
     def switching(self) -> Timeline | None:
         """What flows and shines when, as the program switches it; None without a program that runs."""
         if self.program is None:
             return None
-        found = timeline(self.program, self.orders, signals=self.setup.cell.signals, tips_at=self._tips)
+        found = timeline(self.program.switched, self.orders, signals=self.setup.cell.signals, tips_at=self._tips)
         try:
             check_timeline(found)
         except GeoprintError:
@@ -126,19 +127,15 @@ class Motion:
         """Return file and line of the move to a target; None where no program runs."""
         if self.program is None:
             return None
-        place = self.program.place(target)
-        return f"{place.module}:{place.line}"
+        file, line = self.program.lines[target]
+        return f"{file}:{line}"
 
     def target_of(self, line: int) -> int | None:
         """Return the first target whose move stands at a line of the program or behind it; None where none does."""
         if self.program is None:
             return None
-        lines = self.program.execution.moves.lines[self.program.rows]
-        there = np.flatnonzero(lines >= line)
+        there = np.flatnonzero(np.array([its for _, its in self.program.lines]) >= line)
         return int(there[0]) if there.size else None
-
-    def _modules(self) -> list[str]:
-        return [path.relative_to(self._folder).as_posix() for path in sorted(self._folder.glob("rapid/*.mod"))]
 
 
 @final

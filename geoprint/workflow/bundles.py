@@ -16,14 +16,22 @@ import numpy as np
 from geoprint.errors import ExportError, GeoprintError, InputError, UsageError, VerificationError, how_many, reason_of
 from geoprint.geometry import closest
 from geoprint.geometry.files import load
-from geoprint.model import FloatArray, PoseStream
-from geoprint.postprocessor import EVIDENCE, MANIFEST, PLAN, TIMINGS, json_bytes, read_poses_table, read_setup
-from geoprint.postprocessor.rapid import CONTROLLER_FOLDER, RESIDENT, check_resident
-from geoprint.postprocessor.rapid.stack_verifying import OwnProgram, judge_stack
+from geoprint.model import Cell, FloatArray, PoseStream
+from geoprint.postprocessor import (
+    EVIDENCE,
+    MANIFEST,
+    PLAN,
+    TIMINGS,
+    OwnProgram,
+    json_bytes,
+    read_poses_table,
+    read_setup,
+)
+from geoprint.postprocessor.interface import CONTROLLER_FOLDER
+from geoprint.postprocessor.registry import joined_file, joining_of, post_processor_name, post_processor_names
 from geoprint.postprocessor.switches import is_as_written
 from geoprint.reporting import read_record
 from geoprint.reporting.check import Checked, CheckedComparison, CheckedParts, Finding
-from geoprint.reporting.prints import JOINED_LIST
 from geoprint.reporting.records.evidence import EVIDENCE_SCHEMA, STAGES, SeenFile, SeenRecord
 from geoprint.reporting.records.plan import PlanRecord
 from geoprint.reporting.records.rounding import as_json
@@ -37,8 +45,6 @@ from geoprint.workflow.tilting import PART
 # file of bounded size with a name that any system takes. A link could lead anywhere, and a pipe would be waited for.
 
 
-# Where a bundle keeps the program.
-RAPID_FOLDER = "rapid"
 # What stands beside the bundles of a comparison.
 COMPARISON, STACK, STACKS = "compare.json", "stack.json", "stacks.json"
 REPORT = "report.html"
@@ -174,13 +180,15 @@ def _kind(mode: int) -> str:
 def _beside_programs(folder: Path, names: Iterable[str]) -> Iterator[str]:
     """Yield all that lies in the folders of programs, without following a link; a bound ends it."""
     paths = [PurePosixPath(name) for name in names]
+    known = post_processor_names()
     places = {
-        PurePosixPath(*path.parts[: path.parts.index(RAPID_FOLDER) + 1])
+        PurePosixPath(*path.parts[: path.parts.index(name) + 1])
         for path in paths
-        if RAPID_FOLDER in path.parts[:-1]
+        for name in known
+        if name in path.parts[:-1]
     }
     count = 0
-    for place in sorted({PurePosixPath(RAPID_FOLDER), *places}):
+    for place in sorted({*map(PurePosixPath, known), *places}):
         for root, folders, files in os.walk(folder / place, followlinks=False):
             linked = [name for name in folders if os.path.islink(os.path.join(root, name))]  # noqa: PTH114, PTH118
             for name in (*linked, *files):
@@ -193,7 +201,7 @@ def _beside_programs(folder: Path, names: Iterable[str]) -> Iterator[str]:
 def changes(folder: Path, names: Mapping[str, str]) -> Iterator[tuple[str, str]]:
     """Yield name and reason for each listed file that is not as it was written, and for modules that nobody lists.
 
-    The switches of GeoCell, or of a stack's GeoStack, may be set as its run sheet asks.
+    The switches of a program may be set as its run sheet asks.
     """
     for name, digest in names.items():
         path = folder / name
@@ -394,7 +402,8 @@ def check_joined(folder: Path, names: Iterable[str], record: PlanRecord) -> tupl
         _check_deposited(folder, record)
         return check_parts(folder, names, own)
     except GeoprintError as error:
-        return [program_finding(error)], CheckedParts()
+        file = PLAN if record.joined is None else record.joined.file
+        return [program_finding(error, str(PurePosixPath(file).parent), file=file)], CheckedParts()
 
 
 def check_parts(folder: Path, names: Iterable[str], own: Sequence[OwnProgram]) -> tuple[list[Finding], CheckedParts]:
@@ -411,9 +420,11 @@ def check_parts(folder: Path, names: Iterable[str], own: Sequence[OwnProgram]) -
     Raises:
         GeoprintError: it cannot be judged at all.
     """
-    modules = dict(program_modules(folder, names))
-    wrong, proof, settings = judge_stack(modules, own)
-    findings = [*resident_findings(folder, own[-1]), *map(program_finding, wrong)]
+    cell = own[-1].cell
+    name = post_processor_name(cell)
+    modules = dict(program_modules(folder, names, name))
+    wrong, proof, settings = joining_of(cell).judge(modules, own, kept=kept_files(folder, name))
+    findings = [program_finding(error, name, file=joined_file(cell)) for error in wrong]
     return findings, CheckedParts(settings, proof, program_digest(modules.items()))
 
 
@@ -434,34 +445,44 @@ def own_program(folder: Path, part: str, *, layer: int) -> OwnProgram:
         VerificationError: its setup or a module cannot be read.
     """
     setup = read_setup(folder / part / "setup.json")
+    return OwnProgram(layer, part, program_files(folder / part, setup.cell), setup.cell, setup.placement)
+
+
+def program_files(folder: Path, cell: Cell) -> tuple[tuple[str, str], ...]:
+    """Return name and text of each file of a program, by name.
+
+    Args:
+        folder: of its tables.
+        cell: that it is for.
+
+    Raises:
+        UsageError: nothing known writes programs of that cell.
+        VerificationError: a file cannot be read.
+    """
+    place = folder / post_processor_name(cell)
     try:
-        paths = sorted((folder / part / RAPID_FOLDER).glob("*.mod"))
-        modules = tuple((path.name, path.read_bytes().decode("latin-1")) for path in paths)
+        paths = sorted(path for path in place.glob("*") if path.is_file())
+        return tuple((path.name, path.read_bytes().decode("latin-1")) for path in paths)
     except OSError as error:
-        raise VerificationError(f"{folder / part / RAPID_FOLDER} cannot be read ({error.strerror}).") from error
-    return OwnProgram(layer, part, modules, setup.cell, setup.placement)
+        raise VerificationError(f"{place} cannot be read ({error.strerror}).") from error
 
 
-def program_modules(folder: Path, names: Iterable[str]) -> Iterable[tuple[str, str]]:
-    """Yield path within the folder of the program and text of its files that exist, without the controller's."""
+def program_modules(folder: Path, names: Iterable[str], program: str) -> Iterable[tuple[str, str]]:
+    """Yield path within the folder of a program and text of its files that exist, without the controller's."""
     for name in names:
         path = PurePosixPath(name)
-        if path.parts[0] == RAPID_FOLDER and path.parts[1] != CONTROLLER_FOLDER and (folder / name).is_file():
-            yield str(path.relative_to(RAPID_FOLDER)), (folder / name).read_bytes().decode("latin-1")
+        if path.parts[0] == program and path.parts[1] != CONTROLLER_FOLDER and (folder / name).is_file():
+            yield str(path.relative_to(program)), (folder / name).read_bytes().decode("latin-1")
 
 
-def resident_findings(folder: Path, own: OwnProgram) -> Iterable[Finding]:
-    """Yield what is wrong with the module that stays on the controller, where the folder brings it."""
-    path = folder / RAPID_FOLDER / RESIDENT
-    try:
-        if path.is_file():
-            check_resident(path.read_bytes().decode("latin-1"), cell=own.cell, placement=own.placement)
-    except VerificationError as error:
-        yield program_finding(error)
+def kept_files(folder: Path, program: str) -> dict[str, str]:
+    """Return name and text of each file that a controller keeps for a program, of those that lie in its folder."""
+    paths = sorted(path for path in (folder / program / CONTROLLER_FOLDER).glob("*") if path.is_file())
+    return {path.name: path.read_bytes().decode("latin-1") for path in paths}
 
 
-def program_finding(error: GeoprintError) -> Finding:
-    """Return what an error says; it names a module and its line."""
+def program_finding(error: GeoprintError, program: str, *, file: str | None = None) -> Finding:
+    """Return what an error says, of the file that it names in the folder of the program, or else of `file`."""
     module, line, reason = (error.details.get(name) for name in ("module", "line", "reason"))
-    name = f"{RAPID_FOLDER}/{module}" if isinstance(module, str) else JOINED_LIST
+    name = f"{program}/{module}" if isinstance(module, str) else file or program
     return Finding(name, line if isinstance(line, int) else 1, reason if isinstance(reason, str) else str(error))

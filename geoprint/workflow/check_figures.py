@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import takewhile
 from pathlib import Path, PurePosixPath
 from typing import cast
 
@@ -22,7 +21,9 @@ from geoprint.geometry.files import load, load_file
 from geoprint.model import PASCAL_PER_KPA, Cell, FloatArray, PoseStream, Surface
 from geoprint.positioner import table_machine
 from geoprint.postprocessor import PLAN, TIMINGS, Json, Orders, Setup, TrajectoryTable, read_trajectory_table
-from geoprint.postprocessor.rapid import CONTROLLER_FOLDER, STACK_MODULE, controller_findings
+from geoprint.postprocessor.expected_targets import LIFT
+from geoprint.postprocessor.interface import CONTROLLER_FOLDER
+from geoprint.postprocessor.registry import joining_of, post_processor_name, post_processor_of
 from geoprint.process import bore_of, exposure, pressure_for
 from geoprint.reporting.cautions import coverage_warnings, placement_texts
 from geoprint.reporting.check import Checked, Finding
@@ -33,9 +34,8 @@ from geoprint.reporting.robot_summary import record_switching
 from geoprint.robot.arm import Arm, check_load, unconfirmed_kinematics
 from geoprint.robot.timing import joints_at, tips_at, unconfirmed_speeds
 from geoprint.toolpath import largest_lean, mean_lean
-from geoprint.workflow.bundles import RAPID_FOLDER, is_layer, path_findings, stream_of
+from geoprint.workflow.bundles import is_layer, path_findings, program_files, program_finding, stream_of
 from geoprint.workflow.check_inputs import differences, planned_cell, planned_job, settings_findings, setup_findings
-from geoprint.workflow.checking_motion import LIFT
 from geoprint.workflow.replan import JOB
 from geoprint.workflow.table_motion import sweep_seconds
 from geoprint.workflow.tilting import part_folder
@@ -61,7 +61,6 @@ ROW = 1.5e-3
 SURFACE = "surface.ply"
 # How each header ends.
 _REAL = "the real cell. Run it dry and slowly first."
-_RESIDENT = "It needs GeoResident.sys, which shuts outputs off at stops: controller/first_load.md."
 # Files that are pictures and pages: nobody derives them but by planning again.
 _PICTURES = (".png", ".svg", ".pdf", ".html")
 
@@ -301,18 +300,14 @@ def _robot_findings(
         lambda: _trajectory_findings(one, orders, of, at=at, file=f"{prefix}trajectory.csv"),
     )
     yield from _collected(PLAN, lambda: _volume_findings(one, setup, orders, record, of, at=at))
-    modules = of.program.modules
-    loading = any(name.startswith("GeoPath") for name in modules)
-    yield from controller_files_findings(one.folder, names, setup, loading=loading, prefix=prefix)
-    yield from _collected(
-        f"{prefix}{RAPID_FOLDER}", lambda: _header_findings(one, setup, orders, of, record, prefix=prefix)
-    )
+    yield from controller_files_findings(one.folder, names, setup, modules=of.program.modules, prefix=prefix)
+    yield from _collected(PLAN, lambda: _header_findings(one, setup, orders, of, record, prefix=prefix))
 
 
 def _program_findings(one: Checked, setup: Setup, orders: Orders, of: RobotRecord, *, at: str) -> Iterator[Finding]:
     """Yield what is said of a program and its proof that this check, which read and executed it, did not find."""
     missing = setup.placement.missing
-    lying = _modules(one.folder)
+    lying = dict(program_files(one.folder, setup.cell))
     found: dict[str, Json] = {
         "modules": [name for name, _ in sorted(lying.items(), key=lambda item: _place_of(item[0], of))],
         "targets": orders.count,
@@ -339,12 +334,6 @@ def _program_findings(one: Checked, setup: Setup, orders: Orders, of: RobotRecor
 def _place_of(name: str, of: RobotRecord) -> tuple[int, str]:
     modules = of.program.modules
     return (modules.index(name) if name in modules else len(modules), name)
-
-
-def _modules(folder: Path) -> dict[str, str]:
-    """Return the text of each file of a program, by its name."""
-    paths = [path for path in sorted((folder / RAPID_FOLDER).iterdir()) if path.is_file()]
-    return {path.name: path.read_bytes().decode("latin-1") for path in paths}
 
 
 def _motion_findings(setup: Setup, orders: Orders, of: RobotRecord, *, at: str) -> Iterator[Finding]:
@@ -483,7 +472,7 @@ def controller_files_findings(
     names: Mapping[str, str],
     setup: Setup,
     *,
-    loading: bool,
+    modules: Sequence[str],
     prefix: str = "",
     folders: Sequence[str] = (),
 ) -> Iterator[Finding]:
@@ -493,21 +482,21 @@ def controller_files_findings(
         folder: of the program's folder.
         names: of the bundle's files, from where `prefix` begins.
         setup: cell and placement.
-        loading: whether the program loads its modules as it runs.
+        modules: names of the files of the program.
         prefix: of names in this folder.
         folders: of the parts of the program, if it has some.
     """
-    inner = f"{prefix}{RAPID_FOLDER}/{CONTROLLER_FOLDER}/"
+    program = post_processor_name(setup.cell)
+    inner = f"{prefix}{program}/{CONTROLLER_FOLDER}/"
     paths = [PurePosixPath(name) for name in names if name.startswith(inner)]
-    place = folder / RAPID_FOLDER / CONTROLLER_FOLDER
+    place = folder / program / CONTROLLER_FOLDER
     files = {
         path.name: (place / path.name).read_bytes().decode("latin-1") for path in paths if (place / path.name).is_file()
     }
-    for error in controller_findings(
-        files, cell=setup.cell, placement=setup.placement, loading=loading, folders=folders
+    for error in post_processor_of(setup.cell).kept_findings(
+        files, setup.cell, placement=setup.placement, names=modules, folders=folders
     ):
-        module, line, reason = (error.details.get(key) for key in ("module", "line", "reason"))
-        yield Finding(f"{prefix}{RAPID_FOLDER}/{module}", line if isinstance(line, int) else 1, str(reason))
+        yield program_finding(error, f"{prefix}{program}")
 
 
 def _header_findings(
@@ -531,17 +520,9 @@ def _header_findings(
     apart = {*unconfirmed_kinematics(), *unconfirmed_speeds()}
     skipped = [*(text for text in said.not_checked if text not in apart), _REAL]
     wanted = [*begins, *(f"Checked: {text}" for text in checked), *(f"Not checked: {text}" for text in skipped)]
-    wanted.append(_RESIDENT)
-    for name, text in _modules(one.folder).items():
-        if name in {"GeoCell.mod", "GeoPrint.mod"}:
-            file, found = f"{prefix}{RAPID_FOLDER}/{name}", _header(text)
-            for sentence in wanted:
-                if not any(_says(each, sentence) for each in found):
-                    yield Finding(file, 2, f"the header must say {sentence[:100]!r}, as plan.json does")
-            for each in found:
-                judged = each.startswith(("Checked:", "Notchecked:"))
-                if judged and not any(_says(each, sentence) for sentence in wanted):
-                    yield Finding(file, 2, f"the header says {each[:100]!r}, plan.json does not")
+    files = dict(program_files(one.folder, setup.cell))
+    for error in post_processor_of(setup.cell).header_findings(files, wanted):
+        yield program_finding(error, f"{prefix}{post_processor_name(setup.cell)}")
 
 
 def joined_header_findings(
@@ -557,8 +538,7 @@ def joined_header_findings(
         layers: which layer each of its programs prints.
         tilted: whether they are attitudes of a table.
     """
-    path, one = folder / RAPID_FOLDER / STACK_MODULE, "attitude" if tilted else "layer"
-    found = _header(path.read_bytes().decode("latin-1")) if path.is_file() else []
+    one = "attitude" if tilted else "layer"
     spans = [(layers.index(layer) + 1, layers.index(layer) + layers.count(layer)) for layer in dict.fromkeys(layers)]
     of_layers = [
         f"Layer {layer}: attitude{f's {first} to' if last > first else ''} {last}."
@@ -572,36 +552,9 @@ def joined_header_findings(
         *(of_layers if tilted and len(of_layers) > 1 else ()),
         f"Checked: executed from home to home; each {one} moves and switches as in its own program.",
         f"Not checked: {_REAL}",
-        _RESIDENT,
     ]
-    for sentence in wanted:
-        if not any(_says(each, sentence) for each in found):
-            yield Finding(f"{RAPID_FOLDER}/{STACK_MODULE}", 2, f"the header must say {sentence!r}")
-
-
-# How sentences of headers begin; each begins in a line of its own.
-_BEGINS = (
-    "Written by ", "Fixture ", "PLACEMENT ", "Not stated: ", "Surface ", "Part: ", "Cell: ", "Spacing: ", "Layer ",
-    "Checked: ", "Not checked: ", "It needs ", "A person sets ",
-)  # fmt: skip
-
-
-def _header(text: str) -> list[str]:
-    """Return the sentences in the comment at the beginning of a module, without spaces: lines break anywhere."""
-    lines = takewhile(lambda line: line.startswith("  ! "), text.split("\n")[1:])
-    sentences: list[str] = []
-    for line in lines:
-        bare = line.removeprefix("  ! ")
-        if not sentences or bare.startswith(_BEGINS) or bare[:1].isdigit():
-            sentences.append("")
-        sentences[-1] += "".join(bare.split())
-    return sentences
-
-
-def _says(found: str, wanted: str) -> bool:
-    """Return whether a sentence of a header, without spaces, is one that it must have; a long one is cut."""
-    plain = "".join("".join(letter if " " <= letter <= "~" else "?" for letter in wanted).split())
-    return found == plain or (found.endswith("...") and plain.startswith(found.removesuffix("...")))
+    for error in joining_of(cell).header_findings(dict(program_files(folder, cell)), wanted):
+        yield program_finding(error, post_processor_name(cell))
 
 
 def _joined_findings(checked: Checked, record: PlanRecord, each: Sequence[Checked]) -> Iterator[Finding]:
@@ -628,11 +581,12 @@ def _joined_findings(checked: Checked, record: PlanRecord, each: Sequence[Checke
     yield from joined_header_findings(
         checked.folder, part=record.input.name, version=record.version, cell=cell, layers=[1] * len(each), tilted=True
     )
-    loading = any(name.startswith("GeoPath") for robot in record.robot for name in robot.program.modules)
+    modules = [name for robot in record.robot for name in robot.program.modules]
     folders = [part_folder(number, len(each)) for number, _ in enumerate(each, start=1)]
-    names = {path.relative_to(checked.folder).as_posix(): "" for path in (checked.folder / RAPID_FOLDER).rglob("*")}
+    program = checked.folder / post_processor_name(cell)
+    names = {path.relative_to(checked.folder).as_posix(): "" for path in program.rglob("*")}
     last = replace(setups[-1], placement=setups[0].placement)
-    yield from controller_files_findings(checked.folder, names, last, loading=loading, folders=folders)
+    yield from controller_files_findings(checked.folder, names, last, modules=modules, folders=folders)
 
 
 def _warning_findings(record: PlanRecord, jobs: Sequence[Job]) -> Iterator[Finding]:

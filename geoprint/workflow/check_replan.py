@@ -16,11 +16,11 @@ from geoprint.errors import GeoprintError
 from geoprint.geometry.files import load
 from geoprint.model import Surface
 from geoprint.postprocessor import Json
-from geoprint.postprocessor.rapid import CELL_MODULE, STACK_MODULE, as_new
+from geoprint.postprocessor.registry import post_processor_names
+from geoprint.postprocessor.switches import as_written
 from geoprint.reporting.check import Finding
 from geoprint.reporting.plan import record_plan
 from geoprint.results import Plan
-from geoprint.workflow.bundles import RAPID_FOLDER
 from geoprint.workflow.check_inputs import differences, planned_job
 from geoprint.workflow.planning import plan
 from geoprint.workflow.replan import JOB
@@ -67,16 +67,14 @@ def replanned(
             else:
                 yield from _differing(name, written, content)
     yield from (Finding(name, 1, "planned again there is such a file") for name in files if name not in names)
-    programs = [name for name in names if RAPID_FOLDER in PurePosixPath(name).parts[:-1] and name not in files]
+    known = {*post_processor_names()}
+    programs = [name for name in names if known & {*PurePosixPath(name).parts[:-1]} and name not in files]
     yield from (Finding(name, 1, "planned again there is no such file") for name in programs)
 
 
 def _written(path: Path) -> bytes:
     """Return a file, its switches as they were written."""
-    content = path.read_bytes()
-    if path.name in {CELL_MODULE, STACK_MODULE}:
-        return as_new(content.decode("latin-1")).encode("latin-1")
-    return content
+    return as_written(path.name, path.read_bytes())
 
 
 def _differing(name: str, written: bytes, content: bytes) -> Iterator[Finding]:

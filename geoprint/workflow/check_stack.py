@@ -16,18 +16,15 @@ from geoprint.errors import GeoprintError, naming
 from geoprint.metrics.stack_thickness import deposited_volume
 from geoprint.model import PoseStream, frozen
 from geoprint.positioner import table_machine
-from geoprint.postprocessor import Json, read_setup
-from geoprint.postprocessor.rapid.stack_verifying import OwnProgram
-from geoprint.postprocessor.rapid.stack_writing import together
+from geoprint.postprocessor import Json, OwnProgram, read_setup
+from geoprint.postprocessor.registry import joined_file, joining_of, post_processor_name
 from geoprint.reporting.check import Checked, CheckedStack, Finding
-from geoprint.reporting.prints import JOINED_LIST
 from geoprint.reporting.records.plan import PlanRecord
 from geoprint.reporting.records.rounding import as_json, read_record
 from geoprint.reporting.records.stack import StackedLayerRecord, StackProgramRecord, StackRecord
 from geoprint.reporting.stack import finished_record, with_cure
 from geoprint.results import StackedLayer
 from geoprint.workflow.bundles import (
-    RAPID_FOLDER,
     STACK,
     check_parts,
     own_program,
@@ -254,7 +251,7 @@ def _program(
     )
     moving = sum(move.seconds - move.from_rest for move in moves)
     return {
-        "file": JOINED_LIST,
+        "file": joined_file(own[0].cell),
         "pause_s": pause,
         "print_s": printing + moving + pause * (len(plans) - 1),
         "runs_dry_only": bool(own[0].placement.missing),
@@ -334,12 +331,13 @@ def stack_program(
     """
     if not own:
         return {}, None
-    modules, beside, proof = together(own, part_name=part_name)
-    files = {f"{RAPID_FOLDER}/{name}": text.encode("ascii") for name, text in (modules | beside).items()}
+    modules, beside, proof = joining_of(own[0].cell).join(own, part_name=part_name)
+    folder = post_processor_name(own[0].cell)
+    files = {f"{folder}/{name}": text.encode("ascii") for name, text in (modules | beside).items()}
     pause = own[0].cell.process.layer_pause
     printing = sum(layer.print_s or 0.0 for layer in layers) + sum(move.seconds - move.from_rest for move in moves)
     return files, StackProgramRecord(
-        file=JOINED_LIST,
+        file=joined_file(own[0].cell),
         pause_s=pause,
         print_s=printing + pause * (len(layers) - 1),
         table_kept_mm=_kept(moves),
@@ -371,7 +369,7 @@ def check_stack(
         record = read_record(folder / STACK, StackRecord)
         if any(one.findings for _, one in layers):
             reason = "a layer differs from its plan, so the stack was not compared with it"
-            return [Finding(STACK if record.program is None else JOINED_LIST, 1, reason)], CheckedStack(record)
+            return [Finding(STACK if record.program is None else record.program.file, 1, reason)], CheckedStack(record)
         own = own_programs(folder, record.layers)
         findings: list[Finding] = []
         stack, moves = CheckedStack(record), ()
@@ -400,14 +398,13 @@ def _program_findings(
     try:
         moves = layer_moves([job_of(surface=folder / layer.folder / JOB) for layer in record.layers], own)
     except GeoprintError as error:
-        findings.append(Finding(JOINED_LIST, 1, str(error)))
+        findings.append(Finding(joined_file(own[0].cell), 1, str(error)))
     else:
         findings += _kept_findings(record, moves)
     last = read_setup(folder / own[-1].folder / "setup.json")
     placed = replace(last, placement=own[0].placement)
-    loading = any(PurePosixPath(name).name.startswith("GeoPath") for name in names)
     findings += controller_files_findings(
-        folder, dict.fromkeys(names, ""), placed, loading=loading, folders=[one.folder for one in own]
+        folder, dict.fromkeys(names, ""), placed, modules=names, folders=[one.folder for one in own]
     )
     findings += joined_header_findings(
         folder,

@@ -6,43 +6,41 @@ wrong is listed with file, line and reason; nothing is repaired.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from math import inf
 from pathlib import Path
 from typing import final
 
 from geoprint.errors import GeoprintError, VerificationError
-from geoprint.model import FloatArray, PoseStream
+from geoprint.model import PoseStream
 from geoprint.postprocessor import (
     EVIDENCE,
     PLAN,
     Event,
+    Executed,
     Orders,
     PosesTable,
+    Settings,
     Setup,
+    Switched,
+    Timeline,
     TipsAt,
     TrajectoryTable,
+    check_timeline,
+    expected_events,
     read_orders,
     read_poses_table,
     read_setup,
     read_trajectory_table,
-)
-from geoprint.postprocessor.rapid import (
-    RESIDENT,
-    Executed,
-    Made,
-    Proof,
-    Settings,
-    Timeline,
-    check_resident,
-    check_timeline,
-    check_times,
-    expected_events,
-    judge_program,
-    program_settings,
-    read_task,
     timeline,
+)
+from geoprint.postprocessor.interface import RobotProgram
+from geoprint.postprocessor.registry import (
+    post_processor,
+    post_processor_name,
+    post_processor_names,
+    post_processor_of,
 )
 from geoprint.reporting import program_digest
 from geoprint.reporting.check import Checked, Finding
@@ -51,10 +49,10 @@ from geoprint.reporting.records.rounding import read_record
 from geoprint.robot.arm import Arm
 from geoprint.robot.timing.moments import tips_at
 from geoprint.workflow.bundles import (
-    RAPID_FOLDER,
     changes,
     check_joined,
     foreign,
+    kept_files,
     listed,
     listed_bundle,
     path_findings,
@@ -65,12 +63,9 @@ from geoprint.workflow.check_figures import bundle_findings, not_derived
 from geoprint.workflow.check_full import repeat
 from geoprint.workflow.checking_motion import (
     check_bead_speed,
-    check_configuration,
     check_deposited_path,
     check_extent,
-    check_frame,
     check_joints,
-    check_lifted,
     check_moves,
     check_passing,
     check_poses,
@@ -88,7 +83,7 @@ def check_bundle(folder: Path | str, *, full: bool = False) -> Checked:
         full: whether the collision check and the measurement of evenness are repeated, from the bundle's own part.
 
     Returns:
-        What was found. A file that merely changed is a finding too, at its first line; the switches of GeoCell may be
+        What was found. A file that merely changed is a finding too, at its first line; switches of a program may be
         set as its run sheet asks.
 
     Raises:
@@ -100,7 +95,7 @@ def check_bundle(folder: Path | str, *, full: bool = False) -> Checked:
     names = listed_bundle(folder)
     if any(name.startswith(f"{PART}1/") for name in names):
         checked = _check_attitudes(folder, list(names))
-    elif any(name.startswith(f"{RAPID_FOLDER}/") for name in names):
+    elif _program_of(names):
         checked = check_program(folder, list(names))
     else:
         checked = _check_paths(folder)
@@ -185,6 +180,12 @@ def check_program(folder: Path, names: Sequence[str], *, plan: Path | None = Non
     )
 
 
+def _program_of(names: Iterable[str]) -> str:
+    """Return the post-processor that wrote a program, which its folder is named after; empty where there is none."""
+    folders = {name.partition("/")[0] for name in names if "/" in name}
+    return next((name for name in post_processor_names() if name in folders), "")
+
+
 @final
 class _Checking:
     """Collects what is found while the parts of a bundle are read; what one part lacks, later ones go without."""
@@ -197,7 +198,7 @@ class _Checking:
         self.settings: Settings | None = None
         self.switching: Timeline | None = None
         self.executed: Executed | None = None
-        self._folder, self._plan = folder, plan
+        self._folder, self._plan, self._program = folder, plan, ""
 
     def run(self, names: Sequence[str]) -> None:
         with_file = self._collecting
@@ -205,10 +206,10 @@ class _Checking:
         with_file("setup.json", self._read_setup)
         if self.setup is None:
             # Whatever it was written for, nothing loads whose names mean nothing.
-            with_file(RAPID_FOLDER, lambda: read_task(tuple(self.modules(names)), signals=None))
+            self._program = _program_of(names)
+            with_file(self._program, lambda: post_processor(self._program).parse(tuple(self.modules(names))))
             return
         setup = self.setup
-        with_file(f"{RAPID_FOLDER}/{RESIDENT}", lambda: self._check_resident(setup))
         moved: list[TrajectoryTable] = []
         posed: list[PosesTable] = []
         with_file("trajectory.csv", lambda: moved.append(read_trajectory_table(self._folder / "trajectory.csv")))
@@ -228,12 +229,9 @@ class _Checking:
             raise VerificationError("plan.json: robot: it has no part of the robot; write the plan again.")
 
     def _read_setup(self) -> None:
-        self.setup = read_setup(self._folder / "setup.json")
-
-    def _check_resident(self, setup: Setup) -> None:
-        path = self._folder / RAPID_FOLDER / RESIDENT
-        if path.is_file():
-            check_resident(path.read_bytes().decode("latin-1"), cell=setup.cell, placement=setup.placement)
+        setup = read_setup(self._folder / "setup.json")
+        self._program = post_processor_name(setup.cell)
+        self.setup = setup
 
     def _read_orders(self, setup: Setup, table: TrajectoryTable, poses: PosesTable) -> None:
         self.orders = read_orders(
@@ -257,7 +255,6 @@ class _Checking:
         # Places, zones or speeds that are wrong already lead past the poses, too.
         for poses in streams if not self.findings else ():
             self._collecting("targets.csv", lambda poses=poses: check_moves(orders, poses))
-        modules = tuple(self.modules(names))
         wanted: list[tuple[Event, ...]] = []
         self._collecting(
             "targets.csv",
@@ -265,21 +262,37 @@ class _Checking:
                 expected_events(orders, signals=setup.cell.signals, tips_at=tips, speed=process.speed)
             ),
         )
-        judged = [
-            judge_program(
-                modules, orders, cell=setup.cell, placement=setup.placement, surface_within=setup.surface_within,
-                events=events,
-            )
-            for events in wanted
-        ]  # fmt: skip
-        self.findings += [_finding(error, RAPID_FOLDER) for findings, _ in judged for error in findings]
-        for findings, proof in judged:
-            if proof is None:
-                continue
-            self.executed = proof.executed
-            if not findings and proof.printing.count == orders.count:
-                self._check_motion(proof, setup, orders, table, arm=arm, tips=tips)
-                self.settings = program_settings(modules, runs=int(orders.runs[-1]) + 1)
+        for events in wanted:
+            self._execute(tuple(self.modules(names)), setup, orders, table, events=events, tips=tips)
+
+    def _execute(
+        self,
+        modules: Sequence[tuple[str, str]],
+        setup: Setup,
+        orders: Orders,
+        table: TrajectoryTable,
+        *,
+        events: tuple[Event, ...],
+        tips: TipsAt,
+    ) -> None:
+        """Execute the program, and hold what it does against the plan's tables."""
+        record = self.record
+        program = RobotProgram(
+            part_name="" if record is None else record.input.name,
+            spacing=0.0 if record is None else record.settings.spacing_mm,
+            placement=setup.placement,
+            surface_within=setup.surface_within,
+            orders=orders,
+            events=events,
+            tips_at=tips,
+            motion=table,
+        )
+        kept = kept_files(self._folder, self._program)
+        execution = post_processor_of(setup.cell).check(modules, program, setup.cell, kept=kept)
+        self.findings += [_finding(error, self._program, program=self._program) for error in execution.findings]
+        self.executed, self.settings = execution.executed, execution.settings
+        if not execution.findings and execution.lines:
+            self._collecting("targets.csv", lambda: self._simulate(execution.switched, orders, setup, tips))
 
     def _check_poses(self, orders: Orders, table: TrajectoryTable, tips: TipsAt) -> list[PoseStream]:
         streams: list[PoseStream] = []
@@ -290,37 +303,27 @@ class _Checking:
             self._collecting("trajectory.csv", lambda poses=poses: check_deposited_path(poses, table, tips))
         return streams
 
-    def _check_motion(
-        self, proof: Proof, setup: Setup, orders: Orders, table: TrajectoryTable, *, arm: Arm, tips: TipsAt
-    ) -> None:
-        made, T_base_work = proof.printing, setup.placement.T_base_work
-        self._collecting(RAPID_FOLDER, lambda: check_times(proof.executed))
-        self._collecting(RAPID_FOLDER, lambda: check_configuration(made, orders, table, arm, T_base_work))
-        self._collecting(RAPID_FOLDER, lambda: check_lifted(made, proof.dry, orders, arm, T_base_work))
-        self._collecting("setup.json", lambda: check_frame(made, orders, table, arm, T_base_work))
-        self._collecting("targets.csv", lambda: self._simulate(made, orders, setup, tips))
-
-    def _simulate(self, made: Made, orders: Orders, setup: Setup, tips: Callable[[FloatArray], FloatArray]) -> None:
-        self.switching = timeline(made, orders, signals=setup.cell.signals, tips_at=tips)
+    def _simulate(self, switched: Sequence[Switched], orders: Orders, setup: Setup, tips: TipsAt) -> None:
+        self.switching = timeline(switched, orders, signals=setup.cell.signals, tips_at=tips)
         check_timeline(self.switching)
 
     def modules(self, names: Sequence[str]) -> Iterator[tuple[str, str]]:
         """Yield name and text of the program's files that exist, in the order of the manifest."""
         for name in names:
             path = self._folder / name
-            if name == f"{RAPID_FOLDER}/{path.name}" and path.is_file():
+            if name == f"{self._program}/{path.name}" and path.is_file():
                 yield path.name, path.read_bytes().decode("latin-1")
 
     def _collecting(self, file: str, check: Callable[[], object]) -> None:
         try:
             check()
         except GeoprintError as error:
-            self.findings.append(_finding(error, file))
+            self.findings.append(_finding(error, file, program=self._program))
 
 
-def _finding(error: GeoprintError, file: str) -> Finding:
-    """Return what an error says; an error of a module names it and its line."""
+def _finding(error: GeoprintError, file: str, *, program: str = "") -> Finding:
+    """Return what an error says; an error of a file of the program names it and its line."""
     module, line = error.details.get("module"), error.details.get("line", error.details.get("row"))
-    name = f"{RAPID_FOLDER}/{module}" if isinstance(module, str) else file
+    name = f"{program}/{module}" if isinstance(module, str) else str(error.details.get("file", file))
     reason = error.details.get("reason")
     return Finding(name, line if isinstance(line, int) else 1, reason if isinstance(reason, str) else str(error))

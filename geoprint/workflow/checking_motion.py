@@ -7,31 +7,19 @@ neither of them was made of.
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise, product
-from typing import NoReturn
+from itertools import pairwise
 
 import numpy as np
 from scipy.spatial import cKDTree
-from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.errors import VerificationError
-from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Process, Robot
+from geoprint.model import FloatArray, PoseStream, Process, Robot
 from geoprint.postprocessor import Orders, PosesTable, TipsAt, TrajectoryTable
-from geoprint.postprocessor.rapid import Made
-from geoprint.robot.arm import Arm, border_distances, configuration_data
-from geoprint.robot.timing.moments import joints_at
+from geoprint.postprocessor.expected_targets import TURN_ON_THE_SPOT, corner_middles, largest_zones
 
 # The trajectory passes the targets to this [mm]: it is written in rows of a millisecond.
 TRAJECTORY_TOLERANCE = 0.01
-# Joints from the inverse agree with those of the trajectory between its rows to this [rad].
-JOINT_TOLERANCE = 1e-3
-# An angle this near to a multiple of 90 degrees [rad] may count for either quadrant.
-QUADRANT_TOLERANCE = 1e-6
-# Axes 1, 4 and 6, whose quadrants configuration data count.
-AXES = (0, 3, 5)
-# Beside a target that stands outside of a bend, its joints are off the trajectory's by this for each mm [rad/mm].
-JOINTS_PER_MM = 0.03
 # Speeds are written to four digits, half of the last one of 1000 mm/s is [mm/s].
 SPEED_TOLERANCE = 0.06
 # A straight line between targets is longer than the planned path by at most what their places were rounded by, and the
@@ -40,8 +28,6 @@ LINE_TOLERANCE = 0.005
 CORNER_TOLERANCE = 0.02
 # The trajectory is looked at in stretches of so many moments, which bounds the memory.
 _STRETCH = 50_000
-# Moves shorter than this [mm] turn the tool; the tip's speed means nothing there.
-TURN_ON_THE_SPOT = 1e-3
 # A zone of a target on the path cuts its corner by no more than this [mm].
 CUT_CORNER = 0.004
 # Zones and places are written to six decimals [mm].
@@ -50,8 +36,8 @@ ZONE_TOLERANCE = 1e-5
 RESTING = 0.02
 # Every place that is printed lies in the part's box to this [mm]: corners of paths are rounded by less.
 EXTENT_TOLERANCE = 0.5
-# The largest zone that is asked for, and how much higher the path is driven dry [mm]; the lowest speed [mm/s].
-LARGEST_ZONE, LIFT, SMALLEST_SPEED = 0.3, 20.0, 0.1
+# The lowest speed that is asked for [mm/s].
+SMALLEST_SPEED = 0.1
 # Over so much of a bead, and of the tip [mm], its speed is looked at, for from pose to pose it varies with the normals
 # of triangles, and so many times the print's it may be.
 BEAD_LENGTH, BEAD_TOLERANCE = 1.0, 1.03
@@ -76,7 +62,7 @@ def check_passing(orders: Orders, passed: FloatArray) -> None:
     Raises:
         VerificationError: it does neither.
     """
-    misses = np.minimum(*(np.linalg.norm(passed - each, axis=1) for each in (orders.tips, _corner_middles(orders))))
+    misses = np.minimum(*(np.linalg.norm(passed - each, axis=1) for each in (orders.tips, corner_middles(orders))))
     if misses.max() > TRAJECTORY_TOLERANCE:
         target = int(misses.argmax())
         raise VerificationError(
@@ -100,7 +86,7 @@ def check_poses(orders: Orders, poses: PoseStream) -> None:
     deposited_there, spans = np.append(0, np.cumsum(wanted)), np.append(np.diff(chosen), 1)
     deposited = deposited_there[np.append(chosen[1:], chosen[-1] + 1)] - deposited_there[chosen]
     tips = poses.tips[chosen]
-    misses = np.minimum(*(np.linalg.norm(each - tips, axis=1) for each in (orders.tips, _corner_middles(orders))))
+    misses = np.minimum(*(np.linalg.norm(each - tips, axis=1) for each in (orders.tips, corner_middles(orders))))
     # The flow is that by the length from target to target as these stand, some of them outside of bends.
     places = poses.tips.copy()
     places[chosen] = orders.tips
@@ -207,27 +193,6 @@ def check_joints(table: TrajectoryTable, robot: Robot, *, process: Process) -> N
             raise VerificationError(f"axis {int(joint) + 1} {what}", line=int(row) + 2)
 
 
-def _largest_zones(orders: Orders) -> FloatArray:
-    """Return (t,) the zone of each target by its neighbours, runs and laying alone [mm]."""
-    distances = np.linalg.norm(np.diff(orders.tips, axis=0), axis=1)
-    nearer = np.minimum(np.append(distances, 0.0), np.append(0.0, distances))
-    borders = np.diff(orders.runs) != 0
-    stops = np.append(borders, np.True_) | np.append(np.True_, borders)
-    stops |= np.diff(orders.deposited.astype(np.int8), prepend=0) != 0
-    return np.where(stops | (nearer < TURN_ON_THE_SPOT), 0.0, np.minimum(nearer / 2.0, LARGEST_ZONE))
-
-
-def _corner_middles(orders: Orders) -> FloatArray:
-    """Return (t, 3) the middle of the parabola about each target, with the zone that its neighbours give [mm]."""
-    steps = np.diff(orders.tips, axis=0)
-    along = steps / np.maximum(np.linalg.norm(steps, axis=1, keepdims=True), TURN_ON_THE_SPOT)
-    zones = _largest_zones(orders)[1:-1, None]
-    entries, exits = orders.tips[1:-1] - zones * along[:-1], orders.tips[1:-1] + zones * along[1:]
-    middles = orders.tips.copy()
-    middles[1:-1] = (entries + 2.0 * orders.tips[1:-1] + exits) / 4.0
-    return middles
-
-
 def check_speeds(orders: Orders, tips: TipsAt, times: FloatArray, *, process: Process) -> None:
     """Check that the speed of each target is that of the trajectory up to it, and on travel at most the process's.
 
@@ -243,7 +208,7 @@ def check_speeds(orders: Orders, tips: TipsAt, times: FloatArray, *, process: Pr
     Raises:
         VerificationError: one is not.
     """
-    lines, durations = np.linalg.norm(np.diff(_corner_middles(orders), axis=0), axis=1), np.diff(orders.times)
+    lines, durations = np.linalg.norm(np.diff(corner_middles(orders), axis=0), axis=1), np.diff(orders.times)
     paths = np.maximum(_path_lengths(orders.times, tips, times), lines)
     planned = np.where(orders.deposited[:-1], process.speed, process.travel_speed)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -312,7 +277,7 @@ def check_zones(orders: Orders, tips: TipsAt) -> None:
     Raises:
         VerificationError: one is not.
     """
-    largest = _largest_zones(orders)
+    largest = largest_zones(orders)
     resting = np.linalg.norm(tips(orders.times + _MILLISECOND) - tips(orders.times - _MILLISECOND), axis=1) < RESTING
     along = np.diff(orders.tips, axis=0)
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
@@ -346,94 +311,6 @@ def check_extent(poses: PosesTable, extent: FloatArray) -> None:
         )
 
 
-def check_configuration(made: Made, orders: Orders, table: TrajectoryTable, arm: Arm, T_base_work: FloatArray) -> None:
-    """Check that the inverse kinematics of the written targets has the written configuration, on the planned motion.
-
-    Raises:
-        VerificationError: one has another, or lies off the planned motion.
-    """
-    found = arm.solutions(T_base_work @ _frames(made))
-    planned = joints_at(table.times, table.joints, orders.times)
-    beside = np.linalg.norm(_corner_middles(orders) - orders.tips, axis=1)
-    wound = found + 2.0 * np.pi * np.rint((planned[:, None] - found) / (2.0 * np.pi))
-    misses = np.abs(wound - planned[:, None]).max(axis=2)
-    nearest = np.nanargmin(np.where(np.isnan(misses), np.inf, misses), axis=1)
-    rows = np.arange(made.count)
-    off = ~(misses[rows, nearest] <= JOINT_TOLERANCE + JOINTS_PER_MM * beside)
-    if off.any():
-        _refuse(made, int(np.argmax(off)), "no inverse kinematic solution is on the planned motion")
-    _check_data(made, wound[rows, nearest], made.configurations.astype(np.int64), arm=arm, how="")
-
-
-def check_lifted(made: Made, lifted: Made, orders: Orders, arm: Arm, T_base_work: FloatArray) -> None:
-    """Check the same of the dry run: the targets lifted, on the branch on which it begins.
-
-    Raises:
-        VerificationError: a lifted target has another configuration, or is out of reach.
-    """
-    lift = transforms.rigid(np.eye(3), np.array([0.0, 0.0, LIFT]))
-    solutions = arm.solutions(lift @ T_base_work @ _frames(made))
-    misses = np.abs(transforms.wrapped(solutions[0] - orders.lifted)).max(axis=1)
-    branch = int(np.nanargmin(np.where(np.isnan(misses), np.inf, misses)))
-    found = solutions[:, branch]
-    missing = np.isnan(found).any(axis=1)
-    if missing.any():
-        _refuse(made, int(np.argmax(missing)), "lifted for the dry run, it is out of reach")
-    if not misses[branch] <= JOINT_TOLERANCE:
-        _refuse(made, 0, "lifted for the dry run it is not where setup.json has its joints")
-    joints: FloatArray = np.unwrap(found, axis=0)
-    joints = joints + 2.0 * np.pi * np.rint((orders.lifted - joints[0]) / (2.0 * np.pi))
-    _check_data(made, joints, lifted.configurations.astype(np.int64), arm=arm, how="lifted for the dry run, ")
-
-
-def check_frame(made: Made, orders: Orders, table: TrajectoryTable, arm: Arm, T_base_work: FloatArray) -> None:
-    """Check that no target leaves its quadrants where the part lies off by as much as setup.json says it may.
-
-    It is shifted along each axis and turned about each one through its middle, both at once, to either side.
-
-    Raises:
-        VerificationError: one does.
-    """
-    if not np.isfinite(orders.frame):
-        raise VerificationError("setup.json lacks the tolerance of the frame; write the plan again", line=1)
-    low, high = orders.extent
-    centre, turn = transforms.apply(T_base_work, (low + high)[None] / 2.0)[0], orders.frame / np.linalg.norm(high - low)
-    planned = joints_at(table.times, table.joints, orders.times)
-    solutions = arm.solutions(T_base_work @ _frames(made))
-    wound = solutions + 2.0 * np.pi * np.rint((planned[:, None] - solutions) / (2.0 * np.pi))
-    misses = np.abs(wound - planned[:, None]).max(axis=2)
-    branches = np.nanargmin(np.where(np.isnan(misses), np.inf, misses), axis=1)
-    rows, signed = np.arange(made.count), np.vstack([np.eye(3), -np.eye(3)])
-    stands = wound[rows, branches]
-    for shift, axis in product(signed, signed):
-        turned = Rotation.from_rotvec(2.0 * turn * axis).as_matrix()
-        moved = transforms.rigid(turned, centre + orders.frame * shift - turned @ centre)
-        joints = arm.solutions(moved @ T_base_work @ _frames(made))[rows, branches]
-        joints = stands + transforms.wrapped(joints - stands)
-        left = ~(np.abs(joints - stands)[:, AXES] < border_distances(stands) + QUADRANT_TOLERANCE).all(axis=1)
-        if left.any():
-            row = int(np.argmax(left))
-            _refuse(made, row, f"an axis leaves its quadrant where the frame lies {orders.frame:.3g} mm off")
-
-
-def _check_data(made: Made, joints: FloatArray, said: IntArray, *, arm: Arm, how: str) -> None:
-    """Compare the configuration data of (t, 6) joints with what the (t, 4) written ones say."""
-    below, above = (configuration_data(joints + sign * QUADRANT_TOLERANCE, arm=arm) for sign in (-1.0, 1.0))
-    wrong: BoolArray = ((said != below) & (said != above)).any(axis=1)
-    if wrong.any():
-        row = int(np.argmax(wrong))
-        _refuse(
-            made,
-            row,
-            f"{how}the inverse kinematics gives the configuration {above[row].tolist()}, found {said[row].tolist()}",
-        )
-
-
-def _refuse(made: Made, row: int, what: str) -> NoReturn:
-    place = made.place(row)
-    raise VerificationError(f"target {row + 1}: {what}", module=place.module, line=place.line)
-
-
 def _path_lengths(moments: FloatArray, tips: TipsAt, times: FloatArray) -> FloatArray:
     """Return (t - 1,) how far the tip goes from each of (t,) moments to the next, by the trajectory's rows [mm]."""
     every = np.union1d(moments, times[(times > moments[0]) & (times < moments[-1])])
@@ -443,8 +320,3 @@ def _path_lengths(moments: FloatArray, tips: TipsAt, times: FloatArray) -> Float
     ]
     passed = np.append(0.0, np.cumsum(np.concatenate([np.empty(0), *steps])))
     return np.diff(passed[np.searchsorted(every, moments)])
-
-
-def _frames(made: Made) -> FloatArray:
-    """Return (t, 4, 4) the tool at the targets in the work frame."""
-    return transforms.rigid(transforms.rotation_of(made.turns), made.places)

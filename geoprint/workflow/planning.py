@@ -22,8 +22,19 @@ from geoprint.errors import ClearanceError, FieldError, LimitError, PlanError, R
 from geoprint.geometry import face_areas
 from geoprint.metrics.stack_thickness import deposited_shares, deposited_volume, executed_flow
 from geoprint.model import Cell, Clearance, FloatArray, JointPath, Placement, PoseStream, Program, Trajectory
-from geoprint.postprocessor import Orders, TipsAt, orders_of
-from geoprint.postprocessor.rapid import Executed, Timeline, check_timeline, check_times, proven_program, timeline
+from geoprint.postprocessor import (
+    Executed,
+    Orders,
+    Timeline,
+    TipsAt,
+    TrajectoryTable,
+    check_timeline,
+    orders_of,
+    timeline,
+)
+from geoprint.postprocessor.interface import RobotProgram
+from geoprint.postprocessor.registry import post_processor_of
+from geoprint.postprocessor.switching import switching_events
 from geoprint.process import following_flow
 from geoprint.results import DepositedLayer, Plan, RobotPlan, Workpiece
 from geoprint.robot.arm import Arm, check_load
@@ -270,7 +281,7 @@ def _with_robot(
             frame=frame_room(passed, arm, extent=extent, T_base_work=placement.T_base_work),
         )  # fmt: skip
         tips = tips_at(trajectory.times, trajectory.joints, arm, T_base_work=placement.T_base_work)
-        program, executed, switching = _program(paths, orders, tips, found, placement=placement, arm=arm)
+        program, executed, switching = _program(paths, orders, tips, trajectory, found, placement=placement, arm=arm)
         _check_deposit(joint_path.poses, trajectory, switching, paths)
     robot = RobotPlan(
         placement, joint_path, trajectory, targets, path, found, dry_found, orders, program, switching, executed, off,
@@ -382,22 +393,31 @@ def _check_deposit(poses: PoseStream, trajectory: Trajectory, switching: Timelin
 
 
 def _program(
-    paths: Plan, orders: Orders, tips: TipsAt, found: Clearance, *, placement: Placement, arm: Arm
+    paths: Plan,
+    orders: Orders,
+    tips: TipsAt,
+    trajectory: Trajectory,
+    found: Clearance,
+    *,
+    placement: Placement,
+    arm: Arm,
 ) -> tuple[Program, Executed, Timeline]:
     """Return a program with what was executed of it and when its outputs switch, both within what is allowed."""
     cell = paths.workpiece.cell
-    program, proof = proven_program(
-        orders,
-        cell=cell,
-        placement=placement,
-        surface_within=paths.workpiece.surface_within,
-        tips_at=tips,
+    program = RobotProgram(
         part_name=paths.workpiece.name,
         spacing=paths.contours.spacing,
+        placement=placement,
+        surface_within=paths.workpiece.surface_within,
+        orders=orders,
+        events=switching_events(orders, signals=cell.signals, tips_at=tips, speed=cell.process.speed),
+        tips_at=tips,
+        motion=TrajectoryTable(trajectory.times, trajectory.joints, trajectory.deposit, trajectory.runs),
         checked=(*found.checked, check_load(cell.tool, arm).sentence),
         not_checked=found.not_checked,
     )
-    switching = timeline(proof.printing, orders, signals=cell.signals, tips_at=tips)
+    written, execution = post_processor_of(cell).write(program, cell)
+    assert execution.executed is not None  # noqa: S101  # What is written was executed.
+    switching = timeline(execution.switched, orders, signals=cell.signals, tips_at=tips)
     check_timeline(switching)
-    check_times(proof.executed)
-    return program, proof.executed, switching
+    return written, execution.executed, switching

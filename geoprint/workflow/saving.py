@@ -26,7 +26,8 @@ from geoprint.postprocessor import (
     verify_poses_table,
     verify_trajectory_table,
 )
-from geoprint.postprocessor.rapid import CONTROLLER_FOLDER, controller_files
+from geoprint.postprocessor.interface import CONTROLLER_FOLDER
+from geoprint.postprocessor.registry import post_processor_name, post_processor_of
 from geoprint.reporting.check import Finding
 from geoprint.reporting.comparison import comparison_report, plan_report, recorded_comparison
 from geoprint.reporting.pictures import ComparisonPictures, chart_pictures, comparison_pictures
@@ -36,7 +37,7 @@ from geoprint.reporting.records.plan import PlanRecord
 from geoprint.reporting.records.rounding import as_json, read_record, save_record, verify_record
 from geoprint.reporting.tables import spacing_table
 from geoprint.results import Comparison, FailedPart, Measurement, Plan, RobotPlan, Workpiece
-from geoprint.workflow.bundles import COMPARISON, RAPID_FOLDER, REPORT, check_joined, part_folders
+from geoprint.workflow.bundles import COMPARISON, REPORT, check_joined, part_folders
 from geoprint.workflow.checking import check_program
 from geoprint.workflow.measuring import save_measurement
 from geoprint.workflow.processes import OtherProcesses, shared
@@ -202,7 +203,8 @@ def plan_files(plan: Plan, record: PlanRecord, *, charts: Mapping[str, bytes]) -
         files |= {f"{folder}{name}": content for name, content in own.items()}
     if plan.joined is not None:
         together = (*plan.joined.modules, *plan.joined.beside)
-        files |= {f"{RAPID_FOLDER}/{name}": text.encode("ascii") for name, text in together}
+        program = post_processor_name(plan.workpiece.cell)
+        files |= {f"{program}/{name}": text.encode("ascii") for name, text in together}
     return files
 
 
@@ -214,7 +216,8 @@ def robot_folders(plan: Plan) -> list[str]:
 
 def _robot_files(workpiece: Workpiece, robot: RobotPlan, cell: Cell) -> dict[str, bytes]:
     orders = robot.orders
-    loading = any(name.startswith("GeoPath") for name, _ in robot.program.modules)
+    program, names = post_processor_name(cell), [name for name, _ in robot.program.modules]
+    kept = post_processor_of(cell).kept(cell, placement=robot.placement, names=names)
     setup = Setup(
         cell,
         robot.placement,
@@ -228,11 +231,8 @@ def _robot_files(workpiece: Workpiece, robot: RobotPlan, cell: Cell) -> dict[str
         "trajectory.csv": trajectory_table(robot.trajectory),
         "targets.csv": targets_table(orders),
         "setup.json": setup_file(setup),
-        **{f"{RAPID_FOLDER}/{name}": text.encode("ascii") for name, text in robot.program.modules},
-        **{
-            f"{RAPID_FOLDER}/{CONTROLLER_FOLDER}/{name}": text.encode("ascii")
-            for name, text in controller_files(cell, placement=robot.placement, loading=loading).items()
-        },
+        **{f"{program}/{name}": text.encode("ascii") for name, text in robot.program.modules},
+        **{f"{program}/{CONTROLLER_FOLDER}/{name}": text.encode("ascii") for name, text in kept.items()},
     }
 
 
@@ -271,11 +271,12 @@ class _Promise:
 
 
 def _promised(plan: Plan, record: PlanRecord) -> _Promise:
+    program = post_processor_name(plan.workpiece.cell)
     robots = [
-        (part, robot.trajectory, [f"{RAPID_FOLDER}/{name}" for name, _ in robot.program.modules])
+        (part, robot.trajectory, [f"{program}/{name}" for name, _ in robot.program.modules])
         for robot, part in zip(plan.robot, robot_folders(plan), strict=True)
     ]
-    joined = [f"{RAPID_FOLDER}/{name}" for name, _ in plan.joined.modules] if plan.joined else []
+    joined = [f"{program}/{name}" for name, _ in plan.joined.modules] if plan.joined else []
     return _Promise(record, plan.poses, plan.workpiece.surface, tuple(robots), joined)
 
 

@@ -27,8 +27,8 @@ from geoprint.model import (
     frozen,
 )
 from geoprint.positioner import Attitude, UpRange, attitudes_of, gathered, table_machine, tilted, tilted_placement
-from geoprint.postprocessor.rapid.stack_verifying import OwnProgram
-from geoprint.postprocessor.rapid.stack_writing import together
+from geoprint.postprocessor import OwnProgram
+from geoprint.postprocessor.registry import joining_of
 from geoprint.results import JoinedProgram, Order, Plan, RobotPlan, Tilting
 from geoprint.robot.placing import FixturePose
 from geoprint.toolpath import PosedSurface, check_sum, posed_surface
@@ -188,7 +188,7 @@ def joined_program(plan: Plan) -> JoinedProgram | None:
     if len(plan.robot) < 2:
         return None
     own = own_programs(plan.workpiece.cell, plan.robot)
-    modules, beside, proof = together(own, part_name=plan.workpiece.name)
+    modules, beside, proof = joining_of(own[0].cell).join(own, part_name=plan.workpiece.name)
     return JoinedProgram(tuple(modules.items()), tuple(beside.items()), proof)
 
 

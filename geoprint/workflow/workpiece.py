@@ -35,10 +35,10 @@ from geoprint.geometry import (
 )
 from geoprint.geometry.files import MeshFile, load_file, load_likely, unit_readings
 from geoprint.model import Cell, FloatArray, Placement, Surface, TouchedPoints, frozen
-from geoprint.postprocessor.rapid import check_cell
+from geoprint.postprocessor.registry import post_processor_of
 from geoprint.process import WidthRule, WidthsAbout, WidthsAlong, WidthsBetween, WidthsOver, strand_diameter
 from geoprint.results import Side, StackPlace, TargetFile, Workpiece
-from geoprint.robot.arm import Arm, check_load, require_abb_conventions
+from geoprint.robot.arm import Arm, check_load
 from geoprint.robot.collision import link_solids
 from geoprint.robot.placing import (
     LEAST_MEAN_NORMAL,
@@ -554,15 +554,15 @@ def require_placement(job: Job, cell: Cell) -> None:
         raise UsageError("find the placement 'best' before planning: `best_placed(job)` returns the job there.")
     if job.place is None:
         _fixture(cell)
-    faults = Faults()
+    writing, faults = post_processor_of(cell), Faults()
     with faults.noting():
-        check_cell(cell)
+        writing.check_cell(cell)
     with faults.noting():
         link_solids(cell.robot.model, urdf=cell.robot.urdf, flange=cell.robot.flange)
     with faults.noting():
         arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
         with faults.noting():
-            require_abb_conventions(arm)
+            writing.check_arm(arm)
         check_load(cell.tool, arm)
     faults.refuse(f"nothing can be planned with the cell {cell.name}")
 

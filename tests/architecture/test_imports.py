@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -32,6 +33,20 @@ def test_contributing_shows_the_imports_and_lists_every_package(shared_plans: Sh
     packages = {name.split(".")[1] for name in code_base.modules if name.count(".") > 1}
     assert set(table) == packages
     assert packages == set(re.findall(r"\w+", " ".join(drawn[1:])))
+
+
+def test_no_package_but_post_processors_and_readers_names_a_dialect() -> None:
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
+        "contracts"
+    ]
+    (found,) = [each for each in contracts if each["name"] == "Only post-processors know a dialect"]
+    packages = {path.parent.name for path in (ROOT / "geoprint").glob("*/__init__.py")}
+    listed = {module.removeprefix("geoprint.") for module in found["source_modules"]}
+    assert packages - listed == {"postprocessor", "toolpath_files"}
+    words = re.compile(r"\brapid/|\bGeo(Cell|Guard|Print|Stack|Path)|\bgeo(DryRun|SpeedPct|FirstRun)")
+    paths = [path for name in listed for path in (ROOT / "geoprint" / name).rglob("*.py")]
+    assert len(paths) > 100
+    assert [str(path) for path in paths if words.search(path.read_text(encoding="utf-8"))] == []
 
 
 def test_an_import_that_others_imply_is_not_drawn(tmp_path: Path) -> None:

@@ -253,7 +253,7 @@ def test_no_cell_file_means_the_first_packaged_cell() -> None:
         (
             "speed_mm_s = 20",
             "speed_mms = 20",
-            r"106: process\.speed_mms: there is no such key, found 20 \(and 1 more\) \(did you mean `speed_mm_s`\?\)",
+            r"108: process\.speed_mms: there is no such key, found 20 \(and 1 more\) \(did you mean `speed_mm_s`\?\)",
         ),
         ("speed_mm_s = 20", "speed_mm_s = -1", r"process\.speed_mm_s: .*at least 0.1"),
         ("speed_mm_s = 20", 'speed_mm_s = "fast"', r"process\.speed_mm_s: .*found 'fast'"),

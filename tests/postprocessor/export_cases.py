@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -17,14 +18,19 @@ from geoprint.model import (
     Placement,
     PoseStream,
     Process,
+    Program,
     Robot,
     Signals,
     Targets,
     Tool,
     Trajectory,
 )
+from geoprint.postprocessor.expected_switching import expected_events
 from geoprint.postprocessor.ordering import orders_of
 from geoprint.postprocessor.orders import Event, Orders, TipsAt
+from geoprint.postprocessor.rapid.executed import Proof
+from geoprint.postprocessor.rapid.program import written_program
+from geoprint.postprocessor.rapid.verify import verify_program
 from geoprint.postprocessor.switching import switching_events
 
 CELL = Cell(
@@ -207,3 +213,29 @@ def events(poses: PoseStream | None = None, cell: Cell = CELL) -> tuple[Event, .
     """Where the outputs of the small plan switch."""
     poses = stream() if poses is None else poses
     return switching_events(orders(poses), signals=cell.signals, tips_at=tips_of(poses), speed=cell.process.speed)
+
+
+def proven_program(
+    orders: Orders,
+    *,
+    cell: Cell,
+    placement: Placement,
+    surface_within: float | None,
+    tips_at: TipsAt,
+    part_name: str,
+    spacing: float,
+    checked: Sequence[str] = (),
+    not_checked: Sequence[str] = (),
+) -> tuple[Program, Proof]:
+    """A program as it is written, and what it does when it is executed."""
+    speed = cell.process.speed
+    events = switching_events(orders, signals=cell.signals, tips_at=tips_at, speed=speed)
+    program = written_program(
+        orders, events, cell=cell, placement=placement, surface_within=surface_within, part_name=part_name,
+        spacing=spacing, checked=checked, not_checked=not_checked,
+    )  # fmt: skip
+    wanted = expected_events(orders, signals=cell.signals, tips_at=tips_at, speed=speed)
+    proof = verify_program(
+        program, orders, cell=cell, placement=placement, surface_within=surface_within, events=wanted
+    )
+    return program, proof

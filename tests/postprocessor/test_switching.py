@@ -12,22 +12,36 @@ from hypothesis import given, settings, strategies as st
 
 from geoprint.errors import UsageError, VerificationError
 from geoprint.model import Cell, FloatArray, Hexapod, PoseStream, Purge, Signals, TiltTurn
-from geoprint.postprocessor import Event, Orders, Setup, TipsAt
-from geoprint.postprocessor.rapid import Made, Timeline, check_timeline, proven_program, read_back, timeline
+from geoprint.postprocessor import Event, Orders, Setup, Timeline, TipsAt, check_timeline, timeline as timeline_of
 from geoprint.postprocessor.rapid.guard import resident_module
 from geoprint.postprocessor.rapid.language.parsing import parse_module
-from geoprint.postprocessor.rapid.made import dry, make, printing, task_of
+from geoprint.postprocessor.rapid.made import Made, dry, make, printing, task_of
+from geoprint.postprocessor.rapid.timeline import switched_of
+from geoprint.postprocessor.rapid.verify import read_back
 from geoprint.postprocessor.setup_file import read_setup, setup_file
 from geoprint.postprocessor.switching import switching_events
 from geoprint.postprocessor.tables import poses_table, read_orders, read_poses_table, targets_table
 from geoprint.robot.arm import Arm
 from tests.positioner.tables import hexapod_noun, tilt_turn_noun
-from tests.postprocessor.export_cases import CELL, DEMONSTRATION, EXTENT, PLACEMENT, orders, stream, tips_of
+from tests.postprocessor.export_cases import (
+    CELL,
+    DEMONSTRATION,
+    EXTENT,
+    PLACEMENT,
+    orders,
+    proven_program,
+    stream,
+    tips_of,
+)
 
 POSES = stream(runs=3, points=30)
 ORDERS = orders(POSES)
 TIPS = tips_of(POSES)
 SPEED = CELL.process.speed
+
+
+def timeline(made: Made, orders: Orders, *, signals: Signals, tips_at: TipsAt) -> Timeline:
+    return timeline_of(switched_of(made, orders, tips_at=tips_at), orders, signals=signals, tips_at=tips_at)
 
 
 def signals(**lags: float) -> Signals:

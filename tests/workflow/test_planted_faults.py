@@ -25,7 +25,7 @@ from geoprint.config import job_of
 from geoprint.geometry.files import save_ply
 from geoprint.model import JointPath, PoseStream, Program
 from geoprint.postprocessor import Orders
-from geoprint.postprocessor.rapid import program
+from geoprint.postprocessor.rapid import post_processor, program
 from geoprint.postprocessor.rapid.verify import judge_program
 from geoprint.robot.collision import ClearanceCheck
 from geoprint.robot.timing import knots, retiming
@@ -205,9 +205,9 @@ def unverified(kind: str) -> Generator[Remembering]:
             patch.setattr(planning, name, remembering(getattr(planning, name)))
         patch.setattr(planning, "reach", remembering(planning.reach, with_flow))
         patch.setattr(ClearanceCheck, "__call__", remembering(ClearanceCheck.__call__))
-        patch.setattr(program, "verify_program", remembering(proof, as_judged))
+        patch.setattr(post_processor, "verify_program", remembering(proof, as_judged))
         for module, name in (
-            (planning, "check_timeline"), (planning, "check_times"), (planning, "_check_deposit"),
+            (planning, "check_timeline"), (post_processor, "check_times"), (planning, "_check_deposit"),
             (saving, "verify_files"), (retiming, "verify"), (retiming, "_confirm_longest"),
         ):  # fmt: skip
             patch.setattr(module, name, nothing)

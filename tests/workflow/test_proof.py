@@ -11,7 +11,7 @@ import pytest
 
 import geoprint
 from geoprint.errors import UsageError, VerificationError
-from geoprint.postprocessor.rapid.executed import Executed, NotExecuted
+from geoprint.postprocessor import Executed, NotExecuted
 from geoprint.reporting import PlanRecord, check_summary, read_record
 from geoprint.reporting.evidence import evidence_rows
 from geoprint.reporting.part_report import evidence_table

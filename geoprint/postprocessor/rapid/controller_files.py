@@ -13,8 +13,6 @@ from geoprint.postprocessor.rapid import writing
 from geoprint.postprocessor.rapid.templates import conditions, filled, unit_words
 from geoprint.postprocessor.rapid.writing import output_names, output_words
 
-# Where a bundle keeps them, within the folder of the program.
-CONTROLLER_FOLDER = "controller"
 # Name of each file, and of the package's text that it is made of.
 _FILES = {
     "GeoResident.sys": "geo_resident.sys",

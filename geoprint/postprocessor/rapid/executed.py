@@ -14,15 +14,13 @@ from geoprint.errors import VerificationError, how_many, percent
 from geoprint.model import (
     BoolArray,
     Cell,
-    Count,
     FloatArray,
     IntArray,
     Placement,
-    Rounded,
     Signals,
     comparable,
-    recorded,
 )
+from geoprint.postprocessor.execution import Executed, NotExecuted
 from geoprint.postprocessor.orders import Event, Orders
 from geoprint.postprocessor.rapid.expected import compare
 from geoprint.postprocessor.rapid.language.syntax import Module, Place, Series, Value, refusal, refuse
@@ -272,55 +270,6 @@ _ELSE = "a stop, a refusal or an answer that no scenario brings here"
 # How a program was run, in words, and lines of its statements with whether each was executed, for each module. The
 # executions themselves are large.
 _Ran: TypeAlias = tuple[str, Mapping[str, tuple[IntArray, BoolArray]]]
-
-
-@final
-@recorded("NotExecutedRecord")
-class NotExecuted:
-    """Lines of a module that nothing here executed, for one reason.
-
-    Attributes:
-        file: name of the file of the program, or of what a controller keeps for it.
-        lines: numbers of the lines, from 1.
-        reason: event that alone leads to these lines.
-    """
-
-    file: str
-    lines: tuple[Count, ...]
-    reason: str
-
-
-@final
-@recorded(
-    "ExecutedRecord",
-    statements="lines", executed="lines_executed", motion="largest_motion_mm", move_time="largest_move_time_s",
-    run_time="largest_run_time_share", outputs="largest_output_mm",
-)  # fmt: skip
-class Executed:
-    """What was executed of a program, in figures.
-
-    Attributes:
-        scenarios: scenarios in which the program was run, in words.
-        statements: number of lines with statements in the program's modules.
-        executed: number of lines of which each statement was executed in at least one scenario.
-        not_executed: lines with statements that were not executed, by reason.
-        motion: largest distance of a target from where the plan has it [mm].
-        move_time: largest difference of the time of a move from the planned one [s]; corners are passed as their
-            parabolas are long, ramps are left out.
-        run_time: largest difference of the time of a run's moves from the planned one, as a share of the run's time.
-        outputs: largest distance of the place where an output switches from where the plan has it [mm].
-        not_known: list of what no simulation knows.
-    """
-
-    scenarios: tuple[str, ...]
-    statements: Count
-    executed: Count
-    not_executed: tuple[NotExecuted, ...]
-    motion: Rounded
-    move_time: Rounded
-    run_time: Rounded
-    outputs: Rounded
-    not_known: tuple[str, ...]
 
 
 @final

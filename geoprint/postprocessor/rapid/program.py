@@ -28,7 +28,7 @@ import numpy as np
 
 from geoprint.errors import UsageError
 from geoprint.model import Cell, FloatArray, Placement, Program
-from geoprint.postprocessor.orders import Event, Orders, TipsAt
+from geoprint.postprocessor.orders import Event, Orders
 from geoprint.postprocessor.rapid import writing
 from geoprint.postprocessor.rapid.cell_module import (
     cell_module,
@@ -37,11 +37,8 @@ from geoprint.postprocessor.rapid.cell_module import (
     header_lines,
     program_file,
 )
-from geoprint.postprocessor.rapid.executed import Proof
-from geoprint.postprocessor.rapid.expected import expected_events
-from geoprint.postprocessor.rapid.verify import verify_program
 from geoprint.postprocessor.rapid.writing import output_names, triggers_of
-from geoprint.postprocessor.switching import switching_events, waits
+from geoprint.postprocessor.switching import waits
 
 # More lines in a module load slowly and are beyond what the controller's editor opens.
 MODULE_LINES = 15000
@@ -62,55 +59,47 @@ _ZONE_TURN_DEG_PER_MM = 10.0
 _ON_ERROR = ("  ERROR", "    GeoSafe;", "    RAISE;", "  ENDPROC")
 
 
-def proven_program(
+def written_program(
     orders: Orders,
+    events: tuple[Event, ...],
     *,
     cell: Cell,
     placement: Placement,
     surface_within: float | None,
-    tips_at: TipsAt,
     part_name: str,
     spacing: float,
     checked: Sequence[str] = (),
     not_checked: Sequence[str] = (),
-) -> tuple[Program, Proof]:
-    """Write the modules that drive the tool through the targets, and verify them by reading them back.
+) -> Program:
+    """Write the modules that drive the tool through the targets.
 
     The program asks its questions, goes home and to the first target in the planned times (MoveAbsJ), along the
-    targets in part coordinates (MoveL), and home again. Valve and lamp switch as it goes, at the places of
-    `switching_events`. The same input gives the same bytes.
+    targets in part coordinates (MoveL), and home again. Valve and lamp switch as it goes. The same input gives the
+    same bytes.
 
     Args:
         orders: targets and times.
+        events: where outputs switch.
         cell: the robot, the tool, the signals.
         placement: where the part stands: uframe and oframe of the work object.
         surface_within: what its surface is known within along its normal, in 95 of 100 calibrations [mm], or None.
-        tips_at: the tip's motion as it was timed.
         part_name: for the header.
         spacing: distance of neighbouring paths [mm], for the header.
         checked: sentences about what was checked, for the header.
         not_checked: sentences about what was not.
 
     Returns:
-        The modules, and `GeoPrint.pgf` which lists those that are loaded at once; and what they did when they were
-        executed.
+        The modules, and `GeoPrint.pgf` which lists those that are loaded at once.
 
     Raises:
-        UsageError: the cell has what RAPID cannot take, a lag is longer than its motion, or a run than a module.
-        VerificationError: the text that was written does not read back as the plan, or does something else.
+        UsageError: the cell has what RAPID cannot take, or a run is longer than a module.
     """
     header = header_lines(
         cell=cell, placement=placement, surface_within=surface_within, part_name=part_name, spacing=spacing,
         runs=int(np.count_nonzero(np.diff(orders.runs))) + 1, targets=orders.count, checked=checked,
         not_checked=not_checked,
     )  # fmt: skip
-    events = switching_events(orders, signals=cell.signals, tips_at=tips_at, speed=cell.process.speed)
-    program = _written(orders, events, header, cell=cell, placement=placement)
-    proof = verify_program(
-        program, orders, cell=cell, placement=placement, surface_within=surface_within,
-        events=expected_events(orders, signals=cell.signals, tips_at=tips_at, speed=cell.process.speed),
-    )  # fmt: skip
-    return program, proof
+    return _written(orders, events, header, cell=cell, placement=placement)
 
 
 def _written(

@@ -7,51 +7,15 @@ changes them, so that other values within their ranges are no damage.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import final
 
-from geoprint.model import Placement, recorded
+from geoprint.model import Placement
+from geoprint.postprocessor.execution import Settings, StackSettings
 from geoprint.postprocessor.rapid.expected import declared
 from geoprint.postprocessor.rapid.language.syntax import Place, refuse
 from geoprint.postprocessor.rapid.reader import Listed, RapidText
 from geoprint.postprocessor.switches import CELL_MODULE, NEW, STACK_MODULE
 
 _CELL, _STACK = Place(CELL_MODULE, 1), Place(STACK_MODULE, 1)
-
-
-@final
-@recorded("SettingsNow")
-class Settings:
-    """How a program is set.
-
-    Attributes:
-        dry_run: whether the program runs dry.
-        speed_pct: speed of the program, in per cent of the planned one.
-        first_run: number of the run from which on the program prints, from 1.
-    """
-
-    dry_run: bool
-    speed_pct: float
-    first_run: int
-
-
-@final
-@recorded("StackSettingsNow")
-class StackSettings:
-    """How the program of a stack is set.
-
-    Attributes:
-        dry_run: whether the program runs dry.
-        speed_pct: speed of the program, in per cent of the planned one.
-        first_layer: number of the layer from which on the program prints, from 1.
-        first_run: number of the run of the first layer from which on the program prints, from 1.
-        last_layer: number of the layer after which the program ends.
-    """
-
-    dry_run: bool
-    speed_pct: float
-    first_layer: int
-    first_run: int
-    last_layer: int
 
 
 def unit_of(placement: Placement) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 
 from geoprint.errors import how_many
 from geoprint.model import BoolArray, Cell, FloatArray, IntArray, Placement, comparable
+from geoprint.postprocessor.execution import StackProof
 from geoprint.postprocessor.rapid.language.syntax import Module, Place, Value, refuse
 from geoprint.postprocessor.rapid.machine import (
     Called,
@@ -226,28 +227,6 @@ _CUT_SHORT = "The last print was stopped in run"
 _ASKED, _DRIVEN = "Bring the table to attitude", "The table will drive to attitude"
 # How it was run, in words, and lines of GeoStack's statements with whether each was executed.
 _Ran: TypeAlias = tuple[str, IntArray, BoolArray]
-
-
-@final
-@comparable
-class StackProof:
-    """What was executed of the program of a stack.
-
-    Attributes:
-        scenarios: how it was run, in words.
-        refused: likewise, where it ended before anything moved, as it must.
-        statements: how many lines of GeoStack hold some.
-        executed: how many of these were executed in at least one scenario.
-        runs: of each layer, how many.
-        seconds: of each layer as it prints, from home to home [s].
-    """
-
-    scenarios: tuple[str, ...]
-    refused: tuple[str, ...]
-    statements: int
-    executed: int
-    runs: tuple[int, ...]
-    seconds: tuple[float, ...]
 
 
 @final

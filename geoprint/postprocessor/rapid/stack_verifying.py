@@ -6,21 +6,21 @@ import re
 import zlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib import resources
-from typing import final
 
 import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import VerificationError, how_many
-from geoprint.model import Cell, FloatArray, Placement, frozen
+from geoprint.model import FloatArray
+from geoprint.postprocessor.execution import OwnProgram, StackProof, StackSettings
 from geoprint.postprocessor.rapid.guard import GUARD, check_guard, resident_module
 from geoprint.postprocessor.rapid.language.parsing import parse_module, uncollected
 from geoprint.postprocessor.rapid.language.symbols import examine
 from geoprint.postprocessor.rapid.language.syntax import Module, Place, refusal, refuse
 from geoprint.postprocessor.rapid.made import signals_of
 from geoprint.postprocessor.rapid.reader import check_line, read_program_file, read_text
-from geoprint.postprocessor.rapid.settings import StackSettings, read_stack_settings, unit_of
-from geoprint.postprocessor.rapid.stack_running import StackProof, StackRun
+from geoprint.postprocessor.rapid.settings import read_stack_settings, unit_of
+from geoprint.postprocessor.rapid.stack_running import StackRun
 from geoprint.postprocessor.switches import CELL_MODULE, STACK_MODULE, as_new
 
 _LIST, _PRINT = "GeoStack.pgf", "GeoPrint.mod"
@@ -31,26 +31,6 @@ _STANDING = 1e-6
 _TABLE = re.compile(r"  CONST num nGeoTable:=\d+;")
 # What GeoStack declares in place of a layer.
 _SWITCH = re.compile(r"  PERS (?:bool geoDryRun|num geoSpeedPct|num geoFirstRun):=")
-
-
-@final
-@frozen
-class OwnProgram:
-    """The program of a layer by itself, or of one of its attitudes, which was verified.
-
-    Attributes:
-        layer: number of the layer.
-        folder: of its modules in the program of all.
-        modules: file and text of each.
-        cell: that it is for.
-        placement: where the part stands.
-    """
-
-    layer: int
-    folder: str
-    modules: tuple[tuple[str, str], ...]
-    cell: Cell
-    placement: Placement
 
 
 @uncollected()

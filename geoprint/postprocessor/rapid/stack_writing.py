@@ -11,11 +11,12 @@ from itertools import pairwise
 from pathlib import PurePosixPath
 
 from geoprint.model import Cell, Placement
+from geoprint.postprocessor.execution import OwnProgram, StackProof
+from geoprint.postprocessor.interface import CONTROLLER_FOLDER
 from geoprint.postprocessor.rapid import writing
 from geoprint.postprocessor.rapid.cell_module import guard_module, program_file
-from geoprint.postprocessor.rapid.controller_files import CONTROLLER_FOLDER, controller_files
-from geoprint.postprocessor.rapid.stack_running import StackProof
-from geoprint.postprocessor.rapid.stack_verifying import OwnProgram, verify_stack
+from geoprint.postprocessor.rapid.controller_files import controller_files
+from geoprint.postprocessor.rapid.stack_verifying import verify_stack
 from geoprint.postprocessor.rapid.templates import conditions, filled, unit_words
 from geoprint.postprocessor.switches import CELL_MODULE, STACK_MODULE
 
@@ -43,12 +44,15 @@ _SWITCHES = ("PERS bool geoDryRun:=", "PERS num geoSpeedPct:=", "PERS num geoFir
 # A RAPID num and six digits in a name are enough to tell two layers apart.
 _LARGEST_SUM = 1_000_000
 
+# The list that a person loads.
+STACK_LIST = "GeoStack.pgf"
+
 
 def stacked_layer(own: OwnProgram, *, number: int) -> tuple[str, OwnProgram]:
     """Return the procedure that prints a layer of a stack, and the layer made of its own program; likewise an attitude.
 
     Args:
-        own: as `proven_program` wrote it; lists of modules are left out.
+        own: as it was written; lists of modules are left out.
         number: of the layer or the attitude, from 1 on through the whole program.
     """
     loading = any(name.startswith("GeoPath") for name, _ in own.modules)
@@ -82,7 +86,7 @@ def stack_files(
     """
     inner = [(f"{layer.folder}/{name}", text) for _, layer in layers for name, text in layer.modules]
     stack = _stack_module(layers, cell=cell, placement=placement, part_name=part_name)
-    return (STACK_MODULE, stack), ("GeoStack.pgf", program_file([STACK_MODULE])), *inner
+    return (STACK_MODULE, stack), (STACK_LIST, program_file([STACK_MODULE])), *inner
 
 
 def layer_ends(layers: Sequence[int]) -> list[int]:

@@ -9,9 +9,11 @@ import numpy as np
 
 from geoprint.errors import VerificationError
 from geoprint.model import BoolArray, Cell, FloatArray, Placement, Program
+from geoprint.postprocessor.execution import Settings
+from geoprint.postprocessor.expected_switching import expected_waits
 from geoprint.postprocessor.orders import Event, Orders
 from geoprint.postprocessor.rapid.executed import Proof, prove, verify_flow, verify_switching
-from geoprint.postprocessor.rapid.expected import UNIT_TOLERANCE, expected_waits
+from geoprint.postprocessor.rapid.expected import UNIT_TOLERANCE
 from geoprint.postprocessor.rapid.guard import GUARD, check_guard, resident_module
 from geoprint.postprocessor.rapid.language.parsing import parse_module, uncollected
 from geoprint.postprocessor.rapid.language.symbols import examine
@@ -27,7 +29,7 @@ from geoprint.postprocessor.rapid.reader import (
     read_program_file,
     read_text,
 )
-from geoprint.postprocessor.rapid.settings import Settings, check_new, read_settings
+from geoprint.postprocessor.rapid.settings import check_new, read_settings
 from geoprint.postprocessor.rapid.verify_cell import verify_data, verify_header, verify_names
 from geoprint.postprocessor.switches import CELL_MODULE
 from geoprint.robot.arm import Arm

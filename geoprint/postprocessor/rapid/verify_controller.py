@@ -12,7 +12,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from geoprint.errors import VerificationError
 from geoprint.model import Cell, Placement
-from geoprint.postprocessor.rapid.controller_files import CONTROLLER_FOLDER, controller_files
+from geoprint.postprocessor.interface import CONTROLLER_FOLDER
+from geoprint.postprocessor.rapid.controller_files import controller_files
 from geoprint.postprocessor.rapid.guard import check_resident
 from geoprint.postprocessor.rapid.language.syntax import Place, refusal
 

@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias, get_args
 from pydantic import Field
 
 from geoprint.model import Count
-from geoprint.postprocessor.rapid import Executed
+from geoprint.postprocessor import Executed
 from geoprint.reporting.records.rounding import Record
 
 # What people see a program do, each stage nearer to a print than the one before.

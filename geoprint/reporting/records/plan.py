@@ -301,7 +301,7 @@ class SwitchingRecord(Record):
 class ProgramRecord(Record):
     """The program that was written."""
 
-    modules: tuple[str, ...] = Field(description="names of the program's files in the folder `rapid`")
+    modules: tuple[str, ...] = Field(description="names of the program's files in the folder of its post-processor")
     targets: Count = Field(description="number of targets in the program")
     dry_run_only: bool = Field(
         description="whether the program only runs dry, because the placement of the part is not stated"

@@ -14,17 +14,17 @@ import pytest
 from geoprint.errors import VerificationError
 from geoprint.model import Cell, Hexapod, Program, TiltTurn
 from geoprint.positioner import table_machine, tilted_placement
+from geoprint.postprocessor import OwnProgram
 from geoprint.postprocessor.rapid.guard import resident_module
 from geoprint.postprocessor.rapid.language.parsing import parse_module
 from geoprint.postprocessor.rapid.machine import Execution, execute
 from geoprint.postprocessor.rapid.made import printing, task_of
-from geoprint.postprocessor.rapid.program import proven_program
 from geoprint.postprocessor.rapid.stack_running import StackRun
-from geoprint.postprocessor.rapid.stack_verifying import OwnProgram, judge_stack, verify_stack
+from geoprint.postprocessor.rapid.stack_verifying import judge_stack, verify_stack
 from geoprint.postprocessor.switches import as_new
 from geoprint.robot.arm import Arm
 from tests.positioner.tables import hexapod_noun, tilt_turn_noun
-from tests.postprocessor.export_cases import CELL, PLACEMENT, orders, stream, tips_of
+from tests.postprocessor.export_cases import CELL, PLACEMENT, orders, proven_program, stream, tips_of
 from tests.postprocessor.rapid.test_lint import errors
 from tests.postprocessor.rapid.test_stacks import Files, judged, replaced, running, said, stacked
 

@@ -15,8 +15,16 @@ from geoprint.postprocessor.rapid.executed import Proof, beyond, check_times, de
 from geoprint.postprocessor.rapid.guard import resident_module
 from geoprint.postprocessor.rapid.language.parsing import parse_module, uncollected
 from geoprint.postprocessor.rapid.machine.moves import rounded_lengths
-from geoprint.postprocessor.rapid.program import proven_program
-from tests.postprocessor.export_cases import CELL, DEMONSTRATION, PLACEMENT, events, orders, stream, tips_of
+from tests.postprocessor.export_cases import (
+    CELL,
+    DEMONSTRATION,
+    PLACEMENT,
+    events,
+    orders,
+    proven_program,
+    stream,
+    tips_of,
+)
 
 POSES = stream()
 

@@ -9,8 +9,8 @@ import pytest
 
 from geoprint.errors import VerificationError
 from geoprint.model import FloatArray, Signals
+from geoprint.postprocessor import expected_events, expected_waits
 from geoprint.postprocessor.orders import Event, Orders, TipsAt
-from geoprint.postprocessor.rapid.expected import expected_events, expected_waits
 from geoprint.postprocessor.switching import switching_events, waits
 from tests.postprocessor.export_cases import CELL, orders, stream, tips_of
 

@@ -21,9 +21,8 @@ from geoprint.postprocessor.rapid.language.parsing import parse_module
 from geoprint.postprocessor.rapid.language.syntax import Value
 from geoprint.postprocessor.rapid.machine import Controller, Event, Execution, MachineTask, Scenario, execute
 from geoprint.postprocessor.rapid.made import TIES, task_of
-from geoprint.postprocessor.rapid.program import proven_program
 from geoprint.robot.arm import Arm
-from tests.postprocessor.export_cases import CELL, DEMONSTRATION, PLACEMENT, orders, stream, tips_of
+from tests.postprocessor.export_cases import CELL, DEMONSTRATION, PLACEMENT, orders, proven_program, stream, tips_of
 
 ANALOG = Signals(mode="analog", dispenser="doValve", uv_lamp="doUV", flow="aoFlow", flow_per_mm3_s=0.1, flow_lag=0.04)
 CELLS = {

@@ -14,9 +14,8 @@ import pytest
 from geoprint.config import job_of, packaged_cell_text
 from geoprint.model import Cell, Flood, Placement, PoseStream, Program, Purge, Signals
 from geoprint.postprocessor.rapid import program as rapid
-from geoprint.postprocessor.rapid.program import proven_program
 from geoprint.workflow import plan
-from tests.postprocessor.export_cases import CELL, DEMONSTRATION, PLACEMENT, orders, stream, tips_of
+from tests.postprocessor.export_cases import CELL, DEMONSTRATION, PLACEMENT, orders, proven_program, stream, tips_of
 from tests.postprocessor.rapid.language.test_names import OLD_GUARD
 from tests.shared_data import shared
 

@@ -7,9 +7,8 @@ from functools import cache
 
 import pytest
 
-from geoprint.postprocessor.rapid.program import proven_program
 from geoprint.postprocessor.rapid.verify import judge_program
-from tests.postprocessor.export_cases import CELL, PLACEMENT, events, orders, stream, tips_of
+from tests.postprocessor.export_cases import CELL, PLACEMENT, events, orders, proven_program, stream, tips_of
 
 PATH = "GeoPrint.mod"
 # Another displacement than the lift of a dry run: none, higher, and the part's own frame once more.

@@ -23,7 +23,6 @@ from geoprint.postprocessor.ordering import orders_of
 from geoprint.postprocessor.rapid import program as rapid
 from geoprint.postprocessor.rapid.cell_module import cell_module, guard_module, header_lines
 from geoprint.postprocessor.rapid.language.symbols import read_task
-from geoprint.postprocessor.rapid.program import proven_program
 from geoprint.postprocessor.rapid.reader import check_form
 from geoprint.postprocessor.rapid.verify import verify_program
 from tests.postprocessor.export_cases import (
@@ -34,6 +33,7 @@ from tests.postprocessor.export_cases import (
     events,
     joint_path,
     orders,
+    proven_program,
     stream,
     targets,
     tips_of,

@@ -13,9 +13,17 @@ from hypothesis import assume, given, settings, strategies as st
 from geoprint.errors import VerificationError
 from geoprint.model import Placement, Program
 from geoprint.postprocessor.rapid.language.parsing import parse_module
-from geoprint.postprocessor.rapid.program import proven_program
 from geoprint.postprocessor.rapid.verify import verify_program
-from tests.postprocessor.export_cases import CELL, DEMONSTRATION, PLACEMENT, events, orders, stream, tips_of
+from tests.postprocessor.export_cases import (
+    CELL,
+    DEMONSTRATION,
+    PLACEMENT,
+    events,
+    orders,
+    proven_program,
+    stream,
+    tips_of,
+)
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -13,19 +13,19 @@ import pytest
 
 from geoprint.errors import VerificationError
 from geoprint.model import Cell, Flood, Placement, Program
+from geoprint.postprocessor import OwnProgram
 from geoprint.postprocessor.rapid import program as writer
 from geoprint.postprocessor.rapid.cell_module import program_file
 from geoprint.postprocessor.rapid.guard import resident_module
 from geoprint.postprocessor.rapid.language.parsing import parse_module
 from geoprint.postprocessor.rapid.machine import Controller, Execution, Scenario, compile_task, execute
 from geoprint.postprocessor.rapid.made import printing, signals_of, task_of
-from geoprint.postprocessor.rapid.program import proven_program
 from geoprint.postprocessor.rapid.stack_running import StackRun, compare_part, parts_of
-from geoprint.postprocessor.rapid.stack_verifying import OwnProgram, judge_stack, verify_stack
+from geoprint.postprocessor.rapid.stack_verifying import judge_stack, verify_stack
 from geoprint.postprocessor.rapid.stack_writing import stack_files, stacked_layer
 from geoprint.postprocessor.switches import as_new
 from geoprint.robot.arm import Arm
-from tests.postprocessor.export_cases import CELL, DEMONSTRATION, PLACEMENT, orders, stream, tips_of
+from tests.postprocessor.export_cases import CELL, DEMONSTRATION, PLACEMENT, orders, proven_program, stream, tips_of
 from tests.postprocessor.rapid.test_lint import errors
 
 PAUSING = replace(CELL, process=replace(CELL.process, layer_pause=30.0))

@@ -14,9 +14,8 @@ import pytest
 from geoprint.model import Flood, Purge, Signals
 from geoprint.postprocessor.rapid.executed import Proof
 from geoprint.postprocessor.rapid.made import Made
-from geoprint.postprocessor.rapid.program import proven_program
 from geoprint.postprocessor.rapid.verify import verify_program
-from tests.postprocessor.export_cases import CELL, PLACEMENT, events, orders, stream, tips_of
+from tests.postprocessor.export_cases import CELL, PLACEMENT, events, orders, proven_program, stream, tips_of
 
 ABOVE = CELL.robot.home + np.array([0.3, 0.0, 0.0, 0.0, 0.0, 0.0])
 ASIDE = CELL.robot.home + np.array([-0.4, 0.1, 0.0, 0.0, 0.0, 0.0])

@@ -17,7 +17,6 @@ from geoprint.model import Cell, FloatArray, Signals
 from geoprint.postprocessor.orders import Orders
 from geoprint.postprocessor.rapid.executed import Proof, verify_dry, verify_flow, verify_switching
 from geoprint.postprocessor.rapid.made import Made
-from geoprint.postprocessor.rapid.program import proven_program
 from geoprint.postprocessor.rapid.verify import (
     _verify_going_on,  # pyright: ignore[reportPrivateUsage]
     _verify_list,  # pyright: ignore[reportPrivateUsage]
@@ -25,7 +24,7 @@ from geoprint.postprocessor.rapid.verify import (
     judge_program,
     verify_program,
 )
-from tests.postprocessor.export_cases import CELL, PLACEMENT, events, orders, stream, tips_of
+from tests.postprocessor.export_cases import CELL, PLACEMENT, events, orders, proven_program, stream, tips_of
 
 ANALOG = replace(
     CELL,

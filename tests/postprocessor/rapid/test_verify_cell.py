@@ -12,10 +12,9 @@ import pytest
 
 from geoprint.errors import VerificationError
 from geoprint.model import Cell, Flood, Placement, Purge, Signals
-from geoprint.postprocessor.rapid.program import proven_program
 from geoprint.postprocessor.rapid.reader import Listed, RapidText, read_modules
 from geoprint.postprocessor.rapid.verify_cell import verify_data, verify_header
-from tests.postprocessor.export_cases import CELL, DEMONSTRATION, PLACEMENT, orders, stream, tips_of
+from tests.postprocessor.export_cases import CELL, DEMONSTRATION, PLACEMENT, orders, proven_program, stream, tips_of
 
 STATIONS = replace(
     CELL,

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Literal as OneOf, NoReturn, TypeAlias, cast, final
 
 from geoprint.errors import VerificationError
+from geoprint.postprocessor.execution import refusal as refused
 
 # Where something stands in the text of a module, and the error that names it.
 
@@ -37,12 +38,7 @@ def refuse(place: Place, reason: str) -> NoReturn:
 
 def refusal(place: Place, reason: str) -> VerificationError:
     """Return the error that names a place in a module and what is wrong there."""
-    return VerificationError(
-        f"{place.module}, line {place.line}: {reason}. Do not run this program; write it again from its plan.",
-        module=place.module,
-        line=place.line,
-        reason=reason,
-    )
+    return refused(place.module, place.line, reason)
 
 
 # What RAPID expressions and arguments say, as frozen values; `syntax` has the rest and names these, too.

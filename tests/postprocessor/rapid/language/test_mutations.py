@@ -20,8 +20,7 @@ from geoprint.model import Signals
 from geoprint.postprocessor.rapid import program as rapid
 from geoprint.postprocessor.rapid.language.parsing import parse_module
 from geoprint.postprocessor.rapid.language.symbols import read_task, resolve
-from geoprint.postprocessor.rapid.program import proven_program
-from tests.postprocessor.export_cases import CELL, PLACEMENT, orders, stream, tips_of
+from tests.postprocessor.export_cases import CELL, PLACEMENT, orders, proven_program, stream, tips_of
 
 Modules: TypeAlias = dict[str, str]
 # A mutation: the file and its new text, or None where the file is gone.

@@ -10,9 +10,8 @@ from geoprint.postprocessor.rapid import program as rapid
 from geoprint.postprocessor.rapid.language.names import Symbol, declared, declared_in, names_of
 from geoprint.postprocessor.rapid.language.parsing import parse_module
 from geoprint.postprocessor.rapid.language.symbols import read_task
-from geoprint.postprocessor.rapid.program import proven_program
 from geoprint.postprocessor.rapid.verify import judge_program
-from tests.postprocessor.export_cases import CELL, PLACEMENT, events, orders, stream, tips_of
+from tests.postprocessor.export_cases import CELL, PLACEMENT, events, orders, proven_program, stream, tips_of
 
 # The first lines of the guard as geoprint wrote it for months: no controller loads them.
 OLD_GUARD = """MODULE GeoGuard

@@ -1,0 +1,104 @@
+"""Every post-processor by its name: built in, registered or from a package; the cell chooses one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Protocol
+
+from geoprint import features
+from geoprint.errors import UsageError
+from geoprint.model import Cell
+from geoprint.postprocessor.interface import Joining, PostProcessor
+from geoprint.postprocessor.rapid.post_processor import Rapid
+from geoprint.registry import Registry
+
+
+class PostProcessorFactory(Protocol):
+    """The class of a post-processor; a `ClassVar` has its title."""
+
+    @property
+    def title(self) -> str:
+        """A few words that stand beside its name."""
+        ...
+
+    def __call__(self) -> PostProcessor:
+        """Build it."""
+        ...
+
+
+POST_PROCESSORS: Mapping[str, PostProcessorFactory] = MappingProxyType({"rapid": Rapid})
+# Of a cell that names none.
+DEFAULT = "rapid"
+
+_KNOWN = Registry(
+    "post-processor",
+    group=features.POST_PROCESSORS,
+    built_in=POST_PROCESSORS,
+    members=("title", "joining", "check_cell", "check_arm", "write", "execute", "check", "dispensing", "handling"),
+)
+
+
+def register(name: str, factory: PostProcessorFactory) -> None:
+    """Register a post-processor under a name until the program ends; a package declares an entry point instead.
+
+    Raises:
+        UsageError: the name is invalid or in use, or the class lacks what a post-processor needs.
+    """
+    _KNOWN.register(name, factory)
+
+
+def post_processor(name: str) -> PostProcessor:
+    """Return a post-processor by its name.
+
+    Raises:
+        UsageError: there is none of that name or more than one, or a package's cannot be loaded.
+    """
+    return _KNOWN.find(name).factory()
+
+
+def post_processor_names() -> tuple[str, ...]:
+    """Return the names of all post-processors: each is the folder of its programs in a bundle, too."""
+    return _KNOWN.names
+
+
+def post_processor_name(cell: Cell) -> str:
+    """Return the name of the post-processor of a cell, which is the folder of its programs in a bundle, too.
+
+    Raises:
+        UsageError: as `post_processor`.
+    """
+    return _KNOWN.find(cell.robot.post_processor or DEFAULT).name
+
+
+def post_processor_of(cell: Cell) -> PostProcessor:
+    """Return the post-processor of a cell.
+
+    Raises:
+        UsageError: as `post_processor`.
+    """
+    return post_processor(post_processor_name(cell))
+
+
+def joining_of(cell: Cell) -> Joining:
+    """Return how programs of several parts become one in a cell.
+
+    Raises:
+        UsageError: its post-processor cannot join them.
+    """
+    joining = post_processor_of(cell).joining
+    if joining is None:
+        raise UsageError(
+            f"the post-processor '{post_processor_name(cell)}' writes programs of one part alone: print without table "
+            "and layers, or choose another post_processor under [robot]."
+        )
+    return joining
+
+
+def joined_file(cell: Cell) -> str:
+    """Return the file that a person loads of a program of several parts, in the bundle.
+
+    Raises:
+        UsageError: as `joining_of`.
+    """
+    return f"{post_processor_name(cell)}/{joining_of(cell).file}"
