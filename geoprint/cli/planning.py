@@ -159,6 +159,15 @@ def compare(
             rich_help_panel=PATHS,
         ),
     ] = None,
+    cells: Annotated[
+        str | None,
+        typer.Option(
+            metavar="CELL,...",
+            help="Instead of backends: cells to compare, files or names with commas between them.",
+            show_default=False,
+            rich_help_panel=PATHS,
+        ),
+    ] = None,
     keys: Keys,
     out: Out = None,
     max_memory: MaxMemory = None,
@@ -176,6 +185,9 @@ def compare(
     from geoprint.workflow import beside, best_placed, compare_parts, precompiled, save_comparisons
 
     limit_memory(max_memory)
+    if cells is not None:
+        _compare_cells(jobs, out, cells=cells, backends=backends_of(backends), overwrite=overwrite, as_json=as_json)
+        return
     out = _stated(jobs, out, command="compare")
     check_writable(out, overwrite=overwrite)
     if any(job.layered and job.layer is None for job in jobs):
@@ -195,6 +207,34 @@ def compare(
         record = save_comparisons(compared, out, samples=samples, figures=figures, overwrite=overwrite, helper=helper)
     text = comparison_table(record, width=columns(), verbose=verbose)
     result(text, lambda: json_of(record.record), as_json=as_json)
+    wrote(out, "written and verified")
+
+
+def _compare_cells(
+    jobs: list[Job], out: Path | None, *, cells: str, backends: list[str] | None, overwrite: bool, as_json: bool
+) -> None:
+    """Compare cells over one part, with one backend."""
+    from geoprint.postprocessor import check_writable
+    from geoprint.reporting import as_json as json_of
+    from geoprint.reporting.cell_comparison import cells_text
+    from geoprint.workflow import precompiled
+    from geoprint.workflow.backend_choice import with_backend
+    from geoprint.workflow.cell_comparison import compare_cells, save_cells
+
+    paths = [Path(name) for name in cells.split(",") if name]
+    if len(jobs) > 1 or len(backends or [""]) > 1 or not paths or jobs[0].cell is not None:
+        raise UsageError(
+            "`--cells` compares one part with one backend on the cells that it names: give one part, one `--backend` "
+            "at most, and no `--cell`."
+        )
+    job = jobs[0] if backends is None else with_backend(jobs[0], backends[0])
+    out = _stated([job.model_copy(update={"cell": paths[0]})], out, command="cells")
+    check_writable(out, overwrite=overwrite)
+    with watch() as observe, precompiled():
+        found = compare_cells(job, paths, observe=observe)
+        observe("writing")
+        record = save_cells(found, out, overwrite=overwrite)
+    result(cells_text(record, width=columns()), lambda: json_of(record), as_json=as_json)
     wrote(out, "written and verified")
 
 

@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 
 from geoprint.reporting.check import CheckedComparisonRecord, CheckRecord
+from geoprint.reporting.records.cells import CellsRecord
 from geoprint.reporting.records.comparison import ComparisonRecord, MeasurementRecord
 from geoprint.reporting.records.evidence import SeenFile
 from geoprint.reporting.records.inspection import AppraisalRecord, LyingRecord, ScanAppraisalRecord, SimulatedRecord
@@ -23,6 +24,7 @@ from geoprint.reporting.records.stack import StackComparisonRecord, StackRecord
 RECORDS = {
     "plan": PlanRecord,
     "compare": ComparisonRecord,
+    "cells": CellsRecord,
     "check": CheckRecord,
     "check-comparison": CheckedComparisonRecord,
     "evidence": SeenFile,

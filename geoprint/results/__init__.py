@@ -3,6 +3,8 @@
 from geoprint.results.outcomes import (
     CalibratedFixture as CalibratedFixture,
     CalibratedTool as CalibratedTool,
+    CellComparison as CellComparison,
+    CellOutcome as CellOutcome,
     Comparison as Comparison,
     FailedPart as FailedPart,
     FileInspection as FileInspection,

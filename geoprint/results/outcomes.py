@@ -157,6 +157,47 @@ class Planned:
 
 
 @final
+@frozen
+class CellOutcome:
+    """What becomes of a part on a cell.
+
+    Attributes:
+        name: of the cell, as it was given.
+        cell: as its file has it, or None where that cannot be read.
+        plan: of the part there, or None where it cannot be printed.
+        margin: how far the arm stays from what is refused along the whole motion, or None without a plan.
+        refused: why it cannot be printed there, or None.
+        lost: share of the deposited length that the arm cannot reach, or None where reach is not what refuses.
+    """
+
+    name: str
+    cell: Cell | None
+    plan: Plan | None
+    margin: Margin | None
+    refused: str | None
+    lost: float | None
+
+
+@final
+@frozen
+class CellComparison:
+    """A part on several cells.
+
+    Attributes:
+        job: that was planned on each; its cell does not count.
+        outcomes: in the order of the cells; one has a plan at least.
+    """
+
+    job: Job
+    outcomes: tuple[CellOutcome, ...]
+
+    @property
+    def plans(self) -> tuple[Plan, ...]:
+        """The plans that were made."""
+        return tuple(each.plan for each in self.outcomes if each.plan is not None)
+
+
+@final
 @comparable
 class Refused:
     """A backend that cannot plan on this part.

@@ -19,6 +19,7 @@ from geoprint.robot.reach.keyframes import (
     bead_steps as bead_steps,
     keyframes as keyframes,
     sample_poses as sample_poses,
+    smallest_margin as smallest_margin,
     tip_lengths as tip_lengths,
     tool_poses as tool_poses,
     turns as turns,
