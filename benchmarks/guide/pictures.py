@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import tempfile
-import time
 from collections.abc import Callable, Mapping
 from contextlib import closing
 from pathlib import Path
@@ -61,6 +60,7 @@ def live_view(data: Path) -> bytes:
         save_comparisons([compare(job)], Path(folder) / "compared")
         viewed = load_viewed(Path(folder) / "compared")
         with served(8950, label="geoprint") as server, closing(LiveView(viewed, server)) as view:
+            view.complete()
             view.show_robot()
             view.show_moment(0.4 * view.end)
             with opened(address(server), size=SCREEN, drawn=".geoprint-plot svg") as browser:
@@ -85,8 +85,7 @@ def drawn_on(data: Path) -> bytes:
             view.choose(tool)
             for x, y in places:
                 view.pick(middle + np.array([x, y, 100.0]) @ view.upright, -view.upright[2])
-        while not view.at_rest:
-            time.sleep(0.1)
+        view.complete()
         with opened(address(server), size=SCREEN, drawn="canvas") as browser:
             return smaller(_without_notice(browser), width=1000)
 

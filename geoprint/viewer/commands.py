@@ -6,6 +6,7 @@ import sys
 import webbrowser
 from collections.abc import Callable, Mapping
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -88,20 +89,19 @@ def view(
     asked = {"--line": line, "--robot": robot, "--record": record}
     opened = _drawing(shown, keys, asked=asked) if shown.is_file() else _replay(shown, keys)
     with served(port, label=f"geoprint: {shown.name}") as server, closing(opened(server)) as page:
+        if isinstance(page, LiveView) and line is not None:
+            page.go_to_line(line)
+        if isinstance(page, LiveView) and robot:
+            page.show_robot()
+        files = {still: partial(save_still, server), html: partial(save_page, server)}
         if isinstance(page, LiveView):
-            if line is not None:
-                page.go_to_line(line)
-            if robot:
-                page.show_robot()
-            if record is not None:
-                save_film(page, record)
-        for path, save in ((still, save_still), (html, save_page)):
-            if path is not None:
-                save(server, path)
-        written = [path for path in (still, record, html) if path is not None]
-        for path in written:
-            wrote(path)
-        if written:
+            files[record] = partial(save_film, page)
+        named = {path: save for path, save in files.items() if path is not None}
+        if named:
+            page.complete()
+            for path, save in named.items():
+                save(path)
+                wrote(path)
             return
         say(f"view: {address(server)} (Ctrl-C ends it)")
         if not no_open and sys.stderr.isatty():

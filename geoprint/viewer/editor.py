@@ -37,7 +37,7 @@ from geoprint.viewer.drawing import STROKE, TOOLS, Drawing, Item, Tool
 from geoprint.viewer.live import LiveView
 from geoprint.viewer.loaded import load_viewed
 from geoprint.viewer.page import light, look, scale_html, table_html
-from geoprint.viewer.scene import MARK, PATH, PLAIN_GREY, lines_glb, surface_glb, thinned_rows
+from geoprint.viewer.scene import MARK, PATH, PLAIN as GREY, lines_glb, surface_glb, thinned_rows
 from geoprint.workflow import Planner, save_plan
 from geoprint.workflow.placement import arm_of
 
@@ -106,6 +106,11 @@ class EditView:
         """Return once it was closed by another thread; Ctrl-C ends the waiting."""
         self._closed.wait()
 
+    def complete(self) -> None:
+        """Return once all is shown that follows from the job."""
+        while not (self.at_rest or self._closed.is_set()):
+            time.sleep(0.1)
+
     def close(self) -> None:
         """End the drawing; the page stays."""
         self._closed.set()
@@ -162,6 +167,10 @@ class EditView:
             if self.drawing.items[item].tool is not STROKE:
                 self._want(self.drawing.moved(item, point, place))
 
+    def change(self, **keys: object) -> None:
+        """Set keys of the job that are not drawn."""
+        self._edit(lambda: self.drawing.change(**keys))
+
     def plan(self) -> None:
         """Plan the job with all of its checks and write it, where a robot is asked for as the program of a dry run."""
         self._asked = self._write_plan
@@ -176,15 +185,7 @@ class EditView:
             middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
             look(self.server, middle, self.upright, distance=0.8 * self._size)
             drawn = view_surface(self.body, faces=BODY_FACES).surface
-            self._body = self.server.scene.add_mesh_simple(
-                "/body",
-                drawn.vertices,
-                drawn.faces,
-                color=(PLAIN_GREY,) * 3,
-                cast_shadow=False,
-                receive_shadow=False,
-                side="double",
-            )
+            self._body = self.server.scene.add_glb("/body", surface_glb(drawn, GREY, self.upright, flat=False))
             self._build_panel()
         self._begins = False
         self._pathed = self._measured = None
@@ -223,7 +224,7 @@ class EditView:
             handle.on_update(lambda event: call() if event.client is not None else None)
 
         def change(handle: viser.GuiInputHandle[Any], keys: Callable[[], dict[str, object]]) -> None:
-            on(handle, lambda: self._edit(lambda: self.drawing.change(**keys())))
+            on(handle, lambda: self.change(**keys()))
 
         change(self._backend, lambda: {"backend": self._backend.value})
         change(self._pattern, lambda: {"pattern": self._pattern.value})
@@ -442,7 +443,8 @@ class EditView:
         job = self.drawing.job
         cut = bool(job.patches or job.keep_outs)
         lifted = Surface(self._lifted(part.vertices, part, times=1.0), part.faces) if cut else part
-        self.server.scene.add_glb("/part", surface_glb(lifted, rgb), cast_shadow=False, receive_shadow=False)
+        glb = surface_glb(lifted, GREY if rgb is None else rgb, self.upright, flat=False)
+        self.server.scene.add_glb("/part", glb)
         self._body.visible = cut
 
     def _write_plan(self) -> None:

@@ -78,10 +78,11 @@ class LiveView:
             width = size + float(np.ptp(shifts))
             look(server, middle, plans[0].upright, distance=0.62 * width)
             self._build()
-        self._colour(self._colours.value)
+        for scene in self.scenes:
+            scene.colour(None, "")
         self._shown()
         self._at(0.0)
-        self._closed = threading.Event()
+        self._closed, self._finished = threading.Event(), threading.Event()
         # What takes longer than opening the page comes when it is there.
         self._threads = [threading.Thread(target=work, daemon=True) for work in (self._play, self._finish)]
         for thread in self._threads:
@@ -90,6 +91,10 @@ class LiveView:
     def wait(self) -> None:
         """Return once it was closed by another thread; Ctrl-C ends the waiting."""
         self._closed.wait()
+
+    def complete(self) -> None:
+        """Return once all is shown that comes after the page has opened: colours, plots, lines of the program."""
+        self._finished.wait()
 
     def close(self) -> None:
         """End the replay; the page stays."""
@@ -122,6 +127,10 @@ class LiveView:
     def picked(self) -> str:
         """What is said of the point that was picked last, as Markdown."""
         return self._picked.content
+
+    def play(self) -> None:
+        """Replay from the moment that is shown."""
+        self._press("Play")
 
     def show_robot(self) -> None:
         """Show the robot."""
@@ -322,13 +331,15 @@ class LiveView:
                 handle.content = plot_html(motion.table.times, plot)
 
     def _finish(self) -> None:
-        """Draw the plots, and execute the program, whose lines a picked point names."""
+        """Draw the plots, colour the part, and execute the program, whose lines a picked point names."""
         self._plotted()
+        self._colour(self._colours.value)
         for motion in (motion for plan in self.viewed.plans for motion in plan.motions):
             if self._closed.is_set():
-                return
+                break
             _ = motion.switching
         self._at(self._moment)
+        self._finished.set()
 
 
 def nearest_pose(plan: ViewedPlan, place: FloatArray) -> int:
@@ -365,8 +376,10 @@ def point_text(scene: PlanScene, place: FloatArray) -> str:
 def _moment_html(motion: Motion, moment: float) -> str:
     row, target = motion.row(moment), motion.target(moment)
     run, count = int(motion.table.runs[row]), int(motion.orders.runs.max()) + 1
-    words = [f"run {run + 1} of {count}" if run >= 0 else "on the way", f"{motion.speeds[row]:.1f} mm/s"]
-    # Executed in the background: what waits for it would stand still.
+    words = [f"run {run + 1} of {count}" if run >= 0 else "on the way"]
+    # Both are worked out in the background: what waits for them would stand still.
+    if "speeds" in motion.__dict__:
+        words.append(f"{motion.speeds[row]:.1f} mm/s")
     if "switching" in motion.__dict__ and motion.switching is not None:
         opened, lit = (
             bool(((spans[:, 0] <= moment) & (moment < spans[:, 1])).any())

@@ -9,15 +9,20 @@ from typing import final
 import numpy as np
 
 from geoprint import transforms
+from geoprint.config import Job, SourceTable
+from geoprint.distance import Piecewise
 from geoprint.errors import GeoprintError, InputError, UsageError
 from geoprint.geometry import upright_of
-from geoprint.metrics import Uniformity, uniformity
+from geoprint.geometry.files import load_file
+from geoprint.metrics import MeasuredSurface, Uniformity
 from geoprint.model import FloatArray, IntArray, PoseStream, Surface, frozen
+from geoprint.positioner import obstacles_at
 from geoprint.postprocessor import (
     PLAN,
     Orders,
     Setup,
     Timeline,
+    TipsAt,
     TrajectoryTable,
     check_timeline,
     read_orders,
@@ -33,9 +38,13 @@ from geoprint.reporting.records.plan import PlanRecord
 from geoprint.reporting.replaying import machine
 from geoprint.reporting.values import COVERED, GAP, OVERLAP, Machine
 from geoprint.robot.arm import Arm, tilts
+from geoprint.robot.collision import mesh_target, obstacle_target, tool_distances
+from geoprint.robot.reach import angle_margins
 from geoprint.robot.timing import tips_at
+from geoprint.workflow.backend_choice import backend_of
 from geoprint.workflow.bundles import STACK, bundles, foreign, listed, program_files, stream_of
 from geoprint.workflow.check_inputs import planned_job
+from geoprint.workflow.sources import sources_of, united_source
 from geoprint.workflow.tilting import PART
 from geoprint.workflow.workpiece import read_part
 
@@ -47,6 +56,7 @@ class Motion:
     Args:
         folder: with its setup, trajectory, targets and program.
         poses: of the paths that it prints.
+        part: that they cover.
         body: what the part lies on, or None.
 
     Attributes:
@@ -55,11 +65,10 @@ class Motion:
         orders: the targets.
         poses: p of them.
         pose_times: (p,) when the tip passes each [s].
-        speeds: (k,) of the tip at the rows of the trajectory [mm/s].
     """
 
-    def __init__(self, folder: Path, poses: PoseStream, body: Surface | None) -> None:
-        self._folder, self._body = folder, body
+    def __init__(self, folder: Path, poses: PoseStream, *, part: Surface, body: Surface | None) -> None:
+        self._folder, self._part, self._body = folder, part, body
         self.poses = poses
         self.setup: Setup = read_setup(folder / "setup.json")
         self.table: TrajectoryTable = read_trajectory_table(folder / "trajectory.csv")
@@ -70,12 +79,18 @@ class Motion:
         along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)))
         self.pose_times: FloatArray = np.interp(along, along[self.orders.poses], self.orders.times)
         self.arm = Arm(self.setup.cell.robot, T_flange_tool=self.setup.cell.tool.T_flange_tool)
-        self._tips = tips_at(
-            self.table.times, self.table.joints, self.arm, T_base_work=self.setup.placement.T_base_work
-        )
-        tips = self._tips(self.table.times)
-        steps = np.linalg.norm(np.diff(tips, axis=0), axis=1) / np.diff(self.table.times)
-        self.speeds: FloatArray = np.append(steps, steps[-1])
+
+    @cached_property
+    def tips(self) -> TipsAt:
+        """Returns where the tip is at times, in the work frame [mm]."""
+        T_base_work = self.setup.placement.T_base_work
+        return tips_at(self.table.times, self.table.joints, self.arm, T_base_work=T_base_work)
+
+    @cached_property
+    def speeds(self) -> FloatArray:
+        """(k,) speed of the tip at the rows of the trajectory [mm/s]."""
+        steps = np.linalg.norm(np.diff(self.tips(self.table.times), axis=0), axis=1) / np.diff(self.table.times)
+        return np.append(steps, steps[-1])
 
     @cached_property
     def machine(self) -> Machine:
@@ -101,13 +116,33 @@ class Motion:
         """Return the target that the arm moves to at a time [s]."""
         return int(np.clip(np.searchsorted(self.orders.times, time), 0, self.orders.count - 1))
 
+    def clearances(self, rows: IntArray) -> FloatArray:
+        """Return the (k,) distances between tool and what is nearest of part, body and cell at k of the poses [mm]."""
+        cell, placement = self.setup.cell, self.setup.placement
+        T_work_base = transforms.inverse(placement.T_base_work)
+        targets = [mesh_target(self._part, role="part")]
+        targets += [] if self._body is None else [mesh_target(self._body, role="body")]
+        targets += [obstacle_target(one, T_work_base=T_work_base) for one in obstacles_at(cell, placement)]
+        return tool_distances(
+            cell.tool,
+            targets,
+            transforms.rigid(transforms.rotation_of(self.poses.quaternions[rows]), self.poses.tips[rows]),
+        )
+
+    def margins(self, rows: IntArray) -> FloatArray:
+        """Return the (k,) smallest margins of the joints to limits and singularities at k of the poses [rad]."""
+        joints: FloatArray = np.empty((rows.size, self.table.joints.shape[1]))
+        for axis, angles in enumerate(self.table.joints.T):
+            joints[:, axis] = np.interp(self.pose_times[rows], self.table.times, angles)
+        return angle_margins(joints, self.arm, deposit=self.poses.deposit[rows]).min(axis=1)
+
     @cached_property
     def program(self) -> Execution | None:
         """The program as it was executed, whose moves say where they stand; None where there is none that runs."""
         setup, files = self.setup, program_files(self._folder, self.setup.cell)
         if not files:
             return None
-        wanted = RobotProgram("", 0.0, setup.placement, setup.surface_within, self.orders, (), self._tips, self.table)
+        wanted = RobotProgram("", 0.0, setup.placement, setup.surface_within, self.orders, (), self.tips, self.table)
         execution = post_processor_of(setup.cell).execute(files, wanted, setup.cell)
         return execution if execution.lines else None
 
@@ -116,7 +151,7 @@ class Motion:
         """What flows and shines when, as the program switches it; None without a program that runs."""
         if self.program is None:
             return None
-        found = timeline(self.program.switched, self.orders, signals=self.setup.cell.signals, tips_at=self._tips)
+        found = timeline(self.program.switched, self.orders, signals=self.setup.cell.signals, tips_at=self.tips)
         try:
             check_timeline(found)
         except GeoprintError:
@@ -150,6 +185,7 @@ class ViewedPlan:
         folder: where it stands.
         name: what it is called.
         record: what plan.json says.
+        job: that was planned.
         sided: the part on the side that is printed.
         surface: that the paths cover, n vertices.
         poses: p of them.
@@ -158,17 +194,22 @@ class ViewedPlan:
 
     def __init__(self, folder: Path, name: str) -> None:
         self.folder, self.name = folder, name
+        self._alike: ViewedPlan | None = None
         self.record: PlanRecord = read_record(folder / PLAN, PlanRecord)
-        self.sided = read_part(planned_job(folder, listed(folder)))
+        self.job: Job = planned_job(folder, listed(folder))
+        self.sided = read_part(self.job)
         self.surface: Surface = self.sided.part
         self.poses: PoseStream = stream_of(folder, self.record)
         attitudes = sorted(folder.glob(f"{PART}*"), key=lambda path: int(path.name.removeprefix(PART)))
         if attitudes:
-            motions = [Motion(one, stream_of(one, self.record), self.sided.body) for one in attitudes]
+            motions = [self._motion(one, stream_of(one, self.record)) for one in attitudes]
         else:
             moved = (folder / "trajectory.csv").is_file()
-            motions = [Motion(folder, self.poses, self.sided.body)] if moved else []
+            motions = [self._motion(folder, self.poses)] if moved else []
         self.motions: tuple[Motion, ...] = tuple(motions)
+
+    def _motion(self, folder: Path, poses: PoseStream) -> Motion:
+        return Motion(folder, poses, part=self.surface, body=self.sided.body)
 
     @property
     def spacing(self) -> float:
@@ -183,15 +224,35 @@ class ViewedPlan:
     @cached_property
     def evenness(self) -> Uniformity:
         """Evenness of the paths, measured as `geoprint plan` measures it."""
-        return uniformity(
-            self.poses, self.surface, spacing=self.spacing, wanted=self.sided.widths,
-            flow_shares=self.record.settings.flow_shares,
-        )  # fmt: skip
+        return self.measured.uniformity(self.poses, flow_shares=self.record.settings.flow_shares)
+
+    @cached_property
+    def measured(self) -> MeasuredSurface:
+        """The part, prepared for measuring paths of this spacing."""
+        if self._alike is not None:
+            return self._alike.measured
+        return MeasuredSurface(self.surface, spacing=self.spacing, wanted=self.sided.widths)
+
+    def measure_like(self, other: ViewedPlan) -> None:
+        """Take what is prepared for measuring from another plan, where that has the same part and spacing."""
+        same = all(map(np.array_equal, _arrays(self.surface), _arrays(other.surface)))
+        if same and self.spacing == other.spacing and self.sided.widths is None:
+            self._alike = other
 
     @cached_property
     def coverage(self) -> IntArray:
         """(j,) what the places of `evenness` are: covered, a gap or an overlap."""
         return np.where(self.evenness.gaps, GAP, np.where(self.evenness.overlaps, OVERLAP, COVERED))
+
+    @cached_property
+    def distance(self) -> tuple[Surface, FloatArray]:
+        """The surface that was planned on, and the distance from the source at its vertices, measured anew [mm]."""
+        surface = load_file(self.folder / "surface.ply", unit="mm").surface
+        taken = {one.patch: SourceTable.model_validate(one.source) for one in self.record.sources if one.taken}
+        sources = tuple(taken.get(number, one) for number, one in enumerate(sources_of(self.job), start=1))
+        base = None if self.sided.place is None else self.sided.place.base
+        source = united_source(surface, sources, base=base)
+        return surface, Piecewise(surface, backend_of(self.job)).distance(source).values
 
     @cached_property
     def leans(self) -> FloatArray:
@@ -239,6 +300,12 @@ def load_viewed(folder: Path | str) -> Viewed:
     if not found:
         raise InputError(f"{folder} holds no plan; name a folder that `geoprint plan` or `geoprint compare` wrote.")
     plans = tuple(ViewedPlan(folder / place, place.name or folder.name) for place in found)
+    for plan in plans[1:]:
+        plan.measure_like(plans[0])
     stacked = (folder / STACK).is_file()
     kind = "plan" if len(plans) == 1 else "stack" if stacked else "comparison"
     return Viewed(plans[0].record.input.name, kind, plans)
+
+
+def _arrays(surface: Surface) -> tuple[FloatArray, IntArray]:
+    return surface.vertices, surface.faces

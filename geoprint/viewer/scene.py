@@ -15,14 +15,17 @@ import numpy as np
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
-from geoprint.geometry import face_areas, gradient, vertex_normals
+from geoprint.geometry import face_areas, face_normals, gradient, vertex_normals
 from geoprint.geometry.rays import RayTree
 from geoprint.model import FloatArray, IntArray, Surface
 from geoprint.reporting.colouring import (
     Scale,
+    clearance_scale,
     coverage_scale,
     curvature_scale,
+    distance_scale,
     lean_scale,
+    margin_scale,
     overhang_scale,
     speed_scale,
     thickness_scale,
@@ -39,7 +42,12 @@ if TYPE_CHECKING:
 MOST_SAMPLES: Final = 15_000
 # Stretches in which deposited material appears during a replay.
 STRETCHES: Final = 120
-PLAIN_GREY: Final = 205
+# Poses at which clearance and margin are worked out, at most.
+MOST_SAMPLED: Final = 400
+# Where light comes from, in a part that stands upright, and the share of it that comes from everywhere.
+KEY_LIGHT: Final = np.array([0.4, -0.6, 1.0])
+AMBIENT: Final = 0.45
+PLAIN: Final = (205, 205, 205)
 PATH, TRAVEL, BEAD, MARK = (23, 33, 43), (150, 160, 170), (214, 96, 20), (200, 30, 90)
 KINDS: Final = {"arm": (232, 119, 34), "tool": (90, 98, 106), "cell": (176, 184, 190), "table": (140, 150, 158),
                 "body": (196, 168, 158)}  # fmt: skip
@@ -73,8 +81,8 @@ class PlanScene:
             server.scene.add_label(f"{self._root}/name", plan.name, position=top + 8.0 * self._lift * plan.upright[2])
         self._paths = self._add_paths()
         self._beads: list[tuple[float, viser.GlbHandle]] = []
-        self._links: dict[int, viser.MeshHandle] = {}
-        self._robot: list[viser.MeshHandle] = []
+        self._links: dict[int, viser.GlbHandle] = {}
+        self._robot: list[viser.GlbHandle] = []
         self.motion: Motion | None = None
         if plan.motions:
             self.show_motion(plan.motions[0])
@@ -82,8 +90,8 @@ class PlanScene:
     def colour(self, scale: Scale | None, key: str) -> None:
         """Colour the part by a quantity on a scale; plain without one."""
         surface = self.plan.surface
-        glb = surface_glb(surface, None if scale is None else scale.rgb(self.values(key)))
-        self._server.scene.add_glb(f"{self._root}/part", glb, cast_shadow=False, receive_shadow=False)
+        rgb = PLAIN if scale is None else scale.rgb(self.values(key))
+        self._server.scene.add_glb(f"{self._root}/part", surface_glb(surface, rgb, self.plan.upright, flat=False))
 
     def values(self, key: str) -> FloatArray:
         """Return the (n,) values of a quantity at the vertices of the part; each is computed once."""
@@ -107,10 +115,8 @@ class PlanScene:
         joined = sorted(motion.machine.bodies, key=lambda body: (body.kind, body.joint))
         for (kind, joint), bodies in groupby(joined, key=lambda body: (body.kind, body.joint)):
             surface = _together([body.surface for body in bodies])
-            handle = self._server.scene.add_mesh_simple(
-                f"{self._root}/robot/{kind}-{joint}", surface.vertices, surface.faces, color=KINDS[kind],
-                side="double", flat_shading=kind != "body", cast_shadow=False, receive_shadow=False,
-            )  # fmt: skip
+            glb = surface_glb(surface, KINDS[kind], self.plan.upright, flat=kind != "body")
+            handle = self._server.scene.add_glb(f"{self._root}/robot/{kind}-{joint}", glb)
             self._robot.append(handle)
             if kind in {"arm", "tool"} and joint:
                 self._links[7 if kind == "tool" else joint] = handle
@@ -168,29 +174,44 @@ def thinned_rows(count: int, *, whole: int) -> IntArray:
     return kept
 
 
-def surface_glb(surface: Surface, rgb: IntArray | None) -> bytes:
-    """Return a surface as a GLB file, with (n, 3) colours of its vertices, 0 to 255; plain without.
+def surface_glb(
+    surface: Surface, colours: IntArray | tuple[int, int, int], upright: FloatArray, *, flat: bool
+) -> bytes:
+    """Return a surface as a GLB file whose shading is in its colours, so that a browser has nothing to light.
 
-    Colours of vertices are linear in light there, and what has no material is metal, which is dark without an
-    environment to reflect [glTF2, sections 3.7.2.1 and 3.9.2].
+    Without a graphics card lighting each pixel costs more than all else. Colours of vertices are linear in light there
+    [glTF2, section 3.7.2.1].
+
+    Args:
+        surface: n vertices.
+        colours: (n, 3) of its vertices, 0 to 255, or one of all.
+        upright: (3, 3) rotation that turns it as it is seen first: light comes from above, a little from the front.
+        flat: whether each face has one shade.
     """
     import trimesh
+    from trimesh.exchange.gltf import export_glb  # pyright: ignore[reportUnknownVariableType]
 
-    srgb = np.full((len(surface.vertices), 3), PLAIN_GREY) if rgb is None else rgb
-    shares = srgb / 255.0
+    corners, rgb = surface, np.broadcast_to(np.asarray(colours, dtype=np.float64), (len(surface.vertices), 3))
+    if flat:
+        rgb = rgb[surface.faces.ravel()]
+        corners = Surface(surface.vertices[surface.faces].reshape(-1, 3), np.arange(surface.faces.size).reshape(-1, 3))
+    normals = np.repeat(face_normals(surface), 3, axis=0) if flat else vertex_normals(surface)
+    towards = KEY_LIGHT @ upright / np.linalg.norm(KEY_LIGHT)
+    shares = rgb / 255.0
     linear = np.where(shares <= 0.04045, shares / 12.92, ((shares + 0.055) / 1.055) ** 2.4)
+    shaded = linear * (AMBIENT + (1.0 - AMBIENT) * np.abs(normals @ towards))[:, None]
     mesh = trimesh.Trimesh(
-        surface.vertices, surface.faces, vertex_colors=(255.0 * linear).round().astype(np.int64), process=False
+        corners.vertices, corners.faces, vertex_colors=(255.0 * shaded).round().astype(np.int64), process=False
     )
 
-    def matt(tree: dict[str, Any]) -> None:
-        pbr = {"baseColorFactor": [1.0, 1.0, 1.0, 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0}
-        tree["materials"] = [{"pbrMetallicRoughness": pbr, "doubleSided": True}]
+    def unlit(tree: dict[str, Any]) -> None:
+        tree["materials"] = [{"extensions": {"KHR_materials_unlit": {}}, "doubleSided": True}]
+        tree["extensionsUsed"] = ["KHR_materials_unlit"]
         for each in tree["meshes"]:
             for primitive in each["primitives"]:
                 primitive["material"] = 0
 
-    return trimesh.Scene(mesh).export(file_type="glb", tree_postprocessor=matt)
+    return export_glb(trimesh.Scene(mesh), tree_postprocessor=unlit)
 
 
 def lines_glb(lines: Sequence[FloatArray], colour: tuple[int, int, int]) -> bytes:
@@ -252,6 +273,33 @@ def _speed(plan: ViewedPlan) -> FloatArray:
     return np.concatenate(shares)[nearest]
 
 
+def _at_deposit(plan: ViewedPlan, values: Callable[[Motion, IntArray], FloatArray]) -> FloatArray:
+    """Return values of poses that deposit at the vertices of the part, each from the nearest of so many poses."""
+    places: list[FloatArray] = []
+    found: list[FloatArray] = []
+    for motion in plan.motions:
+        rows = np.flatnonzero(motion.poses.deposit)
+        rows = rows[:: 1 + rows.size // MOST_SAMPLED]
+        places.append(motion.poses.surface_points[rows])
+        found.append(values(motion, rows))
+    _, nearest = KDTree(np.concatenate(places)).query(plan.surface.vertices)
+    return np.concatenate(found)[nearest]
+
+
+def _margin(plan: ViewedPlan) -> FloatArray:
+    return np.degrees(_at_deposit(plan, lambda motion, rows: motion.margins(rows)))
+
+
+def _clearance(plan: ViewedPlan) -> FloatArray:
+    return _at_deposit(plan, lambda motion, rows: motion.clearances(rows))
+
+
+def _distance(plan: ViewedPlan) -> FloatArray:
+    surface, values = plan.distance
+    _, nearest = KDTree(surface.vertices).query(plan.surface.vertices)
+    return values[nearest]
+
+
 def _overhang(plan: ViewedPlan) -> FloatArray:
     return np.degrees(np.arccos(np.clip(vertex_normals(plan.surface) @ plan.upright[2], -1.0, 1.0)))
 
@@ -290,6 +338,18 @@ def _speed_scale(_: _Plans, _values: _Values) -> Scale:
     return speed_scale()
 
 
+def _distance_scale(_: _Plans, values: _Values) -> Scale:
+    return distance_scale(max(float(each.max()) for each in values))
+
+
+def _margin_scale(_: _Plans, values: _Values) -> Scale:
+    return margin_scale(max(float(each.max()) for each in values))
+
+
+def _clearance_scale(_: _Plans, values: _Values) -> Scale:
+    return clearance_scale(max(float(each.max()) for each in values))
+
+
 def _overhang_scale(plans: _Plans, _values: _Values) -> Scale:
     overhang = plans[0].record.overhang
     return overhang_scale(90.0 if overhang is None else overhang.critical_deg)
@@ -316,11 +376,18 @@ class Quantity(NamedTuple):
 QUANTITIES: Final[Mapping[str, Quantity]] = {
     "thickness": Quantity("Thickness", _thickness, _thickness_scale),
     "coverage": Quantity("Gaps and overlaps", _coverage, _coverage_scale),
+    "distance": Quantity("Distance from border or source", _distance, _distance_scale),
     "lean": Quantity("Lean of the nozzle", _lean, _lean_scale),
     "speed": Quantity("Speed of the tip", _speed, _speed_scale),
+    "margin": Quantity("Margin of the joints", _margin, _margin_scale),
+    "clearance": Quantity("Clearance", _clearance, _clearance_scale),
     "overhang": Quantity("Overhang", _overhang, _overhang_scale),
     "curvature": Quantity("Mean curvature", _curvature, _curvature_scale),
 }
+
+
+# What paths alone do not have.
+OF_A_MOTION: Final = frozenset({"speed", "margin", "clearance"})
 
 
 def scale_of(scenes: Sequence[PlanScene], key: str) -> Scale:
@@ -330,4 +397,4 @@ def scale_of(scenes: Sequence[PlanScene], key: str) -> Scale:
 
 def quantities(plan: ViewedPlan) -> dict[str, str]:
     """Return the quantities that a plan can be coloured by: what they are called, and their keys."""
-    return {each.heading: key for key, each in QUANTITIES.items() if key != "speed" or plan.motions}
+    return {each.heading: key for key, each in QUANTITIES.items() if key not in OF_A_MOTION or plan.motions}

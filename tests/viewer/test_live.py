@@ -37,6 +37,7 @@ def bundle(shared_plans: SharedPlans) -> Path:
 def view(bundle: Path) -> Generator[LiveView]:
     pytest.importorskip("viser")
     with served(8900, label="test") as server, closing(LiveView(load_viewed(bundle), server)) as shown:
+        shown.complete()
         yield shown
 
 

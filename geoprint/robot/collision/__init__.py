@@ -7,6 +7,7 @@ from geoprint.robot.collision.clearance import (
     SinglePoses as SinglePoses,
     clearance as clearance,
 )
+from geoprint.robot.collision.closest import tool_distances as tool_distances
 from geoprint.robot.collision.contact import (
     NOT_TESTED as NOT_TESTED,
     CollisionWorld as CollisionWorld,

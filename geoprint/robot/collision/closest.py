@@ -15,7 +15,7 @@ from typing import TypeAlias, final
 import numpy as np
 from scipy.spatial import KDTree
 
-from geoprint.model import FloatArray, IntArray, frozen
+from geoprint.model import FloatArray, IntArray, Tool, frozen
 from geoprint.robot.collision.contact import CollisionWorld
 from geoprint.robot.collision.surroundings import Target
 from geoprint.robot.collision.sweep import Hits, Placements
@@ -27,6 +27,7 @@ from geoprint.robot.collision.tool_solids import (
     quarter,
     revolution,
     signed_distances,
+    tool_solids,
 )
 
 # Hits that are measured, spread over all of them, and again around the worst.
@@ -168,6 +169,23 @@ def smallest_distance(placements: Placements, world: CollisionWorld, trees: Tree
                 best.append(_measure(shape, target, placements.poses[row], row=row, within=least))
                 least = min(least, best[-1].distance)
     return min(best, key=_nearness)
+
+
+def tool_distances(tool: Tool, targets: Sequence[Target], poses: FloatArray) -> FloatArray:
+    """Return the (k,) distances between the tool above its tip zone and what is nearest of some targets [mm].
+
+    Args:
+        tool: its solids.
+        targets: one or more.
+        poses: (k, 4, 4) of the tool in the frame of the targets [mm].
+    """
+    shapes = [shape for shape in shapes_of(tool_solids(tool)) if shape.solids[0].reach_below > 0.0]
+    found = np.full(len(poses), inf)
+    for row, pose in enumerate(poses):
+        for shape in shapes:
+            for target in targets:
+                found[row] = min(found[row], _measure(shape, target, pose, row=row, within=found[row]).distance)
+    return found
 
 
 def smallest_arm_distance(moving: Sequence[tuple[CollisionWorld, Placements]], trees: Trees) -> Closest:
