@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import final
 
@@ -31,8 +32,10 @@ DEPTHS = (0.05, 0.5, 4.0)
 # controller may round in a tight bend, where it need not do so.
 BEYOND = 0.2
 STANDOFF_ERROR = 0.05
-# The lamp's housing, which the packaged cells do not describe: beside the flange.
-LAMP = Lamp(transforms.rigid(np.eye(3), np.array([0.0, 45.0, 10.0])), length=60.0, diameter=20.0)
+# The lamp's housing, which the packaged cells do not describe: beside the flange, on the first of these sides on which
+# the path is clear.
+SIDES = ((0.0, 45.0), (0.0, -45.0), (45.0, 0.0), (-45.0, 0.0))
+LAMPS = tuple(Lamp(transforms.rigid(np.eye(3), np.array([*side, 10.0])), length=60.0, diameter=20.0) for side in SIDES)
 
 
 @final
@@ -101,8 +104,15 @@ class Scene:
 
 def scene_at(planned: Plan, robot: RobotPlan) -> Scene:
     """Return a planned part as it stands for a part of its robot, with the lamp on the tool."""
+    for lamp in LAMPS[:-1]:
+        with suppress(ClearanceError):
+            return _with_lamp(planned, robot, lamp)
+    return _with_lamp(planned, robot, LAMPS[-1])
+
+
+def _with_lamp(planned: Plan, robot: RobotPlan, lamp: Lamp) -> Scene:
     cell = planned.workpiece.cell
-    cell = replace(cell, tool=replace(cell.tool, lamp=LAMP))
+    cell = replace(cell, tool=replace(cell.tool, lamp=lamp))
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     T_work_base = transforms.inverse(robot.placement.T_base_work)
     sweep = Sweep(robot.controller_path, arm, tool=cell.tool, T_work_base=T_work_base)

@@ -86,8 +86,8 @@ stand_height_mm = 120
 UR_CELL = "ur5e"
 _PACKAGED[UR_CELL] = _PACKAGED["irb120-straight160"] | {
     "about": "straight nozzle of 160 mm along the flange axis.",
-    "home": "[-17, -97, 108, -101, -90, 0]",
-    "demo_position": "[-450, 0, 100]",
+    "home": "[-17, -100, 98, -88, -90, 0]",
+    "demo_position": "[-450, 0, 200]",
 }
 
 

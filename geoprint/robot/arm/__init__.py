@@ -5,6 +5,7 @@ from geoprint.robot.arm.configuration import (
     BORDERED as BORDERED,
     border_distances as border_distances,
     bordered_joints as bordered_joints,
+    branch_of as branch_of,
     check_load as check_load,
     configuration_data as configuration_data,
     require_abb_conventions as require_abb_conventions,

@@ -18,7 +18,7 @@ from typing import final
 import numpy as np
 
 from geoprint.model import BoolArray, FloatArray, PoseStream
-from geoprint.robot.arm import BRANCHES, Arm
+from geoprint.robot.arm import BRANCHES, Arm, branch_of
 from geoprint.robot.reach.costs import Terms
 from geoprint.robot.reach.keyframes import (
     Keyframes,
@@ -48,6 +48,8 @@ DENSE_LENGTH = 12.0
 LEAN_LENGTH = 12.0
 # Turns that a leaning nozzle may take besides, from that of the upright one [rad].
 LEANING_TURNS = np.radians(15.0) * np.arange(-3.0, 4.0)
+# The branch of home may cost so many times as much as another one, where the arm reaches everything on both sides.
+HOME_WORTH = 2.0
 # Branches that are tried with a leaning nozzle, best first.
 LEANING_BRANCHES = 2
 
@@ -94,7 +96,7 @@ class UprightSearch:
         usual = np.full(poses.count, keyframe_rate(poses))
         self._frames = keyframes_of(poses, T_base_work=T_base_work, rates=usual)
         self._turns = _coarse_turns(self._frames, arm, terms)
-        self.branches = _ranked_branches(self._frames, self._turns, terms)
+        self.branches = _ranked_branches(self._frames, arm, self._turns, terms)
 
     def attitudes(self, branch: int, *, dense: BoolArray) -> Attitudes:
         """Return the best turns on a branch; keyframes are denser around (p,) `dense` poses."""
@@ -191,12 +193,19 @@ def _coarse_turns(frames: Keyframes, arm: Arm, terms: Terms) -> FloatArray:
     return turns + turns[int(np.min(costs, axis=1).argmin())]
 
 
-def _ranked_branches(frames: Keyframes, turns: FloatArray, terms: Terms) -> list[int]:
-    """Return the branches that hold on a ladder of fewer rungs, the cheapest first, or else the cheapest alone."""
+def _ranked_branches(frames: Keyframes, arm: Arm, turns: FloatArray, terms: Terms) -> list[int]:
+    """Return the branches that hold on a ladder of fewer rungs, the cheapest first, or else the cheapest alone.
+
+    An arm that turns all the way round about axis 1 reaches everything on both sides at about the same cost: the branch
+    of home comes first there unless it costs far more, so that no motion from and to home swings the arm around.
+    """
     few = thinned(frames, count=RANKED_RUNGS)
     rungs = turning(few, np.tile(turns, (few.count, 1)), np.zeros((few.count, 2)))
     climbed = climb(rungs, terms, branches=np.ones(BRANCHES, dtype=np.bool_))
-    order = np.argsort(climbed.costs, kind="stable")
+    costs = climbed.costs.copy()
+    if terms.wraps[0]:
+        costs[branch_of(arm.robot.home[None], arm=arm)[0]] /= HOME_WORTH
+    order = np.argsort(costs, kind="stable")
     return order[: max(int(climbed.holds.sum()), 1)].tolist()
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from geoprint import transforms
 from geoprint.model import BoolArray, FloatArray, Robot
 from geoprint.robot.arm import BORDER_MARGIN, BRANCHES, JOINTS, Arm, about_nozzle, border_distances, bordered_joints
-from geoprint.robot.arm.configuration import BORDERED, QUARTER_TURN
+from geoprint.robot.arm.configuration import QUARTER_TURN
 from geoprint.robot.reach.costs import COMFORTABLE_LIMIT, QUADRANT_NEAR, Terms
 from geoprint.robot.reach.keyframes import Keyframes, angle_margins, thinned
 from geoprint.robot.reach.ladder import climb, turning
@@ -59,7 +59,7 @@ def frame_room(joints: FloatArray, arm: Arm, *, extent: FloatArray, T_base_work:
 
     So much the part's middle may shift in any direction, while it turns about any axis through it by that over the
     radius. The inverse of the Jacobian tells how far that turns axes 1, 4 and 6; it changes on the way, so that
-    `FRAME_SHARE` of what it allows is returned; infinity for an arm without such borders.
+    `FRAME_SHARE` of what it allows is returned. For an arm without such borders the limits of all joints count instead.
 
     Args:
         joints: (t, 6) at the targets [rad].
@@ -67,16 +67,17 @@ def frame_room(joints: FloatArray, arm: Arm, *, extent: FloatArray, T_base_work:
         extent: (2, 3) lowest and highest coordinates of the part in the work frame [mm].
         T_base_work: (4, 4) frame of the part.
     """
-    if not bordered_joints(arm):
-        return np.inf
+    bordered = list(bordered_joints(arm))
     middle = transforms.apply(T_base_work, extent.mean(axis=0)[None])[0]
     radius = float(np.linalg.norm(extent[1] - extent[0]) / 2.0)
     # Where the arm is singular no rate is finite, and next to no room is left.
-    rates = np.linalg.inv(arm.jacobians(joints) + NEARLY_SINGULAR * np.eye(JOINTS))[:, BORDERED]
+    rates = np.linalg.inv(arm.jacobians(joints) + NEARLY_SINGULAR * np.eye(JOINTS))[:, bordered or slice(None)]
     shifts, turns = rates[..., :3], rates[..., 3:]
+    low, high = arm.robot.limits.T
     levers = arm.tool_poses(joints)[:, None, :3, 3] - middle
     most = np.linalg.norm(shifts, axis=2) + np.linalg.norm(turns + np.cross(levers, shifts), axis=2) / radius
-    return FRAME_SHARE * float((border_distances(joints) / most).min())
+    room = border_distances(joints) if bordered else np.minimum(joints - low, high - joints)
+    return FRAME_SHARE * float((room / most).min())
 
 
 def axial_weights(joints: FloatArray, arm: Arm, *, deposit: BoolArray) -> FloatArray:

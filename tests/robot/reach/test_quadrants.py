@@ -99,7 +99,7 @@ def test_borders_that_an_axis_sweeps_over_are_crossed_and_listed() -> None:
     # From one side of the arm to the other axis 1 turns by 68 degrees: no turn of the nozzle keeps it on one side.
     poses = stream(line((300.0, -200.0, 50.0), (300.0, 200.0, 50.0), count=401))
     path = reach(poses, ARM, T_base_work=np.eye(4))
-    record = record_quadrants(path, Targets(np.arange(401), zones=np.zeros(401), speeds=np.full(401, 20.0)))
+    record = record_quadrants(path, Targets(np.arange(401), zones=np.zeros(401), speeds=np.full(401, 20.0)), ARM)
     assert [axis.axis for axis in record] == [1, 4, 6]
     assert [axis.targets_near for axis in record] == near(path)
     assert record[0].targets_near > 0
@@ -117,7 +117,7 @@ def test_what_is_crossed_on_travel_is_not_listed() -> None:
     deposited[:20] = True
     poses = stream(line((300.0, -200.0, 50.0), (300.0, 200.0, 50.0), count=401), deposit=deposited)
     path = reach(poses, ARM, T_base_work=np.eye(4))
-    record = record_quadrants(path, Targets(np.arange(401), zones=np.zeros(401), speeds=np.full(401, 20.0)))
+    record = record_quadrants(path, Targets(np.arange(401), zones=np.zeros(401), speeds=np.full(401, 20.0)), ARM)
     assert np.ptp(path.configuration[:, 0]) == 1
     assert [axis.crossings for axis in record] == [0, 0, 0]
     assert [axis.targets_near for axis in record] == [0, 0, 0]
