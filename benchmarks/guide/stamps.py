@@ -116,8 +116,10 @@ class Inputs:
         """Take what a part of a statement names, but for arguments and variables of its own."""
         match node:
             case ast.Name(id="load_cell" | "packaged_cell_text"):
-                cells = (*PACKAGED_CELLS, TILTING_CELL, UR_CELL)
+                cells = (*PACKAGED_CELLS, TILTING_CELL)
                 self.texts["cells"] = repr([tomllib.loads(packaged_cell_text(name)) for name in cells])
+            case ast.Name(id="UR_CELL"):
+                self.texts["cell of another arm"] = repr(tomllib.loads(packaged_cell_text(UR_CELL)))
             case ast.Name(id=name, ctx=ast.Load()) if name not in own:
                 self.follow(module, name)
             case ast.Attribute(value=ast.Name(id=owner), attr=name):
