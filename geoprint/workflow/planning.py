@@ -64,6 +64,8 @@ OVER_A_TABLE = (
     "how exactly the table reaches and holds its attitude",
     "table motion other than straight from one attitude to the next, and past obstacles",
 )
+# What nothing proves of an arm without a closed form.
+BY_ITERATION = "whether iteration, by which the inverse kinematics of this arm are solved, misses a solution"
 # Where the nozzle leans to ease the joints, one side of the needle's rim comes down by this share of the spacing.
 RIM_SHARE = 0.1
 # A layer of a stack is slowed down by so much at most, to make up for what its paths miss: fronts that meet leave a few
@@ -265,8 +267,8 @@ def _with_robot(
     with stage("collision check"):
         path = controller_path(joint_path, targets, arm)
         found = check(path, poses=joint_path.poses)
-        if placement.table is not None:
-            found = replace(found, not_checked=(*found.not_checked, *OVER_A_TABLE))
+        unchecked = (*(OVER_A_TABLE if placement.table else ()), *((BY_ITERATION,) if arm.no_closed_form else ()))
+        found = replace(found, not_checked=(*found.not_checked, *unchecked))
         lifted, lifted_targets = lifted_path(joint_path, targets, arm)
         dry_found = check(controller_path(lifted, lifted_targets, arm, step=LIFTED_STEP), poses=lifted.poses)
         _check_stations(lifted, cell, arm, check=check)
