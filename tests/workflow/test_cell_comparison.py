@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from geoprint.config import job_of, packaged_cell_text
-from geoprint.errors import PlanError, UsageError
+from geoprint.errors import UsageError
 from geoprint.reporting import read_record
 from geoprint.reporting.cell_comparison import cells_text, record_cells
 from geoprint.reporting.records.cells import CellsRecord
@@ -91,8 +91,8 @@ def test_what_cannot_be_compared_is_refused(cells: list[str], keys: dict[str, ob
         compare_cells(job, [Path(name) for name in cells])
 
 
-def test_where_no_cell_prints_the_part_the_last_reason_is_raised(far: Path, tmp_path: Path) -> None:
-    other = tmp_path / "other.toml"
-    other.write_text(far.read_text(encoding="utf-8").replace("[900, 0, 50]", "[950, 0, 50]"), encoding="utf-8")
-    with proving_briefly(), pytest.raises(PlanError, match="out of reach"):
-        compare_cells(job_of(surface=PLATE, unit="mm", place="demo", **DISC), [far, other])
+def test_where_no_cell_can_be_used_the_last_reason_is_raised(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match=r"the cell file .*gone\.toml does not exist"):
+        compare_cells(
+            job_of(surface=PLATE, unit="mm", place="demo", **DISC), [tmp_path / "none.toml", tmp_path / "gone.toml"]
+        )
