@@ -10,7 +10,17 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Protocol, final
 
 from geoprint.errors import VerificationError
-from geoprint.model import Cell, Dispensing, Placement, Program, comparable, frozen
+from geoprint.model import (
+    Cell,
+    ControllerPath,
+    Dispensing,
+    JointPath,
+    Placement,
+    Program,
+    Targets,
+    comparable,
+    frozen,
+)
 from geoprint.postprocessor.execution import Executed, OwnProgram, Settings, StackProof, StackSettings, Switched
 from geoprint.postprocessor.orders import Event, Orders, TipsAt
 from geoprint.postprocessor.tables import TrajectoryTable
@@ -61,7 +71,7 @@ class Execution:
         executed: figures; None where it does not run.
         switched: what it switches when it prints.
         lines: file and line of the move to each target; none where it does not run, or moves to others.
-        settings: how it is set to run; None where something is wrong.
+        settings: how it is set to run; None where something is wrong, or a dialect has no switches.
     """
 
     findings: tuple[VerificationError, ...]
@@ -117,6 +127,17 @@ class PostProcessor(Protocol):
 
         Raises:
             UsageError: the dialect counts the joints of such an arm otherwise, or has no words for it.
+        """
+        ...
+
+    def driven(self, joint_path: JointPath, targets: Targets, motion: TrajectoryTable, arm: Arm) -> ControllerPath:
+        """Return the motion as whatever runs the program drives it, which is checked for collisions.
+
+        Args:
+            joint_path: p poses with their joints.
+            targets: poses that are written.
+            motion: of the arm, as it was timed.
+            arm: with its tool.
         """
         ...
 
@@ -185,7 +206,7 @@ class PostProcessor(Protocol):
         ...
 
     def handling(
-        self, orders: Orders, cell: Cell, *, placement: Placement, names: Sequence[str], settings: Settings
+        self, orders: Orders, cell: Cell, *, placement: Placement, names: Sequence[str], settings: Settings | None
     ) -> Handling:
         """Return what the run sheet says of loading and starting a program."""
         ...

@@ -11,6 +11,7 @@ from geoprint.errors import UsageError
 from geoprint.model import Cell
 from geoprint.postprocessor.interface import Joining, PostProcessor
 from geoprint.postprocessor.rapid.post_processor import Rapid
+from geoprint.postprocessor.trajectory.post_processor import JointTrajectory
 from geoprint.registry import Registry
 
 
@@ -27,7 +28,9 @@ class PostProcessorFactory(Protocol):
         ...
 
 
-POST_PROCESSORS: Mapping[str, PostProcessorFactory] = MappingProxyType({"rapid": Rapid})
+POST_PROCESSORS: Mapping[str, PostProcessorFactory] = MappingProxyType(
+    {"rapid": Rapid, "joint-trajectory": JointTrajectory}
+)
 # Of a cell that names none.
 DEFAULT = "rapid"
 
@@ -35,7 +38,18 @@ _KNOWN = Registry(
     "post-processor",
     group=features.POST_PROCESSORS,
     built_in=POST_PROCESSORS,
-    members=("title", "joining", "check_cell", "check_arm", "write", "execute", "check", "dispensing", "handling"),
+    members=(
+        "title",
+        "joining",
+        "check_cell",
+        "check_arm",
+        "driven",
+        "write",
+        "execute",
+        "check",
+        "dispensing",
+        "handling",
+    ),
 )
 
 

@@ -25,6 +25,8 @@ LAMP_TOLERANCE = 0.025
 DARK_TOLERANCE = 0.005
 # How long valve and vacuum may be on together where one follows the other [s]: the motion is looked at more often.
 VACUUM_TOLERANCE = 0.005
+# The motion is looked at so often [s].
+_STEP = 0.001
 
 
 @final
@@ -132,6 +134,27 @@ def check_timeline(found: Timeline) -> None:
             f"the vacuum draws for {found.vacuum_against:.3f} s while the valve is open; plan again.",
             seconds=found.vacuum_against,
         )
+
+
+def moment_on(target: int, distance: float, orders: Orders, tips_at: TipsAt, *, from_start: bool) -> float:
+    """Return when the tip is somewhere on its move to a target, by the clock of the motion [s].
+
+    Args:
+        target: index.
+        distance: from the end of the move, or from its start [mm].
+        orders: times and places of the targets.
+        tips_at: the tip's motion as it was timed.
+        from_start: whether the distance counts from the start.
+    """
+    if target == 0:
+        return float(orders.times[0])
+    first, last = float(orders.times[target - 1]), float(orders.times[target])
+    moments = np.linspace(first, last, max(int(np.ceil((last - first) / _STEP)), 1) + 1)
+    origin = orders.tips[target - 1] if from_start else orders.tips[target]
+    distances = np.linalg.norm(tips_at(moments) - origin, axis=1)
+    if not from_start:
+        distances, moments = distances[::-1], moments[::-1]
+    return float(np.interp(distance, np.maximum.accumulate(distances), moments))
 
 
 def _spans(switched: Sequence[Switched], *, signal: str, again: bool = False) -> FloatArray:

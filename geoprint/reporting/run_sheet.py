@@ -188,7 +188,7 @@ def run_sheet(checked: Checked, *, width: int | None = None) -> str:
         return "\n".join(
             [*head, *(line for label, texts in rows if texts for line in entry(label, texts, width=width))]
         )
-    if checked.findings or record is None or not (setup and orders and settings and switching):
+    if checked.findings or record is None or not (setup and orders and switching):
         return "\n".join(f"{each.file}, line {each.line}: {each.reason}" for each in checked.findings)
     robot = record.robot[0]
     handling = post_processor_of(setup.cell).handling(

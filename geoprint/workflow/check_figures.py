@@ -512,7 +512,6 @@ def _header_findings(
         f"Spacing: {record.settings.spacing_mm:.4f} mm; runs: {int(orders.runs[-1]) + 1}; targets: {orders.count}",
     ]
     checked = [
-        "the text matches the plan: targets, speeds, zones, outputs, frames.",
         *said.checked,
         check_load(setup.cell.tool, arm).sentence,
     ]

@@ -20,6 +20,7 @@ from geoprint.metrics import uniformity
 from geoprint.model import Clearance, JointPath, Obstacle, Placement, PoseStream, Targets
 from geoprint.positioner import table_machine
 from geoprint.postprocessor import PLAN, Orders, Setup, TrajectoryTable, read_trajectory_table
+from geoprint.postprocessor.registry import post_processor_of
 from geoprint.reporting import peak_memory, record_evenness
 from geoprint.reporting.check import Finding, RepeatedRecord
 from geoprint.reporting.metrics import CATALOGUE, OF_BACKEND
@@ -40,8 +41,6 @@ from geoprint.workflow.workpiece import SidedPart, read_part
 # Clearances agree with those of the plan to this [mm], and figures of evenness to this.
 CLEARANCE_TOLERANCE = 0.01
 EVENNESS_TOLERANCE = 5e-4
-# Rows of the motion that is checked are this far apart, as in a plan [mm].
-PRINT_STEP = 0.5
 
 _T = TypeVar("_T")
 
@@ -125,7 +124,7 @@ def _clearances(folder: Path, part: SidedPart, setup: Setup, orders: Orders) -> 
         arm, tool=cell.tool, process=cell.process, T_base_work=path.T_base_work, part=ground, body=part.body,
         obstacles=_solids(setup), below=below,
     )  # fmt: skip
-    printing = check(controller_path(path, targets, arm, step=PRINT_STEP), poses=path.poses)
+    printing = check(post_processor_of(cell).driven(path, targets, table, arm), poses=path.poses)
     return printing, check(controller_path(lifted, lifted_targets, arm, step=LIFTED_STEP), poses=lifted.poses)
 
 

@@ -265,7 +265,8 @@ def _with_robot(
         ceiling, cell = cell.process.speed, printing_at(paths, process.speed)
         paths = replace(paths, workpiece=replace(workpiece, cell=cell))
     with stage("collision check"):
-        path = controller_path(joint_path, targets, arm)
+        motion = TrajectoryTable(trajectory.times, trajectory.joints, trajectory.deposit, trajectory.runs)
+        path = post_processor_of(cell).driven(joint_path, targets, motion, arm)
         found = check(path, poses=joint_path.poses)
         unchecked = (*(OVER_A_TABLE if placement.table else ()), *((BY_ITERATION,) if arm.no_closed_form else ()))
         found = replace(found, not_checked=(*found.not_checked, *unchecked))
@@ -283,7 +284,7 @@ def _with_robot(
             frame=frame_room(passed, arm, extent=extent, T_base_work=placement.T_base_work),
         )  # fmt: skip
         tips = tips_at(trajectory.times, trajectory.joints, arm, T_base_work=placement.T_base_work)
-        program, executed, switching = _program(paths, orders, tips, trajectory, found, placement=placement, arm=arm)
+        program, executed, switching = _program(paths, orders, tips, motion, found, placement=placement, arm=arm)
         _check_deposit(joint_path.poses, trajectory, switching, paths)
     robot = RobotPlan(
         placement, joint_path, trajectory, targets, path, found, dry_found, orders, program, switching, executed, off,
@@ -398,7 +399,7 @@ def _program(
     paths: Plan,
     orders: Orders,
     tips: TipsAt,
-    trajectory: Trajectory,
+    motion: TrajectoryTable,
     found: Clearance,
     *,
     placement: Placement,
@@ -414,7 +415,7 @@ def _program(
         orders=orders,
         events=switching_events(orders, signals=cell.signals, tips_at=tips, speed=cell.process.speed),
         tips_at=tips,
-        motion=TrajectoryTable(trajectory.times, trajectory.joints, trajectory.deposit, trajectory.runs),
+        motion=motion,
         checked=(*found.checked, check_load(cell.tool, arm).sentence),
         not_checked=found.not_checked,
     )

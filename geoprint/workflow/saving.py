@@ -225,7 +225,7 @@ def _robot_files(workpiece: Workpiece, robot: RobotPlan, cell: Cell) -> dict[str
         start=orders.start,
         aloft=orders.lifted,
         extent=orders.extent,
-        frame=orders.frame,
+        frame=orders.frame if np.isfinite(orders.frame) else None,
     )
     return {
         "trajectory.csv": trajectory_table(robot.trajectory),

@@ -13,7 +13,9 @@ from geoprint.postprocessor.orders import Orders
 _HOME = "the controller's HOME folder"
 
 
-def handling(orders: Orders, cell: Cell, *, placement: Placement, names: Sequence[str], settings: Settings) -> Handling:
+def handling(
+    orders: Orders, cell: Cell, *, placement: Placement, names: Sequence[str], settings: Settings | None
+) -> Handling:
     """Return how a program is loaded, set and started.
 
     Args:
@@ -21,13 +23,13 @@ def handling(orders: Orders, cell: Cell, *, placement: Placement, names: Sequenc
         cell: its outputs.
         placement: whether all of it was stated.
         names: of its files.
-        settings: how it is set.
+        settings: how it is set; None where nobody knows.
     """
     loaded = sum(name.startswith("GeoPath") for name in names)
     copies = f"; copy the {loaded} GeoPath modules to {_HOME}" if loaded else ""
     return Handling(
         loading=(f"load GeoPrint.pgf ({len(names) - 1 - loaded} modules){copies}",),
-        settings=tuple(_settings(cell, placement, settings)),
+        settings=() if settings is None else tuple(_settings(cell, placement, settings)),
         steps=tuple(_steps(orders, cell, placement)),
     )
 

@@ -9,6 +9,8 @@ from geoprint.errors import VerificationError
 from geoprint.postprocessor.execution import refusal
 from geoprint.postprocessor.switches import CELL_MODULE, STACK_MODULE
 
+# What every program is held against, and what a controller has to keep for it.
+_COMPARED = "Checked: the text matches the plan: targets, speeds, zones, outputs, frames."
 _RESIDENT = "It needs GeoResident.sys, which shuts outputs off at stops: controller/first_load.md."
 # How sentences of headers begin; each begins in a line of its own.
 _BEGINS = (
@@ -24,7 +26,7 @@ def header_findings(files: Mapping[str, str], sentences: Sequence[str]) -> Itera
         files: text of each file of the program.
         sentences: that it must say, besides what a controller has to keep for it.
     """
-    wanted = [*sentences, _RESIDENT]
+    wanted = [*sentences, _COMPARED, _RESIDENT]
     for name in sorted(files.keys() & {CELL_MODULE, "GeoPrint.mod"}):
         found = _header(files[name])
         for sentence in wanted:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import ClassVar, final
 
 from geoprint.errors import VerificationError
-from geoprint.model import Cell, Dispensing, Placement, Program
+from geoprint.model import Cell, ControllerPath, Dispensing, JointPath, Placement, Program, Targets
 from geoprint.postprocessor.execution import OwnProgram, Settings, StackProof, StackSettings
 from geoprint.postprocessor.expected_switching import expected_events
 from geoprint.postprocessor.interface import CONTROLLER_FOLDER, Execution, Handling, Joining, RobotProgram
@@ -26,7 +26,9 @@ from geoprint.postprocessor.rapid.stack_writing import STACK_LIST, together
 from geoprint.postprocessor.rapid.timeline import switched_of
 from geoprint.postprocessor.rapid.verify import judge_program, program_settings, read_back, verify_program
 from geoprint.postprocessor.rapid.verify_controller import controller_findings
+from geoprint.postprocessor.tables import TrajectoryTable
 from geoprint.robot.arm import Arm, require_abb_conventions
+from geoprint.robot.controller import controller_path
 
 
 @final
@@ -47,6 +49,11 @@ class Rapid:
     def check_arm(self, arm: Arm) -> None:
         """Refuse an arm whose joints ABB counts otherwise."""
         require_abb_conventions(arm)
+
+    def driven(self, joint_path: JointPath, targets: Targets, motion: TrajectoryTable, arm: Arm) -> ControllerPath:
+        """Return the straight moves between targets with their rounded corners, from home to home."""
+        del motion
+        return controller_path(joint_path, targets, arm)
 
     def write(self, program: RobotProgram, cell: Cell) -> tuple[Program, Execution]:
         """Write the modules, and verify them by reading them back."""
@@ -122,7 +129,7 @@ class Rapid:
         return header_findings(files, sentences)
 
     def handling(
-        self, orders: Orders, cell: Cell, *, placement: Placement, names: Sequence[str], settings: Settings
+        self, orders: Orders, cell: Cell, *, placement: Placement, names: Sequence[str], settings: Settings | None
     ) -> Handling:
         """Return how a program is loaded, set by its three switches, and started."""
         return handling(orders, cell, placement=placement, names=names, settings=settings)

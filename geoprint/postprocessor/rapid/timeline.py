@@ -6,11 +6,8 @@ import numpy as np
 
 from geoprint.postprocessor.execution import Switched
 from geoprint.postprocessor.orders import Orders, TipsAt
-from geoprint.postprocessor.rapid.machine import Switching
 from geoprint.postprocessor.rapid.made import Made
-
-# The motion is looked at so often [s].
-_STEP = 0.001
+from geoprint.postprocessor.timeline import moment_on
 
 
 def switched_of(made: Made, orders: Orders, *, tips_at: TipsAt) -> tuple[Switched, ...]:
@@ -29,7 +26,8 @@ def switched_of(made: Made, orders: Orders, *, tips_at: TipsAt) -> tuple[Switche
     waited = np.append(0.0, moves.begins[made.rows[1:]] - moves.ends[made.rows[:-1]])
     return tuple(
         Switched(
-            _moment(each, target, orders, tips_at) + float(waited[target]) * each.from_start,
+            moment_on(target, each.distance, orders, tips_at, from_start=each.from_start)
+            + float(waited[target]) * each.from_start,
             each.signal,
             each.value > 0.0,
             each.file,
@@ -39,16 +37,3 @@ def switched_of(made: Made, orders: Orders, *, tips_at: TipsAt) -> tuple[Switche
         for each in some
         if not each.flow
     )
-
-
-def _moment(trigger: Switching, index: int, orders: Orders, tips_at: TipsAt) -> float:
-    """Return when the tip is where the trigger switches, on the move to a target."""
-    if index == 0:
-        return float(orders.times[0])
-    first, last = float(orders.times[index - 1]), float(orders.times[index])
-    moments = np.linspace(first, last, max(int(np.ceil((last - first) / _STEP)), 1) + 1)
-    origin = orders.tips[index - 1] if trigger.from_start else orders.tips[index]
-    distances = np.linalg.norm(tips_at(moments) - origin, axis=1)
-    if not trigger.from_start:
-        distances, moments = distances[::-1], moments[::-1]
-    return float(np.interp(trigger.distance, np.maximum.accumulate(distances), moments))

@@ -85,7 +85,7 @@ def require_abb_conventions(arm: Arm) -> None:
         UsageError: the arm has no spherical wrist, or its URDF counts joints, base or flange otherwise.
     """
     name, inverse = arm.robot.model, arm.inverse
-    left = "reach, timing and clearance can be had from the library, `geoprint plan` needs an ABB arm or --no-robot"
+    left = 'state `post_processor = "joint-trajectory"` under [robot] for joints over time, or give --no-robot'
     if not isinstance(inverse, OrthoParallel):
         kind = arm.no_closed_form or "its axes 2, 3 and 4 are parallel, as those of Universal Robots"
         raise UsageError(

@@ -36,6 +36,7 @@ class Chain:
 
     Attributes:
         base: name of the link that does not move.
+        names: of joints 1 to 6.
         links: names of the links that joints 1 to 6 move.
         origins: (6, 4, 4) frame of each joint at zero in that of the one before [mm].
         axes: (6, 3) unit axis of each joint in its own frame.
@@ -45,6 +46,7 @@ class Chain:
     """
 
     base: str
+    names: tuple[str, ...]
     links: tuple[str, ...]
     origins: FloatArray
     axes: FloatArray
@@ -142,6 +144,7 @@ def chain_of(text: str, *, name: str, flange: str) -> Chain:
     faults.refuse(f"the URDF {name} cannot be served")
     return Chain(
         base=base,
+        names=tuple(joint.get("name", "") for joint in moving),
         links=tuple(_link(joint, "child", name=name) for joint in moving),
         origins=origins,
         axes=np.array(axes),
