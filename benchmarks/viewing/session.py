@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 
 SIZE, PORT = (1280, 800), 8965
 SPACING, RADIUS, CORNERS = 1.5, 13.0, 8
+# Closes the page's notice that no graphics card draws.
+NOTICE = ".mantine-Notification-closeButton"
 # Frames that a step stays, and frames of the replay.
 HELD, REPLAYED = 12, 60
 
@@ -60,7 +62,10 @@ def main() -> None:
         server = stack.enter_context(served(PORT, label="geoprint"))
         view = stack.enter_context(closing(EditView(Drawing(job, folder / "heart.toml"), server)))
         film = None if arguments.smoke or arguments.film is None else arguments.film
-        browser = None if film is None else stack.enter_context(opened(address(server), size=SIZE, drawn="canvas"))
+        browser = None
+        if film is not None:
+            browser = stack.enter_context(opened(address(server), size=SIZE, drawn=NOTICE))
+            browser.find_element("css selector", NOTICE).click()
         frames = session(view, folder, browser)
     if film is not None:
         written(frames, film)
@@ -81,6 +86,9 @@ def session(view: EditView, folder: Path, browser: Chrome | None) -> list[bytes]
 
     step("part opened", lambda: None)
     middle, outward, across = side_of(view)
+    for client in view.server.get_clients().values():
+        client.camera.position = middle + 150.0 * outward + 40.0 * across[0]
+        client.camera.look_at = middle
     view.choose(OUTLINE)
     for number, angle in enumerate(np.linspace(0.0, 2.0 * np.pi, CORNERS, endpoint=False).tolist(), start=1):
         place = middle + RADIUS * (np.cos(angle) * across[0] + np.sin(angle) * across[1])

@@ -1,4 +1,4 @@
-"""A live view of a result or a part: turned, replayed and questioned in a browser, on this machine alone."""
+"""A live view of a result or a part: turned, replayed, questioned and drawn on in a browser, on this machine alone."""
 
 from geoprint.viewer.loaded import (
     Motion as Motion,
@@ -6,3 +6,4 @@ from geoprint.viewer.loaded import (
     ViewedPlan as ViewedPlan,
     load_viewed as load_viewed,
 )
+from geoprint.viewer.notebook import notebook_scene as notebook_scene

@@ -16,14 +16,13 @@ from geoprint.cli.ending import wrote
 from geoprint.cli.options import OUTPUT, Keys, job_asked, takes
 from geoprint.cli.terminal import say
 from geoprint.errors import UsageError
+from geoprint.viewer.page import PORT
 
 if TYPE_CHECKING:
     import viser
 
     from geoprint.viewer.editor import EditView
     from geoprint.viewer.live import LiveView
-
-PORT = 8080
 
 Shown = Annotated[
     Path,
@@ -70,7 +69,7 @@ def view(
     *,
     keys: Keys,
     line: Line = None,
-    robot: WithRobot = False,
+    with_robot: WithRobot = False,
     port: Port = PORT,
     no_open: NoOpen = False,
     still: Still = None,
@@ -86,12 +85,12 @@ def view(
     from geoprint.viewer.live import LiveView
     from geoprint.viewer.page import address, served
 
-    asked = {"--line": line, "--robot": robot, "--record": record}
+    asked = {"--line": line, "--robot": with_robot, "--record": record}
     opened = _drawing(shown, keys, asked=asked) if shown.is_file() else _replay(shown, keys)
     with served(port, label=f"geoprint: {shown.name}") as server, closing(opened(server)) as page:
         if isinstance(page, LiveView) and line is not None:
             page.go_to_line(line)
-        if isinstance(page, LiveView) and robot:
+        if isinstance(page, LiveView) and with_robot:
             page.show_robot()
         files = {still: partial(save_still, server), html: partial(save_page, server)}
         if isinstance(page, LiveView):

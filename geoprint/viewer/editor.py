@@ -36,7 +36,7 @@ from geoprint.toolpath import pattern_names
 from geoprint.viewer.drawing import STROKE, TOOLS, Drawing, Item, Tool
 from geoprint.viewer.live import LiveView
 from geoprint.viewer.loaded import load_viewed
-from geoprint.viewer.page import light, look, scale_html, table_html
+from geoprint.viewer.page import light, look, open_panel, scale_html, table_html
 from geoprint.viewer.scene import MARK, PATH, PLAIN as GREY, lines_glb, surface_glb, thinned_rows
 from geoprint.workflow import Planner, save_plan
 from geoprint.workflow.placement import arm_of
@@ -194,9 +194,7 @@ class EditView:
 
     def _build_panel(self) -> None:
         gui, job = self.server.gui, self.drawing.job
-        gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
-        gui.main_panel.dock_right()
-        gui.set_panel_label(f"geoprint: {self.drawing.file.name}")
+        open_panel(self.server, self.drawing.file.name)
         with gui.add_folder("Draw"):
             self._tool = gui.add_dropdown("A click draws", (LOOK, *(tool.name for tool in TOOLS)))
             buttons = gui.add_button_group("", ("Begin another", "Remove last", "Undo"))

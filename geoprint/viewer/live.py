@@ -16,7 +16,7 @@ from geoprint.model import FloatArray
 from geoprint.reporting.metrics import CATALOGUE
 from geoprint.robot.arm import tilts
 from geoprint.viewer.loaded import Motion, Viewed, ViewedPlan
-from geoprint.viewer.page import light, look, scale_html, table_html
+from geoprint.viewer.page import light, look, open_panel, scale_html, table_html
 from geoprint.viewer.plots import TIME_FIELD, plot_html, plots_of
 from geoprint.viewer.scene import MARK, PlanScene, quantities, scale_of
 
@@ -152,9 +152,7 @@ class LiveView:
 
     def _build(self) -> None:
         gui, plans = self.server.gui, self.viewed.plans
-        gui.configure_theme(control_width="large", show_logo=False, show_share_button=False)
-        gui.main_panel.dock_right()
-        gui.set_panel_label(f"geoprint: {self.viewed.name}")
+        open_panel(self.server, self.viewed.name)
         if self._back is not None:
             back = self._back
             gui.add_button("Back to drawing", color="gray").on_click(lambda _: back())
@@ -201,7 +199,7 @@ class LiveView:
         on(self._colours, lambda: self._colour(self._colours.value))
         for each in (self._paths, self._travel, self._robot, self._layer):
             on(each, self._shown)
-        on(self._attitude, self._turned)
+        on(self._attitude, lambda: self.show_attitude(int(self._attitude.value)))
         on(self._slider, lambda: self._set(self._slider.value / 100.0 * self.end))
         on(self._time, lambda: self._at(self._time.value))
         on(self._line, self._find_line)
@@ -258,11 +256,12 @@ class LiveView:
         self._shown()
         self._plotted()
 
-    def _turned(self) -> None:
-        """Show the motion of another attitude of a table."""
+    def show_attitude(self, number: int) -> None:
+        """Show the motion of another attitude of a table, from 1, as everything stands there."""
         scene = self._active
         with self._lock, self.server.atomic():
-            scene.show_motion(scene.plan.motions[int(self._attitude.value) - 1])
+            self._attitude.value = str(number)
+            scene.show_motion(scene.plan.motions[number - 1])
             self._shown()
         self._set(0.0)
         self._at(0.0)

@@ -18,8 +18,9 @@ from geoprint.reporting.colouring import Scale
 if TYPE_CHECKING:
     import viser
 
-# Only this machine can open the page.
+# Only this machine can open the page; on the next port where this one is taken.
 HOST: Final = "127.0.0.1"
+PORT: Final = 8080
 
 
 @contextmanager
@@ -55,6 +56,19 @@ def served(port: int, *, label: str) -> Generator[viser.ViserServer]:
 def address(server: viser.ViserServer) -> str:
     """Return where a page is."""
     return f"http://{HOST}:{server.get_port()}"
+
+
+def open_panel(server: viser.ViserServer, title: str) -> None:
+    """Begin the panel of a page, to the right of the scene, with a choice between light and dark."""
+
+    def themed(*, dark: bool) -> None:
+        server.gui.configure_theme(control_width="large", show_logo=False, show_share_button=False, dark_mode=dark)
+
+    themed(dark=False)
+    server.gui.main_panel.dock_right()
+    server.gui.set_panel_label(f"geoprint: {title}")
+    dark = server.gui.add_checkbox("Dark", initial_value=False)
+    dark.on_update(lambda _: themed(dark=dark.value))
 
 
 def light(server: viser.ViserServer, upright: FloatArray) -> None:

@@ -13,19 +13,24 @@ from typing import cast
 import numpy as np
 import pytest
 
+from geoprint import job_of, plan, save
+from geoprint.config import TILTING_CELL, packaged_cell_text
 from geoprint.errors import UsageError
 from geoprint.geometry import prepare
 from geoprint.model import FloatArray, Surface
 from geoprint.reporting.colouring import coverage_scale, overhang_scale, thickness_scale
-from geoprint.viewer import capture, load_viewed
+from geoprint.viewer import capture, load_viewed, notebook_scene
 from geoprint.viewer.live import LiveView
 from geoprint.viewer.page import address, scale_html, served
 from geoprint.viewer.plots import Plot, plot_html
 from geoprint.viewer.scene import PlanScene, mean_curvature, quantities, scale_of
+from tests.commands import called
 from tests.meshes import plate, spherical_cap
 from tests.reporting.browser import Page
 from tests.shared_plans import SharedPlans
 from tests.workflow.test_checking import shared_bundle
+
+PART = Path(__file__).parents[2] / "data" / "heart_apex_patch.ply"
 
 
 @pytest.fixture(scope="module")
@@ -213,3 +218,43 @@ def test_a_plot_shows_its_lines_limits_and_names() -> None:
     assert found.count("<polyline") == 3
     assert "&lt;b&gt;" in found
     assert "4.0 s" in found
+
+
+@pytest.mark.needs("viser")
+def test_clearance_and_distance_are_those_of_the_plan(view: LiveView) -> None:
+    plan = view.scenes[0].plan
+    (robot,) = plan.record.robot
+    assert view.scenes[0].values("clearance").min() == pytest.approx(robot.clearance.smallest_mm, abs=0.02)
+    assert view.scenes[0].values("distance").max() == pytest.approx(plan.record.paths.largest_distance_mm, rel=0.01)
+    assert view.scenes[0].values("margin").min() > 0.0
+
+
+@pytest.mark.needs("viser")
+def test_the_command_writes_the_scene_and_a_notebook_has_it_too(
+    bundle: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert called(monkeypatch, "view", bundle, "--robot", "--html", tmp_path / "scene.html") == 0
+    assert f"written: {tmp_path / 'scene.html'}" in capsys.readouterr().err
+    page = (tmp_path / "scene.html").read_bytes()
+    assert page.startswith(b"<!doctype html>")
+    shown = notebook_scene(bundle)
+    assert shown.page.startswith(b"<!doctype html>")
+    assert len(shown.page) == pytest.approx(len(page), rel=0.2)
+
+
+@pytest.mark.slow
+@pytest.mark.needs("viser")
+def test_each_attitude_of_a_table_has_its_own_motion(tmp_path: Path) -> None:
+    (tmp_path / "tilting.toml").write_text(packaged_cell_text(TILTING_CELL))
+    job = job_of(surface=PART, unit="mm", spacing=4.0, place="demo", cell=tmp_path / "tilting.toml")
+    save(plan(job), tmp_path / "out")
+    with served(8902, label="test") as server, closing(LiveView(load_viewed(tmp_path / "out"), server)) as view:
+        (scene,) = view.scenes
+        durations = [round(robot.motion.duration_s, 2) for robot in scene.plan.record.robot]
+        assert len(set(durations)) == len(durations) > 1
+        for number, duration in enumerate(durations, start=1):
+            view.show_attitude(number)
+            assert view.end == pytest.approx(duration, abs=0.02)
+            assert scene.motion is scene.plan.motions[number - 1]
+        deposited = [motion.poses.deposit.sum() for motion in scene.plan.motions]
+        assert sum(deposited) >= scene.plan.poses.deposit.sum()
