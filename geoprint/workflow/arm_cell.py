@@ -11,9 +11,10 @@ from typing import final
 import numpy as np
 
 from geoprint import transforms
-from geoprint.config.cells import cell_of, filled_cell, packaged_parts
+from geoprint.config.cells import UR_CELL, cell_of, filled_cell, packaged_parts
 from geoprint.errors import UsageError
 from geoprint.model import FloatArray, Robot, Tool, frozen
+from geoprint.postprocessor.registry import DEFAULT, post_processor
 from geoprint.robot.arm import JOINTS, Arm, about_nozzle, chain_of, link_shapes
 from geoprint.robot.arm.link_meshes import enclosed_urdf
 from geoprint.robot.reach.keyframes import angle_margins
@@ -109,6 +110,10 @@ def arm_cell(path: Path, *, flange: str) -> ArmCell:
         "accuracy": ACCURACY.lstrip(),
     }  # fmt: skip
     arm = Arm(robot, T_flange_tool=tool.T_flange_tool)
+    try:
+        post_processor(DEFAULT).check_arm(arm)
+    except UsageError:
+        parts["post_processor"] = packaged_parts(UR_CELL)["post_processor"]
     how = (
         "in closed form"
         if arm.no_closed_form is None
