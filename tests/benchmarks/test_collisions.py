@@ -19,6 +19,7 @@ from benchmarks.motion.collisions import (
     scene_of,
 )
 from benchmarks.motion.planted import KINDS, Spot
+from geoprint.config import UR_CELL
 from geoprint.geometry.files import save_ply
 from geoprint.model import Surface
 from geoprint.robot.collision.clearance import check_placements
@@ -63,6 +64,24 @@ def test_near_misses_two_tenths_of_a_millimetre_beyond_the_clearance_are_not_rep
     wanted = scene.cell.process.clearance + BEYOND
     assert [scene.sweep.distance(body) for _, body in planted] == [pytest.approx(wanted, abs=0.006)] * 2
     assert [name for name, body in planted if scene.is_refused(body)] == []
+
+
+@pytest.fixture(scope="module")
+def around_a_ur5e(cap: Path) -> Scene:
+    return scene_of(cap, spacing=6.0, cell=Path(UR_CELL))
+
+
+def test_collisions_with_tool_and_links_of_a_ur5e_are_found(around_a_ur5e: Scene):
+    planted = list(collisions(around_a_ur5e, count=len(SOLIDS), random=np.random.default_rng(9)))
+
+    assert len({name.partition("from the ")[2] for name, _ in planted}) == len(SOLIDS)
+    assert [name for name, body in planted if not around_a_ur5e.is_refused(body)] == []
+
+
+def test_near_misses_of_a_ur5e_are_not_reported(around_a_ur5e: Scene):
+    planted = list(near_misses(around_a_ur5e, count=3, random=np.random.default_rng(6)))
+
+    assert [name for name, body in planted if around_a_ur5e.is_refused(body)] == []
 
 
 @pytest.fixture(scope="module")
