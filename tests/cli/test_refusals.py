@@ -83,7 +83,7 @@ def test_what_a_person_thinks_of_first_is_asked_for_first(
         ("plate.ply --radius 3", "geoprint: a radius or a cone needs its point"),
         ("plate.ply --set fill_holes=0", "geoprint: `--set fill_holes`: it must be greater than 0, found 0; "),
         ("job.toml --set max_tilt=5", "geoprint: job.toml, line 3: spacing: it must be at least"),
-        ("plate.ply --cell cell.toml --unit mm", "geoprint: cell.toml, line 105: process.rounds: it must be"),
+        ("plate.ply --cell cell.toml --unit mm", "geoprint: cell.toml, line 107: process.rounds: it must be"),
         ("plate.ply --spcing 3", "geoprint: `geoprint plan` has no option `--spcing`; did you mean `--spacing`?"),
         ("plate.ply --spacing x", "geoprint: `--spacing` takes a number in mm, found 'x'; "),
     ],

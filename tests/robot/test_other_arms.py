@@ -119,7 +119,7 @@ def test_no_rapid_program_for_an_arm_whose_frame_alone_is_another() -> None:
 
 
 def test_no_rapid_program_for_an_arm_without_a_spherical_wrist() -> None:
-    with pytest.raises(UsageError, match=r"axes 4, 5 and 6 do not meet: .* by 40 mm.*singularities.*library"):
+    with pytest.raises(UsageError, match=r"axes 4, 5 and 6 do not meet: .* by 40 mm.*singularities.*joint-trajectory"):
         require_abb_conventions(arm_of(offset_wrist()))
 
 
