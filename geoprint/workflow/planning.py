@@ -26,7 +26,6 @@ from geoprint.postprocessor import (
     Executed,
     Orders,
     Timeline,
-    TipsAt,
     TrajectoryTable,
     check_timeline,
     orders_of,
@@ -283,8 +282,7 @@ def _with_robot(
             lifted_configuration=lifted_configuration(lifted, joint_path, targets),
             frame=frame_room(passed, arm, extent=extent, T_base_work=placement.T_base_work),
         )  # fmt: skip
-        tips = tips_at(trajectory.times, trajectory.joints, arm, T_base_work=placement.T_base_work)
-        program, executed, switching = _program(paths, orders, tips, motion, found, placement=placement, arm=arm)
+        program, executed, switching = _program(paths, orders, motion, found, placement=placement, arm=arm)
         _check_deposit(joint_path.poses, trajectory, switching, paths)
     robot = RobotPlan(
         placement, joint_path, trajectory, targets, path, found, dry_found, orders, program, switching, executed, off,
@@ -398,7 +396,6 @@ def _check_deposit(poses: PoseStream, trajectory: Trajectory, switching: Timelin
 def _program(
     paths: Plan,
     orders: Orders,
-    tips: TipsAt,
     motion: TrajectoryTable,
     found: Clearance,
     *,
@@ -407,6 +404,7 @@ def _program(
 ) -> tuple[Program, Executed, Timeline]:
     """Return a program with what was executed of it and when its outputs switch, both within what is allowed."""
     cell = paths.workpiece.cell
+    tips = tips_at(motion.times, motion.joints, arm, T_base_work=placement.T_base_work)
     program = RobotProgram(
         part_name=paths.workpiece.name,
         spacing=paths.contours.spacing,
