@@ -177,9 +177,10 @@ class JointTrajectory:
             loading=(f"NO PROGRAM: {', '.join(names)}; speeds and clearance are proven, what plays them is not",),
             settings=("the planned speed, from home to home; there is no switch for a dry run",),
             steps=(
-                f"1. bring the arm to home, joints {np.degrees(cell.robot.home).round(2).tolist()} degrees",
-                "2. play it without material and with outputs disconnected, slowly, from the first sample on",
-                f"3. {switching}",
-                "4. whatever plays it must shut valve and lamp off at every stop: no file here does",
+                "1. joints are those of the arm's URDF: where your arm is calibrated by itself, plan with its own URDF",
+                f"2. bring the arm to home, joints {np.degrees(cell.robot.home).round(2).tolist()} degrees",
+                "3. play it without material and with outputs disconnected, slowly, from the first sample on",
+                f"4. {switching}",
+                "5. whatever plays it must shut valve and lamp off at every stop: no file here does",
             ),
         )

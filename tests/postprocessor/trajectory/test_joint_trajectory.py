@@ -70,6 +70,7 @@ def test_the_run_sheet_says_that_there_is_no_program(bundle: Path, capsys: pytes
     assert "NO PROGRAM: joint_trajectory.csv" in said
     assert "speeds and clearance are proven" in said
     assert "nothing may switch" in said
+    assert "calibrated by itself, plan with its own URDF" in said
     assert "GeoPrint" not in said
 
 
