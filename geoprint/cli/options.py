@@ -53,6 +53,16 @@ Out = Annotated[
     Path | None,
     typer.Option(metavar="FOLDER", help="Folder for the result; required.", show_default=False, rich_help_panel=OUTPUT),
 ]
+OnCells = Annotated[
+    str | None,
+    typer.Option(
+        "--cells",
+        metavar="CELL,...",
+        help="Instead of backends: cells to compare, files or names with commas between them.",
+        show_default=False,
+        rich_help_panel=PATHS,
+    ),
+]
 Samples = Annotated[
     bool,
     typer.Option(
