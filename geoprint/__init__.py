@@ -35,8 +35,8 @@ Data flows in one direction, through frozen values (`geoprint.model`) that print
 
 and imports run to the right alone (braces: mutually independent; `lint-imports` checks it):
 
-    {fibers, guide, inspection, process_fitting, viewer} -> cli -> workflow -> reporting -> results -> toolpath_files
-        -> {config, metrics, postprocessor, simulation} -> layers -> toolpath
+    {fibers, guide, inspection, process_fitting, sweep, viewer} -> cli -> workflow -> reporting -> results
+        -> toolpath_files -> {config, metrics, postprocessor, simulation} -> layers -> toolpath
         -> {distance, process, robot} -> positioner -> geometry -> transforms -> registry -> model
         -> {features, kernels} -> {errors, lazy, threads}
 
@@ -69,6 +69,7 @@ if TYPE_CHECKING:
         results as results,
         robot as robot,
         simulation as simulation,
+        sweep as sweep,
         toolpath as toolpath,
         toolpath_files as toolpath_files,
         transforms as transforms,
@@ -137,7 +138,7 @@ _FROM = {
 }
 _PACKAGES = (
     "config distance errors fibers geometry inspection layers metrics model positioner "
-    "postprocessor process process_fitting registry reporting results robot simulation toolpath toolpath_files "
+    "postprocessor process process_fitting registry reporting results robot simulation sweep toolpath toolpath_files "
     "transforms viewer workflow"
 )
 

@@ -15,10 +15,19 @@ from typing import TypeVar
 
 from threadpoolctl import ThreadpoolController
 
+# Variable of the environment that limits the threads of a process, as OMP_NUM_THREADS does those of BLAS.
+THREADS = "GEOPRINT_NUM_THREADS"
+
 _Asked = TypeVar("_Asked")
 _Found = TypeVar("_Found")
 _First = TypeVar("_First")
 _Second = TypeVar("_Second")
+
+
+def _threads() -> int:
+    """Return how many threads share work: as many as there are processors, unless the environment names fewer."""
+    asked = os.environ.get(THREADS, "")
+    return max(1, min(int(asked) if asked.isdecimal() else os.cpu_count() or 1, os.cpu_count() or 1))
 
 
 def each_of(work: Callable[[_Asked], _Found], asked: Sequence[_Asked]) -> list[_Found]:
@@ -31,7 +40,7 @@ def each_of(work: Callable[[_Asked], _Found], asked: Sequence[_Asked]) -> list[_
     Raises:
         GeoprintError: as the work; of several the first in the order of what is asked.
     """
-    count = min(len(asked), os.cpu_count() or 1)
+    count = min(len(asked), _threads())
     if count < 2:
         return [work(each) for each in asked]
     with ThreadPoolExecutor(count) as pool:
@@ -44,6 +53,9 @@ def both(first: Callable[[], _First], second: Callable[[], _Second]) -> tuple[_F
     Raises:
         GeoprintError: as the works; of both the first one's.
     """
+    if _threads() < 2:
+        found = first()
+        return found, second()
     with ThreadPoolExecutor(1) as pool:
         waiting = pool.submit(second)
         return first(), waiting.result()

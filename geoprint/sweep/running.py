@@ -1,0 +1,305 @@
+"""Running a study: each cell is planned into a folder of its own, which is the only record that it was.
+
+What runs the cells can be replaced: processes of this machine, shares of many machines (`Study.shard`), or a scheduler.
+A cell whose folder stands is done, so that a study that was stopped anyhow goes on where it was.
+"""
+
+from __future__ import annotations
+
+import json
+import multiprocessing
+import os
+import time
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import SpawnProcess
+from pathlib import Path
+from typing import Any, Final, NamedTuple, cast, final
+
+from geoprint.cli.bounds import limit_memory
+from geoprint.config import Job
+from geoprint.errors import GeoprintError, ResourceError, UsageError
+from geoprint.geometry.files import write_whole
+from geoprint.geometry.native import missing
+from geoprint.reporting import read_record
+from geoprint.reporting.records.plan import PlanRecord
+from geoprint.sweep.study import Study, StudyCell
+from geoprint.threads import THREADS
+
+CELLS: Final = "cells"
+# What stands beside the folders of cells that could not be planned.
+REFUSED: Final = ".refused.json"
+# Each process has one thread: as many as there are processors are faster so than one with many.
+ONE_THREAD: Final = (THREADS, "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+# How often processes are looked after [s].
+PERIOD: Final = 0.5
+
+
+class Limits(NamedTuple):
+    """What one cell may take.
+
+    Attributes:
+        seconds: by the clock; None for any time.
+        gigabytes: of addresses, as `--max-memory`; None for any.
+    """
+
+    seconds: float | None = None
+    gigabytes: float | None = None
+
+
+class Outcome(NamedTuple):
+    """What became of a cell.
+
+    Attributes:
+        cell: of the study.
+        status: 'done', 'refused', 'failed' for a defect or a limit, or 'missing' where it has not been run.
+        reason: sentence of what is not done; else empty.
+        record: what plan.json says; None where there is none.
+    """
+
+    cell: StudyCell
+    status: str
+    reason: str
+    record: PlanRecord | None
+
+
+def run_study(
+    study: Study,
+    folder: Path,
+    *,
+    cells: Sequence[StudyCell] | None = None,
+    workers: int | None = None,
+    limits: Limits | None = None,
+    scheduler: str | None = None,
+    retry: bool = False,
+    observe: Callable[[str], None] = lambda _: None,
+) -> None:
+    """Plan the cells of a study that were not planned yet.
+
+    Args:
+        study: whose cells.
+        folder: of the study; each cell has a folder in `cells` there.
+        cells: those to plan; all by default.
+        workers: processes on this machine; by default one for each processor.
+        limits: of one cell.
+        scheduler: address of a scheduler of dask.distributed, whose workers plan instead.
+        retry: whether cells are planned again that were refused or failed.
+        observe: called as each cell ends, with how many of all are done.
+
+    Raises:
+        UsageError: a cell stands there with another job, or dask is not installed.
+        ExportError: nothing can be written there.
+    """
+    chosen = study.cells if cells is None else cells
+    for cell in chosen:
+        _check_alike(cell, folder)
+    open_ = [cell for cell in chosen if _is_open(cell, folder, retry=retry)]
+    (folder / CELLS).mkdir(parents=True, exist_ok=True)
+    done = len(chosen) - len(open_)
+    observe(f"cell {min(done + 1, len(chosen))} of {len(chosen)}")
+    limits = limits or Limits()
+    run = _scheduled(scheduler) if scheduler else _in_processes(workers or os.cpu_count() or 1)
+    for ended, _ in enumerate(run(open_, folder, limits), start=done + 2):
+        observe(f"cell {min(ended, len(chosen))} of {len(chosen)}")
+
+
+def run_cell(job: Job, place: Path) -> None:
+    """Plan one cell into its folder, or write beside it why that cannot be."""
+    from geoprint.workflow import best_placed, plan, save_plan
+
+    try:
+        save_plan(plan(best_placed(job)), place, overwrite=True)
+    except GeoprintError as error:
+        if error.exit_status == ResourceError.exit_status:
+            write_failure(place, "failed", str(error))
+        else:
+            write_failure(place, "refused", str(error))
+    except MemoryError:
+        write_failure(place, "failed", "memory ran out: give `--max-memory` more, or the study a coarser spacing.")
+    except Exception as error:  # a defect ends its cell, and no other
+        write_failure(place, "failed", f"this is a defect of geoprint: {error}")
+    else:
+        _refusal(place).unlink(missing_ok=True)
+
+
+def write_failure(place: Path, status: str, reason: str) -> None:
+    """Write beside the folder of a cell why it is not there."""
+    text = json.dumps({"status": status, "reason": reason}, indent=2, ensure_ascii=False)
+    write_whole(_refusal(place), f"{text}\n".encode())
+
+
+def outcomes(study: Study, folder: Path) -> Iterator[Outcome]:
+    """Yield what became of each cell of a study, as its files say."""
+    for cell in study.cells:
+        place = folder / CELLS / cell.name
+        if place.is_dir():
+            yield Outcome(cell, "done", "", read_record(place / "plan.json", PlanRecord))
+        elif _refusal(place).is_file():
+            said = json.loads(_refusal(place).read_text("utf-8"))
+            yield Outcome(cell, str(said["status"]), str(said["reason"]), None)
+        else:
+            yield Outcome(cell, "missing", "it has not been run yet.", None)
+
+
+def _refusal(place: Path) -> Path:
+    return place.with_name(f"{place.name}{REFUSED}")
+
+
+def _is_open(cell: StudyCell, folder: Path, *, retry: bool) -> bool:
+    place = folder / CELLS / cell.name
+    return not place.is_dir() and (retry or not _refusal(place).is_file())
+
+
+def _check_alike(cell: StudyCell, folder: Path) -> None:
+    """Refuse a folder whose cell was planned from another job, as after an edit of the study.
+
+    Raises:
+        UsageError: it was.
+    """
+    place = folder / CELLS / cell.name
+    if not place.is_dir():
+        return
+    said = read_record(place / "plan.json", PlanRecord).settings
+    # The best place is found by planning, and a spacing follows from rounds.
+    asked = {key: value for key, value in cell.job.settings().items() if value is not None and key != "place"}
+    changed = next((key for key, value in asked.items() if getattr(said, key, value) != value), None)
+    if changed is not None:
+        raise UsageError(
+            f"{place} was planned with {changed} {getattr(said, changed)}, and the study asks for {asked[changed]}: "
+            "give another folder for the edited study, or its settings another name."
+        )
+
+
+def _in_processes(count: int) -> Callable[[Sequence[StudyCell], Path, Limits], Iterator[StudyCell]]:
+    """Return what plans cells in so many processes of this machine, yielding each that has ended."""
+
+    def run(cells: Sequence[StudyCell], folder: Path, limits: Limits) -> Iterator[StudyCell]:
+        waiting = list(cells)[::-1]
+        with _workers(min(count, len(cells)), limits) as workers:
+            while waiting or any(worker.cell for worker in workers):
+                for worker in workers:
+                    if worker.cell is None and waiting:
+                        worker.begin(waiting.pop(), folder)
+                wait([worker.line for worker in workers if worker.cell], timeout=PERIOD)
+                for worker in workers:
+                    ended = worker.ended()
+                    if ended is not None:
+                        yield ended
+
+    return run
+
+
+@final
+class _Worker:
+    """A process that plans one cell after another."""
+
+    def __init__(self, limits: Limits) -> None:
+        self._limits = limits
+        self.cell: StudyCell | None = None
+        self._place, self._since = Path(), 0.0
+        self._start()
+
+    def _start(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        self.line, other = context.Pipe()
+        self._process: SpawnProcess = context.Process(target=_serve, args=(other, self._limits), daemon=True)
+        with _environment(dict.fromkeys(ONE_THREAD, "1")):
+            self._process.start()
+        other.close()
+
+    def begin(self, cell: StudyCell, folder: Path) -> None:
+        """Let it plan a cell."""
+        self.cell, self._place, self._since = cell, folder / CELLS / cell.name, time.monotonic()
+        self.line.send((cell.job, self._place))
+
+    def ended(self) -> StudyCell | None:
+        """Return the cell that has ended, however it did; None while it is planned, or where none is."""
+        cell = self.cell
+        if cell is None:
+            return None
+        seconds = self._limits.seconds
+        if self.line.poll():
+            try:
+                self.line.recv()
+            except EOFError:
+                self._again("failed", "its process was ended from outside, as where memory runs out.")
+        elif seconds is not None and time.monotonic() - self._since > seconds:
+            self._again("failed", f"it took longer than the {seconds:g} s that a cell may take (`--max-time`).")
+        else:
+            return None
+        self.cell = None
+        return cell
+
+    def _again(self, status: str, reason: str) -> None:
+        self.stop()
+        write_failure(self._place, status, reason)
+        self._start()
+
+    def stop(self) -> None:
+        """End the process at once."""
+        self._process.kill()
+        self._process.join()
+        self.line.close()
+
+
+@contextmanager
+def _workers(count: int, limits: Limits) -> Generator[list[_Worker]]:
+    workers = [_Worker(limits) for _ in range(count)]
+    try:
+        yield workers
+    finally:
+        for worker in workers:
+            worker.stop()
+
+
+def _serve(line: Connection, limits: Limits) -> None:
+    """Plan what comes down a line until it ends."""
+    from geoprint.workflow.processes import end_with_parent
+
+    end_with_parent()
+    limit_memory(limits.gigabytes)
+    while True:
+        try:
+            job, place = line.recv()
+        except EOFError:
+            return
+        run_cell(job, place)
+        line.send(None)
+
+
+@contextmanager
+def _environment(values: Mapping[str, str]) -> Generator[None]:
+    """Set variables of the environment for processes that are started in the body."""
+    before = {name: os.environ.get(name) for name in values}
+    os.environ.update(values)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+def _scheduled(address: str) -> Callable[[Sequence[StudyCell], Path, Limits], Iterator[StudyCell]]:
+    """Return what plans cells on the workers of a scheduler, which see the same files."""
+    try:
+        import distributed
+    except ImportError as error:
+        raise missing("distributed", extra="cluster", work="a scheduler") from error
+    api = cast("Any", distributed)
+
+    def run(cells: Sequence[StudyCell], folder: Path, _: Limits) -> Iterator[StudyCell]:
+        places = {cell.name: (folder / CELLS / cell.name).resolve() for cell in cells}
+        by_name = {cell.name: cell for cell in cells}
+        with api.Client(address) as client:
+            futures = [client.submit(run_cell, c.job, places[c.name], key=c.name, retries=3) for c in cells]
+            for future in api.as_completed(futures):
+                cell = by_name[str(future.key)]
+                if future.status == "error":
+                    write_failure(places[cell.name], "failed", f"its worker ended: {future.exception()}")
+                yield cell
+
+    return run
