@@ -150,7 +150,9 @@ def read_study(path: Path | str) -> Study:
     parts = _parts(asked, path.parent)
     cells = tuple(_cells(asked, parts, folder=path.parent, name=path.name))
     if len(cells) > MOST_CELLS:
-        raise UsageError(f"{path.name} makes {how_many(len(cells), 'cell')}, at most {MOST_CELLS} are allowed: split the study.")
+        raise UsageError(
+            f"{path.name} makes {how_many(len(cells), 'cell')}, at most {MOST_CELLS} are allowed: split the study."
+        )
     return Study(path, cells)
 
 

@@ -132,7 +132,7 @@ NEWCOMER: list[tuple[str, int, str]] = [
         ),
     ),
     # What was meant by other words, and by options as they once were.
-    ("view plate.ply", 2, "plate.ply is a file, and `geoprint view` shows the folder of a plan or a comparison;"),
+    ("view plate.ply", 2, "`plate.ply` has no unit; it spans 40 x 30 x 0: 40 mm as mm,"),
     ("plate.ply --unit mm", 2, "there is no command `plate.ply`: for a part, `geoprint compare plate.ply` compares"),
     ("cmpare plate.ply", 2, "there is no command `cmpare`; did you mean `geoprint compare`?"),
     ("compare plate.ply --backends heat", 2, "`geoprint compare` has no option `--backends`: write `--backend`, with "),
