@@ -59,10 +59,11 @@ def sweep(
     max_memory: MaxMemory = None,
     retry: Retry = False,
 ) -> None:
-    """Plan every part of a study in every way, each into a folder of its own, and write one table of all.
+    """Plan every part of a study in every way, each into a folder of its own, and write one table and one page of all.
 
     What stands in the folder already is not planned again: a study that was stopped goes on where it was.
     """
+    from geoprint.sweep.report import save_study_page
     from geoprint.sweep.running import Limits, outcomes, run_study
     from geoprint.sweep.study import read_study
     from geoprint.sweep.tabulated import save_study_table
@@ -87,6 +88,7 @@ def sweep(
     counts = Counter(outcome.status for outcome in found)
     say(", ".join(f"{count} {status}" for status, count in sorted(counts.items())))
     wrote(save_study_table(found, out))
+    wrote(save_study_page(found, out, name=study.name))
 
 
 def _shard(text: str) -> tuple[int, int]:

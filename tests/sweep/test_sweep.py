@@ -17,6 +17,7 @@ from geoprint import plan
 from geoprint.errors import InputError, UsageError
 from geoprint.geometry.files import save_ply
 from geoprint.sweep import outcomes, read_study, run_cell, run_study, save_study_table
+from geoprint.sweep.report import study_page
 from geoprint.sweep.running import CELLS, Limits
 from tests.commands import called
 from tests.meshes import plate
@@ -178,3 +179,17 @@ def test_the_command_says_what_is_missing(
     ):
         assert called(monkeypatch, "sweep", study, *options) == 2
         assert re.search(re.escape(sentence), capsys.readouterr().err)
+
+
+def test_the_page_has_medians_dots_the_worst_and_what_failed(study: Path, tmp_path: Path) -> None:
+    study.write_text(STUDY.replace("spacing = 4.0", "spacing = 50.0").replace('["lscm", "heat"]', '["heat"]'))
+    asked, out = read_study(study), tmp_path / "out"
+    for cell in asked.cells:
+        run_cell(cell.job, out / CELLS / cell.name)
+    text = study_page(list(outcomes(asked, out)), name="study.toml").decode()
+    assert "4 cells: 2 done, 2 refused." in text
+    assert '<th scope="row">fine, heat</th><td>2</td>' in text
+    assert text.count('href="cells/') == 2
+    assert text.count("<img ") == 1
+    (reason,) = re.findall(r'<th scope="row">2</th><td>refused</td><td>([^<]*)</td><td>a_coarse_heat</td>', text)
+    assert "50" in reason

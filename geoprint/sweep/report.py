@@ -1,0 +1,137 @@
+"""The page of a study: how its plans are distributed, which are worst, and why cells could not be planned."""
+
+# matplotlib leaves the keyword arguments of its methods untyped.
+# pyright: reportUnknownMemberType=false
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from geoprint.errors import how_many
+from geoprint.geometry.files import write_whole
+from geoprint.reporting.figures import png_bytes
+from geoprint.reporting.html import Markup, element, figure, joined, row_table
+from geoprint.reporting.metrics import COVERED_ONCE, GAP, OVERLAP, THICKNESS, Metric
+from geoprint.reporting.page import page
+from geoprint.reporting.values import Picture
+from geoprint.sweep.running import CELLS, Outcome
+
+PAGE: Final = "study.html"
+# Worst cells and reasons that are listed.
+MOST_WORST, MOST_REASONS = 10, 20
+METRICS: Final = (THICKNESS, COVERED_ONCE, GAP, OVERLAP)
+_DIGITS: Final = re.compile(r"\(?-?\d[\d., ()x-]*")
+
+
+def save_study_page(found: Sequence[Outcome], folder: Path, *, name: str) -> Path:
+    """Write study.html.
+
+    Raises:
+        ExportError: it cannot be written.
+    """
+    write_whole(folder / PAGE, study_page(found, name=name))
+    return folder / PAGE
+
+
+def study_page(found: Sequence[Outcome], *, name: str) -> bytes:
+    """Return the page of a study, which opens offline."""
+    counts = Counter(outcome.status for outcome in found)
+    done = [outcome for outcome in found if _value(outcome, THICKNESS) is not None]
+    said = ", ".join(f"{count} {status}" for status, count in sorted(counts.items()))
+    body = [element("h1", f"geoprint sweep: {name}"), element("p", f"{how_many(len(found), 'cell')}: {said}.")]
+    if done:
+        body += [element("h2", "Ways to plan, over all parts"), _medians(done), figure(_distributions(done))]
+        body += [element("h2", "The least even"), _worst(done)]
+    if len(done) < len(found):
+        body += [element("h2", "What could not be planned"), _reasons(found)]
+    return page(f"geoprint sweep: {name}", body, {})
+
+
+def way_of(outcome: Outcome) -> str:
+    """Return how a cell is planned, in the words that differ within its study."""
+    cell, job = outcome.cell, outcome.cell.job
+    robot_cell = "" if job.cell is None else job.cell.stem
+    pattern = "" if job.pattern == "contours" else job.pattern
+    return ", ".join(word for word in (cell.site, robot_cell, cell.setting, pattern, job.backend) if word)
+
+
+def _value(outcome: Outcome, metric: Metric) -> float | None:
+    measured = None if outcome.record is None else outcome.record.uniformity
+    return None if measured is None else metric.of(measured)
+
+
+def _by_way(done: Sequence[Outcome]) -> dict[str, list[Outcome]]:
+    ways: dict[str, list[Outcome]] = {}
+    for outcome in done:
+        ways.setdefault(way_of(outcome), []).append(outcome)
+    return ways
+
+
+def _medians(done: Sequence[Outcome]) -> Markup:
+    rows: list[list[str]] = []
+    for way, some in _by_way(done).items():
+        cells = [way, str(len(some))]
+        for metric in METRICS:
+            values = np.array([_value(outcome, metric) for outcome in some], dtype=np.float64)
+            low, middle, high = np.nanquantile(values, [0.25, 0.5, 0.75]) * (100.0 if metric.percent else 1.0)
+            cells.append(f"{middle:.2f} ({low:.2f}-{high:.2f})")
+        rows.append(cells)
+    heads = [f"{metric.label} [%]" if metric.percent else metric.label for metric in METRICS]
+    return row_table(["way", "parts", *heads], rows, label="median, and in brackets the quartiles")
+
+
+def _distributions(done: Sequence[Outcome]) -> Picture:
+    """Draw a small plot for each way: thickness against coverage, a dot a part."""
+    from matplotlib.figure import Figure
+
+    ways = _by_way(done)
+    columns = min(4, len(ways))
+    rows = -(-len(ways) // columns)
+    drawn = Figure(figsize=(2.6 * columns, 2.3 * rows + 0.4), layout="constrained", dpi=110)
+    axes = np.atleast_1d(drawn.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)).ravel()
+    for axis, (way, some) in zip(axes, ways.items(), strict=False):
+        x = [100.0 * (_value(outcome, COVERED_ONCE) or 0.0) for outcome in some]
+        y = [100.0 * (_value(outcome, THICKNESS) or 0.0) for outcome in some]
+        axis.scatter(x, y, s=14, color="#2f76b5", alpha=0.7, linewidths=0.0)
+        axis.set_title(way, fontsize=9)
+        axis.grid(color="#e4e8eb", linewidth=0.6)
+        axis.tick_params(labelsize=8)
+    for axis in axes[len(ways) :]:
+        axis.set_visible(False)
+    drawn.supxlabel("area covered once [%]", fontsize=9)
+    drawn.supylabel("variation of thickness (CV) [%]", fontsize=9)
+    caption = "Each dot is a part: to the right what is covered once, upwards how much thickness varies."
+    return Picture(caption, "png", png_bytes(drawn))
+
+
+def _worst(done: Sequence[Outcome]) -> Markup:
+    order = sorted(done, key=lambda outcome: -(_value(outcome, THICKNESS) or 0.0))[:MOST_WORST]
+    rows = [
+        [
+            element("a", outcome.cell.name, href=f"{CELLS}/{outcome.cell.name}/plan.json"),
+            outcome.cell.part,
+            *("" if (record := outcome.record) is None or record.uniformity is None else metric.text(record.uniformity)
+              for metric in METRICS),
+        ]
+        for outcome in order
+    ]  # fmt: skip
+    return row_table(["cell", "part", *(metric.label for metric in METRICS)], rows, label="least even cells")
+
+
+def _reasons(found: Sequence[Outcome]) -> Markup:
+    """Return how often cells failed for each reason, which differs in more than its numbers, with the first of them."""
+    shapes: dict[str, list[Outcome]] = {}
+    for outcome in found:
+        if outcome.status != "done":
+            name = Path(outcome.cell.part).name
+            shape = _DIGITS.sub("# ", outcome.reason.replace(name, "PART"))
+            shapes.setdefault(f"{outcome.status}: {shape}"[:80], []).append(outcome)
+    order = sorted(shapes.values(), key=lambda some: -len(some))[:MOST_REASONS]
+    rows = [[str(len(some)), some[0].status, some[0].reason, some[0].cell.name] for some in order]
+    return joined(row_table(["cells", "status", "reason of the first", "first"], rows, label="reasons"))
