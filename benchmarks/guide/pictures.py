@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tempfile
 from collections.abc import Callable, Mapping
 from contextlib import closing
@@ -22,6 +23,7 @@ from geoprint.guide import page_named
 from geoprint.reporting import figure
 from geoprint.reporting.figures import png_bytes
 from geoprint.reporting.metrics import THICKNESS
+from geoprint.sweep import distributions, outcomes, read_study, run_study
 from geoprint.viewer import load_viewed
 from geoprint.viewer.drawing import KEEP_OUT, POINT, Drawing
 from geoprint.viewer.editor import EditView
@@ -90,6 +92,18 @@ def drawn_on(data: Path) -> bytes:
             return smaller(_without_notice(browser), width=1000)
 
 
+def study(data: Path) -> bytes:
+    """Draw the distributions of the study that the page on studies runs."""
+    (block,) = re.findall(r"```toml study.toml\n(.*?)```", page_named("sweep").text, flags=re.DOTALL)
+    with tempfile.TemporaryDirectory() as folder:
+        file, out = Path(folder, "study.toml"), Path(folder, "study")
+        Path(folder, "data").symlink_to(data.resolve())
+        file.write_text(block, encoding="utf-8")
+        asked = read_study(file)
+        run_study(asked, out)
+        return distributions(list(outcomes(asked, out))).content
+
+
 def _without_notice(browser: Chrome) -> bytes:
     """Return a picture of a page of the view without its notice that no graphics card draws."""
     browser.find_element("css selector", ".mantine-Notification-closeButton").click()
@@ -151,6 +165,7 @@ PICTURES: Mapping[str, Callable[[Path], bytes]] = {
     "report.png": report,
     "view.png": live_view,
     "draw.png": drawn_on,
+    "study.png": study,
     "evenness.png": evenness,
     "speed.png": speed,
     "measure.png": cells.measured,

@@ -1,5 +1,6 @@
 """Studies: many parts planned in many ways, on as many machines as there are, resumed after any stop."""
 
+from geoprint.sweep.report import distributions as distributions, save_study_page as save_study_page
 from geoprint.sweep.running import (
     Outcome as Outcome,
     outcomes as outcomes,

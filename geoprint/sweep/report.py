@@ -46,7 +46,7 @@ def study_page(found: Sequence[Outcome], *, name: str) -> bytes:
     said = ", ".join(f"{count} {status}" for status, count in sorted(counts.items()))
     body = [element("h1", f"geoprint sweep: {name}"), element("p", f"{how_many(len(found), 'cell')}: {said}.")]
     if done:
-        body += [element("h2", "Ways to plan, over all parts"), _medians(done), figure(_distributions(done))]
+        body += [element("h2", "Ways to plan, over all parts"), _medians(done), figure(distributions(done))]
         body += [element("h2", "The least even"), _worst(done)]
     if len(done) < len(found):
         body += [element("h2", "What could not be planned"), _reasons(found)]
@@ -86,8 +86,8 @@ def _medians(done: Sequence[Outcome]) -> Markup:
     return row_table(["way", "parts", *heads], rows, label="median, and in brackets the quartiles")
 
 
-def _distributions(done: Sequence[Outcome]) -> Picture:
-    """Draw a small plot for each way: thickness against coverage, a dot a part."""
+def distributions(done: Sequence[Outcome]) -> Picture:
+    """Return a picture with a small plot for each way: thickness against coverage, a dot a part."""
     from matplotlib.figure import Figure
 
     ways = _by_way(done)
