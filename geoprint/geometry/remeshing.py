@@ -48,8 +48,8 @@ def contracted(surface: Surface) -> Surface:
 
     An edge goes, with the faces beside it, when its ends have no common neighbour but the corners of these faces (the
     link condition [Dey1999]), when it does not run across the surface from border to border, and when no face turns
-    over or leaves a vertex that was on it by more than FLAT_ENOUGH. The end on the border stays where it is, else the
-    one of the smaller index. The shortest edges go first.
+    over or leaves a vertex that was on it by more than FLAT_ENOUGH; flat faces go all the same. The end on the border
+    stays where it is, else the one of the smaller index. The shortest edges go first.
 
     Args:
         surface: manifold.
@@ -83,7 +83,7 @@ def trimmed(surface: Surface) -> Surface:
         rims = boundary_half_edges(surface.faces)
         corners = surface.vertices[surface.faces]
         lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
-        flat = 2.0 * face_areas(surface) < FLAT_SHARE * lengths.max(axis=1) ** 2
+        flat = _is_flat(surface.vertices, surface.faces)
         bare = np.zeros(lengths.shape, dtype=np.bool_)
         bare.ravel()[rims] = True
         longest_held = ~np.take_along_axis(bare, np.argmax(lengths, axis=1)[:, None], axis=1)[:, 0]
@@ -113,7 +113,8 @@ def _contract(surface: Surface, pairs: IntArray, on_rim: BoolArray) -> IntArray:
         if moved and _turns_over(surface.vertices, faces[moved], np.array(after)):
             continue
         going = [lost, *went.get(lost, [])]
-        if moved and not on_rim[lost] and _leaves(surface.vertices, going, np.array(after)):
+        flat = _is_flat(surface.vertices, np.array([corners[face] for face in sorted(beside)])).any()
+        if moved and not (on_rim[lost] or flat) and _leaves(surface.vertices, going, np.array(after)):
             continue
         went[kept] = [*went.get(kept, []), *going]
         for face, renamed in zip(moved, after, strict=True):
@@ -153,6 +154,13 @@ def _turns_over(vertices: FloatArray, before: IntArray, after: IntArray) -> bool
     """Return whether one of (k, 3) faces would point to the other side, or nowhere, with other corners."""
     old, new = (doubled_area_vectors(vertices, faces) for faces in (before, after))
     return bool((np.einsum("kx,kx->k", old, new) <= 0.0).any())
+
+
+def _is_flat(vertices: FloatArray, faces: IntArray) -> BoolArray:
+    """Return which of (k, 3) faces are so low over their longest side that they have no shape of their own."""
+    corners = vertices[faces]
+    lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    return np.linalg.norm(doubled_area_vectors(vertices, faces), axis=1) < FLAT_SHARE * lengths.max(axis=1) ** 2
 
 
 def _leaves(vertices: FloatArray, going: list[int], after: IntArray) -> bool:
