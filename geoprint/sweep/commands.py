@@ -1,4 +1,4 @@
-"""The command that runs a study."""
+"""The commands that run a study and that tell results apart."""
 
 from __future__ import annotations
 
@@ -11,14 +11,17 @@ import typer
 
 from geoprint.cli.bounds import watch
 from geoprint.cli.ending import wrote
-from geoprint.cli.options import OUTPUT, MaxMemory
-from geoprint.cli.terminal import say
+from geoprint.cli.options import OUTPUT, AsJson, MaxMemory
+from geoprint.cli.terminal import result, say
 from geoprint.errors import UsageError, how_many
 
 StudyArgument = Annotated[
     Path,
     typer.Argument(metavar="STUDY", help="Study file (.toml); `geoprint guide sweep` shows one.", show_default=False),
 ]
+_RESULT = "Folder of a plan, a comparison or a study."
+FirstResult = Annotated[Path, typer.Argument(metavar="FIRST", help=_RESULT, show_default=False)]
+SecondResult = Annotated[Path, typer.Argument(metavar="SECOND", help=_RESULT, show_default=False)]
 OutFolder = Annotated[
     Path | None,
     typer.Option(metavar="FOLDER", help="Folder for the cells; required.", show_default=False, rich_help_panel=OUTPUT),
@@ -89,6 +92,15 @@ def sweep(
     say(", ".join(f"{count} {status}" for status, count in sorted(counts.items())))
     wrote(save_study_table(found, out))
     wrote(save_study_page(found, out, name=study.name))
+
+
+def diff(first: FirstResult, second: SecondResult, *, as_json: AsJson = False) -> None:
+    """Say what differs between two plans, comparisons or studies: settings, figures, and how far paths lie apart."""
+    from geoprint.reporting import as_json as json_of
+    from geoprint.sweep.difference import difference, difference_text
+
+    found = difference(first, second)
+    result(difference_text(found), lambda: json_of(found), as_json=as_json)
 
 
 def _shard(text: str) -> tuple[int, int]:

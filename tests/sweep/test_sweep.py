@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 import os
 import re
 import signal
@@ -193,3 +194,26 @@ def test_the_page_has_medians_dots_the_worst_and_what_failed(study: Path, tmp_pa
     assert text.count("<img ") == 1
     (reason,) = re.findall(r'<th scope="row">2</th><td>refused</td><td>([^<]*)</td><td>a_coarse_heat</td>', text)
     assert "50" in reason
+
+
+def test_diff_tells_settings_figures_and_paths_apart(
+    study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    asked = read_study(study)
+    one, other = tmp_path / "one" / CELLS, tmp_path / "other" / CELLS
+    for cell in asked.cells[:2]:
+        run_cell(cell.job, one / cell.name)
+        run_cell(cell.job, other / cell.name)
+    run_cell(asked.cells[2].job, other / asked.cells[2].name)
+    assert called(monkeypatch, "diff", tmp_path / "one", tmp_path / "other") == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "a_fine_heat: the same", "a_fine_lscm: the same", "only in the second: a_coarse_lscm"
+    ]  # fmt: skip
+    assert called(monkeypatch, "diff", one / "a_fine_lscm", other / "a_coarse_lscm", "--json") == 0
+    (found,) = json.loads(capsys.readouterr().out)["plans"]
+    changed = {change["key"]: (change["first"], change["second"]) for change in found["settings"]}
+    assert changed == {"spacing_mm": (3.0, 4.0)}
+    assert found["same_part"]
+    assert 0.4 < found["largest_apart_mm"] < 4.0
+    assert called(monkeypatch, "diff", tmp_path / "one", one / "a_fine_lscm") == 3
+    assert "have no plan of one name: a_fine_heat, a_fine_lscm there, one plan here" in capsys.readouterr().err
