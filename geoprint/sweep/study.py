@@ -14,45 +14,13 @@ from pydantic import Field, ValidationError, model_validator
 from geoprint.config import Job, PatchRegion, job_of
 from geoprint.config.cells import PACKAGED_CELLS
 from geoprint.config.strict import Table, describe, line_of, parsed_toml, text_of
+from geoprint.distance import compared_backends
 from geoprint.errors import InputError, UsageError, how_many, reason_of
 from geoprint.geometry.files.io import SUFFIXES
 from geoprint.model import frozen
 
 # Cells of one study: more are several studies.
 MOST_CELLS: Final = 100_000
-STUDY_EXAMPLE: Final = """\
-# A study: every part is planned in every way. `geoprint sweep study.toml --out FOLDER` runs it; what stands in FOLDER
-# already is not planned again. Files are found from the folder of this file.
-parts = ["hearts/*.ply"]      # files, folders of parts, or patterns of names
-unit = "mm"                   # of the files
-backends = ["lscm", "heat"]
-patterns = ["contours"]
-# cells = ["irb120-bent45"]   # cell files, or names of cells that `geoprint init` writes
-
-# Files that a column of a table names, besides the parts.
-# [table]
-# file = "cohort.csv"
-# column = "mesh"
-
-# Keys of a job file that hold for all.
-[job]
-place = "demo"
-
-# Keys of a job file to compare, each set under a name.
-[[settings]]
-name = "fine"
-spacing = 1.0
-
-[[settings]]
-name = "coarse"
-spacing = 2.0
-
-# Patches that are cut from every part, each under a name, as [[patches]] of a job file.
-# [[sites]]
-# name = "apex"
-# at = [0.0, 0.0, -60.0]
-# radius = 20.0
-"""
 _PLAIN: Final = re.compile(r"[^A-Za-z0-9.+-]+")
 
 Names = Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)]
@@ -71,7 +39,7 @@ class StudyFile(Table):
     parts: list[str] = Field(default=[])
     table: ColumnTable | None = None
     unit: str | None = None
-    backends: Names = Field(default=["lscm", "heat"])
+    backends: Names | None = None
     patterns: Names = Field(default=["contours"])
     cells: Names | None = None
     job: dict[str, object] = Field(default={})
@@ -197,8 +165,9 @@ def _cells(asked: StudyFile, parts: Sequence[Path], *, folder: Path, name: str) 
     sites = asked.sites or [{"name": ""}]
     cells = asked.cells or [None]
     several = len(cells) > 1
+    backends = asked.backends or list(compared_backends())
     for (part, stem), site, cell, setting, pattern, backend in product(
-        zip(parts, stems, strict=True), sites, cells, settings, asked.patterns, asked.backends
+        zip(parts, stems, strict=True), sites, cells, settings, asked.patterns, backends
     ):
         words = [stem, str(site["name"]), *([Path(str(cell)).stem] if several else []), str(setting["name"])]
         words += [pattern] if len(asked.patterns) > 1 else []
