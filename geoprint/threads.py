@@ -27,7 +27,12 @@ _Second = TypeVar("_Second")
 def _threads() -> int:
     """Return how many threads share work: as many as there are processors, unless the environment names fewer."""
     asked = os.environ.get(THREADS, "")
-    return max(1, min(int(asked) if asked.isdecimal() else os.cpu_count() or 1, os.cpu_count() or 1))
+    return max(1, min(int(asked), processors())) if asked.isdecimal() else processors()
+
+
+def processors() -> int:
+    """Return how many processors this process may use: a scheduler of jobs allots fewer than a machine has."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def each_of(work: Callable[[_Asked], _Found], asked: Sequence[_Asked]) -> list[_Found]:

@@ -79,7 +79,7 @@ def session(view: EditView, folder: Path, browser: Chrome | None) -> list[bytes]
         begun = time.perf_counter()
         act()
         view.complete()
-        print(row(name, f"{time.perf_counter() - begun:.1f}", _plain(view.message)), flush=True)
+        print(row(name, f"{time.perf_counter() - begun:.1f}", _plain(view.message) or _plain(view.written)), flush=True)
         if browser is not None:
             time.sleep(2.0)
             frames.extend([browser.get_screenshot_as_png()] * held)

@@ -53,14 +53,19 @@ def limit_memory(gigabytes: float | None) -> None:
 
     The limit is on addresses, of which libraries and their threads take about a gigabyte without using it.
     """
+    check_memory(gigabytes)
     if gigabytes is None:
         return
-    if not gigabytes >= LEAST_MEMORY:
-        raise UsageError(f"`--max-memory {gigabytes:g}` is less than the {LEAST_MEMORY:g} GB that every run takes.")
     import resource
 
     limit = round(min(gigabytes, 2.0**32) * 2**30)
     resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+
+
+def check_memory(gigabytes: float | None) -> None:
+    """Refuse a limit below what every run takes."""
+    if gigabytes is not None and not gigabytes >= LEAST_MEMORY:
+        raise UsageError(f"`--max-memory {gigabytes:g}` is less than the {LEAST_MEMORY:g} GB that every run takes.")
 
 
 def planning_stages(jobs: Iterable[Job], *, backends: int = 1) -> list[str]:

@@ -49,7 +49,7 @@ _EXCLUSIVE = {"spacing", "rounds"}
 # What was set by the needle of a job file goes with it where another one is given.
 _OF_NEEDLE = ("spacing", "layer_height", "standoff", "speed")
 # Keys of a job that name files.
-_FILES = tuple(name for name, _, field in keys_of(Job) if option_type(field) is Path)
+FILES = tuple(name for name, _, field in keys_of(Job) if option_type(field) is Path)
 # Where a key stands in a job, and its new value.
 Setting: TypeAlias = tuple[Place, object]
 # How an item of a list, and a name that is free, stand in the names of all keys.
@@ -203,7 +203,7 @@ def edited_toml(text: str, values: Mapping[str, object]) -> str:
     document = tomlkit.parse(text)
     for name, value in values.items():
         if value is None:
-            document.pop(name, None)
+            document.pop(name, None)  # pyright: ignore[reportUnknownMemberType]
         else:
             document[name] = value
     return tomlkit.dumps(document)
@@ -300,6 +300,4 @@ def _joined(written: Mapping[str, object], given: Mapping[str, object]) -> dict[
 
 def _with_paths(keys: dict[str, object], *, folder: Path = Path()) -> dict[str, object]:
     """Return the keys of a job with the files that it names as paths, as seen from a folder."""
-    return {
-        name: folder / value if name in _FILES and isinstance(value, str) else value for name, value in keys.items()
-    }
+    return {name: folder / value if name in FILES and isinstance(value, str) else value for name, value in keys.items()}

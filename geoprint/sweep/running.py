@@ -6,30 +6,35 @@ A cell whose folder stands is done, so that a study that was stopped anyhow goes
 
 from __future__ import annotations
 
+import hashlib
 import json
 import multiprocessing
 import os
+import signal
 import time
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from typing import Any, Final, NamedTuple, cast, final
 
-from geoprint.cli.bounds import limit_memory
+from geoprint.cli.bounds import check_memory, limit_memory
 from geoprint.config import Job
-from geoprint.errors import GeoprintError, ResourceError, UsageError
+from geoprint.config.job_file import FILES
+from geoprint.errors import ExportError, GeoprintError, ResourceError, UsageError, VerificationError
 from geoprint.geometry.files import write_whole
 from geoprint.geometry.native import missing
 from geoprint.reporting import read_record
 from geoprint.reporting.records.plan import PlanRecord
 from geoprint.sweep.study import Study, StudyCell
-from geoprint.threads import THREADS
+from geoprint.threads import THREADS, processors
 
 CELLS: Final = "cells"
 # What stands beside the folders of cells that could not be planned.
 REFUSED: Final = ".refused.json"
+# What says from which job a cell was planned.
+ORIGIN: Final = ".job.sha256"
 # Each process has one thread: as many as there are processors are faster so than one with many.
 ONE_THREAD: Final = (THREADS, "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 # How often processes are looked after [s].
@@ -88,18 +93,18 @@ def run_study(
         observe: called as each cell ends, with how many of all are done.
 
     Raises:
-        UsageError: a cell stands there with another job, or dask is not installed.
+        UsageError: a cell stands there with another job, the limit of memory is too low, or dask is not installed.
         ExportError: nothing can be written there.
     """
     chosen = study.cells if cells is None else cells
-    for cell in chosen:
-        _check_alike(cell, folder)
+    if limits is not None:
+        check_memory(limits.gigabytes)
     open_ = [cell for cell in chosen if _is_open(cell, folder, retry=retry)]
     (folder / CELLS).mkdir(parents=True, exist_ok=True)
     done = len(chosen) - len(open_)
     observe(f"cell {min(done + 1, len(chosen))} of {len(chosen)}")
     limits = limits or Limits()
-    run = _scheduled(scheduler) if scheduler else _in_processes(workers or os.cpu_count() or 1)
+    run = _scheduled(scheduler) if scheduler else _in_processes(workers or processors())
     for ended, _ in enumerate(run(open_, folder, limits), start=done + 2):
         observe(f"cell {min(ended, len(chosen))} of {len(chosen)}")
 
@@ -108,13 +113,15 @@ def run_cell(job: Job, place: Path) -> None:
     """Plan one cell into its folder, or write beside it why that cannot be."""
     from geoprint.workflow import best_placed, plan, save_plan
 
+    _mark(job, place)
     try:
         save_plan(plan(best_placed(job)), place, overwrite=True)
     except GeoprintError as error:
-        if error.exit_status == ResourceError.exit_status:
-            write_failure(place, "failed", str(error))
-        else:
-            write_failure(place, "refused", str(error))
+        if isinstance(error, ExportError):
+            # The next ones could not be written either.
+            raise
+        failed = isinstance(error, ResourceError | VerificationError)
+        write_failure(place, "failed" if failed else "refused", str(error))
     except MemoryError:
         write_failure(place, "failed", "memory ran out: give `--max-memory` more, or the study a coarser spacing.")
     except Exception as error:  # a defect ends its cell, and no other
@@ -142,33 +149,44 @@ def outcomes(study: Study, folder: Path) -> Iterator[Outcome]:
             yield Outcome(cell, "missing", "it has not been run yet.", None)
 
 
+def digest_of(job: Job) -> str:
+    """Return what a cell was planned from: a hash of its job, and of the bytes of the files that it names."""
+    values = job.model_dump(mode="json")
+    for name in FILES:
+        path = cast("Path | None", getattr(job, name))
+        if path is not None and path.is_file():
+            values[name] = hashlib.sha256(path.read_bytes()).hexdigest()
+    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()
+
+
+def _mark(job: Job, place: Path) -> None:
+    """Write what a cell is planned from: first, so that what comes is never taken for that of another job."""
+    place.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(_origin(place), f"{digest_of(job)}\n".encode())
+
+
 def _refusal(place: Path) -> Path:
     return place.with_name(f"{place.name}{REFUSED}")
 
 
+def _origin(place: Path) -> Path:
+    return place.with_name(f"{place.name}{ORIGIN}")
+
+
 def _is_open(cell: StudyCell, folder: Path, *, retry: bool) -> bool:
-    place = folder / CELLS / cell.name
-    return not place.is_dir() and (retry or not _refusal(place).is_file())
-
-
-def _check_alike(cell: StudyCell, folder: Path) -> None:
-    """Refuse a folder whose cell was planned from another job, as after an edit of the study.
+    """Return whether a cell is to be planned; one that was refused is, once its job is another.
 
     Raises:
-        UsageError: it was.
+        UsageError: it was planned from another job, as after an edit of the study.
     """
     place = folder / CELLS / cell.name
-    if not place.is_dir():
-        return
-    said = read_record(place / "plan.json", PlanRecord).settings
-    # The best place is found by planning, and a spacing follows from rounds.
-    asked = {key: value for key, value in cell.job.settings().items() if value is not None and key != "place"}
-    changed = next((key for key, value in asked.items() if getattr(said, key, value) != value), None)
-    if changed is not None:
+    alike = _origin(place).is_file() and _origin(place).read_text("utf-8").strip() == digest_of(cell.job)
+    if place.is_dir() and not alike:
         raise UsageError(
-            f"{place} was planned with {changed} {getattr(said, changed)}, and the study asks for {asked[changed]}: "
-            "give another folder for the edited study, or its settings another name."
+            f"{place} was planned from another job or part than the study asks for: give another folder for the edited "
+            "study, its settings another name, or remove that folder."
         )
+    return not place.is_dir() and (retry or not alike or not _refusal(place).is_file())
 
 
 def _in_processes(count: int) -> Callable[[Sequence[StudyCell], Path, Limits], Iterator[StudyCell]]:
@@ -211,7 +229,10 @@ class _Worker:
     def begin(self, cell: StudyCell, folder: Path) -> None:
         """Let it plan a cell."""
         self.cell, self._place, self._since = cell, folder / CELLS / cell.name, time.monotonic()
-        self.line.send((cell.job, self._place))
+        _mark(cell.job, self._place)
+        with suppress(OSError):
+            # One that was ended from outside is found so by `ended`.
+            self.line.send((cell.job, self._place))
 
     def ended(self) -> StudyCell | None:
         """Return the cell that has ended, however it did; None while it is planned, or where none is."""
@@ -221,9 +242,12 @@ class _Worker:
         seconds = self._limits.seconds
         if self.line.poll():
             try:
-                self.line.recv()
-            except EOFError:
+                failure = self.line.recv()
+            except (EOFError, OSError):
                 self._again("failed", "its process was ended from outside, as where memory runs out.")
+            else:
+                if failure is not None:
+                    raise failure
         elif seconds is not None and time.monotonic() - self._since > seconds:
             self._again("failed", f"it took longer than the {seconds:g} s that a cell may take (`--max-time`).")
         else:
@@ -258,14 +282,20 @@ def _serve(line: Connection, limits: Limits) -> None:
     from geoprint.workflow.processes import end_with_parent
 
     end_with_parent()
+    # The process that started it ends it at a stop at the keyboard.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     limit_memory(limits.gigabytes)
     while True:
         try:
             job, place = line.recv()
         except EOFError:
             return
-        run_cell(job, place)
-        line.send(None)
+        failure: GeoprintError | None = None
+        try:
+            run_cell(job, place)
+        except GeoprintError as error:
+            failure = error
+        line.send(failure)
 
 
 @contextmanager
@@ -293,13 +323,22 @@ def _scheduled(address: str) -> Callable[[Sequence[StudyCell], Path, Limits], It
 
     def run(cells: Sequence[StudyCell], folder: Path, _: Limits) -> Iterator[StudyCell]:
         places = {cell.name: (folder / CELLS / cell.name).resolve() for cell in cells}
-        by_name = {cell.name: cell for cell in cells}
+        by_place = {str(places[cell.name]): cell for cell in cells}
         with api.Client(address) as client:
-            futures = [client.submit(run_cell, c.job, places[c.name], key=c.name, retries=3) for c in cells]
+            futures = [
+                client.submit(run_cell, _from_anywhere(c.job), places[c.name], key=str(places[c.name]), retries=3)
+                for c in cells
+            ]
             for future in api.as_completed(futures):
-                cell = by_name[str(future.key)]
+                cell = by_place[str(future.key)]
                 if future.status == "error":
                     write_failure(places[cell.name], "failed", f"its worker ended: {future.exception()}")
                 yield cell
 
     return run
+
+
+def _from_anywhere(job: Job) -> Job:
+    """Return a job whose files are found whatever folder a worker was started in."""
+    files = {name: cast("Path | None", getattr(job, name)) for name in FILES}
+    return job.model_copy(update={name: path.resolve() for name, path in files.items() if path and path.is_file()})

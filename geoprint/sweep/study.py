@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
@@ -13,6 +14,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from geoprint.config import Job, PatchRegion, job_of
 from geoprint.config.cells import PACKAGED_CELLS
+from geoprint.config.job_file import FILES
 from geoprint.config.strict import Table, describe, line_of, parsed_toml, text_of
 from geoprint.distance import compared_backends
 from geoprint.errors import InputError, UsageError, how_many, reason_of
@@ -21,6 +23,8 @@ from geoprint.model import frozen
 
 # Cells of one study: more are several studies.
 MOST_CELLS: Final = 100_000
+# Keys of a job that each cell has from the study.
+_OF_THE_STUDY: Final = frozenset({"surface", "backend", "pattern", "compared", "patches"})
 _PLAIN: Final = re.compile(r"[^A-Za-z0-9.+-]+")
 
 Names = Annotated[list[Annotated[str, Field(min_length=1)]], Field(min_length=1)]
@@ -117,6 +121,7 @@ def read_study(path: Path | str) -> Study:
         ) from error
     parts = _parts(asked, path.parent)
     cells = tuple(_cells(asked, parts, folder=path.parent, name=path.name))
+    _check_names(cells, name=path.name)
     if len(cells) > MOST_CELLS:
         raise UsageError(
             f"{path.name} makes {how_many(len(cells), 'cell')}, at most {MOST_CELLS} are allowed: split the study."
@@ -124,11 +129,29 @@ def read_study(path: Path | str) -> Study:
     return Study(path, cells)
 
 
+def _check_names(cells: Sequence[StudyCell], *, name: str) -> None:
+    """Refuse two cells of one name: they would share a folder.
+
+    Raises:
+        UsageError: there are.
+    """
+    seen: dict[str, StudyCell] = {}
+    for cell in cells:
+        other = seen.setdefault(cell.name.casefold(), cell)
+        if other is not cell:
+            raise UsageError(
+                f"{name}: two cells are called {cell.name}, of the parts {other.part} and {cell.part}: rename a file, "
+                "a site or settings, so that names differ in more than blanks and capitals."
+            )
+
+
 def _parts(asked: StudyFile, folder: Path) -> list[Path]:
     """Return the files of the parts, each once, in the order of the study; those of a folder by their names."""
     found: list[Path] = []
     for name in asked.parts:
         path = folder / name
+        if Path(name).is_absolute() and not path.exists():
+            raise InputError(f"parts: {name} does not exist; patterns of names are found from the study's folder.")
         some = sorted(path.iterdir()) if path.is_dir() else [path] if path.is_file() else _matching(folder, name)
         some = [one for one in some if path.is_file() or one.suffix.lower() in SUFFIXES]
         if not some:
@@ -172,7 +195,12 @@ def _cells(asked: StudyFile, parts: Sequence[Path], *, folder: Path, name: str) 
         words = [stem, str(site["name"]), *([Path(str(cell)).stem] if several else []), str(setting["name"])]
         words += [pattern] if len(asked.patterns) > 1 else []
         called = "_".join(_PLAIN.sub("-", word) for word in [*words, backend] if word)
-        keys: dict[str, object] = {"unit": asked.unit, **asked.job, **_rest(setting), "backend": backend}
+        given = {**asked.job, **_rest(setting)}
+        taken = [key for key in given if key in _OF_THE_STUDY or (key == "cell" and asked.cells)]
+        if taken:
+            raise UsageError(f"{name}: {taken[0]} stands in the study itself, not in [job] or [[settings]]: remove it.")
+        given |= {key: str(folder / str(given[key])) for key in FILES if key in given and _is_file_key(key, given[key])}
+        keys: dict[str, object] = {"unit": asked.unit, **given, "backend": backend}
         keys |= {"pattern": pattern, "surface": part}
         if cell is not None:
             keys["cell"] = cell if cell in PACKAGED_CELLS else str(folder / cell)
@@ -182,16 +210,26 @@ def _cells(asked: StudyFile, parts: Sequence[Path], *, folder: Path, name: str) 
             job = job_of(**keys)
         except UsageError as error:
             raise UsageError(f"{name}: the cell {called}: {error}") from error
-        yield StudyCell(called, part.relative_to(folder).as_posix(), str(site["name"]), str(setting["name"]), job)
+        yield StudyCell(called, _named(part, folder), str(site["name"]), str(setting["name"]), job)
+
+
+def _is_file_key(key: str, value: object) -> bool:
+    """Return whether the value of a key names a file from the folder of the study, and no packaged cell."""
+    return not (key == "cell" and value in PACKAGED_CELLS)
 
 
 def _stems(parts: Sequence[Path], folder: Path) -> list[str]:
     """Return a name for each part: that of its file, with its folders where two files have the same."""
     stems = [part.name.partition(".")[0] for part in parts]
     return [
-        stem if stems.count(stem) == 1 else _PLAIN.sub("-", part.relative_to(folder).as_posix())
+        stem if stems.count(stem) == 1 else _PLAIN.sub("-", _named(part, folder))
         for part, stem in zip(parts, stems, strict=True)
     ]
+
+
+def _named(part: Path, folder: Path) -> str:
+    """Return a part as it is seen from the folder of the study."""
+    return Path(os.path.relpath(part, folder)).as_posix()
 
 
 def _rest(table: Mapping[str, object]) -> dict[str, object]:

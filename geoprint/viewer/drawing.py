@@ -8,16 +8,19 @@ from __future__ import annotations
 
 import csv
 import io
+import threading
+import tomllib
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Final, NamedTuple, final
 
 import numpy as np
 from pydantic import ValidationError
 
-from geoprint.config import Job, PatchRegion, edited_job_text, edited_toml, read_field
+from geoprint.config import FieldFile, Job, PatchRegion, edited_job_text, edited_toml, read_field
 from geoprint.config.strict import describe, text_of
-from geoprint.errors import UsageError
+from geoprint.errors import GeoprintError, UsageError
 from geoprint.geometry.files import write_whole
 from geoprint.model import FloatArray
 from geoprint.workflow.number_tables import read_points
@@ -57,6 +60,8 @@ KEEP_OUT: Final = Tool("Keep-out", 3, closed=True)
 STROKE: Final = Tool("Stroke of fibres", 2)
 SINGULARITY: Final = Tool("Singularity of fibres", 1, 1)
 TOUCH: Final = Tool("Touch point", 1, 1)
+# What makes a field of fibres.
+FIBRES: Final = frozenset({STROKE, SINGULARITY})
 TOOLS: Final = (POINT, CURVE, OUTLINE, KEEP_OUT, STROKE, SINGULARITY, TOUCH)
 
 
@@ -101,6 +106,7 @@ class Drawing:
 
     Attributes:
         file: of the job.
+        lock: held during an edit.
 
     Raises:
         UsageError: files of the job cannot be read.
@@ -111,6 +117,9 @@ class Drawing:
         self.file = file
         self._field_file = job.field or file.with_name(f"{file.stem}-field.toml")
         self._touch_file = file.with_name(f"{file.stem}-touch-points.csv")
+        self._pattern = job.pattern if job.field is None else Job.model_fields["pattern"].default
+        # Edits come from several threads.
+        self.lock = threading.RLock()
         self._states = [_State(job, tuple(self._read(job)))]
 
     @property
@@ -140,14 +149,15 @@ class Drawing:
             UsageError: the job cannot be as drawn; nothing has changed.
             ExportError: a file cannot be written.
         """
-        items = [item for item in self.items if item.complete or item.tool is tool]
-        last = items[-1] if items and items[-1].tool is tool else None
-        if last is None or begins or len(last.places) == tool.most:
-            if tool.single:
-                items = [item for item in items if not item.tool.single]
-            self._keep(items=[*items, Item(tool, (_rounded(place),))])
-        else:
-            self._keep(items=[*items[:-1], last._replace(places=(*last.places, _rounded(place)))])
+        with self.lock:
+            items = [item for item in self.items if item.complete or item.tool is tool]
+            last = items[-1] if items and items[-1].tool is tool else None
+            if last is None or begins or len(last.places) == tool.most:
+                if tool.single:
+                    items = [item for item in items if not item.tool.single]
+                self._keep(items=[*items, Item(tool, (_rounded(place),))])
+            else:
+                self._keep(items=[*items[:-1], last._replace(places=(*last.places, _rounded(place)))])
 
     def moved(self, item: int, point: int, place: FloatArray) -> Job:
         """Return the job with a place of an item elsewhere, without keeping it.
@@ -159,17 +169,20 @@ class Drawing:
 
     def move(self, item: int, point: int, place: FloatArray) -> None:
         """Move a place of an item; errors as of `add`."""
-        self._keep(items=self._with(item, point, place))
+        with self.lock:
+            self._keep(items=self._with(item, point, place))
 
     def remove(self, item: int) -> None:
         """Remove an item; errors as of `add`."""
-        self._keep(items=[one for number, one in enumerate(self.items) if number != item])
+        with self.lock:
+            self._keep(items=[one for number, one in enumerate(self.items) if number != item])
 
     def change(self, **keys: object) -> None:
         """Set keys of the job that are not drawn; errors as of `add`."""
-        gone = "source" in keys
-        items = [one for one in self.items if not (gone and one.tool.single)]
-        self._keep(items=items, keys=keys)
+        with self.lock:
+            gone = "source" in keys
+            items = [one for one in self.items if not (gone and one.tool.single)]
+            self._keep(items=items, keys=keys)
 
     def undo(self) -> bool:
         """Take the last edit back, in the files too; False where there is none.
@@ -177,11 +190,16 @@ class Drawing:
         Raises:
             ExportError: a file cannot be written.
         """
-        if not self.edits:
-            return False
-        self._states.pop()
-        self._write()
-        return True
+        with self.lock:
+            if not self.edits:
+                return False
+            undone = self._states.pop()
+            try:
+                self._write()
+            except BaseException:
+                self._states.append(undone)
+                raise
+            return True
 
     def _with(self, item: int, point: int, place: FloatArray) -> list[Item]:
         items = [*self.items]
@@ -196,6 +214,8 @@ class Drawing:
             self._write()
         except BaseException:
             self._states.pop()
+            with suppress(GeoprintError):
+                self._write()
             raise
 
     def _job(self, items: Sequence[Item], keys: Mapping[str, object] | None = None) -> Job:
@@ -209,8 +229,12 @@ class Drawing:
             values["source"] = _source(sources[-1])
         elif "source" not in keys and any(item.tool.single for item in self.items):
             values["source"] = None
-        if any(item.tool in {STROKE, SINGULARITY} for item in drawn):
+        before = [item for item in self.items if item.complete]
+        drew, draws = (any(item.tool in FIBRES for item in some) for some in (before, drawn))
+        if draws and not drew:
             values |= {"pattern": "fibres", "field": self._field_file}
+        elif drew and not draws and not self._others_in_field():
+            values |= {"pattern": self._pattern, "field": None}
         try:
             outlines = [
                 PatchRegion.model_validate({**item.rest, "curve": item.lists}) for item in drawn if item.tool is OUTLINE
@@ -224,17 +248,25 @@ class Drawing:
         items = [item for item in self.items if item.complete]
         strokes = [{"stroke": item.lists, **item.rest} for item in items if item.tool is STROKE]
         turns = [{"place": item.lists[0], "index": INDEX, **item.rest} for item in items if item.tool is SINGULARITY]
-        if strokes or turns or self.job.field is not None:
-            filed = self._field_file.is_file()
-            kept = [one for one in read_field(self._field_file).preferences if one.stroke is None] if filed else []
-            leant = [*(one.model_dump(exclude_none=True) for one in kept), *strokes]
-            text = text_of(self._field_file) if filed else _FIELD_HEAD
+        if self.job.field is not None:
+            text = text_of(self._field_file) if self._field_file.is_file() else _FIELD_HEAD
+            kept = tomllib.loads(text).get("preferences", [])
+            leant = [*(one for one in kept if "stroke" not in one), *strokes]
             text = edited_toml(text, {"preferences": leant or None, "singularities": turns or None})
+            _check_field(text, self._field_file.name)
             write_whole(self._field_file, text.encode())
         touched = [item for item in items if item.tool is TOUCH]
         if touched or self._touch_file.is_file():
             write_whole(self._touch_file, _table(touched))
         write_whole(self.file, edited_job_text(self.job, self.file).encode())
+
+    def _others_in_field(self) -> bool:
+        """Return whether the field file says more of lines than what is drawn."""
+        if not self._field_file.is_file():
+            return False
+        field = read_field(self._field_file)
+        leant = any(one.stroke is None for one in field.preferences)
+        return leant or field.helix is not None or field.wall is not None
 
     def _read(self, job: Job) -> list[Item]:
         """Return what the files say of what can be drawn."""
@@ -264,8 +296,22 @@ class Drawing:
                 for one in field.singularities
             ]
         if self._touch_file.is_file():
-            items += [Item(TOUCH, _tuples([place])) for place in read_points(self._touch_file).places.tolist()]
+            touched = read_points(self._touch_file)
+            named = zip(touched.names, touched.places.tolist(), strict=True)
+            items += [Item(TOUCH, _tuples([place]), {"name": name}) for name, place in named]
         return items
+
+
+def _check_field(text: str, name: str) -> None:
+    """Refuse a field that says nothing, or contradicts itself.
+
+    Raises:
+        UsageError: it does.
+    """
+    try:
+        FieldFile.model_validate(tomllib.loads(text))
+    except ValidationError as error:
+        raise UsageError(f"{name}: {describe(error, kind=FieldFile)}.") from error
 
 
 def _source(item: Item) -> dict[str, object]:
@@ -286,5 +332,5 @@ def _table(touched: Sequence[Item]) -> bytes:
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(("name", "x", "y", "z"))
-    rows.writerows((f"p{number}", *item.places[0]) for number, item in enumerate(touched, start=1))
+    rows.writerows((item.rest.get("name", f"p{number}"), *item.places[0]) for number, item in enumerate(touched, 1))
     return text.getvalue().encode()

@@ -36,7 +36,7 @@ from geoprint.toolpath import pattern_names
 from geoprint.viewer.drawing import STROKE, TOOLS, Drawing, Item, Tool
 from geoprint.viewer.live import LiveView
 from geoprint.viewer.loaded import load_viewed
-from geoprint.viewer.page import light, look, open_panel, scale_html, table_html
+from geoprint.viewer.page import light, look, on_ray, open_panel, scale_html, table_html
 from geoprint.viewer.scene import MARK, PATH, PLAIN as GREY, lines_glb, surface_glb, thinned_rows
 from geoprint.workflow import Planner, save_plan
 from geoprint.workflow.placement import arm_of
@@ -46,6 +46,8 @@ if TYPE_CHECKING:
 
 # Figures and reach are worked out once nothing has changed for so long [s].
 REST: Final = 0.4
+# So long a thread may take to end [s].
+PATIENCE: Final = 2.0
 # Faces of the body that are drawn, and the size of a place that is drawn over that of the part.
 BODY_FACES, DOT_SHARE = 60_000, 0.008
 LOOK: Final = "Look"
@@ -97,6 +99,8 @@ class EditView:
         self._wanted, self._pathed, self._measured = job, None, None
         self._since, self._dragging = 0.0, False
         self._asked: Callable[[], None] | None = None
+        # Held while something is worked out, so that the page is not replaced meanwhile.
+        self._busy = threading.Lock()
         self._changed, self._closed = threading.Event(), threading.Event()
         self._build()
         self._thread = threading.Thread(target=self._work, daemon=True)
@@ -115,7 +119,8 @@ class EditView:
         """End the drawing; the page stays."""
         self._closed.set()
         self._changed.set()
-        self._thread.join()
+        # A plan that is being made is not waited for.
+        self._thread.join(timeout=PATIENCE)
         if self.replayed is not None:
             self.replayed.close()
 
@@ -123,6 +128,11 @@ class EditView:
     def message(self) -> str:
         """What is said of the job now, as HTML."""
         return self._message.content
+
+    @property
+    def written(self) -> str:
+        """What was written last, as HTML."""
+        return self._written.content
 
     @property
     def figures(self) -> str:
@@ -149,18 +159,21 @@ class EditView:
         place, tool = self._hit(start, direction), self._tool_chosen()
         if place is None or tool is None:
             return
-        begins = self._begins
-        self._begins = False
-        self._edit(lambda: self.drawing.add(tool, place, begins=begins))
+        with self.drawing.lock:
+            begins, self._begins = self._begins, False
+            self._edit(lambda: self.drawing.add(tool, place, begins=begins))
 
     def drag(self, item: int, point: int, start: FloatArray, direction: FloatArray, *, ends: bool) -> None:
         """Move a place that is drawn to where a ray meets the part first; only where the drag ends is it kept."""
         place = self._hit(start, direction)
         self._dragging = not ends
-        if place is None:
-            return
-        if ends:
+        if ends and place is not None:
             self._edit(lambda: self.drawing.move(item, point, place))
+        elif ends:
+            # It stays where it was.
+            self._draw_items()
+            self._want(self.drawing.job)
+        if ends or place is None:
             return
         self._dots[item][point].position = place
         with suppress(GeoprintError):
@@ -214,6 +227,7 @@ class EditView:
             self._figures = gui.add_html("")
             self._message = gui.add_html("")
             gui.add_button("Plan, check and write").on_click(lambda _: self.plan())
+            self._written = gui.add_html("")
         self._listen(buttons)
         self._show_fields()
 
@@ -234,7 +248,7 @@ class EditView:
         on(self._tool, lambda: self._press("Begin another"))
         on(self._colours, self._colour)
         buttons.on_click(lambda _: self._press(buttons.value))
-        self.server.scene.on_click()(lambda event: self.pick(np.array(event.ray_origin), np.array(event.ray_direction)))
+        on_ray(self.server, self.pick)
 
     def _patterns(self) -> tuple[str, ...]:
         """Return the patterns that can be chosen, that of the job among them: of layers it names several."""
@@ -277,6 +291,8 @@ class EditView:
             edit()
         except GeoprintError as error:
             self._say(str(error), refused=True)
+            self._draw_items()
+            self._want(self.drawing.job)
             return
         self._draw_items()
         self._show_fields()
@@ -289,6 +305,9 @@ class EditView:
         if job.spacing is not None:
             self._spacing.value = job.spacing
         self._angle.visible = job.pattern == "guided"
+        self._angle.value = (None if job.source is None else job.source.angle) or 0.0
+        standing = self._standing()
+        self._stand.value, self._yaw.value = (standing[0], standing[1], standing[2]), standing[5]
         self._program.value = _program_of(job)
         self._stand.visible = self._yaw.visible = self._program.value == DRY_RUN
 
@@ -358,26 +377,40 @@ class EditView:
         while not self._closed.is_set():
             self._changed.wait(timeout=0.1)
             self._changed.clear()
-            job, asked = self._wanted, self._asked
-            try:
-                if asked is not None:
-                    asked()
-                elif job is not self._pathed:
-                    self._pathed = job
-                    self._draw_paths(job)
-                elif job is not self._measured and not self._dragging and time.monotonic() - self._since > REST:
-                    self._measure(job)
-                    self._measured = job
-            except GeoprintError as error:
-                self._planner = None if self._shown is None else self._planner
+            with self._busy:
+                if self.replayed is None:
+                    self._follow(self._wanted, self._asked)
+
+    def _follow(self, job: Job, asked: Callable[[], None] | None) -> None:
+        """Do what is next; the panel is there meanwhile."""
+        try:
+            if asked is not None:
+                asked()
+            elif job is not self._pathed:
+                self._pathed = job
+                self._draw_paths(job)
+            elif job is not self._measured and not self._dragging and time.monotonic() - self._since > REST:
+                self._measure(job)
                 self._measured = job
-                self._say(str(error), refused=True)
-            except Exception as error:
-                self._measured = job
-                self._say("this is a defect of geoprint; the terminal says where: please report it.", refused=True)
-                traceback.print_exception(error)
-            finally:
-                self._asked = None if asked is not None else self._asked
+        except GeoprintError as error:
+            self._refused(job, str(error), asked=asked is not None)
+        except Exception as error:  # a defect ends what is done, and not the drawing
+            traceback.print_exception(error)
+            words = "this is a defect of geoprint; the terminal says where: please report it."
+            self._refused(job, words, asked=asked is not None)
+        finally:
+            if asked is not None and self._asked is asked:
+                self._asked = None
+
+    def _refused(self, job: Job, words: str, *, asked: bool) -> None:
+        """Say why a job is not followed, and show nothing of an earlier one beside that."""
+        self._say(words, refused=True)
+        if asked:
+            return
+        self._measured = job
+        self._shown = None
+        self._figures.content = self._scale.content = ""
+        self.server.scene.remove_by_name("/paths")
 
     def _planner_of(self, job: Job) -> Planner:
         """Return the planner of a job; a field that was drawn on is read anew."""
@@ -452,7 +485,8 @@ class EditView:
         planned = self._planner_of(job).plan(job)
         folder = _free(self.drawing.file.with_name(f"{self.drawing.file.stem}-plan"))
         save_plan(planned, folder, report=True)
-        self._say(f"written and verified: {folder}")
+        self._say("")
+        self._written.content = _said(f"written and verified: {folder}")
         gui = self.server.gui
         if planned.robot:
             gui.add_button(f"Replay {folder.name}").on_click(lambda _: self.replay(folder))
@@ -460,9 +494,10 @@ class EditView:
     def replay(self, folder: Path) -> None:
         """Show a plan that was written, in place of the drawing."""
         viewed = load_viewed(folder)
-        self.server.gui.reset()
-        self.server.scene.reset()
-        self.replayed = LiveView(viewed, self.server, back=self.draw_again)
+        with self._busy:
+            self.server.gui.reset()
+            self.server.scene.reset()
+            self.replayed = LiveView(viewed, self.server, back=self.draw_again)
 
     def draw_again(self) -> None:
         """Show the drawing again."""
@@ -472,8 +507,11 @@ class EditView:
         self._build()
 
     def _say(self, words: str, *, refused: bool = False) -> None:
-        style = "color:#b2182b;font-weight:600" if refused else ""
-        self._message.content = f'<div style="padding:4px 12px;font-size:12px;{style}">{escape(words)}</div>'
+        self._message.content = _said(words, style="color:#b2182b;font-weight:600" if refused else "")
+
+
+def _said(words: str, *, style: str = "") -> str:
+    return f'<div style="padding:4px 12px;font-size:12px;{style}">{escape(words)}</div>'
 
 
 def _program_of(job: Job) -> str:

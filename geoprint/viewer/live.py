@@ -16,7 +16,7 @@ from geoprint.model import FloatArray
 from geoprint.reporting.metrics import CATALOGUE
 from geoprint.robot.arm import tilts
 from geoprint.viewer.loaded import Motion, Viewed, ViewedPlan
-from geoprint.viewer.page import light, look, open_panel, scale_html, table_html
+from geoprint.viewer.page import light, look, on_ray, open_panel, scale_html, table_html
 from geoprint.viewer.plots import TIME_FIELD, plot_html, plots_of
 from geoprint.viewer.scene import MARK, PlanScene, quantities, scale_of
 
@@ -83,6 +83,7 @@ class LiveView:
         self._shown()
         self._at(0.0)
         self._closed, self._finished = threading.Event(), threading.Event()
+        self._failure: Exception | None = None
         # What takes longer than opening the page comes when it is there.
         self._threads = [threading.Thread(target=work, daemon=True) for work in (self._play, self._finish)]
         for thread in self._threads:
@@ -93,8 +94,14 @@ class LiveView:
         self._closed.wait()
 
     def complete(self) -> None:
-        """Return once all is shown that comes after the page has opened: colours, plots, lines of the program."""
+        """Return once all is shown that comes after the page has opened: colours, plots, lines of the program.
+
+        Raises:
+            GeoprintError: what prevents it.
+        """
         self._finished.wait()
+        if self._failure is not None:
+            raise self._failure
 
     def close(self) -> None:
         """End the replay; the page stays."""
@@ -204,7 +211,7 @@ class LiveView:
         on(self._time, lambda: self._at(self._time.value))
         on(self._line, self._find_line)
         self._buttons.on_click(lambda _: self._press(self._buttons.value))
-        self.server.scene.on_click()(lambda event: self.pick(np.array(event.ray_origin), np.array(event.ray_direction)))
+        on_ray(self.server, self.pick)
 
     def _set(self, moment: float) -> None:
         self._time.value = round(float(np.clip(moment, 0.0, self.end)), 3)
@@ -261,7 +268,7 @@ class LiveView:
         scene = self._active
         with self._lock, self.server.atomic():
             self._attitude.value = str(number)
-            scene.show_motion(scene.plan.motions[number - 1])
+            scene.show_motion(scene.plan.motions[min(number, len(scene.plan.motions)) - 1])
             self._shown()
         self._set(0.0)
         self._at(0.0)
@@ -331,14 +338,18 @@ class LiveView:
 
     def _finish(self) -> None:
         """Draw the plots, colour the part, and execute the program, whose lines a picked point names."""
-        self._plotted()
-        self._colour(self._colours.value)
-        for motion in (motion for plan in self.viewed.plans for motion in plan.motions):
-            if self._closed.is_set():
-                break
-            _ = motion.switching
-        self._at(self._moment)
-        self._finished.set()
+        try:
+            self._plotted()
+            self._colour(self._colours.value)
+            for motion in (motion for plan in self.viewed.plans for motion in plan.motions):
+                if self._closed.is_set():
+                    return
+                _ = motion.switching
+            self._at(self._moment)
+        except Exception as error:  # whoever waits for it is to hear of it
+            self._failure = error
+        finally:
+            self._finished.set()
 
 
 def nearest_pose(plan: ViewedPlan, place: FloatArray) -> int:
@@ -377,8 +388,8 @@ def _moment_html(motion: Motion, moment: float) -> str:
     run, count = int(motion.table.runs[row]), int(motion.orders.runs.max()) + 1
     words = [f"run {run + 1} of {count}" if run >= 0 else "on the way"]
     # Both are worked out in the background: what waits for them would stand still.
-    if "speeds" in motion.__dict__:
-        words.append(f"{motion.speeds[row]:.1f} mm/s")
+    if "replay" in motion.__dict__:
+        words.append(f"{motion.replay.speeds[row]:.1f} mm/s")
     if "switching" in motion.__dict__ and motion.switching is not None:
         opened, lit = (
             bool(((spans[:, 0] <= moment) & (moment < spans[:, 1])).any())

@@ -35,8 +35,8 @@ from geoprint.postprocessor.interface import Execution, RobotProgram
 from geoprint.postprocessor.registry import post_processor_of
 from geoprint.reporting import read_record
 from geoprint.reporting.records.plan import PlanRecord
-from geoprint.reporting.replaying import machine
-from geoprint.reporting.values import COVERED, GAP, OVERLAP, Machine
+from geoprint.reporting.replaying import attitude_replay, machine
+from geoprint.reporting.values import COVERED, GAP, OVERLAP, Machine, Replay
 from geoprint.robot.arm import Arm, tilts
 from geoprint.robot.collision import mesh_target, obstacle_target, tool_distances
 from geoprint.robot.reach import angle_margins
@@ -87,10 +87,13 @@ class Motion:
         return tips_at(self.table.times, self.table.joints, self.arm, T_base_work=T_base_work)
 
     @cached_property
-    def speeds(self) -> FloatArray:
-        """(k,) speed of the tip at the rows of the trajectory [mm/s]."""
-        steps = np.linalg.norm(np.diff(self.tips(self.table.times), axis=0), axis=1) / np.diff(self.table.times)
-        return np.append(steps, steps[-1])
+    def replay(self) -> Replay:
+        """The motion at every row of the trajectory, as reports replay it; what flows and shines is in `switching`."""
+        nothing = np.zeros((0, 2))
+        return attitude_replay(
+            self.arm, times=self.table.times, joints=self.table.joints, poses=self.poses, pose_times=self.pose_times,
+            material=nothing, lamp=nothing, rows=np.arange(self.table.times.size),
+        )  # fmt: skip
 
     @cached_property
     def machine(self) -> Machine:
@@ -151,8 +154,8 @@ class Motion:
         """What flows and shines when, as the program switches it; None without a program that runs."""
         if self.program is None:
             return None
-        found = timeline(self.program.switched, self.orders, signals=self.setup.cell.signals, tips_at=self.tips)
         try:
+            found = timeline(self.program.switched, self.orders, signals=self.setup.cell.signals, tips_at=self.tips)
             check_timeline(found)
         except GeoprintError:
             return None
@@ -285,10 +288,7 @@ def load_viewed(folder: Path | str) -> Viewed:
     """
     folder = Path(folder)
     if folder.is_file():
-        raise UsageError(
-            f"{folder} is a file, and `geoprint view` shows the folder of a plan or a comparison; "
-            "`geoprint inspect PART --picture FILE` draws a part."
-        )
+        raise UsageError(f"{folder} is a file: name the folder that `geoprint plan` or `geoprint compare` wrote.")
     names = listed(folder)
     for finding in foreign(folder, names):
         raise InputError(f"{folder / finding.file}: {finding.reason}; restore the file that geoprint wrote.")

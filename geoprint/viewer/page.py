@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager, redirect_stdout
 from html import escape
 from io import StringIO
@@ -56,6 +56,12 @@ def served(port: int, *, label: str) -> Generator[viser.ViserServer]:
 def address(server: viser.ViserServer) -> str:
     """Return where a page is."""
     return f"http://{HOST}:{server.get_port()}"
+
+
+def on_ray(server: viser.ViserServer, call: Callable[[FloatArray, FloatArray], None]) -> None:
+    """Call with start and direction of the ray (3,) of each click in a scene; nothing else hears of clicks then."""
+    server.scene.remove_click_callback("all")  # pyright: ignore[reportUnknownMemberType]
+    server.scene.on_click()(lambda event: call(np.array(event.ray_origin), np.array(event.ray_direction)))
 
 
 def open_panel(server: viser.ViserServer, title: str) -> None:

@@ -50,9 +50,9 @@ class Plot(NamedTuple):
 
 def plots_of(motion: Motion) -> tuple[Plot, ...]:
     """Return joints, speed of the tip and flow over the rows of a motion."""
-    cell, table = motion.setup.cell, motion.table
+    cell, table, speeds = motion.setup.cell, motion.table, motion.replay.speeds
     shares = table.joints / np.where(table.joints >= 0.0, cell.robot.limits[:, 1], -cell.robot.limits[:, 0])
-    flow = np.interp(table.times, motion.pose_times, motion.poses.flow) * motion.speeds * table.deposit
+    flow = np.interp(table.times, motion.pose_times, motion.poses.flow) * speeds * table.deposit
     return (
         Plot(
             "joints 1 to 6, share of their limits",
@@ -60,7 +60,7 @@ def plots_of(motion: Motion) -> tuple[Plot, ...]:
             tuple(shares.T),
             (-1.0, 1.0),
         ),
-        Plot("tip on deposit [mm/s]", ("speed",), (motion.speeds * table.deposit,), (cell.process.speed,)),
+        Plot("tip on deposit [mm/s]", ("speed",), (speeds * table.deposit,), (cell.process.speed,)),
         Plot("flow wanted [mm3/s]", ("flow",), (flow,)),
     )
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from geoprint.config import Job, job_cell
 from geoprint.errors import UsageError, naming
-from geoprint.geometry import prepare, united, upright_of
+from geoprint.geometry import upright_of
 from geoprint.geometry.files import MeshFile, load_file
 from geoprint.metrics import measure_paths, moved, printed, rigid_fit
 from geoprint.model import PrintErrors, Surface
@@ -22,7 +22,7 @@ from geoprint.reporting.records.comparison import MeasurementRecord
 from geoprint.reporting.records.rounding import save_record
 from geoprint.results import MeasuredFile, Measurement
 from geoprint.toolpath_files import read_paths
-from geoprint.workflow.patches import patches_of
+from geoprint.workflow.patches import prepared_part
 
 RECORD = "measure.json"
 # More are no comparison any more.
@@ -131,8 +131,7 @@ def save_measurement(found: Measurement, directory: Path | str, *, overwrite: bo
 def _part(job: Job) -> tuple[MeshFile, Surface]:
     """Return the file of a part, and the part or the patches of it that are meant, ready to be measured on."""
     part = load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold)
-    cut = [patch.surface for patch in patches_of(job, part)] or [part.surface]
-    return part, united([prepare(one, longest_hole=job.fill_holes)[0] for one in cut])
+    return part, prepared_part(job, part).surface
 
 
 def _names(paths: Sequence[Path | str]) -> list[str]:

@@ -447,8 +447,13 @@ def without_keep_outs(
             _, points, _ = _on_body(surface, PatchChoice(None, None, None, None, curve=np.array(curve)))
             assert points is not None  # noqa: S101  # They were given.
             drawn, inside, *_ = enclosed(surface, points, at=None)
-            surface, after = prepare(trimmed(contracted(part_of(drawn, ~inside))))
-            preparation = replace(after, repairs=preparation.repairs + after.repairs)
+            # A keep-out of three points looks as a missing triangle does, and is no hole to be filled.
+            surface, after = prepare(trimmed(contracted(part_of(drawn, ~inside))), longest_hole=0.0)
+            preparation = replace(
+                after,
+                repairs=preparation.repairs + after.repairs,
+                crossings_checked=preparation.crossings_checked and after.crossings_checked,
+            )
     return surface, preparation
 
 

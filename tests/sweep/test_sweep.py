@@ -87,6 +87,9 @@ def test_parts_come_from_a_column_and_patches_from_sites(study: Path) -> None:
         ("spacing = 4.0", "spacng = 4.0", r"study.toml: the cell a_coarse_lscm: spacng: there is no such key"),
         ('name = "coarse"', 'name = "fine"', r"each of the settings needs a `name` of its own, found fine, fine"),
         ('parts = ["parts"]', "", r"a study names its parts"),
+        ('["parts"]', '["/gone/*.stl"]', r"parts: /gone/\*\.stl does not exist"),
+        ("robot = false", 'robot = false\npattern = "spiral"', r"pattern stands in the study itself"),
+        ('name = "coarse"', 'name = "fine "', r"two cells are called a_fine"),
     ],
 )
 def test_a_study_that_cannot_be_is_refused_before_anything_is_planned(
@@ -95,6 +98,38 @@ def test_a_study_that_cannot_be_is_refused_before_anything_is_planned(
     study.write_text(STUDY.replace(old, new, 1))
     with pytest.raises((UsageError, InputError), match=sentence):
         read_study(study)
+
+
+def test_parts_of_one_name_but_for_blanks_are_refused_and_files_are_found_from_the_study(study: Path) -> None:
+    save_ply(plate((16.0, 12.0)), study.parent / "parts" / "a 1.ply")
+    save_ply(plate((16.0, 12.0)), study.parent / "parts" / "a-1.ply")
+    with pytest.raises(
+        UsageError, match=r"two cells are called a-1_fine_lscm, of the parts parts/a 1\.ply and parts/a-1"
+    ):
+        read_study(study)
+    (study.parent / "parts" / "a-1.ply").unlink()
+    study.write_text(STUDY.replace("robot = false", 'robot = false\nbody = "body.ply"\ncell = "irb120-bent45"'))
+    job = read_study(study).cells[0].job
+    assert job.body == study.parent / "body.ply"
+    assert str(job.cell) == "irb120-bent45"
+
+
+@pytest.mark.slow
+def test_a_study_with_a_cell_goes_on_and_a_corrected_one_plans_what_was_refused(study: Path, tmp_path: Path) -> None:
+    text = STUDY.replace("robot = false", 'robot = false\ncell = "irb120-bent45"').replace(
+        "spacing = 4.0", "spacing = 50.0"
+    )
+    study.write_text(text.replace('["parts"]', '["parts/a.ply"]'))
+    out = tmp_path / "out"
+    for _ in range(2):
+        run_study(read_study(study), out, workers=1)
+    assert [outcome.status for outcome in outcomes(read_study(study), out)] == ["done", "done", "refused", "refused"]
+    study.write_text(text.replace('["parts"]', '["parts/a.ply"]').replace("spacing = 50.0", "spacing = 4.0"))
+    run_study(read_study(study), out, workers=1)
+    assert [outcome.status for outcome in outcomes(read_study(study), out)] == ["done"] * 4
+    save_ply(plate((18.0, 12.0)), study.parent / "parts" / "a.ply")
+    with pytest.raises(UsageError, match=r"was planned from another job or part"):
+        run_study(read_study(study), out, workers=1)
 
 
 def test_a_cell_is_a_bundle_or_a_refusal_with_its_reason(study: Path, tmp_path: Path) -> None:
@@ -141,7 +176,7 @@ def test_a_cell_that_takes_too_long_is_a_row_until_it_is_tried_again(study: Path
     assert {outcome.status for outcome in outcomes(asked, out)} == {"failed"}
     run_study(asked, out, workers=2, retry=True)
     assert {outcome.status for outcome in outcomes(asked, out)} == {"done"}
-    assert not list((out / CELLS).glob("*.json"))
+    assert not list((out / CELLS).glob("*.refused.json"))
 
 
 @pytest.mark.slow
@@ -166,7 +201,7 @@ def test_an_edited_study_is_not_mixed_with_what_stands_there(study: Path, tmp_pa
     asked = read_study(study)
     run_cell(asked.cells[0].job, tmp_path / "out" / CELLS / asked.cells[0].name)
     study.write_text(STUDY.replace("spacing = 3.0", "spacing = 2.5"))
-    with pytest.raises(UsageError, match=r"was planned with spacing_mm 3\.0, and the study asks for 2\.5"):
+    with pytest.raises(UsageError, match=r"was planned from another job or part than the study asks for"):
         run_study(read_study(study), tmp_path / "out")
 
 

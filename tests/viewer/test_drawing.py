@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -170,3 +171,38 @@ def test_what_a_job_cannot_be_is_refused_and_changes_nothing(part: Path) -> None
     with pytest.raises(UsageError, match=r"spacing: it must be at least 0\.001, found 0\.0\."):
         drawn.change(spacing=0.0)
     assert (drawn.file.read_text(), drawn.edits) == (text, 1)
+
+
+def test_a_small_keep_out_is_not_filled_again_and_a_body_does_not_hide_what_is_kept_out(part: Path) -> None:
+    small = [[-1.0, -1.0, 0.0], [0.5, -1.0, 0.0], [-1.0, 0.5, 0.0]]
+    whole = plan(job_of(surface=part, unit="mm", spacing=3.0, robot=False)).workpiece
+    below = part.with_name("below.ply")
+    save_ply(Surface(whole.part.vertices - [0.0, 0.0, 3.0], whole.part.faces), below)
+    kept = plan(job_of(surface=part, unit="mm", spacing=3.0, robot=False, keep_outs=[small], body=below)).workpiece
+    assert whole.preparations[0].area - kept.preparations[0].area == pytest.approx(0.5 * 1.5 * 1.5, abs=1e-6)
+    assert len(kept.preparations[0].boundary_lengths) == 2
+    assert kept.body is not None
+    assert sorted({float(z) for z in kept.body.vertices[:, 2]}) == [-3.0, 0.0]
+
+
+def test_the_last_stroke_takes_its_field_with_it_and_edits_go_on(part: Path) -> None:
+    drawn = drawing(part)
+    draw(drawn, STROKE)
+    assert (drawn.job.pattern, drawn.job.field) == ("fibres", part.with_name("drawn-field.toml"))
+    drawn.remove(0)
+    assert (drawn.job.pattern, drawn.job.field) == ("contours", None)
+    draw(drawn, POINT)
+    assert job_of(surface=drawn.file).source == drawn.job.source
+    drawn.undo()
+    drawn.undo()
+    assert drawn.job.pattern == "fibres"
+    assert [item.tool for item in Drawing(job_of(surface=drawn.file), drawn.file).items] == [STROKE]
+
+
+def test_edits_of_several_threads_are_all_kept(part: Path) -> None:
+    drawn = drawing(part)
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(lambda x: drawn.add(TOUCH, np.array([x, 0.0, 0.0]), begins=True), range(12)))
+    assert drawn.edits == 12
+    places = read_points(part.with_name("drawn-touch-points.csv")).places
+    assert sorted(places[:, 0]) == list(range(12))

@@ -95,7 +95,7 @@ def test_a_plan_is_written_checked_and_replayed_and_the_drawing_comes_back(view:
     view.plan()
     rested(view)
     folder = view.drawing.file.with_name("drawn-plan")
-    assert f"written and verified: {folder}" in view.message
+    assert f"written and verified: {folder}" in view.written
     assert not check_bundle(folder).findings
     view.replay(folder)
     assert view.replayed is not None
