@@ -183,8 +183,8 @@ def _is_open(cell: StudyCell, folder: Path, *, retry: bool) -> bool:
     alike = _origin(place).is_file() and _origin(place).read_text("utf-8").strip() == digest_of(cell.job)
     if place.is_dir() and not alike:
         raise UsageError(
-            f"{place} was planned from another job or part than the study asks for: give another folder for the edited "
-            "study, its settings another name, or remove that folder."
+            f"{place} was planned from another job or part than the study asks for. Give the edited study another "
+            "folder, or its settings another name."
         )
     return not place.is_dir() and (retry or not alike or not _refusal(place).is_file())
 
