@@ -9,18 +9,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint import transforms
-from geoprint.model import (
-    Cell,
-    Cylinder,
-    FloatArray,
-    IntArray,
-    Obstacle,
-    Placement,
-    PoseStream,
-    Robot,
-    Surface,
-    TiltingTable,
-)
+from geoprint.model import Cell, Cylinder, FloatArray, IntArray, Obstacle, Placement, Robot, Surface, TiltingTable
 from geoprint.positioner import straight_course, table_machine, work_poses
 from geoprint.reporting.values import MOST_FRAMES, Body, Machine, MotionShades, Replay, TableReplay
 from geoprint.reporting.view import shading_normals, view_surface
@@ -177,59 +166,36 @@ def _shares(table: TiltingTable, ends: FloatArray) -> FloatArray:
 
 def _part_replay(cell: Cell, robot: RobotPlan, *, begin: float, frames: int) -> Replay:
     """Return so many frames of one attitude's motion, which begins at a moment of the whole [s]."""
-    trajectory = robot.trajectory
-    return attitude_replay(
-        Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool),
-        times=trajectory.times,
-        joints=trajectory.joints,
-        poses=robot.joint_path.poses,
-        pose_times=trajectory.pose_times,
-        material=robot.switching.material,
-        lamp=robot.switching.lamp,
-        rows=np.unique(np.linspace(0, trajectory.times.size - 1, frames).astype(np.int64)),
-        begin=begin,
+    trajectory, poses = robot.trajectory, robot.joint_path.poses
+    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+    last = trajectory.times.size - 1
+    rows = np.unique(np.linspace(0, last, frames).astype(np.int64))
+    deposited = np.flatnonzero(poses.deposit)
+    starts = np.flatnonzero(np.diff(poses.runs[deposited], prepend=-1))
+    return Replay(
+        times=begin + trajectory.times[rows],
+        joints=trajectory.joints[rows],
+        speeds=tip_speeds(arm, trajectory.times, trajectory.joints, rows=rows),
+        valve=begin + robot.switching.material,
+        lamp=begin + np.minimum(robot.switching.lamp, trajectory.duration),
+        bead=poses.tips[deposited],
+        bead_offsets=np.append(starts, deposited.size),
+        bead_times=begin + trajectory.pose_times[deposited],
     )
 
 
-def attitude_replay(
-    arm: Arm,
-    *,
-    times: FloatArray,
-    joints: FloatArray,
-    poses: PoseStream,
-    pose_times: FloatArray,
-    material: FloatArray,
-    lamp: FloatArray,
-    rows: IntArray,
-    begin: float = 0.0,
-) -> Replay:
-    """Return the motion of one attitude as it is replayed, in a report and live.
+def tip_speeds(arm: Arm, times: FloatArray, joints: FloatArray, *, rows: IntArray) -> FloatArray:
+    """Return the (r,) speeds of the tip at r rows of a trajectory, between the rows before and behind [mm/s].
 
     Args:
         arm: with its tool.
         times: (k,) of the trajectory [s].
         joints: (k, 6) then [rad].
-        poses: p of them that it passes.
-        pose_times: (p,) when it does [s].
-        material: (m, 2) when material flows, from and to [s].
-        lamp: (l, 2) when the lamp is on, from and to [s].
-        rows: of the trajectory that are its frames.
-        begin: moment of the whole replay at which it begins [s].
+        rows: of it.
     """
     ends = np.clip([rows - 1, rows + 1], 0, times.size - 1)
     tips = arm.link_poses(joints[ends.ravel()])[:, -1, :3, 3].reshape(2, -1, 3)
-    deposited = np.flatnonzero(poses.deposit)
-    starts = np.flatnonzero(np.diff(poses.runs[deposited], prepend=-1))
-    return Replay(
-        times=begin + times[rows],
-        joints=joints[rows],
-        speeds=np.linalg.norm(tips[1] - tips[0], axis=1) / np.diff(times[ends], axis=0)[0],
-        valve=begin + material,
-        lamp=begin + np.minimum(lamp, times[-1]),
-        bead=poses.tips[deposited],
-        bead_offsets=np.append(starts, deposited.size),
-        bead_times=begin + pose_times[deposited],
-    )
+    return np.linalg.norm(tips[1] - tips[0], axis=1) / np.diff(times[ends], axis=0)[0]
 
 
 def _stretch(rests: Cylinder, stands: Cylinder) -> FloatArray:

@@ -140,8 +140,8 @@ def _check_names(cells: Sequence[StudyCell], *, name: str) -> None:
         other = seen.setdefault(cell.name.casefold(), cell)
         if other is not cell:
             raise UsageError(
-                f"{name}: two cells are called {cell.name}, of the parts {other.part} and {cell.part}. Rename a file, a "
-                "site or settings: blanks and capitals alone do not tell names apart."
+                f"{name}: two cells are called {cell.name}, of the parts {other.part} and {cell.part}. Rename a file, "
+                "a site or settings: blanks and capitals alone do not tell names apart."
             )
 
 

@@ -388,8 +388,8 @@ def _moment_html(motion: Motion, moment: float) -> str:
     run, count = int(motion.table.runs[row]), int(motion.orders.runs.max()) + 1
     words = [f"run {run + 1} of {count}" if run >= 0 else "on the way"]
     # Both are worked out in the background: what waits for them would stand still.
-    if "replay" in motion.__dict__:
-        words.append(f"{motion.replay.speeds[row]:.1f} mm/s")
+    if "speeds" in motion.__dict__:
+        words.append(f"{motion.speeds[row]:.1f} mm/s")
     if "switching" in motion.__dict__ and motion.switching is not None:
         opened, lit = (
             bool(((spans[:, 0] <= moment) & (moment < spans[:, 1])).any())

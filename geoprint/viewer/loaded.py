@@ -35,8 +35,8 @@ from geoprint.postprocessor.interface import Execution, RobotProgram
 from geoprint.postprocessor.registry import post_processor_of
 from geoprint.reporting import read_record
 from geoprint.reporting.records.plan import PlanRecord
-from geoprint.reporting.replaying import attitude_replay, machine
-from geoprint.reporting.values import COVERED, GAP, OVERLAP, Machine, Replay
+from geoprint.reporting.replaying import machine, tip_speeds
+from geoprint.reporting.values import COVERED, GAP, OVERLAP, Machine
 from geoprint.robot.arm import Arm, tilts
 from geoprint.robot.collision import mesh_target, obstacle_target, tool_distances
 from geoprint.robot.reach import angle_margins
@@ -87,13 +87,9 @@ class Motion:
         return tips_at(self.table.times, self.table.joints, self.arm, T_base_work=T_base_work)
 
     @cached_property
-    def replay(self) -> Replay:
-        """The motion at every row of the trajectory, as reports replay it; what flows and shines is in `switching`."""
-        nothing = np.zeros((0, 2))
-        return attitude_replay(
-            self.arm, times=self.table.times, joints=self.table.joints, poses=self.poses, pose_times=self.pose_times,
-            material=nothing, lamp=nothing, rows=np.arange(self.table.times.size),
-        )  # fmt: skip
+    def speeds(self) -> FloatArray:
+        """(k,) speed of the tip at the rows of the trajectory [mm/s]."""
+        return tip_speeds(self.arm, self.table.times, self.table.joints, rows=np.arange(self.table.times.size))
 
     @cached_property
     def machine(self) -> Machine:

@@ -50,7 +50,7 @@ class Plot(NamedTuple):
 
 def plots_of(motion: Motion) -> tuple[Plot, ...]:
     """Return joints, speed of the tip and flow over the rows of a motion."""
-    cell, table, speeds = motion.setup.cell, motion.table, motion.replay.speeds
+    cell, table, speeds = motion.setup.cell, motion.table, motion.speeds
     shares = table.joints / np.where(table.joints >= 0.0, cell.robot.limits[:, 1], -cell.robot.limits[:, 0])
     flow = np.interp(table.times, motion.pose_times, motion.poses.flow) * speeds * table.deposit
     return (
