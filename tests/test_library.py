@@ -204,6 +204,8 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "inspect_file": lambda: geoprint.workflow.inspect_file(gone),
         "remesh_file": lambda: geoprint.workflow.remesh_file(gone, unit="mm", faces=100),
         "read_paths": lambda: geoprint.toolpath_files.read_paths(gone),
+        "notebook_scene": lambda: geoprint.viewer.notebook_scene(gone),
+        "read_study": lambda: geoprint.sweep.read_study(gone),
         "load_viewed": lambda: geoprint.viewer.load_viewed(gone),
         "read_photograph": lambda: inspection.read_photograph(gone),
         "measure_files": lambda: geoprint.measure_files(job, [gone]),

@@ -23,7 +23,9 @@ from geoprint.guide import page_named
 from geoprint.reporting import figure
 from geoprint.reporting.figures import png_bytes
 from geoprint.reporting.metrics import THICKNESS
-from geoprint.sweep import distributions, outcomes, read_study, run_study
+from geoprint.sweep import read_study
+from geoprint.sweep.report import distributions
+from geoprint.sweep.running import outcomes, run_study
 from geoprint.viewer import load_viewed
 from geoprint.viewer.drawing import KEEP_OUT, POINT, Drawing
 from geoprint.viewer.editor import EditView

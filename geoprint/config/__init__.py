@@ -40,8 +40,6 @@ from geoprint.config.job import (
     source_named as source_named,
 )
 from geoprint.config.job_file import (
-    edited_job_text as edited_job_text,
-    edited_toml as edited_toml,
     job_file_text as job_file_text,
     job_of as job_of,
     job_text as job_text,

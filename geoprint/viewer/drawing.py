@@ -18,7 +18,8 @@ from typing import Final, NamedTuple, final
 import numpy as np
 from pydantic import ValidationError
 
-from geoprint.config import FieldFile, Job, PatchRegion, edited_job_text, edited_toml, read_field
+from geoprint.config import FieldFile, Job, PatchRegion, read_field
+from geoprint.config.job_file import edited_job_text, edited_toml
 from geoprint.config.strict import describe, text_of
 from geoprint.errors import GeoprintError, UsageError
 from geoprint.geometry.files import write_whole

@@ -108,7 +108,7 @@ def test_a_program_with_another_number_of_targets_is_refused_in_one_sentence(
         path.unlink()
     status, _, stderr = run(stuck)
     assert (status, stderr.count("\n")) == (5, 1)
-    assert "holds no module; restore the program, or plan again." in stderr
+    assert "there is no procedure main. Do not run this program; write it again from its plan." in stderr
 
 
 def test_a_dry_program_whose_flow_nothing_sets_is_refused_with_the_keys_that_do(run: Run, tmp_path: Path) -> None:

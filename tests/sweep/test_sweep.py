@@ -17,9 +17,10 @@ import pytest
 from geoprint import plan
 from geoprint.errors import InputError, UsageError
 from geoprint.geometry.files import save_ply
-from geoprint.sweep import outcomes, read_study, run_cell, run_study, save_study_table
+from geoprint.sweep import read_study
 from geoprint.sweep.report import study_page
-from geoprint.sweep.running import CELLS, Limits
+from geoprint.sweep.running import CELLS, Limits, outcomes, run_cell, run_study
+from geoprint.sweep.tabulated import save_study_table
 from tests.commands import called
 from tests.meshes import plate
 
