@@ -71,7 +71,7 @@ def measured(folder: Path, *, seconds: float) -> list[str]:
             lines = [("no", played(browser, seconds=seconds))]
             view.show_robot()
             lines.append(("yes", played(browser, seconds=seconds)))
-            errors = [each for each in browser.get_log("browser") if each["level"] == "SEVERE"]
+            errors = [each for each in _logged(browser) if each["level"] == "SEVERE"]
             for scene in view.scenes:
                 scene.show(all_of_it=False, paths=False, travel=False, robot=False)
             lines.append(("empty scene", played(browser, seconds=seconds)))
@@ -98,6 +98,10 @@ def played(browser: Chrome, *, seconds: float) -> tuple[float, float, float]:
     after, passed = counted(), time.perf_counter() - begun
     frames, scripts, server = ((b - a) / passed for a, b in zip(before, after, strict=True))
     return frames, scripts, server
+
+
+def _logged(browser: Chrome) -> list[dict[str, Any]]:
+    return browser.get_log("browser")  # pyright: ignore[reportUnknownMemberType]
 
 
 def _asked(browser: Chrome, method: str) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TypeVar
+from typing import TypeVar, cast
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -345,7 +345,7 @@ def settings_facts(settings: Mapping[str, object]) -> tuple[tuple[str, str], ...
 def _settings(record: SettingsRecord) -> tuple[tuple[str, str], ...]:
     values = as_json(record)
     settings = {name: value for name, value in values.items() if name not in {"patches", "source", "keep_outs"}}
-    source, kept_out = values.get("source"), values.get("keep_outs", [])
+    source, kept_out = values.get("source"), cast("list[list[object]]", values.get("keep_outs", []))
     regions = [region.model_dump(exclude_none=True).items() for region in record.patches]
     return (
         *settings_facts(settings),

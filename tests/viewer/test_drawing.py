@@ -13,7 +13,7 @@ from geoprint import job_of, plan
 from geoprint.config import read_field
 from geoprint.errors import FieldError, InputError, UsageError
 from geoprint.geometry.files import save_ply
-from geoprint.model import FloatArray, Surface
+from geoprint.model import BoolArray, FloatArray, Surface
 from geoprint.viewer.drawing import (
     CURVE,
     KEEP_OUT,
@@ -81,11 +81,11 @@ def test_nothing_is_deposited_inside_of_a_keep_out_and_the_nozzle_keeps_clear_of
     assert lost == pytest.approx(0.5 * 6.0 * 5.0, abs=1e-3)
 
 
-def inside(places: FloatArray) -> np.ndarray:
+def inside(places: FloatArray) -> BoolArray:
     corners = np.array(PLACES[KEEP_OUT])[:, :2]
     edges = np.roll(corners, -1, axis=0) - corners
     to = places[:, None, :2] - corners
-    return (edges[:, 0] * to[..., 1] - edges[:, 1] * to[..., 0] > 0.0).all(axis=1)
+    return np.all(edges[:, 0] * to[..., 1] - edges[:, 1] * to[..., 0] > 0.0, axis=1)
 
 
 def test_a_keep_out_off_the_part_or_across_itself_is_refused_by_name(part: Path) -> None:
@@ -202,7 +202,8 @@ def test_the_last_stroke_takes_its_field_with_it_and_edits_go_on(part: Path) -> 
 def test_edits_of_several_threads_are_all_kept(part: Path) -> None:
     drawn = drawing(part)
     with ThreadPoolExecutor(4) as pool:
-        list(pool.map(lambda x: drawn.add(TOUCH, np.array([x, 0.0, 0.0]), begins=True), range(12)))
+        for x in range(12):
+            pool.submit(drawn.add, TOUCH, np.array([x, 0.0, 0.0]), begins=True)
     assert drawn.edits == 12
     places = read_points(part.with_name("drawn-touch-points.csv")).places
     assert sorted(places[:, 0]) == list(range(12))
