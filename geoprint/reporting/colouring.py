@@ -152,7 +152,7 @@ def margin_scale(most: float) -> Scale:
 
 
 def clearance_scale(most: float) -> Scale:
-    """Return the scale of the clearance between tool and surroundings, up to the largest that is told apart [mm]."""
+    """Return the scale of the clearance between tool and surroundings, up to the largest [mm]."""
     return Scale(
         "Clearance", "tool to part, body and cell [mm]",
         "Dark: the tool above its tip comes near something while it deposits here. Grey: no motion.",

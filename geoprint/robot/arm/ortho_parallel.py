@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import astuple, dataclass
-from typing import final
+from typing import Generic, Protocol, TypeVar, final
 
 import numpy as np
 
@@ -204,10 +204,21 @@ class Lengths:
         return float(np.hypot(self.a2, self.c3))
 
 
-@final
+class ArmLengths(Protocol):
+    """What the lengths of every arm with a closed form say."""
+
+    @property
+    def c1(self) -> float:
+        """From the foot of axis 1 to the height of axis 2 [mm]."""
+        ...
+
+
+_Lengths = TypeVar("_Lengths", bound=ArmLengths, covariant=True)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class OrthoParallel:
-    """The inverse of such an arm: all eight branches in closed form.
+class ClosedForm(Generic[_Lengths]):
+    """An inverse in closed form: how its angles and frames lead to those of the arm's URDF.
 
     Attributes:
         lengths: of the arm.
@@ -217,7 +228,7 @@ class OrthoParallel:
         T_end_flange: (4, 4) the URDF's flange frame in the closed form's, whose z axis points out of it [mm].
     """
 
-    lengths: Lengths
+    lengths: _Lengths
     signs: FloatArray
     offsets: FloatArray
     T_base_foot: FloatArray
@@ -232,6 +243,15 @@ class OrthoParallel:
     def shoulder(self) -> FloatArray:
         """(3,) the point of axis 1 at the height of axis 2, in the base frame [mm]."""
         return transforms.apply(self.T_base_foot, np.array([[0.0, 0.0, self.lengths.c1]]))[0]
+
+    def _Ts_foot_end(self, Ts_base_flange: FloatArray) -> FloatArray:
+        return transforms.inverse(self.T_base_foot) @ Ts_base_flange @ transforms.inverse(self.T_end_flange)
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class OrthoParallel(ClosedForm[Lengths]):
+    """The inverse of such an arm: all eight branches in closed form; attributes as of `ClosedForm`."""
 
     @property
     def reach(self) -> float:
@@ -275,9 +295,6 @@ class OrthoParallel:
         ahead = np.sqrt(np.maximum(x**2 + y**2 - lengths.b**2, 0.0)) - lengths.a1
         bounds = np.array([abs(lengths.c2 - lengths.forearm), lengths.c2 + lengths.forearm])
         return np.hypot(ahead, z - lengths.c1), bounds
-
-    def _Ts_foot_end(self, Ts_base_flange: FloatArray) -> FloatArray:
-        return transforms.inverse(self.T_base_foot) @ Ts_base_flange @ transforms.inverse(self.T_end_flange)
 
 
 def ortho_parallel(screws: Screws) -> OrthoParallel:

@@ -18,13 +18,14 @@ import numpy as np
 from geoprint import transforms
 from geoprint.errors import UsageError
 from geoprint.kernels import inner, njit
-from geoprint.model import FloatArray, freeze_arrays
+from geoprint.model import FloatArray
 from geoprint.robot.arm.ortho_parallel import (
     BRANCHES,
     JOINTS,
     LENGTH_ROUNDING,
     RIM,
     SINGULAR,
+    ClosedForm,
     Screws,
     angle_between,
     cleared,
@@ -109,32 +110,8 @@ def solve_parallel_pose(T: FloatArray, lengths: FloatArray, joints: FloatArray) 
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
-class ThreeParallel:
-    """The inverse of such an arm: all eight branches in closed form.
-
-    Attributes:
-        lengths: of the arm.
-        signs: (6,) 1 or -1: the direction in which each joint of the URDF counts.
-        offsets: (6,) angle in the closed form's convention where the URDF's is zero [rad].
-        T_base_foot: (4, 4) foot of axis 1 in the URDF's base frame, z up along it [mm].
-        T_end_flange: (4, 4) the URDF's flange frame in the closed form's, whose z axis points out of it [mm].
-    """
-
-    lengths: ParallelLengths
-    signs: FloatArray
-    offsets: FloatArray
-    T_base_foot: FloatArray
-    T_end_flange: FloatArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(
-            self, signs="float: 6", offsets="float: 6", T_base_foot="float: 4 4", T_end_flange="float: 4 4"
-        )  # fmt: skip
-
-    @property
-    def shoulder(self) -> FloatArray:
-        """(3,) the point of axis 1 at the height of axis 2, in the base frame [mm]."""
-        return transforms.apply(self.T_base_foot, np.array([[0.0, 0.0, self.lengths.c1]]))[0]
+class ThreeParallel(ClosedForm[ParallelLengths]):
+    """The inverse of such an arm: all eight branches in closed form; attributes as of `ClosedForm`."""
 
     @property
     def reach(self) -> float:
@@ -188,9 +165,6 @@ class ThreeParallel:
         each = np.array(found)
         best = np.maximum(low - each, each - high).argmin(axis=0)
         return each[best, np.arange(len(Ts))], np.array([low, high])
-
-    def _Ts_foot_end(self, Ts_base_flange: FloatArray) -> FloatArray:
-        return transforms.inverse(self.T_base_foot) @ Ts_base_flange @ transforms.inverse(self.T_end_flange)
 
 
 def three_parallel(screws: Screws) -> ThreeParallel:
