@@ -445,6 +445,18 @@ class Job(Table):
             always=False,
         ),
     ] = Field(default=[])
+    margin: Annotated[
+        PositiveFloat | None,
+        Key(
+            "Width of the strip that stays empty along every border of the part.",
+            "2.0 # a strip so wide stays empty along every border of the part and of what is kept out",
+            group="part",
+            record="margin_mm",
+            always=False,
+            shape="MM",
+            rare=True,
+        ),
+    ] = None
     thickness: Annotated[
         PositiveFloat | None,
         Key(

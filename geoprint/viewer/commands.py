@@ -140,6 +140,6 @@ def _drawing(file: Path, keys: Keys, *, asked: Mapping[str, object]) -> Callable
     if kept.exists():
         raise UsageError(f"{kept} exists, where this drawing is kept: `geoprint view {kept}` goes on with it.")
     if job.spacing is None:
-        job = job.model_copy(update={"spacing": round(job_cell(job).tool.inner_diameter, 1)})
+        job = job.model_copy(update={"spacing": job_cell(job).tool.inner_diameter})
     # Of paths alone nobody has to say where the part stands.
     return lambda server: EditView(Drawing(job.model_copy(update={"robot": False}), kept), server)

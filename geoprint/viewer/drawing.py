@@ -19,7 +19,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from geoprint.config import FieldFile, Job, PatchRegion, read_field
-from geoprint.config.job_file import edited_job_text, edited_toml
+from geoprint.config.job_file import edited_job_text, edited_toml, job_of
 from geoprint.config.strict import describe, text_of
 from geoprint.errors import GeoprintError, UsageError
 from geoprint.geometry.files import write_whole
@@ -32,6 +32,9 @@ DECIMALS: Final = 3
 INDEX: Final = 1.0
 # What stands first in a field file that is drawn.
 _FIELD_HEAD: Final = "# A field of fibres, drawn in `geoprint view`; `geoprint plan` follows it. Lengths in mm.\n"
+
+# Keys that say which part is drawn on.
+_OF_PART: Final = ("surface", "unit", "label", "threshold")
 
 _Places = tuple[tuple[float, float, float], ...]
 
@@ -61,6 +64,8 @@ KEEP_OUT: Final = Tool("Keep-out", 3, closed=True)
 STROKE: Final = Tool("Stroke of fibres", 2)
 SINGULARITY: Final = Tool("Singularity of fibres", 1, 1)
 TOUCH: Final = Tool("Touch point", 1, 1)
+# A patch that is bounded otherwise, and is kept in its place among those that are drawn.
+BOUNDED: Final = Tool("Patch by other bounds", 0)
 # What makes a field of fibres.
 FIBRES: Final = frozenset({STROKE, SINGULARITY})
 TOOLS: Final = (POINT, CURVE, OUTLINE, KEEP_OUT, STROKE, SINGULARITY, TOUCH)
@@ -119,9 +124,12 @@ class Drawing:
         self._field_file = job.field or file.with_name(f"{file.stem}-field.toml")
         self._touch_file = file.with_name(f"{file.stem}-touch-points.csv")
         self._pattern = job.pattern if job.field is None else Job.model_fields["pattern"].default
+        # What stands there is put back where nothing of a field is drawn any more.
+        self._field_before = _bytes(self._field_file)
         # Edits come from several threads.
         self.lock = threading.RLock()
         self._states = [_State(job, tuple(self._read(job)))]
+        self._filed = self._contents()
 
     @property
     def job(self) -> Job:
@@ -138,6 +146,11 @@ class Drawing:
         """How many edits can be undone."""
         return len(self._states) - 1
 
+    @property
+    def drawn(self) -> list[int]:
+        """Numbers of the items that are drawn, among all."""
+        return [number for number, item in enumerate(self.items) if item.tool is not BOUNDED]
+
     def add(self, tool: Tool, place: FloatArray, *, begins: bool = False) -> None:
         """Add a place to the item that is drawn last with a tool.
 
@@ -147,7 +160,8 @@ class Drawing:
             begins: whether another item begins there; one that has all of its places, or another tool, does so anyhow.
 
         Raises:
-            UsageError: the job cannot be as drawn; nothing has changed.
+            UsageError: the job cannot be as drawn, and nothing has changed; or its files were edited meanwhile, and
+                what they say now is the job.
             ExportError: a file cannot be written.
         """
         with self.lock:
@@ -189,9 +203,11 @@ class Drawing:
         """Take the last edit back, in the files too; False where there is none.
 
         Raises:
+            UsageError: the files were edited meanwhile, and what they say now is the job.
             ExportError: a file cannot be written.
         """
         with self.lock:
+            self._take_over()
             if not self.edits:
                 return False
             undone = self._states.pop()
@@ -209,7 +225,26 @@ class Drawing:
         items[item] = items[item]._replace(places=tuple(places))
         return items
 
+    def _take_over(self) -> None:
+        """Take over what someone else wrote into the files, and refuse the edit that would have replaced it."""
+        if self._contents() == self._filed:
+            return
+        job = job_of(surface=self.file)
+        if any(getattr(job, key) != getattr(self.job, key) for key in _OF_PART):
+            raise UsageError(f"{self.file.name} names another part now: close this view, and open the file again.")
+        self._field_file = job.field or self._field_file
+        self._states.append(_State(job, tuple(self._read(job))))
+        self._filed = self._contents()
+        raise UsageError(
+            f"{self.file.name} was edited elsewhere: what it says now is shown. Make this edit again, if it is still "
+            "wanted."
+        )
+
+    def _contents(self) -> list[bytes | None]:
+        return [_bytes(file) for file in (self.file, self._field_file, self._touch_file)]
+
     def _keep(self, *, items: Sequence[Item], keys: Mapping[str, object] | None = None) -> None:
+        self._take_over()
         self._states.append(_State(self._job(items, keys), tuple(items)))
         try:
             self._write()
@@ -237,10 +272,11 @@ class Drawing:
         elif drew and not draws and not self._others_in_field():
             values |= {"pattern": self._pattern, "field": None}
         try:
-            outlines = [
-                PatchRegion.model_validate({**item.rest, "curve": item.lists}) for item in drawn if item.tool is OUTLINE
+            values["patches"] = [
+                PatchRegion.model_validate({**item.rest, "curve": item.lists or None})
+                for item in drawn
+                if item.tool in {OUTLINE, BOUNDED}
             ]
-            values["patches"] = [*(region for region in job.patches if region.curve is None), *outlines]
             return Job.model_validate(values)
         except ValidationError as error:
             raise UsageError(f"{describe(error)}.") from error
@@ -256,10 +292,15 @@ class Drawing:
             text = edited_toml(text, {"preferences": leant or None, "singularities": turns or None})
             _check_field(text, self._field_file.name)
             write_whole(self._field_file, text.encode())
+        elif self._field_before is not None:
+            write_whole(self._field_file, self._field_before)
+        else:
+            self._field_file.unlink(missing_ok=True)
         touched = [item for item in items if item.tool is TOUCH]
         if touched or self._touch_file.is_file():
             write_whole(self._touch_file, _table(touched))
         write_whole(self.file, edited_job_text(self.job, self.file).encode())
+        self._filed = self._contents()
 
     def _others_in_field(self) -> bool:
         """Return whether the field file says more of lines than what is drawn."""
@@ -273,12 +314,11 @@ class Drawing:
         """Return what the files say of what can be drawn."""
         items = [
             Item(
-                OUTLINE,
-                _tuples(region.curve),
+                BOUNDED if region.curve is None else OUTLINE,
+                _tuples(region.curve or ()),
                 {key: value for key, value in region if key != "curve" and value is not None},
             )
             for region in job.patches
-            if region.curve is not None
         ]
         items += [Item(KEEP_OUT, _tuples(curve)) for curve in job.keep_outs]
         if job.source is not None and job.source.point is not None:
@@ -301,6 +341,10 @@ class Drawing:
             named = zip(touched.names, touched.places.tolist(), strict=True)
             items += [Item(TOUCH, _tuples([place]), {"name": name}) for name, place in named]
         return items
+
+
+def _bytes(file: Path) -> bytes | None:
+    return file.read_bytes() if file.is_file() else None
 
 
 def _check_field(text: str, name: str) -> None:

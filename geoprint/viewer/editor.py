@@ -38,7 +38,7 @@ from geoprint.viewer.live import LiveView
 from geoprint.viewer.loaded import load_viewed
 from geoprint.viewer.page import light, look, on_ray, open_panel, scale_html, table_html
 from geoprint.viewer.scene import MARK, PATH, PLAIN as GREY, lines_glb, surface_glb, thinned_rows
-from geoprint.workflow import Planner, save_plan
+from geoprint.workflow import Planner, best_placed, save_plan
 from geoprint.workflow.placement import arm_of
 
 if TYPE_CHECKING:
@@ -51,7 +51,8 @@ PATIENCE: Final = 2.0
 # Faces of the body that are drawn, and the size of a place that is drawn over that of the part.
 BODY_FACES, DOT_SHARE = 60_000, 0.008
 LOOK: Final = "Look"
-PATHS_ONLY, DRY_RUN, CALIBRATED = "Paths only", "Dry run at the demonstration place", "At the calibrated place"
+PATHS_ONLY, CALIBRATED = "Paths only", "At the calibrated place"
+DRY_RUN, BEST = "Dry run at the demonstration place", "Dry run at the best place"
 THICKNESS, REACH, PLAIN = "Thickness", "Reach", "Plain"
 DRAWN, PENDING = (200, 30, 90), (240, 150, 40)
 HINT: Final = "Choose what a click draws; drag a dot to move it. Every edit is in the job file at once."
@@ -93,6 +94,8 @@ class EditView:
         self._size = float(np.linalg.norm(np.ptp(self.body.vertices[self.body.faces].reshape(-1, 3), axis=0)))
         self._way = lru_cache(maxsize=1000)(self._line_between)
         self._planner: Planner | None = None
+        self._replays: list[viser.GuiButtonHandle] = []
+        self._folders: list[Path] = []
         self._field: bytes | None = None
         self._shown: _Shown | None = None
         self.replayed: LiveView | None = None
@@ -133,6 +136,11 @@ class EditView:
     def written(self) -> str:
         """What was written last, as HTML."""
         return self._written.content
+
+    @property
+    def replays(self) -> list[str]:
+        """What the buttons say that show plans which were written."""
+        return [button.label for button in self._replays]
 
     @property
     def figures(self) -> str:
@@ -216,6 +224,8 @@ class EditView:
             self._backend = gui.add_dropdown("Backend", backend_names(), initial_value=job.backend)
             self._pattern = gui.add_dropdown("Pattern", self._patterns(), initial_value=job.pattern)
             self._spacing = gui.add_number("Spacing [mm]", job.spacing or 1.0, min=0.05, step=0.05)
+            self._rounds = gui.add_number("Rounds", job.rounds or 1, min=1, step=1)
+            self._margin = gui.add_number("Margin [mm]", job.margin or 0.0, min=0.0, step=0.1)
             angle = None if job.source is None else job.source.angle
             self._angle = gui.add_slider("Rows at [degrees]", -90.0, 90.0, 1.0, angle or 0.0)
             self._program = gui.add_dropdown("Program", self._programs(), initial_value=_program_of(job))
@@ -228,6 +238,7 @@ class EditView:
             self._message = gui.add_html("")
             gui.add_button("Plan, check and write").on_click(lambda _: self.plan())
             self._written = gui.add_html("")
+        self._replays = [self._add_replay(folder) for folder in self._folders]
         self._listen(buttons)
         self._show_fields()
 
@@ -240,7 +251,9 @@ class EditView:
 
         change(self._backend, lambda: {"backend": self._backend.value})
         change(self._pattern, lambda: {"pattern": self._pattern.value})
-        change(self._spacing, lambda: {"spacing": float(self._spacing.value), "rounds": None})
+        change(self._spacing, lambda: {"spacing": float(self._spacing.value)})
+        change(self._rounds, lambda: {"rounds": int(self._rounds.value)})
+        change(self._margin, lambda: {"margin": float(self._margin.value) or None})
         change(self._angle, lambda: {"source": {"angle": float(self._angle.value)}})
         change(self._program, lambda: _PROGRAMS[self._program.value])
         for handle in (self._stand, self._yaw):
@@ -255,7 +268,7 @@ class EditView:
         return tuple(dict.fromkeys([*pattern_names(), self.drawing.job.pattern]))
 
     def _programs(self) -> tuple[str, ...]:
-        return tuple(dict.fromkeys([PATHS_ONLY, DRY_RUN, _program_of(self.drawing.job)]))
+        return tuple(dict.fromkeys([PATHS_ONLY, DRY_RUN, BEST, _program_of(self.drawing.job)]))
 
     def _standing(self) -> tuple[float, ...]:
         """Return x, y, z, roll, pitch, yaw of the demonstration [mm, degrees]."""
@@ -278,7 +291,7 @@ class EditView:
             self._edit(self.drawing.undo)
             return
         tool = self._tool_chosen()
-        mine = [number for number, item in enumerate(self.drawing.items) if tool in {None, item.tool}]
+        mine = [number for number in self.drawing.drawn if tool in {None, self.drawing.items[number].tool}]
         if mine:
             self._edit(lambda: self.drawing.remove(mine[-1]))
 
@@ -291,9 +304,6 @@ class EditView:
             edit()
         except GeoprintError as error:
             self._say(str(error), refused=True)
-            self._draw_items()
-            self._want(self.drawing.job)
-            return
         self._draw_items()
         self._show_fields()
         self._want(self.drawing.job)
@@ -302,8 +312,12 @@ class EditView:
         """Let fields say what the job does, and show those that it heeds."""
         job = self.drawing.job
         self._backend.value, self._pattern.value = job.backend, job.pattern
-        if job.spacing is not None:
+        self._rounds.visible, self._spacing.visible = job.rounds is not None, job.rounds is None
+        if job.rounds is not None:
+            self._rounds.value = job.rounds
+        elif job.spacing is not None:
             self._spacing.value = job.spacing
+        self._margin.value = job.margin or 0.0
         self._angle.visible = job.pattern == "guided"
         self._angle.value = (None if job.source is None else job.source.angle) or 0.0
         standing = self._standing()
@@ -416,12 +430,12 @@ class EditView:
         """Return the planner of a job; a field that was drawn on is read anew."""
         field = None if job.field is None or not job.field.is_file() else job.field.read_bytes()
         if self._planner is None or field != self._field:
-            self._planner = Planner(job)
+            self._planner = Planner(_sketched(job))
             self._field = field
         return self._planner
 
     def _draw_paths(self, job: Job) -> None:
-        drawn = self._planner_of(job).paths(job)
+        drawn = self._planner_of(job).paths(_sketched(job))
         paths = drawn.paths
         whole = sum(map(len, paths))
         part = drawn.workpiece.part
@@ -433,7 +447,7 @@ class EditView:
 
     def _measure(self, job: Job) -> None:
         self._say("measuring ...")
-        plan = self._planner_of(job).figures(job)
+        plan = self._planner_of(job).figures(_sketched(job))
         placement, cell = plan.workpiece.placement, plan.workpiece.cell
         reached = None
         if placement is not None and cell.table is None:
@@ -481,15 +495,20 @@ class EditView:
     def _write_plan(self) -> None:
         """Plan the job and write it beside its file."""
         self._say("planning and checking ...")
-        job = self.drawing.job
+        job = best_placed(self.drawing.job)
         planned = self._planner_of(job).plan(job)
         folder = _free(self.drawing.file.with_name(f"{self.drawing.file.stem}-plan"))
         save_plan(planned, folder, report=True)
         self._say("")
         self._written.content = _said(f"written and verified: {folder}")
-        gui = self.server.gui
         if planned.robot:
-            gui.add_button(f"Replay {folder.name}").on_click(lambda _: self.replay(folder))
+            self._folders.append(folder)
+            self._replays.append(self._add_replay(folder))
+
+    def _add_replay(self, folder: Path) -> viser.GuiButtonHandle:
+        button = self.server.gui.add_button(f"Replay {folder.name}")
+        button.on_click(lambda _: self.replay(folder))
+        return button
 
     def replay(self, folder: Path) -> None:
         """Show a plan that was written, in place of the drawing."""
@@ -515,12 +534,18 @@ def _said(words: str, *, style: str = "") -> str:
 
 
 def _program_of(job: Job) -> str:
-    return PATHS_ONLY if not job.robot else DRY_RUN if job.place == "demo" else CALIBRATED
+    return PATHS_ONLY if not job.robot else {"demo": DRY_RUN, "best": BEST, None: CALIBRATED}[job.place]
+
+
+def _sketched(job: Job) -> Job:
+    """Return a job as it is shown while it is edited: where the part stands best is sought for its plan alone."""
+    return job.model_copy(update={"robot": False}) if job.place == "best" else job
 
 
 _PROGRAMS: Final[dict[str, dict[str, object]]] = {
     PATHS_ONLY: {"robot": False},
     DRY_RUN: {"robot": True, "place": "demo"},
+    BEST: {"robot": True, "place": "best"},
     CALIBRATED: {"robot": True, "place": None},
 }
 

@@ -194,7 +194,8 @@ def _off_part(surface: Surface, part: Surface, record: PlanRecord) -> Iterator[F
         where = f"{over:g} mm over part.ply" if over else "part.ply"
         yield Finding(SURFACE, 1, f"it lies {worst:.3f} mm off {where}, allowed are {allowed:.3f} mm")
     dropped = any(_prepared(record, f"dropped_{what}_faces") for what in ("debris", "degenerate", "duplicate"))
-    whole = not (dropped or _prepared(record, "junction_faces") or record.settings.patches or over)
+    cut = any(getattr(record.settings, key) for key in ("patches", "margin_mm", "keep_outs"))
+    whole = not (dropped or _prepared(record, "junction_faces") or cut or over)
     used = [one.vertices[one.faces].reshape(-1, 3) for one in (surface, part)]
     boxes = [np.stack([corners.min(axis=0), corners.max(axis=0)]) for corners in used]
     if whole and np.abs(boxes[0] - boxes[1]).max() > ON_PART:

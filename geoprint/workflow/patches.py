@@ -20,6 +20,7 @@ from geoprint.geometry import (
     SurfaceLine,
     boundary_half_edges,
     boundary_loops,
+    boundary_source,
     clipped,
     closest,
     closest_once,
@@ -32,6 +33,7 @@ from geoprint.geometry import (
     face_areas,
     faces_within,
     half_edges,
+    halved,
     in_words,
     inscribed,
     join,
@@ -155,6 +157,8 @@ def _sides(surface: Surface, chain: IntArray) -> tuple[BoolArray, BoolArray]:
 
 # A point may miss the body by a share of the radius, too: the thickness of the slices of a label volume.
 POINT_TOLERANCE_SHARE = 0.25
+# No farther from a border than so many margins edges are at most such a share of one long.
+MARGINS_REFINED, MARGIN_SHARE = 1.5, 0.25
 # Edges for each radius: a circle cut through triangles that large is round to a thousandth of its radius.
 EDGES_PER_RADIUS = 12
 
@@ -391,8 +395,8 @@ def prepared_part(job: Job, loaded: MeshFile) -> PreparedPart:
     patches = patches_of(job, loaded)
     if not patches:
         whole, preparation = prepare(loaded.surface, longest_hole=job.fill_holes)
-        surface, changed = without_keep_outs(whole, preparation, job.keep_outs)
-        return PreparedPart(surface, (changed,), (), whole if job.keep_outs else None)
+        surface, changed = without_empty(whole, preparation, job.keep_outs, margin=job.margin)
+        return PreparedPart(surface, (changed,), (), None if surface is whole else whole)
     surface = united([patch.surface for patch in patches])
     return PreparedPart(surface, tuple(patch.preparation for patch in patches), patches, _common_body(patches))
 
@@ -415,7 +419,8 @@ def patches_of(job: Job, body: MeshFile, *, observe: Callable[[str], None] = lam
     nearest = [_nearest_patch(patches, np.array(curve)) for curve in job.keep_outs if patches]
     for number, patch in enumerate(patches):
         curves = [curve for curve, there in zip(job.keep_outs, nearest, strict=True) if there == number]
-        surface, preparation = without_keep_outs(patch.surface, patch.preparation, curves)
+        with naming(f"patch {number + 1}" if several else ""):
+            surface, preparation = without_empty(patch.surface, patch.preparation, curves, margin=job.margin)
         patches[number] = replace(patch, surface=surface, preparation=preparation)
     return tuple(patches)
 
@@ -425,36 +430,80 @@ def _nearest_patch(patches: Sequence[Patch], curve: FloatArray) -> int:
     return int(np.argmin([closest(patch.surface, curve)[1].max() for patch in patches]))
 
 
-def without_keep_outs(
-    surface: Surface, preparation: PreparationReport, curves: Sequence[Sequence[Sequence[float]]]
+def without_empty(
+    surface: Surface,
+    preparation: PreparationReport,
+    keep_outs: Sequence[Sequence[Sequence[float]]],
+    *,
+    margin: float | None,
 ) -> tuple[Surface, PreparationReport]:
-    """Cut the inside of closed curves out of a part, as holes.
+    """Cut off a part what stays empty: the inside of closed curves, as holes, then a strip along every border.
 
     Args:
         surface: as prepared, in one piece.
         preparation: what that changed.
-        curves: k points on or near the part each [mm], in order round what is left out: the smaller side.
+        keep_outs: k points on or near the part each [mm], in order round what is left out: the smaller side.
+        margin: width of the strip along the surface [mm]; None for no strip.
 
     Returns:
-        The rest of the part, and all that was changed.
+        The rest of the part, the surface itself where nothing is cut off, and all that was changed.
 
     Raises:
-        InputError: a point lies off the part, or as `enclosed`; with several curves the sentence says which.
+        InputError: a point lies off the part, or as `enclosed`; with several curves the sentence says which. Or the
+            strip leaves nothing of the part, or several pieces, or there is no border.
         FieldError: as `enclosed`.
     """
-    for number, curve in enumerate(curves, start=1):
-        with naming(f"keep-out {number}" if len(curves) > 1 else "the keep-out"):
+    for number, curve in enumerate(keep_outs, start=1):
+        with naming(f"keep-out {number}" if len(keep_outs) > 1 else "the keep-out"):
             _, points, _ = _on_body(surface, PatchChoice(None, None, None, None, curve=np.array(curve)))
             assert points is not None  # noqa: S101  # They were given.
             drawn, inside, *_ = enclosed(surface, points, at=None)
-            # A keep-out of three points looks as a missing triangle does, and is no hole to be filled.
-            surface, after = prepare(trimmed(contracted(part_of(drawn, ~inside))), longest_hole=0.0)
-            preparation = replace(
-                after,
-                repairs=preparation.repairs + after.repairs,
-                crossings_checked=preparation.crossings_checked and after.crossings_checked,
-            )
+            surface, preparation = _rest(part_of(drawn, ~inside), preparation)
+    if margin is not None:
+        surface, preparation = _rest(_within(surface, margin), preparation)
     return surface, preparation
+
+
+def _rest(kept: Surface, preparation: PreparationReport) -> tuple[Surface, PreparationReport]:
+    """Return what is left of a part, prepared, and all that was changed."""
+    # A keep-out of three points looks as a missing triangle does, and is no hole to be filled.
+    surface, after = prepare(trimmed(contracted(kept)), longest_hole=0.0)
+    repairs = preparation.repairs + after.repairs
+    crossings_checked = preparation.crossings_checked and after.crossings_checked
+    return surface, replace(after, repairs=repairs, crossings_checked=crossings_checked)
+
+
+def _within(surface: Surface, margin: float) -> Surface:
+    """Return what of a part lies farther from its border than so much along the surface [mm]."""
+    if not boundary_half_edges(surface.faces).size:
+        raise InputError(
+            f"{surface.name} is closed and has no border along which a margin could stay empty: leave `margin` out, or "
+            "cut patches from it."
+        )
+    while True:
+        distances = _from_border(surface)
+        # Where edges are about as long as the strip is wide, it would be cut as roughly as they are.
+        near = surface.faces[distances[surface.faces].min(axis=1) < MARGINS_REFINED * margin]
+        ends = edges(near)
+        long = np.linalg.norm(np.diff(surface.vertices[ends], axis=1)[:, 0], axis=1) > MARGIN_SHARE * margin
+        if not long.any():
+            break
+        surface = halved(surface, ends[long])
+    if distances.max() <= margin:
+        raise InputError(
+            f"a margin of {margin:g} mm leaves nothing of {surface.name}: no place is farther than "
+            f"{distances.max():.3g} mm from its border. Choose a smaller one.",
+            farthest=float(distances.max()),
+        )
+    return clipped(surface, margin - distances[:, None])
+
+
+def _from_border(surface: Surface) -> FloatArray:
+    """Return the (n,) distances of vertices from the border along the surface [mm]."""
+    if np.unique(boundary_half_edges(surface.faces)).size == len(surface.vertices):
+        # Of triangles so coarse none has a corner inside.
+        return np.zeros(len(surface.vertices))
+    return FastMarching(surface).distance(boundary_source(surface)).values
 
 
 def _refuse_overlaps(patches: Sequence[Patch]) -> None:

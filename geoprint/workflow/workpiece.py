@@ -542,8 +542,8 @@ def _skin(job: Job, loaded: MeshFile) -> SidedPart:
     asked = turned_over(prepared.surface) if job.flip else prepared.surface
     filed, cut = (named or loaded).surface, named is None and body is not None
     part, side = printed_side(asked, body, flip=job.flip, filed=filed, cut=cut)
-    if job.keep_outs and named is not None and body is not None and prepared.body is not None:
-        # What is kept out is no part, and still there to be hit.
+    if (job.keep_outs or job.margin) and named is not None and body is not None and prepared.body is not None:
+        # What stays empty is no part, and still there to be hit.
         body = united([body, prepared.body])
     files = (loaded,) if named is None else (loaded, named)
     return SidedPart(files, prepared, part, side, body, target=read_target(job))

@@ -26,7 +26,7 @@ from geoprint.viewer.drawing import (
     Tool,
 )
 from geoprint.workflow.number_tables import read_points
-from tests.meshes import plate
+from tests.meshes import plate, sphere
 
 PLACES = {
     POINT: [[3.0, 2.0, 0.0]],
@@ -207,3 +207,78 @@ def test_edits_of_several_threads_are_all_kept(part: Path) -> None:
     assert drawn.edits == 12
     places = read_points(part.with_name("drawn-touch-points.csv")).places
     assert sorted(places[:, 0]) == list(range(12))
+
+
+def test_a_strip_along_every_border_stays_empty_and_is_still_there_to_be_hit(part: Path) -> None:
+    drawn = drawing(part)
+    drawn.change(margin=2.5)
+    draw(drawn, KEEP_OUT)
+    planned = plan(drawn.job)
+    places = np.concatenate(planned.paths)
+    assert (np.abs(places[:, :2]) <= [12.5 + 1e-6, 9.5 + 1e-6]).all()
+    assert not inside(places).any()
+    assert planned.workpiece.body is not None
+    assert np.ptp(planned.workpiece.body.vertices, axis=0) == pytest.approx([30.0, 24.0, 0.0])
+    # The keep-out is a triangle: a strip around it has three rounded corners.
+    sides = np.linalg.norm(np.diff([*PLACES[KEEP_OUT], PLACES[KEEP_OUT][0]], axis=0), axis=1).sum()
+    kept_out = 15.0 + 2.5 * sides + np.pi * 2.5**2
+    assert planned.workpiece.preparations[0].area == pytest.approx(25.0 * 19.0 - kept_out, rel=1e-3)
+
+
+def test_a_margin_is_as_wide_on_two_large_triangles(tmp_path: Path) -> None:
+    save_ply(plate((30.0, 24.0), (1, 1)), tmp_path / "two.ply")
+    part = plan(job_of(surface=tmp_path / "two.ply", unit="mm", spacing=2.0, robot=False, margin=2.0)).workpiece.part
+    assert part.vertices.min(axis=0) == pytest.approx([2.0, 2.0, 0.0], abs=0.01)
+    assert part.vertices.max(axis=0) == pytest.approx([28.0, 22.0, 0.0], abs=0.01)
+
+
+def test_a_margin_that_leaves_nothing_or_has_no_border_is_refused(part: Path, tmp_path: Path) -> None:
+    with pytest.raises(
+        InputError, match=r"leaves nothing of part\.ply: no place is farther than 12 mm from its border"
+    ):
+        plan(job_of(surface=part, unit="mm", spacing=2.0, robot=False, margin=12.5))
+    ball = sphere(radius=8.0)
+    save_ply(ball, tmp_path / "ball.ply")
+    with pytest.raises(InputError, match=r"ball\.ply is closed and has no border"):
+        plan(job_of(surface=tmp_path / "ball.ply", unit="mm", spacing=2.0, robot=False, margin=1.0))
+
+
+def test_a_patch_with_other_bounds_keeps_its_place_among_those_that_are_drawn(part: Path) -> None:
+    west, east = ([[x - 2.0, -2.0, 0.0], [x + 2.0, -2.0, 0.0], [x, 2.0, 0.0]] for x in (-10.0, 10.0))
+    regions = [{"curve": west}, {"at": [0.0, 0.0, 0.0], "radius": 2.0}, {"curve": east}]
+    drawn = drawing(part, patches=regions)
+    drawn.move(2, 0, np.array([7.5, -2.0, 0.0]))
+    draw(drawn, KEEP_OUT)
+    assert [region.radius for region in drawn.job.patches] == [None, 2.0, None]
+    assert drawn.job.patches[2].curve is not None
+    assert drawn.job.patches[2].curve[0] == [7.5, -2.0, 0.0]
+    assert drawn.drawn == [0, 2, 3]
+
+
+def test_what_someone_else_writes_into_the_file_is_taken_over_and_not_replaced(part: Path) -> None:
+    drawn = drawing(part)
+    draw(drawn, POINT)
+    drawn.file.write_text(drawn.file.read_text().replace("spacing = 2.0", "spacing = 1.5 # finer"))
+    with pytest.raises(UsageError, match=r"drawn\.toml was edited elsewhere: what it says now is shown"):
+        draw(drawn, KEEP_OUT)
+    assert drawn.job.spacing == 1.5
+    draw(drawn, KEEP_OUT)
+    assert "spacing = 1.5 # finer" in drawn.file.read_text()
+    assert [item.tool for item in drawn.items] == [POINT, KEEP_OUT]
+    drawn.file.write_text(drawn.file.read_text().replace("part.ply", "other.ply"))
+    with pytest.raises(UsageError, match=r"drawn\.toml names another part now: close this view"):
+        drawn.undo()
+    assert "other.ply" in drawn.file.read_text()
+
+
+@pytest.mark.parametrize("before", [None, "# mine\n[[preferences]]\nrim = true\n"])
+def test_the_field_that_was_drawn_goes_with_it(part: Path, before: str | None) -> None:
+    field = part.with_name("drawn-field.toml")
+    if before is not None:
+        field.write_text(before)
+    drawn = drawing(part)
+    draw(drawn, STROKE)
+    assert "stroke" in field.read_text()
+    while drawn.undo():
+        pass
+    assert (field.read_text() if field.is_file() else None) == before

@@ -104,6 +104,19 @@ def test_a_plan_is_written_checked_and_replayed_and_the_drawing_comes_back(view:
     assert view.replayed is None
     rested(view)
     assert "runs" in view.figures
+    assert view.replays == ["Replay drawn-plan"]
+
+
+@pytest.mark.needs("viser")
+def test_the_best_place_is_sought_for_the_plan_and_paths_are_shown_before(view: EditView) -> None:
+    view.change(robot=True, place="best", margin=2.0)
+    rested(view)
+    assert "runs" in view.figures
+    view.plan()
+    rested(view)
+    found = check_bundle(view.drawing.file.with_name("drawn-plan"))
+    assert not found.findings
+    assert view.drawing.job.place == "best"
 
 
 @pytest.mark.needs("viser")

@@ -111,7 +111,7 @@ class FailedRecord(Record):
 class ComparisonRecord(Record):
     """The content of compare.json."""
 
-    layout: Literal[11] = Field(alias="schema", description="version of this layout")
+    layout: Literal[12] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="version of geoprint")
     parts: tuple[PartRecord | FailedRecord, ...] = Field(description="parts in the order of the command")
 
