@@ -1,15 +1,29 @@
-"""The robot as the report page draws it, from the solids of the collision check, and its motion."""
+"""The robot as report and live view draw it, from the solids of the collision check, and its motion."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
+from typing import final
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint import transforms
-from geoprint.model import Cell, Cylinder, FloatArray, IntArray, Obstacle, Placement, Robot, Surface, TiltingTable
+from geoprint.model import (
+    Cell,
+    Cylinder,
+    FloatArray,
+    IntArray,
+    Obstacle,
+    Placement,
+    Robot,
+    Surface,
+    TiltingTable,
+    freeze_arrays,
+    frozen,
+)
 from geoprint.positioner import straight_course, table_machine, work_poses
 from geoprint.reporting.values import MOST_FRAMES, Body, Machine, MotionShades, Replay, TableReplay
 from geoprint.reporting.view import shading_normals, view_surface
@@ -27,8 +41,6 @@ BODY_SUNK = 0.006
 SHORTEST_MOVE = 0.1
 # What a table turns between two frames at most [rad]: straight between them what is far out comes in by a thousandth.
 TABLE_STEP = np.radians(5.0)
-# How a table holds its plate at rest.
-AT_REST = np.eye(4)
 
 
 def machine(
@@ -37,16 +49,16 @@ def machine(
     T_base_work: FloatArray,
     body: Surface | None,
     cell_file: Path | None,
-    T_table_plate: FloatArray = AT_REST,
 ) -> Machine:
-    """Return the arm, its tool, what stands in the cell and the body, in the work frame; all joints are at zero.
+    """Return the arm, its tool, what stands in the cell and the body, in the work frame.
+
+    All joints are at zero, and a table rests.
 
     Args:
         cell: what is drawn.
         T_base_work: (4, 4) where the part stands [mm].
         body: that the part lies on, if there is one.
         cell_file: beside which the meshes of an arm's own URDF lie; without it its solids are drawn.
-        T_table_plate: (4, 4) how a table holds its plate.
     """
     T_work_base = transforms.inverse(T_base_work)
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
@@ -57,7 +69,7 @@ def machine(
     tool = (Surface(*polytope(solid, by=0.0)) for solid in tool_solids(cell.tool))
     bodies += [Body("tool", JOINTS, _moved(one, Ts_work_link[-1])) for one in tool]
     bodies += [Body("cell", 0, _outside(one, T_work_base)) for one in cell.obstacles]
-    solids = enumerate(_solids(cell, T_table_plate), start=1)
+    solids = enumerate(() if cell.table is None else table_machine(cell.table).solids(np.eye(4)), start=1)
     bodies += [Body("table", number, _outside(one, T_work_base)) for number, one in solids]
     if body is not None:
         bodies.append(Body("body", 0, _sunk(view_surface(body, faces=BODY_FACES).surface)))
@@ -78,10 +90,6 @@ def at_rest(cell: Cell, placement: Placement) -> FloatArray:
     return T_base_table @ transforms.inverse(placement.table.T_table_plate) @ T_table_work
 
 
-def _solids(cell: Cell, T_table_plate: FloatArray) -> tuple[Cylinder, ...]:
-    return () if cell.table is None else table_machine(cell.table).solids(T_table_plate)
-
-
 def motion_shades(plan: Plan, vertices: FloatArray) -> MotionShades:
     """Return lean and speed at the piece of deposit that lies nearest to each of (n, 3) vertices [mm]."""
     middles, leans, speeds = (np.concatenate(each) for each in zip(*map(_deposited, plan.robot), strict=True))
@@ -99,16 +107,100 @@ def _deposited(robot: RobotPlan) -> tuple[FloatArray, FloatArray, FloatArray]:
     return (places[rows] + places[rows + 1]) / 2.0, tilts(poses)[rows], lengths[rows] / durations[rows]
 
 
+@final
+@frozen
+class ArmMotion:
+    """The motion of the arm in one attitude of the part.
+
+    Attributes:
+        times: (k,) of the rows of its trajectory, from 0 [s].
+        joints: (k, j) then [rad].
+        placement: where the part stands meanwhile.
+    """
+
+    times: FloatArray
+    joints: FloatArray
+    placement: Placement
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, times="float: k", joints="float: k j")
+
+
+@final
+class PrintMotion:
+    """The motion of a print on one time line: of the arm, attitude after attitude, and of part and table before each.
+
+    All motions are from how things stand with the table at rest and all joints at zero, in the frame of the part there.
+
+    Args:
+        cell: that prints.
+        arms: of each attitude; one without a table.
+        seconds: what the table takes at least to come to each [s]; none without a table.
+
+    Attributes:
+        begins: (a,) when the arm begins to move in each attitude [s].
+        end: of the print [s].
+        table: how part and table move; None without one.
+        T_base_work: (4, 4) where the part stands while the table rests.
+    """
+
+    def __init__(self, cell: Cell, arms: Sequence[ArmMotion], *, seconds: Sequence[float] = ()) -> None:
+        durations = [float(each.times[-1]) for each in arms]
+        turns = np.array([max(each, SHORTEST_MOVE) for each in seconds]) if seconds else np.zeros(1)
+        self.begins: FloatArray = np.cumsum(turns) + np.cumsum([0.0, *durations[:-1]])
+        self.end = float(self.begins[-1]) + durations[-1]
+        placements = [each.placement for each in arms]
+        self.T_base_work: FloatArray = at_rest(cell, placements[0])
+        turning = np.column_stack([self.begins - turns, self.begins])
+        self.table: TableReplay | None = table_replay(cell, placements, turning=turning) if seconds else None
+        self._arms, self._turning = arms, turning
+        self._arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+        self._at_zero = transforms.inverse(self._arm.link_poses(np.zeros((1, JOINTS)))[0])
+
+    def attitude(self, time: float) -> int:
+        """Return the attitude that the part has at a moment [s], or that the table brings it to, from 0."""
+        return max(int(np.searchsorted(self._turning[:, 0], time, side="right")) - 1, 0)
+
+    def links(self, time: float) -> FloatArray:
+        """Return the (j + 2, 4, 4) motions of base, links and tool at a moment [s]."""
+        number = self.attitude(time)
+        motion = self._arms[number]
+        local = time - float(self.begins[number])
+        joints: FloatArray = np.empty((1, motion.joints.shape[1]))
+        for axis, angles in enumerate(motion.joints.T):
+            joints[0, axis] = np.interp(local, motion.times, angles)
+        moved = self._arm.link_poses(joints)[0] @ self._at_zero
+        return transforms.inverse(self.T_base_work) @ moved @ self.T_base_work
+
+    def table_poses(self, time: float) -> tuple[FloatArray, FloatArray]:
+        """Return the (3, 4) motion of the part and the (s, 3, 4) ones of the solids of the table at a moment [s]."""
+        if self.table is None:
+            return np.eye(4)[:3], np.empty((0, 3, 4))
+        times = self.table.times
+        row = min(max(int(np.searchsorted(times, time)) - 1, 0), times.size - 2)
+        share = float(np.clip((time - times[row]) / (times[row + 1] - times[row]), 0.0, 1.0))
+        part, solids = self.table.part, self.table.solids
+        return (
+            (1.0 - share) * part[row] + share * part[row + 1],
+            (1.0 - share) * solids[row] + share * solids[row + 1],
+        )
+
+
+def print_motion(plan: Plan) -> PrintMotion:
+    """Return the motion of a plan with a robot."""
+    arms = [ArmMotion(one.trajectory.times, one.trajectory.joints, one.placement) for one in plan.robot]
+    return PrintMotion(plan.workpiece.cell, arms, seconds=plan.tilting.seconds if plan.tilting else ())
+
+
 def replay(plan: Plan) -> Replay:
     """Return the motion at so many rows of the trajectories as the page shows, one attitude after the other."""
-    durations = [float(robot.trajectory.times[-1]) for robot in plan.robot]
-    seconds = [max(each, SHORTEST_MOVE) for each in plan.tilting.seconds] if plan.tilting else [0.0]
-    begins = np.cumsum(seconds) + np.cumsum([0.0, *durations[:-1]])
+    motion, cell = print_motion(plan), plan.workpiece.cell
+    durations = np.array([float(robot.trajectory.times[-1]) for robot in plan.robot])
     # Each has its first moment and its last, and shares in the other frames as long as it takes.
-    frames = 2 + (np.array(durations) / sum(durations) * (MOST_FRAMES - 2 * len(durations))).astype(np.int64)
+    frames = 2 + (durations / durations.sum() * (MOST_FRAMES - 2 * len(durations))).astype(np.int64)
     parts = [
-        _part_replay(plan.workpiece.cell, robot, begin=begin, frames=count)
-        for robot, begin, count in zip(plan.robot, begins.tolist(), frames.tolist(), strict=True)
+        _part_replay(cell, robot, begin=begin, frames=count)
+        for robot, begin, count in zip(plan.robot, motion.begins.tolist(), frames.tolist(), strict=True)
     ]
     ends = np.cumsum([len(each.bead) for each in parts])
     offsets = [each.bead_offsets[:-1] + end - len(each.bead) for each, end in zip(parts, ends.tolist(), strict=True)]
@@ -121,25 +213,26 @@ def replay(plan: Plan) -> Replay:
         bead=np.concatenate([each.bead for each in parts]),
         bead_offsets=np.append(np.concatenate(offsets), ends[-1]),
         bead_times=np.concatenate([each.bead_times for each in parts]),
-        table=table_replay(plan, turning=np.column_stack([begins - seconds, begins])) if plan.tilting else None,
+        table=motion.table,
     )
 
 
-def table_replay(plan: Plan, *, turning: FloatArray) -> TableReplay:
-    """Return how part and table stand at rest and on the course to each attitude of a plan.
+def table_replay(cell: Cell, placements: Sequence[Placement], *, turning: FloatArray) -> TableReplay:
+    """Return how part and table stand at rest and on the course to each attitude of a print.
 
     The table goes straight, all of its axes in proportion and evenly in time: that is the course which is proven to
     keep clear of the arm, in the time that the plan counts.
 
     Args:
-        plan: with a robot, over a table.
+        cell: with a table.
+        placements: a of the part, one an attitude.
         turning: (a, 2) when the table moves to each attitude [s].
     """
-    noun = plan.workpiece.cell.table
-    assert noun is not None  # noqa: S101  # The plan is over a table.
-    table, T_base_rest = table_machine(noun), at_rest(plan.workpiece.cell, plan.robot[0].placement)
+    noun = cell.table
+    assert noun is not None  # noqa: S101  # The print is over a table.
+    table, T_base_rest = table_machine(noun), at_rest(cell, placements[0])
     T_rest_base, resting = transforms.inverse(T_base_rest), table.solids(np.eye(4))
-    knots = [np.eye(4), *(one.placement.table.T_table_plate for one in plan.robot if one.placement.table)]
+    knots = [np.eye(4), *(one.table.T_table_plate for one in placements if one.table)]
     times: list[FloatArray] = []
     poses: list[FloatArray] = []
     for ends, (begin, end) in zip(pairwise(knots), turning.tolist(), strict=True):

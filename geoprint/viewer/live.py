@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from html import escape
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, final
 
@@ -15,10 +15,10 @@ from geoprint.errors import UsageError
 from geoprint.model import FloatArray
 from geoprint.reporting.metrics import CATALOGUE
 from geoprint.robot.arm import tilts
-from geoprint.viewer.loaded import Motion, Viewed, ViewedPlan
+from geoprint.viewer.loaded import Viewed, ViewedPlan
 from geoprint.viewer.page import light, look, on_ray, open_panel, scale_html, table_html
 from geoprint.viewer.plots import TIME_FIELD, plot_html, plots_of
-from geoprint.viewer.scene import MARK, PlanScene, quantities, scale_of
+from geoprint.viewer.scene import PlanScene, quantities, scale_of
 
 if TYPE_CHECKING:
     import viser
@@ -115,11 +115,13 @@ class LiveView:
         Raises:
             UsageError: there is no program, or no move stands there or behind it.
         """
-        motion = self._motion
-        target = None if motion is None else motion.target_of(line)
-        if motion is None or target is None:
-            raise UsageError(f"`--line {line}`: no move of the program stands there or behind it.")
-        self._time.value = float(motion.orders.times[target])
+        plan = self._active.plan
+        for number, motion in enumerate(plan.motions):
+            target = motion.target_of(line)
+            if target is not None:
+                self._set(plan.moment(number, float(motion.orders.times[target])))
+                return
+        raise UsageError(f"`--line {line}`: no move of the program stands there or behind it.")
 
     def show_moment(self, moment: float) -> None:
         """Show arm and deposited material as they are at a moment [s]."""
@@ -149,13 +151,10 @@ class LiveView:
         return self.scenes[[scene.plan.name for scene in self.scenes].index(self._plan.value)]
 
     @property
-    def _motion(self) -> Motion | None:
-        return self._active.motion
-
-    @property
     def end(self) -> float:
-        """How long the motion that is shown takes [s]; 0 without one."""
-        return 0.0 if self._motion is None else float(self._motion.table.times[-1])
+        """How long the print that is shown takes [s]; 0 without a robot."""
+        moving = self._active.plan.moving
+        return 0.0 if moving is None else moving.end
 
     def _build(self) -> None:
         gui, plans = self.server.gui, self.viewed.plans
@@ -240,15 +239,14 @@ class LiveView:
 
     def _at(self, moment: float) -> None:
         """Show a moment in the scene and in words."""
-        motion = self._motion
-        if motion is None:
+        if self._active.plan.moving is None:
             return
         self._move(moment)
         with self._lock, self.server.atomic():
             share = 100.0 * moment / self.end
             if abs(self._slider.value - share) > 0.05:
                 self._slider.value = float(np.clip(share, 0.0, 100.0))
-            self._words.content = _moment_html(motion, moment)
+            self._words.content = _moment_html(self._active.plan, moment)
 
     def _move(self, moment: float) -> None:
         """Show a moment in the scene alone."""
@@ -264,15 +262,9 @@ class LiveView:
         self._plotted()
 
     def show_attitude(self, number: int) -> None:
-        """Show the motion of another attitude of a table, from 1, as everything stands there."""
-        scene = self._active
-        with self._lock, self.server.atomic():
-            self._attitude.value = str(number)
-            scene.show_motion(scene.plan.motions[min(number, len(scene.plan.motions)) - 1])
-            self._shown()
-        self._set(0.0)
-        self._at(0.0)
-        self._plotted()
+        """Show the moment at which the arm begins in an attitude of a table, from 1."""
+        self._attitude.value = str(number)
+        self._set(self._active.plan.moment(min(number, len(self._active.plan.motions)) - 1, 0.0))
 
     def _shown(self) -> None:
         """Show what is ticked; the robot only of the plan that is chosen, for they would stand in one another."""
@@ -317,24 +309,22 @@ class LiveView:
             direction: (3,) of the ray.
         """
         for scene in self.scenes:
-            hits = scene.rays.first_hits((start - scene.offset)[None], direction[None])
-            if not hits.met.any():
+            place = scene.hit(start, direction, time=self._moment)
+            if place is None:
                 continue
-            place = hits.points.xyz(scene.plan.surface)[0]
             self._choose(scene.plan.name)
             self._picked.content = point_text(scene, place)
-            self.server.scene.add_icosphere(
-                "/picked", radius=0.35 * scene.plan.spacing, color=MARK, position=place + scene.offset
-            )
-            if scene.motion is not None and scene.motion.poses.count == scene.plan.poses.count:
-                self._set(float(scene.motion.pose_times[nearest_pose(scene.plan, place)]))
+            scene.mark(place)
+            number, pose = nearest_pose(scene.plan, place)
+            if scene.plan.motions:
+                self._set(scene.plan.moment(number, float(scene.plan.motions[number].pose_times[pose])))
             return
 
     def _plotted(self) -> None:
-        motion = self._motion
-        if motion is not None:
-            for handle, plot in zip(self._plots, plots_of(motion), strict=True):
-                handle.content = plot_html(motion.table.times, plot)
+        if self._active.plan.moving is not None:
+            times, plots = plots_of(self._active.plan)
+            for handle, plot in zip(self._plots, plots, strict=True):
+                handle.content = plot_html(times, plot)
 
     def _finish(self) -> None:
         """Draw the plots, colour the part, and execute the program, whose lines a picked point names."""
@@ -352,78 +342,101 @@ class LiveView:
             self._finished.set()
 
 
-def nearest_pose(plan: ViewedPlan, place: FloatArray) -> int:
-    """Return the pose that deposits nearest to a place."""
-    rows = np.flatnonzero(plan.poses.deposit)
-    _, nearest = KDTree(plan.poses.surface_points[rows]).query(place)
-    return int(rows[nearest])
+def nearest_pose(plan: ViewedPlan, place: FloatArray) -> tuple[int, int]:
+    """Return attitude, from 0, and pose that deposit nearest to a place."""
+    nearest: list[tuple[float, int, int]] = []
+    for number, poses in enumerate(plan.streams):
+        rows = np.flatnonzero(poses.deposit)
+        distance, row = KDTree(poses.surface_points[rows]).query(place)
+        nearest.append((float(distance), number, int(rows[row])))
+    return min(nearest)[1:]
 
 
 def point_text(scene: PlanScene, place: FloatArray) -> str:
     """Return what a place on the part is, as Markdown."""
     plan = scene.plan
-    pose, vertex = nearest_pose(plan, place), int(KDTree(plan.surface.vertices).query(place)[1])
-    poses = plan.poses
+    (number, pose), vertex = nearest_pose(plan, place), int(KDTree(plan.surface.vertices).query(place)[1])
+    poses = plan.streams[number]
     thickness = float(scene.values("thickness")[vertex])
     x, y, z = place.tolist()
+    attitude = f"attitude {number + 1}, " if len(plan.streams) > 1 else ""
     lines = [
         f"**{plan.name}**, {x:.2f}, {y:.2f}, {z:.2f} mm",
-        f"run {poses.runs[pose] + 1}, level {poses.levels[pose]}, layer {poses.layers[pose] + 1}",
+        f"{attitude}run {poses.runs[pose] + 1}, level {poses.levels[pose]}, layer {poses.layers[pose] + 1}",
         scale_of([scene], "thickness").said(thickness),
         "normal " + ", ".join(f"{each:.3f}" for each in poses.normals[pose].tolist())
-        + f"; nozzle {plan.leans[pose]:.1f} degrees from it",
+        + f"; nozzle {np.degrees(tilts(poses)[pose]):.1f} degrees from it",
     ]  # fmt: skip
-    motion = scene.motion
-    if motion is not None and motion.poses.count == poses.count:
+    if plan.motions:
+        motion = plan.motions[number]
         moment = float(motion.pose_times[pose])
         angles = np.degrees(motion.table.joints[motion.row(moment)]).tolist()
-        lines.append(f"at {moment:.3f} s; joints " + ", ".join(f"{angle:.1f}" for angle in angles) + " degrees")
+        lines.append(
+            f"at {plan.moment(number, moment):.3f} s; joints "
+            + ", ".join(f"{angle:.1f}" for angle in angles)
+            + " degrees"
+        )
         line = motion.line_of(motion.target(moment))
         lines.append(f"program: `{line}`" if line else "no program that runs")
     return "  \n".join(lines)
 
 
-def _moment_html(motion: Motion, moment: float) -> str:
-    row, target = motion.row(moment), motion.target(moment)
+def _moment_html(plan: ViewedPlan, moment: float) -> str:
+    number, local = plan.at(moment)
+    motion, words = plan.motions[number], list[str]()
+    if len(plan.motions) > 1:
+        words.append(f"attitude {number + 1} of {len(plan.motions)}")
+    if local < 0.0:
+        return _small(" · ".join([*words, "the table moves"]))
+    row, target = motion.row(local), motion.target(local)
     run, count = int(motion.table.runs[row]), int(motion.orders.runs.max()) + 1
-    words = [f"run {run + 1} of {count}" if run >= 0 else "on the way"]
+    words.append(f"run {run + 1} of {count}" if run >= 0 else "on the way")
     # Both are worked out in the background: what waits for them would stand still.
     if "speeds" in motion.__dict__:
         words.append(f"{motion.speeds[row]:.1f} mm/s")
     if "switching" in motion.__dict__ and motion.switching is not None:
         opened, lit = (
-            bool(((spans[:, 0] <= moment) & (moment < spans[:, 1])).any())
+            bool(((spans[:, 0] <= local) & (local < spans[:, 1])).any())
             for spans in (motion.switching.material, motion.switching.lamp)
         )
         words += [f"valve {'open' if opened else 'shut'}", f"lamp {'on' if lit else 'off'}"]
         line = motion.line_of(target)
         words += [line] if line else []
-    return f'<div style="padding:4px 12px;font-size:12px">{escape(" · ".join(words))}</div>'
+    return _small(" · ".join(words))
+
+
+def _small(words: str) -> str:
+    return f'<div style="padding:4px 12px;font-size:12px">{escape(words)}</div>'
 
 
 def _places(viewed: Viewed) -> tuple[_Place, ...]:
     """Return the places worth a look: where spacing, lean and speed are worst in each plan."""
-    found: list[_Place] = []
-    for number, plan in enumerate(viewed.plans):
-        if not plan.motions:
-            continue
-        motion, name = plan.motions[0], f"{plan.name}: " if len(viewed.plans) > 1 else ""
-        levels = plan.record.uniformity.levels if plan.record.uniformity else None
-        for place in levels.worst_places[:2] if levels else ():
-            pose = nearest_pose(plan, np.array(place.place))
-            words = f"{name}spacing {place.ratio:.3f} of the wanted one"
-            found.append(_Place(words, number, float(motion.pose_times[min(pose, motion.poses.count - 1)])))
-        slowed = plan.record.robot[0].motion.slowdowns
-        if slowed:
-            worst = min(slowed, key=lambda each: each.held_speed)
-            pose = nearest_pose(plan, np.array(worst.place))
-            words = f"{name}slowed to {worst.held_speed:.1f} mm/s"
-            found.append(_Place(words, number, float(motion.pose_times[min(pose, motion.poses.count - 1)])))
-        rows = np.flatnonzero(motion.table.deposit)
-        wrist = rows[np.abs(motion.table.joints[rows, 4]).argmin()]
-        degrees = np.degrees(abs(motion.table.joints[wrist, 4]))
-        found.append(_Place(f"{name}wrist at {degrees:.1f} degrees", number, float(motion.table.times[wrist])))
-        leaning = int(np.where(motion.poses.deposit, tilts(motion.poses), 0.0).argmax())
-        words = f"{name}lean {np.degrees(tilts(motion.poses)[leaning]):.1f} degrees"
-        found.append(_Place(words, number, float(motion.pose_times[leaning])))
-    return tuple(found)
+    return tuple(
+        _Place(f"{plan.name}: {words}" if len(viewed.plans) > 1 else words, number, time)
+        for number, plan in enumerate(viewed.plans)
+        if plan.motions
+        for words, time in _worst(plan)
+    )
+
+
+def _worst(plan: ViewedPlan) -> Iterator[tuple[str, float]]:
+    """Yield what is worst in a plan with a robot, and the moments when the arm is there [s]."""
+
+    def passed(number: int, pose: int) -> float:
+        return plan.moment(number, float(plan.motions[number].pose_times[pose]))
+
+    levels = plan.record.uniformity.levels if plan.record.uniformity else None
+    for place in levels.worst_places[:2] if levels else ():
+        yield f"spacing {place.ratio:.3f} of the wanted one", passed(*nearest_pose(plan, np.array(place.place)))
+    slowed = [each for robot in plan.record.robot for each in robot.motion.slowdowns]
+    if slowed:
+        worst = min(slowed, key=lambda each: each.held_speed)
+        yield f"slowed to {worst.held_speed:.1f} mm/s", passed(*nearest_pose(plan, np.array(worst.place)))
+    wrists = [np.where(motion.table.deposit, np.abs(motion.table.joints[:, 4]), np.inf) for motion in plan.motions]
+    number = int(np.argmin([each.min() for each in wrists]))
+    row = int(wrists[number].argmin())
+    degrees = np.degrees(wrists[number][row])
+    yield f"wrist at {degrees:.1f} degrees", plan.moment(number, float(plan.motions[number].table.times[row]))
+    leans = [np.where(motion.poses.deposit, tilts(motion.poses), 0.0) for motion in plan.motions]
+    number = int(np.argmax([each.max() for each in leans]))
+    yield f"lean {np.degrees(leans[number].max()):.1f} degrees", passed(number, int(leans[number].argmax()))

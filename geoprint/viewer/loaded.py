@@ -16,7 +16,7 @@ from geoprint.geometry import upright_of
 from geoprint.geometry.files import load_file
 from geoprint.metrics import MeasuredSurface, Uniformity
 from geoprint.model import FloatArray, IntArray, PoseStream, Surface, frozen
-from geoprint.positioner import obstacles_at
+from geoprint.positioner import obstacles_at, table_machine
 from geoprint.postprocessor import (
     PLAN,
     Orders,
@@ -35,9 +35,9 @@ from geoprint.postprocessor.interface import Execution, RobotProgram
 from geoprint.postprocessor.registry import post_processor_of
 from geoprint.reporting import read_record
 from geoprint.reporting.records.plan import PlanRecord
-from geoprint.reporting.replaying import machine, tip_speeds
+from geoprint.reporting.replaying import ArmMotion, PrintMotion, machine, tip_speeds
 from geoprint.reporting.values import COVERED, GAP, OVERLAP, Machine
-from geoprint.robot.arm import Arm, tilts
+from geoprint.robot.arm import Arm
 from geoprint.robot.collision import mesh_target, obstacle_target, tool_distances
 from geoprint.robot.reach import angle_margins
 from geoprint.robot.timing import tips_at
@@ -45,6 +45,7 @@ from geoprint.workflow.backend_choice import backend_of
 from geoprint.workflow.bundles import STACK, bundles, foreign, listed, program_files, stream_of
 from geoprint.workflow.check_inputs import planned_job
 from geoprint.workflow.sources import sources_of, united_source
+from geoprint.workflow.table_motion import sweep_seconds
 from geoprint.workflow.tilting import PART
 from geoprint.workflow.workpiece import read_part
 
@@ -90,22 +91,6 @@ class Motion:
     def speeds(self) -> FloatArray:
         """(k,) speed of the tip at the rows of the trajectory [mm/s]."""
         return tip_speeds(self.arm, self.table.times, self.table.joints, rows=np.arange(self.table.times.size))
-
-    @cached_property
-    def machine(self) -> Machine:
-        """What moves around the part and stands about it, all joints at zero."""
-        cell, placement = self.setup.cell, self.setup.placement
-        plate = np.eye(4) if placement.table is None else placement.table.T_table_plate
-        return machine(cell, T_base_work=placement.T_base_work, T_table_plate=plate, cell_file=None, body=self._body)
-
-    def links(self, times: FloatArray) -> FloatArray:
-        """Return (k, 8, 4, 4) how base, links and tool have moved since all joints were at zero, in the work frame."""
-        joints: FloatArray = np.empty((times.size, self.table.joints.shape[1]))
-        for axis, angles in enumerate(self.table.joints.T):
-            joints[:, axis] = np.interp(times, self.table.times, angles)
-        at_zero = transforms.inverse(self.arm.link_poses(np.zeros((1, joints.shape[1])))[0])
-        T_base_work = self.setup.placement.T_base_work
-        return transforms.inverse(T_base_work) @ self.arm.link_poses(joints) @ at_zero @ T_base_work
 
     def row(self, time: float) -> int:
         """Return the row of the trajectory at a time [s]."""
@@ -188,7 +173,7 @@ class ViewedPlan:
         sided: the part on the side that is printed.
         surface: that the paths cover, n vertices.
         poses: p of them.
-        motions: one an attitude of the part; none without a robot.
+        motions: of the arm, one an attitude of the part; none without a robot.
     """
 
     def __init__(self, folder: Path, name: str) -> None:
@@ -218,7 +203,45 @@ class ViewedPlan:
     @cached_property
     def upright(self) -> FloatArray:
         """(3, 3) rotation that turns the part as it stands in the cell, or with its mean normal up."""
-        return self.motions[0].setup.placement.T_base_work[:3, :3] if self.motions else upright_of(self.surface)
+        return upright_of(self.surface) if self.moving is None else self.moving.T_base_work[:3, :3]
+
+    @cached_property
+    def moving(self) -> PrintMotion | None:
+        """The motion of the whole print on one time line; None without a robot."""
+        if not self.motions:
+            return None
+        cell, placements = self.motions[0].setup.cell, [motion.setup.placement for motion in self.motions]
+        arms = [
+            ArmMotion(motion.table.times, motion.table.joints, placement)
+            for motion, placement in zip(self.motions, placements, strict=True)
+        ]
+        turned = np.stack([np.eye(4), *(one.table.T_table_plate for one in placements if one.table)])
+        table = None if cell.table is None or len(turned) == 1 else table_machine(cell.table)
+        seconds = () if table is None else sweep_seconds(cell, table, Ts_from=turned[:-1], Ts_to=turned[1:])
+        return PrintMotion(cell, arms, seconds=seconds)
+
+    @cached_property
+    def machine(self) -> Machine:
+        """What moves around the part and stands about it, all joints at zero and a table at rest."""
+        assert self.moving is not None  # noqa: S101  # Paths alone have no machine.
+        cell = self.motions[0].setup.cell
+        return machine(cell, T_base_work=self.moving.T_base_work, cell_file=None, body=self.sided.body)
+
+    def at(self, moment: float) -> tuple[int, float]:
+        """Return the attitude at a moment of the print [s], and the time on its own clock: below 0 the table moves."""
+        assert self.moving is not None  # noqa: S101  # Paths alone have no moments.
+        number = self.moving.attitude(moment)
+        return number, moment - float(self.moving.begins[number])
+
+    def moment(self, number: int, time: float) -> float:
+        """Return the moment of the print [s] at a time on the clock of an attitude, from 0."""
+        assert self.moving is not None  # noqa: S101  # Paths alone have no moments.
+        return float(self.moving.begins[number]) + time
+
+    @property
+    def streams(self) -> tuple[PoseStream, ...]:
+        """The poses that are printed, attitude by attitude; those of the paths without a robot."""
+        return tuple(motion.poses for motion in self.motions) or (self.poses,)
 
     @cached_property
     def evenness(self) -> Uniformity:
@@ -252,11 +275,6 @@ class ViewedPlan:
         base = None if self.sided.place is None else self.sided.place.base
         source = united_source(surface, sources, base=base)
         return surface, Piecewise(surface, backend_of(self.job)).distance(source).values
-
-    @cached_property
-    def leans(self) -> FloatArray:
-        """(p,) angle between nozzle and surface normal at the poses [degrees]."""
-        return np.degrees(tilts(self.poses))
 
 
 @frozen

@@ -12,8 +12,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from geoprint.model import FloatArray
-from geoprint.viewer.loaded import Motion
+from geoprint.model import FloatArray, IntArray
+from geoprint.viewer.loaded import ViewedPlan
 
 # Label of the field that a click writes into.
 TIME_FIELD: Final = "Time [s]"
@@ -48,26 +48,36 @@ class Plot(NamedTuple):
     limits: tuple[float, ...] = ()
 
 
-def plots_of(motion: Motion) -> tuple[Plot, ...]:
-    """Return joints, speed of the tip and flow over the rows of a motion."""
-    cell, table, speeds = motion.setup.cell, motion.table, motion.speeds
-    shares = table.joints / np.where(table.joints >= 0.0, cell.robot.limits[:, 1], -cell.robot.limits[:, 0])
-    flow = np.interp(table.times, motion.pose_times, motion.poses.flow) * speeds * table.deposit
-    return (
+def plots_of(plan: ViewedPlan) -> tuple[FloatArray, tuple[Plot, ...]]:
+    """Return the (k,) moments of a print [s], and joints, speed of the tip and flow there."""
+    motions = plan.motions
+    cell, tables = motions[0].setup.cell, [motion.table for motion in motions]
+    times = np.concatenate([plan.moment(number, 0.0) + table.times for number, table in enumerate(tables)])
+    joints = np.concatenate([table.joints for table in tables])
+    shares = joints / np.where(joints >= 0.0, cell.robot.limits[:, 1], -cell.robot.limits[:, 0])
+    speeds = np.concatenate([motion.speeds * motion.table.deposit for motion in motions])
+    flows = np.concatenate([np.interp(motion.table.times, motion.pose_times, motion.poses.flow) for motion in motions])
+    plots = (
         Plot(
             "joints 1 to 6, share of their limits",
             tuple(str(axis) for axis in range(1, 7)),
             tuple(shares.T),
             (-1.0, 1.0),
         ),
-        Plot("tip on deposit [mm/s]", ("speed",), (speeds * table.deposit,), (cell.process.speed,)),
-        Plot("flow wanted [mm3/s]", ("flow",), (flow,)),
+        Plot("tip on deposit [mm/s]", ("speed",), (speeds,), (cell.process.speed,)),
+        Plot("flow wanted [mm3/s]", ("flow",), (flows * speeds,)),
     )
+    return times, plots
 
 
 def plot_html(times: FloatArray, plot: Plot) -> str:
     """Return a plot as HTML; each column shows the values of its moment that lie farthest apart."""
-    pieces = np.array_split(np.arange(times.size), min(COLUMNS, times.size))
+    end = float(times[-1])
+    columns = np.floor(times / end * (COLUMNS - 1)).astype(np.int64)
+    starts = np.flatnonzero(np.diff(columns, prepend=-1))
+    pieces = list(
+        zip((columns[starts] / (COLUMNS - 1)).tolist(), np.split(np.arange(times.size), starts[1:]), strict=True)
+    )
     every = np.concatenate([*plot.lines, np.array(plot.limits)])
     low, high = float(min(every.min(), 0.0)), float(every.max())
     high = high if high > low else low + 1.0
@@ -84,7 +94,6 @@ def plot_html(times: FloatArray, plot: Plot) -> str:
     for value in (low, high):
         x, y = at(0.0, value).split(",")
         drawn.append(f'<text x="{float(x) - 3}" y="{float(y) + 4}" text-anchor="end" {text}>{value:.3g}</text>')
-    end = float(times[-1])
     drawn.append(f'<text x="{WIDTH - 4}" y="{HEIGHT - 2}" text-anchor="end" {text}>{end:.1f} s</text>')
     jump = _JUMP.format(width=WIDTH, left=LEFT, inner=inner, end=end, field=TIME_FIELD)
     keys = " ".join(
@@ -99,10 +108,11 @@ def plot_html(times: FloatArray, plot: Plot) -> str:
     )
 
 
-def _line(pieces: Sequence[np.ndarray], values: FloatArray, colour: str, at: Callable[[float, float], str]) -> str:
+def _line(
+    pieces: Sequence[tuple[float, IntArray]], values: FloatArray, colour: str, at: Callable[[float, float], str]
+) -> str:
     places: list[str] = []
-    for number, rows in enumerate(pieces):
-        share = number / max(len(pieces) - 1, 1)
+    for share, rows in pieces:
         some = values[rows]
         places += [at(share, float(some.min())), at(share, float(some.max()))]
     return f'<polyline points="{" ".join(places)}" stroke="{colour}" fill="none"/>'

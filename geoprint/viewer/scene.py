@@ -31,7 +31,10 @@ from geoprint.reporting.colouring import (
     thickness_scale,
 )
 from geoprint.reporting.figures import colour_range
+from geoprint.reporting.replaying import PrintMotion
 from geoprint.reporting.scene import LIFT_SHARE, thinned
+from geoprint.reporting.values import Machine
+from geoprint.robot.arm import tilts
 from geoprint.robot.reach import bead_steps
 from geoprint.viewer.loaded import Motion, ViewedPlan
 
@@ -74,24 +77,27 @@ class PlanScene:
         self._values: dict[str, FloatArray] = {}
         self._normals = vertex_normals(plan.surface)
         self._lift = LIFT_SHARE * float(np.linalg.norm(np.ptp(plan.surface.vertices, axis=0)))
-        self.rays = RayTree(plan.surface)
+        self._rays = RayTree(plan.surface)
         self._frame = server.scene.add_frame(self._root, show_axes=False, position=offset)
+        # What moves with the part where a table turns it.
+        self._work = server.scene.add_frame(f"{self._root}/work", show_axes=False)
         if named:
             top = plan.surface.vertices[np.argmax(plan.surface.vertices @ plan.upright[2])]
             server.scene.add_label(f"{self._root}/name", plan.name, position=top + 8.0 * self._lift * plan.upright[2])
         self._paths = self._add_paths()
         self._beads: list[tuple[float, viser.GlbHandle]] = []
         self._links: dict[int, viser.GlbHandle] = {}
+        self._solids: list[tuple[viser.GlbHandle, FloatArray]] = []
         self._robot: list[viser.GlbHandle] = []
-        self.motion: Motion | None = None
-        if plan.motions:
-            self.show_motion(plan.motions[0])
+        if plan.moving is not None:
+            self._add_machine(plan.machine)
+            self._beads = self._add_beads(plan.moving)
 
     def colour(self, scale: Scale | None, key: str) -> None:
         """Colour the part by a quantity on a scale; plain without one."""
         surface = self.plan.surface
         rgb = PLAIN if scale is None else scale.rgb(self.values(key))
-        self._server.scene.add_glb(f"{self._root}/part", surface_glb(surface, rgb, self.plan.upright, flat=False))
+        self._server.scene.add_glb(f"{self._root}/work/part", surface_glb(surface, rgb, self.plan.upright, flat=False))
 
     def values(self, key: str) -> FloatArray:
         """Return the (n,) values of a quantity at the vertices of the part; each is computed once."""
@@ -106,34 +112,69 @@ class PlanScene:
         for each in self._robot:
             each.visible = robot
 
-    def show_motion(self, motion: Motion) -> None:
-        """Draw robot and beads of a motion: of another attitude of a table everything stands otherwise."""
-        for each in [*self._robot, *(handle for _, handle in self._beads)]:
-            each.remove()
-        self.motion = motion
-        self._robot, self._links = [], {}
-        joined = sorted(motion.machine.bodies, key=lambda body: (body.kind, body.joint))
-        for (kind, joint), bodies in groupby(joined, key=lambda body: (body.kind, body.joint)):
-            surface = _together([body.surface for body in bodies])
-            glb = surface_glb(surface, KINDS[kind], self.plan.upright, flat=kind != "body")
-            handle = self._server.scene.add_glb(f"{self._root}/robot/{kind}-{joint}", glb)
-            self._robot.append(handle)
-            if kind in {"arm", "tool"} and joint:
-                self._links[7 if kind == "tool" else joint] = handle
-        self._beads = self._add_beads(motion)
-
     def move(self, time: float) -> None:
-        """Show arm and deposited material as they are at a moment [s]."""
-        if self.motion is None:
+        """Show arm, table, part and deposited material as they are at a moment of the print [s]."""
+        if self.plan.moving is None:
             return
-        moved = self.motion.links(np.array([time]))[0]
+        moved = self.plan.moving.links(time)
         for link, handle in self._links.items():
-            handle.wxyz = Rotation.from_matrix(moved[link, :3, :3]).as_quat(scalar_first=True)
-            handle.position = moved[link, :3, 3]
+            _place(handle, moved[link])
+        if self.plan.moving.table is not None:
+            part, solids = self.plan.moving.table_poses(time)
+            _place(self._work, part)
+            self._frame.position = self._shift(part)
+            for (handle, rest), motion in zip(self._solids, solids, strict=True):
+                # A solid that grows is stretched along its own axis.
+                stands = motion[:, :3] @ rest[:, :3]
+                lengths = np.linalg.norm(stands, axis=0)
+                x, y, z = lengths.tolist()
+                handle.scale = (x, y, z)
+                _place(handle, np.column_stack([stands / lengths, motion[:, :3] @ rest[:, 3] + motion[:, 3]]))
         for end, handle in self._beads:
             # Each change is sent.
             if handle.visible != (end <= time):
                 handle.visible = end <= time
+
+    def hit(self, start: FloatArray, direction: FloatArray, *, time: float) -> FloatArray | None:
+        """Return the (3,) place of the part that a ray meets first at a moment, in the part's frame [mm], or None."""
+        moving = self.plan.moving
+        part = np.eye(4)[:3] if moving is None else moving.table_poses(time)[0]
+        own, from_part = np.linalg.inv(part[:, :3]), start - self._shift(part) - part[:, 3]
+        hits = self._rays.first_hits((own @ from_part)[None], (own @ direction)[None])
+        return hits.points.xyz(self.plan.surface)[0] if hits.met.any() else None
+
+    def mark(self, place: FloatArray) -> None:
+        """Mark a (3,) place of the part, in the part's frame [mm]."""
+        self._server.scene.add_icosphere(
+            f"{self._root}/work/picked", radius=0.35 * self.plan.spacing, color=MARK, position=place
+        )
+
+    def _shift(self, part: FloatArray) -> FloatArray:
+        """Return the (3,) shift of everything at which a part that has moved so is still in the middle of the view."""
+        low, high = self.plan.surface.vertices.min(axis=0), self.plan.surface.vertices.max(axis=0)
+        middle = 0.5 * (low + high)
+        return self.offset + middle - part[:, :3] @ middle - part[:, 3]
+
+    def _add_machine(self, machine: Machine) -> None:
+        """Add the robot and what stands about it, all joints at zero and a table at rest."""
+
+        def add(surface: Surface, name: str, *, kind: str) -> viser.GlbHandle:
+            glb = surface_glb(surface, KINDS[kind], self.plan.upright, flat=kind != "body")
+            handle = self._server.scene.add_glb(f"{self._root}/{name}", glb)
+            self._robot.append(handle)
+            return handle
+
+        joined = sorted(machine.bodies, key=lambda body: (body.kind, body.joint))
+        for (kind, joint), bodies in groupby(joined, key=lambda body: (body.kind, body.joint)):
+            surface = _together([body.surface for body in bodies])
+            if kind == "table":
+                rest = _own_frame(surface)
+                own = Surface((surface.vertices - rest[:, 3]) @ rest[:, :3], surface.faces)
+                self._solids.append((add(own, f"robot/{kind}-{joint}", kind=kind), rest))
+                continue
+            handle = add(surface, f"{'work' if kind == 'body' else 'robot'}/{kind}-{joint}", kind=kind)
+            if kind in {"arm", "tool"} and joint:
+                self._links[7 if kind == "tool" else joint] = handle
 
     def _lifted(self, places: FloatArray, *, times: float = 1.0) -> FloatArray:
         """Return places a little above the part, so that it does not swallow them."""
@@ -148,24 +189,41 @@ class PlanScene:
         deposit = [self._lifted(poses.surface_points[rows]) for rows in kept]
         off = [poses.tips[rows] for rows in _stretches(~poses.deposited)]
         return (
-            self._server.scene.add_glb(f"{self._root}/paths", lines_glb(deposit, PATH)),
-            self._server.scene.add_glb(f"{self._root}/travel", lines_glb(off, TRAVEL), visible=False),
+            self._server.scene.add_glb(f"{self._root}/work/paths", lines_glb(deposit, PATH)),
+            self._server.scene.add_glb(f"{self._root}/work/travel", lines_glb(off, TRAVEL), visible=False),
         )
 
-    def _add_beads(self, motion: Motion) -> list[tuple[float, viser.GlbHandle]]:
+    def _add_beads(self, moving: PrintMotion) -> list[tuple[float, viser.GlbHandle]]:
         """Add deposited material in stretches, each with the moment from which it is shown."""
-        poses, found = motion.poses, list[tuple[float, "viser.GlbHandle"]]()
-        rows = np.flatnonzero(poses.deposited)
-        for number, piece in enumerate(np.array_split(rows, min(STRETCHES, rows.size))):
-            marks = np.zeros(poses.count, dtype=bool)
-            marks[piece] = True
-            lines = [
-                self._lifted(poses.surface_points[one[thinned_rows(one.size, whole=rows.size)]], times=2.0)
-                for one in _stretches(marks)
-            ]
-            handle = self._server.scene.add_glb(f"{self._root}/beads/{number}", lines_glb(lines, BEAD), visible=False)
-            found.append((float(motion.pose_times[min(piece[-1] + 1, poses.count - 1)]), handle))
+        found: list[tuple[float, viser.GlbHandle]] = []
+        for begin, motion in zip(moving.begins.tolist(), self.plan.motions, strict=True):
+            poses = motion.poses
+            rows = np.flatnonzero(poses.deposited)
+            share = 1 + int(STRETCHES * float(motion.table.times[-1]) / moving.end)
+            for piece in np.array_split(rows, min(share, rows.size)):
+                marks = np.zeros(poses.count, dtype=bool)
+                marks[piece] = True
+                lines = [
+                    self._lifted(poses.surface_points[one[thinned_rows(one.size, whole=rows.size)]], times=2.0)
+                    for one in _stretches(marks)
+                ]
+                name = f"{self._root}/work/beads/{len(found)}"
+                handle = self._server.scene.add_glb(name, lines_glb(lines, BEAD), visible=False)
+                found.append((begin + float(motion.pose_times[min(piece[-1] + 1, poses.count - 1)]), handle))
         return found
+
+
+def _place(handle: viser.SceneNodeHandle, motion: FloatArray) -> None:
+    """Place a node by a (3, 4) or (4, 4) motion, what is no turn in it left out."""
+    handle.wxyz = Rotation.from_matrix(motion[:3, :3]).as_quat(scalar_first=True)
+    handle.position = motion[:3, 3]
+
+
+def _own_frame(surface: Surface) -> FloatArray:
+    """Return the (3, 4) frame of a long solid, with one axis along it."""
+    middle = surface.vertices.mean(axis=0)
+    _, _, axes = np.linalg.svd(surface.vertices - middle, full_matrices=False)
+    return np.column_stack([axes.T * np.sign(np.linalg.det(axes)), middle])
 
 
 def thinned_rows(count: int, *, whole: int) -> IntArray:
@@ -256,7 +314,7 @@ def _coverage(plan: ViewedPlan) -> FloatArray:
 def _lean(plan: ViewedPlan) -> FloatArray:
     rows = np.flatnonzero(plan.poses.deposit)
     _, nearest = KDTree(plan.poses.surface_points[rows]).query(plan.surface.vertices)
-    return plan.leans[rows][nearest]
+    return np.degrees(tilts(plan.poses))[rows][nearest]
 
 
 def _speed(plan: ViewedPlan) -> FloatArray:

@@ -104,10 +104,8 @@ def test_part_and_solids_of_a_table_are_moved_from_rest_to_where_they_stand(noun
     ups = np.array([[0.0, 0.17, 0.98], [0.1, -0.1, 0.98]])
     poses = table.plates(ups / np.linalg.norm(ups, axis=1, keepdims=True))
     places = [tilted_placement(table, PLACEMENT, T_table_plate=one, number=k) for k, one in enumerate(poses, start=1)]
-    robots = tuple(SimpleNamespace(placement=one) for one in places)
-    workpiece = SimpleNamespace(cell=cell, body=None)
     turning = np.array([[0.0, 1.0], [5.0, 6.0]])
-    found = table_replay(cast("Plan", SimpleNamespace(robot=robots, workpiece=workpiece)), turning=turning)
+    found = table_replay(cell, places, turning=turning)
     drawn = machine(cell, T_base_work=at_rest(cell, places[1]), body=None, cell_file=None)
     solids = [body for body in drawn.bodies if body.kind == "table"]
     assert [body.joint for body in solids] == list(range(1, len(table.solids(np.eye(4))) + 1))

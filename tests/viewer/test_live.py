@@ -19,6 +19,7 @@ from geoprint.errors import UsageError
 from geoprint.geometry import prepare
 from geoprint.model import FloatArray, Surface
 from geoprint.reporting.colouring import coverage_scale, overhang_scale, thickness_scale
+from geoprint.reporting.replaying import replay
 from geoprint.viewer import capture, load_viewed, notebook_scene
 from geoprint.viewer.live import LiveView
 from geoprint.viewer.page import address, scale_html, served
@@ -61,8 +62,7 @@ def test_only_this_machine_reaches_the_page(view: LiveView) -> None:
 @pytest.mark.needs("viser")
 def test_a_click_on_the_part_says_what_is_there_and_goes_there_in_time(view: LiveView) -> None:
     (scene,) = view.scenes
-    motion = scene.motion
-    assert motion is not None
+    (motion,) = scene.plan.motions
     pose = int(np.flatnonzero(scene.plan.poses.deposit)[40])
     place, normal = scene.plan.poses.surface_points[pose], scene.plan.poses.normals[pose]
     view.pick(place + 50.0 * normal, -normal)
@@ -78,8 +78,7 @@ def test_a_click_on_the_part_says_what_is_there_and_goes_there_in_time(view: Liv
 
 @pytest.mark.needs("viser")
 def test_a_line_leads_to_the_moment_of_its_move(view: LiveView) -> None:
-    motion = view.scenes[0].motion
-    assert motion is not None
+    (motion,) = view.scenes[0].plan.motions
     place = motion.line_of(12)
     assert place is not None
     view.go_to_line(int(place.split(":")[1]))
@@ -244,17 +243,38 @@ def test_the_command_writes_the_scene_and_a_notebook_has_it_too(
 
 @pytest.mark.slow
 @pytest.mark.needs("viser")
-def test_each_attitude_of_a_table_has_its_own_motion(tmp_path: Path) -> None:
+def test_attitudes_of_a_table_follow_one_another_on_the_time_line_of_the_report(tmp_path: Path) -> None:
     (tmp_path / "tilting.toml").write_text(packaged_cell_text(TILTING_CELL))
     job = job_of(surface=PART, unit="mm", spacing=4.0, place="demo", cell=tmp_path / "tilting.toml")
-    save(plan(job), tmp_path / "out")
+    planned = plan(job)
+    save(planned, tmp_path / "out")
     with served(8902, label="test") as server, closing(LiveView(load_viewed(tmp_path / "out"), server)) as view:
         (scene,) = view.scenes
-        durations = [round(robot.motion.duration_s, 2) for robot in scene.plan.record.robot]
-        assert len(set(durations)) == len(durations) > 1
-        for number, duration in enumerate(durations, start=1):
-            view.show_attitude(number)
-            assert view.end == pytest.approx(duration, abs=0.02)
-            assert scene.motion is scene.plan.motions[number - 1]
+        moving, shown = scene.plan.moving, replay(planned)
+        assert moving is not None
+        assert moving.table is not None
+        assert shown.table is not None
+        assert len(scene.plan.motions) > 1
+        assert view.end == pytest.approx(float(shown.times[-1]), abs=1e-3)
+        np.testing.assert_allclose(moving.table.times, shown.table.times, atol=1e-3)
+        np.testing.assert_allclose(moving.table.part, shown.table.part, atol=1e-6)
+        T_base_tip = scene.plan.motions[0].arm.link_poses(np.zeros((1, 6)))[0, -1]
+        resting = (np.linalg.inv(moving.T_base_work) @ T_base_tip)[:3, 3]
+        for number, motion in enumerate(scene.plan.motions):
+            view.show_attitude(number + 1)
+            assert view.moment == pytest.approx(float(moving.begins[number]), abs=1e-3)
+            pose = int(np.flatnonzero(motion.poses.deposit)[30])
+            time = scene.plan.moment(number, float(motion.pose_times[pose]))
+            turned, moved = moving.table_poses(time)[0], moving.links(time)[-1]
+            tip = turned[:, :3] @ motion.poses.tips[pose] + turned[:, 3]
+            np.testing.assert_allclose(moved[:3, :3] @ resting + moved[:3, 3], tip, atol=0.05)
+            place, normal = motion.poses.surface_points[pose], motion.poses.normals[pose]
+            # The part turns where it is.
+            middle = 0.5 * (scene.plan.surface.vertices.min(axis=0) + scene.plan.surface.vertices.max(axis=0))
+            start = turned[:, :3] @ (place + 50.0 * normal - middle) + middle
+            view.show_moment(time)
+            found = scene.hit(start, -turned[:, :3] @ normal, time=view.moment)
+            assert found is not None
+            np.testing.assert_allclose(found, place, atol=0.05)
         deposited = [motion.poses.deposit.sum() for motion in scene.plan.motions]
         assert sum(deposited) >= scene.plan.poses.deposit.sum()

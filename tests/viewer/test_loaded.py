@@ -75,8 +75,9 @@ def test_the_needle_is_at_each_pose_when_its_time_has_come(plan: ViewedPlan) -> 
     at_zero = motion.arm.link_poses(np.zeros((1, 6)))[0, -1, :3, 3]
     T_work_base = transforms.inverse(motion.setup.placement.T_base_work)
     resting = transforms.apply(T_work_base, at_zero[None])
+    assert plan.moving is not None
     for row in rows.tolist():
-        moved = motion.links(motion.pose_times[[row]])[0, -1]
+        moved = plan.moving.links(float(motion.pose_times[row]))[-1]
         np.testing.assert_allclose(transforms.apply(moved, resting)[0], motion.poses.tips[row], atol=0.05)
 
 
