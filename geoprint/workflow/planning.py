@@ -253,8 +253,9 @@ def _with_robot(
     with stage("reach"):
         arm = arm_of(workpiece)
         joint_path = reach(
-            paths.poses, arm, T_base_work=placement.T_base_work, weights=cell.search, leaning=leaning, easing=easing
-        )
+            paths.poses, arm, T_base_work=placement.T_base_work, weights=cell.search, leaning=leaning, easing=easing,
+            refuse=check.refuse_poses,
+        )  # fmt: skip
     with stage("timing"):
         joint_path = held_straight(joint_path, arm, process=cell.process)
         constant_flow = cell.signals.mode == "io" and paths.job.on_slowdown == "auto"

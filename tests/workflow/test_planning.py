@@ -264,8 +264,13 @@ def plate_beside_a_wall(tmp_path: Path) -> tuple[Path, Path]:
 @pytest.mark.usefixtures("brief_proofs")
 def test_a_wall_beside_the_part_is_hit_upright_and_the_refusal_names_run_place_and_depth(tmp_path: Path) -> None:
     part, body = plate_beside_a_wall(tmp_path)
+    stages: list[str] = []
+    job = job_of(surface=part, unit="mm", spacing=3.0, body=body, place="demo", max_tilt=0.0)
     with pytest.raises(ClearanceError, match=r"run \d+ at tip \(.*\) mm the \w+ reaches \d+\.\d\d mm into the body"):
-        plan(job_of(surface=part, unit="mm", spacing=3.0, body=body, place="demo", max_tilt=0.0))
+        plan(job, observe=stages.append)
+    # The poses tell: no motion is timed first.
+    assert "reach" in stages
+    assert "timing" not in stages
 
 
 @pytest.mark.parametrize(
@@ -309,6 +314,9 @@ def test_runs_in_which_a_link_of_the_arm_hits_something_are_left_as_they_were(
 
         def __call__(self, *_: object, **__: object) -> None:
             raise ClearanceError("a link hits the base", link_runs=(0, 2), travelling=False)
+
+        def refuse_poses(self, *_: object) -> None:
+            pass
 
         def arm_touches(self, joints: FloatArray) -> BoolArray:
             return np.zeros(len(joints), dtype=np.bool_)

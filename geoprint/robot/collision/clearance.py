@@ -32,11 +32,11 @@ from geoprint.robot.collision.arm_clearance import (
     still_motion,
     with_whole_needle,
 )
-from geoprint.robot.collision.closest import ranking_trees, smallest_distance, worst_hit
+from geoprint.robot.collision.closest import Closest, ranking_trees, smallest_distance, worst_hit
 from geoprint.robot.collision.contact import NOT_TESTED, CollisionWorld, InflatedSolids, check_rigid, inflated_solids
 from geoprint.robot.collision.surroundings import Target, mesh_target, obstacle_target, solid_target
 from geoprint.robot.collision.sweep import ALLOWANCE, Hits, Placements, find_hits, refuse_tool_inside
-from geoprint.robot.collision.tip_zone import SMALLEST_ROOM, TipZone, refuse_rim
+from geoprint.robot.collision.tip_zone import SMALLEST_ROOM, TipZone, refuse_rim, refuse_rim_at
 from geoprint.robot.collision.tool_solids import Solid, link_solids, tool_solids
 from geoprint.threads import both
 
@@ -137,6 +137,11 @@ def stands_on(obstacle: Obstacle) -> bool:
     """Say whether the arm stands on an obstacle: a box that ends no higher than the foot; never on a table."""
     return isinstance(obstacle, Box) and float(obstacle.centre[2] + obstacle.size[2] / 2) <= FOOT_ROUNDING
 
+
+# The driven motion passes a pose within this [mm], and turned from it by no more than this [rad]: what targets may
+# leave out, with half as much again.
+DRIVEN_OFF = 0.015
+DRIVEN_TURN = float(np.radians(0.15))
 
 # Tool and arm against the part, what it lies on, and the obstacles of the cell: the last question before a program.
 #
@@ -287,6 +292,42 @@ class ClearanceCheck:
             not_checked=(WITH_ARM, *(name for name in found.not_checked if name != WITHOUT_ARM)),
         )
 
+    def refuse_poses(self, poses: PoseStream, rows: BoolArray) -> None:
+        """Refuse poses at which the tool is so close that no motion past them is clear.
+
+        A look ahead and no proof. A motion that is timed may be off the poses a little, and its targets leave poses
+        out: what that may make up for is not refused here, nor anything that a link of the arm hits.
+
+        Args:
+            poses: p poses of the path.
+            rows: (p,) which of them are asked about.
+
+        Raises:
+            ClearanceError: as the check of every motion past these poses does, whatever its targets.
+        """
+        asked = np.flatnonzero(rows)
+        if asked.size < 2:
+            return
+        deposited = np.append(poses.deposited, np.False_)[asked]
+        before = np.append(np.False_, poses.deposited)[asked]
+        at = transforms.rigid(transforms.rotation_of(poses.quaternions[asked]), poses.tips[asked])
+        placements = Placements(at, runs=poses.runs[asked], deposit=deposited, corners=at)
+        scene, world = self.scene, self.scene.nominal
+        # The tip counts wherever the tool travels before or behind the pose.
+        tested = np.array([solid.reach_below > 0.0 for solid in world.solids]) | ~(deposited & before)[:, None]
+        pairs = world.touches(at, reaches=np.where(tested, 0.0, NOT_TESTED))
+        struck: BoolArray = np.asarray(pairs.any(axis=(1, 2)))
+        printing: BoolArray = struck & deposited
+        if printing.any():
+            _refuse_clear_hits(printing, pairs, placements, world, kept=scene.kept)
+        if (deposited | before).any():
+            refuse_rim_at(
+                placements, deposited | before, world.targets, scene.zones, radius=self._tool.needle_diameter / 2.0,
+                standoff=poses.standoff + self._below, off=DRIVEN_OFF, turn=DRIVEN_TURN,
+            )  # fmt: skip
+        if struck.any() and not printing.any():
+            _refuse_clear_hits(struck, pairs, placements, world, kept=scene.kept)
+
     def arm_touches(self, joints: FloatArray) -> BoolArray:
         """Return (k,) whether a link comes too close, or the tool to a link, with the arm at (k, 6) joints [rad].
 
@@ -352,6 +393,17 @@ def _refuse_tool(
     return refuse_rim(placements, world, scene.zones, radius=tool.needle_diameter / 2, standoff=standoff), largest
 
 
+def _refuse_clear_hits(
+    struck: BoolArray, pairs: BoolArray, placements: Placements, world: CollisionWorld, *, kept: tuple[float, ...]
+) -> None:
+    """Refuse placements that are struck, by (k, s, t) pairs, unless a motion may be clear that passes a little off."""
+    rows = np.flatnonzero(struck)
+    hits = Hits(placements.poses[rows], rows, pairs[rows])
+    worst = worst_hit(hits, world)
+    if _wanted(worst, world, kept=kept) - worst.distance > DRIVEN_OFF + DRIVEN_TURN * worst.lever:
+        raise _too_close(hits, world, placements, kept=kept)
+
+
 def _finding(
     placements: Placements,
     world: CollisionWorld,
@@ -389,7 +441,7 @@ def _of_a_layer(found: Clearance) -> Clearance:
 def _too_close(hits: Hits, world: CollisionWorld, placements: Placements, *, kept: tuple[float, ...]) -> ClearanceError:
     """Describe the worst of the hits."""
     worst = worst_hit(hits, world)
-    wanted = next(distance for solid, distance in zip(world.solids, kept, strict=True) if solid.name == worst.solid)
+    wanted = _wanted(worst, world, kept=kept)
     count = len(np.unique(hits.rows))
     solid = next(solid for solid in world.solids if solid.name == worst.solid)
     rounding = round(float(placements.rounding((solid,))[worst.row, 0]), 2)
@@ -409,6 +461,11 @@ def _too_close(hits: Hits, world: CollisionWorld, placements: Placements, *, kep
         placements=placements.count,
         advice=TOO_CLOSE_ADVICE,
     )
+
+
+def _wanted(hit: Closest, world: CollisionWorld, *, kept: tuple[float, ...]) -> float:
+    """Return the distance that the solid of a hit has to keep [mm]."""
+    return next(distance for solid, distance in zip(world.solids, kept, strict=True) if solid.name == hit.solid)
 
 
 def _checked(world: CollisionWorld, *, rounding: float) -> tuple[str, ...]:

@@ -80,6 +80,7 @@ class Closest:
         target: name of the target.
         row: placement where it was measured, or before it.
         tip: (3,) origin of the frame that moves with the solid: for the tool the tip [mm].
+        lever: how far from that origin the nearest point of the target is [mm].
     """
 
     distance: float
@@ -87,6 +88,7 @@ class Closest:
     target: str
     row: int
     tip: FloatArray
+    lever: float
 
     @property
     def finding(self) -> str:
@@ -282,7 +284,9 @@ def _measure(shape: Revolution, target: Target, pose: FloatArray, *, row: int, w
     near = ((local >= low - enough) & (local <= high + enough)).all(axis=1)
     distance, point = nearest(shape, (target.triangles[near] - pose[:3, 3]) @ pose[:3, :3], within=within)
     solid = shape.solid_at(point).name
-    return Closest(distance, solid=solid, target=target.name, row=row, tip=pose[:3, 3])
+    return Closest(
+        distance, solid=solid, target=target.name, row=row, tip=pose[:3, 3], lever=float(np.linalg.norm(point))
+    )
 
 
 def _fragments(target: Target) -> KDTree:

@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 from geoprint.errors import ClearanceError, InputError, VerificationError, how_many
 from geoprint.geometry import in_words, triple
 from geoprint.kernels import inner, uncounted
-from geoprint.model import FloatArray, IntArray
+from geoprint.model import BoolArray, FloatArray, IntArray
 from geoprint.robot.collision.contact import CollisionWorld
 from geoprint.robot.collision.surroundings import Target
 from geoprint.robot.collision.sweep import Placements
@@ -255,6 +255,41 @@ def refuse_rim(
         short = int((rooms.min(axis=0) < SMALLEST_ROOM).sum())
         raise _no_room(placements, world.targets[int(target)], row=row, room=least, standoff=standoff, short=short)
     return least
+
+
+def refuse_rim_at(
+    placements: Placements,
+    rows: BoolArray,
+    targets: tuple[Target, ...],
+    zones: tuple[TipZone, ...],
+    *,
+    radius: float,
+    standoff: float,
+    off: float,
+    turn: float,
+) -> None:
+    """Refuse a rim that lacks more room at some placements than a motion gains that passes them a little off.
+
+    Args:
+        placements: k of the tool.
+        rows: (k,) which of them deposit material, some do.
+        targets: what the zones are of.
+        zones: that the needle's end passes over.
+        radius: of the needle [mm].
+        standoff: height at which the tip should be over the surface [mm].
+        off: how far a motion may be off [mm].
+        turn: by how much it may be turned there [rad].
+    """
+    asked = np.flatnonzero(rows)
+    rooms = np.array([zone.rooms(placements.poses[asked], radius=radius, standoff=standoff) for zone in zones])
+    least = rooms.min(axis=0)
+    if least.min() >= SMALLEST_ROOM - off - radius * turn:
+        return
+    target, index = np.unravel_index(int(np.argmin(rooms)), rooms.shape)
+    raise _no_room(
+        placements, targets[int(target)], row=int(asked[index]), room=float(rooms[target, index]), standoff=standoff,
+        short=int((least < SMALLEST_ROOM).sum()),
+    )  # fmt: skip
 
 
 def _largest_around(values: FloatArray) -> FloatArray:

@@ -54,6 +54,8 @@ EXCESS_COST = 10.0
 SQUARED_EXCESS_COST = 1e-3
 # Speeds of joints are looked at where they exceed this share of their limits.
 FAST_SHARE = 0.4
+# Asked about (p,) which poses of a stream are final; raises where these cannot be printed.
+Refuse: TypeAlias = Callable[[PoseStream, BoolArray], None]
 # Values of a sparse matrix, and the rows and columns that they stand in.
 _Block: TypeAlias = tuple[FloatArray, IntArray, IntArray]
 # Tolerances of the solver: far below what a joint resolves.
@@ -318,7 +320,14 @@ class _Window:
     counted: BoolArray
 
 
-def eased(path: JointPath, arm: Arm, *, easing: Easing, minimum_wrist_angle: float) -> JointPath:
+def eased(
+    path: JointPath,
+    arm: Arm,
+    *,
+    easing: Easing,
+    minimum_wrist_angle: float,
+    refuse: Refuse | None = None,
+) -> JointPath:
     """Return a joint path whose joints hold the speed of the tip along more of its deposits.
 
     Args:
@@ -326,12 +335,18 @@ def eased(path: JointPath, arm: Arm, *, easing: Easing, minimum_wrist_angle: flo
         arm: with its tool; its inverse has a closed form.
         easing: what is wanted and what is allowed.
         minimum_wrist_angle: smallest |q5| where it is eased [rad].
+        refuse: asked before anything is eased, about the poses that stay as they are.
 
     Returns:
         The same poses, turned where that helps; stretches in which it does not, or in which the nozzle would lack room
         that it had, are as they were.
     """
     windows = _windows(path, arm, easing=easing)
+    stays = np.ones(path.poses.count, dtype=np.bool_)
+    for window in windows:
+        stays[window.rows] = False
+    if refuse is not None:
+        refuse(path.poses, stays)
     found = each_of(
         lambda window: _eased_part(path, arm, window, easing=easing, minimum_wrist_angle=minimum_wrist_angle), windows
     )

@@ -19,7 +19,7 @@ from geoprint.model import BoolArray, FloatArray, JointPath, PoseStream, SearchW
 from geoprint.robot.arm import BRANCHES, JOINTS, Arm, about_nozzle, configuration_data, tilts, turned
 from geoprint.robot.reach.attitude_search import Attitudes, UprightSearch, leaning_attitudes
 from geoprint.robot.reach.costs import Followed, cost_terms, follow
-from geoprint.robot.reach.easing import Easing, eased
+from geoprint.robot.reach.easing import Easing, Refuse, eased
 from geoprint.robot.reach.keyframes import (
     MINIMUM_WRIST_ANGLE,
     Margin,
@@ -110,6 +110,7 @@ def reach(
     weights: SearchWeights = EQUAL_WEIGHTS,
     leaning: Leaning | None = None,
     easing: Easing | None = None,
+    refuse: Refuse | None = None,
     minimum_wrist_angle: float = MINIMUM_WRIST_ANGLE,
 ) -> JointPath:
     """Find joint angles for every pose, continuous and within the limits of `arm.robot`.
@@ -131,6 +132,7 @@ def reach(
         weights: of what a motion costs.
         leaning: how far the nozzle may lean and what it must not touch, or None where it may not.
         easing: how attitudes may be eased where joints do not hold the speed of the tip, or None where they may not.
+        refuse: asked about poses as soon as they are final, before what takes longer; what it raises is passed on.
         minimum_wrist_angle: smallest |q5| on deposit [rad].
 
     Returns:
@@ -148,7 +150,9 @@ def reach(
         raise _mapped(motion, arm, minimum_wrist_angle=minimum_wrist_angle).refusal()
     path = _joint_path(motion, arm, T_base_work=T_base_work)
     if easing is not None and arm.closed_form is not None:
-        path = eased(path, arm, easing=easing, minimum_wrist_angle=minimum_wrist_angle)
+        path = eased(path, arm, easing=easing, minimum_wrist_angle=minimum_wrist_angle, refuse=refuse)
+    if refuse is not None:
+        refuse(path.poses, np.ones(poses.count, dtype=np.bool_))
     _confirm(path, arm)
     _confirm_cone(path, poses, leaning=leaning, easing=easing)
     return path
