@@ -49,7 +49,7 @@ def study_page(found: Sequence[Outcome], *, name: str) -> bytes:
         body += [element("h2", "Ways to plan, over all parts"), _medians(done), figure(distributions(done))]
         body += [element("h2", "The least even"), _worst(done)]
     if len(done) < len(found):
-        body += [element("h2", "What could not be planned"), _reasons(found)]
+        body += [element("h2", "What could not be planned"), reasons(found)]
     return page(f"geoprint sweep: {name}", body, {})
 
 
@@ -124,7 +124,7 @@ def _worst(done: Sequence[Outcome]) -> Markup:
     return row_table(["cell", "part", *(metric.label for metric in METRICS)], rows, label="least even cells")
 
 
-def _reasons(found: Sequence[Outcome]) -> Markup:
+def reasons(found: Sequence[Outcome]) -> Markup:
     """Return how often cells failed for each reason, which differs in more than its numbers, with the first of them."""
     shapes: dict[str, list[Outcome]] = {}
     for outcome in found:

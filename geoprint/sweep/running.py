@@ -14,6 +14,7 @@ import signal
 import time
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
@@ -69,6 +70,17 @@ class Outcome(NamedTuple):
     record: PlanRecord | None
 
 
+def plan_cell(cell: StudyCell, place: Path) -> None:
+    """Plan a cell into its folder, as a bundle."""
+    from geoprint.workflow import best_placed, plan, save_plan
+
+    save_plan(plan(best_placed(cell.job)), place, overwrite=True)
+
+
+# What makes the folder of a cell.
+Work = Callable[[StudyCell, Path], None]
+
+
 def run_study(
     study: Study,
     folder: Path,
@@ -78,6 +90,7 @@ def run_study(
     limits: Limits | None = None,
     scheduler: str | None = None,
     retry: bool = False,
+    work: Work = plan_cell,
     observe: Callable[[str], None] = lambda _: None,
 ) -> None:
     """Plan the cells of a study that were not planned yet.
@@ -90,6 +103,7 @@ def run_study(
         limits: of one cell.
         scheduler: address of a scheduler of dask.distributed, whose workers plan instead.
         retry: whether cells are planned again that were refused or failed.
+        work: what makes the folder of a cell; a function that other processes can import.
         observe: called as each cell ends, with how many of all are done.
 
     Raises:
@@ -104,18 +118,16 @@ def run_study(
     done = len(chosen) - len(open_)
     observe(f"cell {min(done + 1, len(chosen))} of {len(chosen)}")
     limits = limits or Limits()
-    run = _scheduled(scheduler) if scheduler else _in_processes(workers or processors())
+    run = _scheduled(scheduler, work) if scheduler else _in_processes(workers or processors(), work)
     for ended, _ in enumerate(run(open_, folder, limits), start=done + 2):
         observe(f"cell {min(ended, len(chosen))} of {len(chosen)}")
 
 
-def run_cell(job: Job, place: Path) -> None:
-    """Plan one cell into its folder, or write beside it why that cannot be."""
-    from geoprint.workflow import best_placed, plan, save_plan
-
-    _mark(job, place)
+def run_cell(cell: StudyCell, place: Path, *, work: Work = plan_cell) -> None:
+    """Make the folder of one cell, or write beside it why that cannot be."""
+    _mark(cell.job, place)
     try:
-        save_plan(plan(best_placed(job)), place, overwrite=True)
+        work(cell, place)
     except GeoprintError as error:
         if isinstance(error, ExportError):
             # The next ones could not be written either.
@@ -140,13 +152,18 @@ def outcomes(study: Study, folder: Path) -> Iterator[Outcome]:
     """Yield what became of each cell of a study, as its files say."""
     for cell in study.cells:
         place = folder / CELLS / cell.name
-        if place.is_dir():
-            yield Outcome(cell, "done", "", read_record(place / "plan.json", PlanRecord))
-        elif _refusal(place).is_file():
-            said = json.loads(_refusal(place).read_text("utf-8"))
-            yield Outcome(cell, str(said["status"]), str(said["reason"]), None)
-        else:
-            yield Outcome(cell, "missing", "it has not been run yet.", None)
+        status, reason = ending_of(place)
+        yield Outcome(cell, status, reason, read_record(place / "plan.json", PlanRecord) if place.is_dir() else None)
+
+
+def ending_of(place: Path) -> tuple[str, str]:
+    """Return the status of the cell of a folder, and the reason where it is not done."""
+    if place.is_dir():
+        return "done", ""
+    if _refusal(place).is_file():
+        said = json.loads(_refusal(place).read_text("utf-8"))
+        return str(said["status"]), str(said["reason"])
+    return "missing", "it has not been run yet."
 
 
 def digest_of(job: Job) -> str:
@@ -189,12 +206,12 @@ def _is_open(cell: StudyCell, folder: Path, *, retry: bool) -> bool:
     return not place.is_dir() and (retry or not alike or not _refusal(place).is_file())
 
 
-def _in_processes(count: int) -> Callable[[Sequence[StudyCell], Path, Limits], Iterator[StudyCell]]:
+def _in_processes(count: int, work: Work) -> Callable[[Sequence[StudyCell], Path, Limits], Iterator[StudyCell]]:
     """Return what plans cells in so many processes of this machine, yielding each that has ended."""
 
     def run(cells: Sequence[StudyCell], folder: Path, limits: Limits) -> Iterator[StudyCell]:
         waiting = list(cells)[::-1]
-        with _workers(min(count, len(cells)), limits) as workers:
+        with _workers(min(count, len(cells)), limits, work) as workers:
             while waiting or any(worker.cell for worker in workers):
                 for worker in workers:
                     if worker.cell is None and waiting:
@@ -212,8 +229,8 @@ def _in_processes(count: int) -> Callable[[Sequence[StudyCell], Path, Limits], I
 class _Worker:
     """A process that plans one cell after another."""
 
-    def __init__(self, limits: Limits) -> None:
-        self._limits = limits
+    def __init__(self, limits: Limits, work: Work) -> None:
+        self._limits, self._work = limits, work
         self.cell: StudyCell | None = None
         self._place, self._since = Path(), 0.0
         self._start()
@@ -221,7 +238,9 @@ class _Worker:
     def _start(self) -> None:
         context = multiprocessing.get_context("spawn")
         self.line, other = context.Pipe()
-        self._process: SpawnProcess = context.Process(target=_serve, args=(other, self._limits), daemon=True)
+        self._process: SpawnProcess = context.Process(
+            target=_serve, args=(other, self._limits, self._work), daemon=True
+        )
         with _environment(dict.fromkeys(ONE_THREAD, "1")):
             self._process.start()
         other.close()
@@ -232,7 +251,7 @@ class _Worker:
         _mark(cell.job, self._place)
         with suppress(OSError):
             # One that was ended from outside is found so by `ended`.
-            self.line.send((cell.job, self._place))
+            self.line.send((cell, self._place))
 
     def ended(self) -> StudyCell | None:
         """Return the cell that has ended, however it did; None while it is planned, or where none is."""
@@ -268,8 +287,8 @@ class _Worker:
 
 
 @contextmanager
-def _workers(count: int, limits: Limits) -> Generator[list[_Worker]]:
-    workers = [_Worker(limits) for _ in range(count)]
+def _workers(count: int, limits: Limits, work: Work) -> Generator[list[_Worker]]:
+    workers = [_Worker(limits, work) for _ in range(count)]
     try:
         yield workers
     finally:
@@ -277,7 +296,7 @@ def _workers(count: int, limits: Limits) -> Generator[list[_Worker]]:
             worker.stop()
 
 
-def _serve(line: Connection, limits: Limits) -> None:
+def _serve(line: Connection, limits: Limits, work: Work) -> None:
     """Plan what comes down a line until it ends."""
     from geoprint.workflow.processes import end_with_parent
 
@@ -287,12 +306,12 @@ def _serve(line: Connection, limits: Limits) -> None:
     limit_memory(limits.gigabytes)
     while True:
         try:
-            job, place = line.recv()
+            cell, place = line.recv()
         except EOFError:
             return
         failure: GeoprintError | None = None
         try:
-            run_cell(job, place)
+            run_cell(cell, place, work=work)
         except GeoprintError as error:
             failure = error
         line.send(failure)
@@ -313,7 +332,7 @@ def _environment(values: Mapping[str, str]) -> Generator[None]:
                 os.environ[name] = value
 
 
-def _scheduled(address: str) -> Callable[[Sequence[StudyCell], Path, Limits], Iterator[StudyCell]]:
+def _scheduled(address: str, work: Work) -> Callable[[Sequence[StudyCell], Path, Limits], Iterator[StudyCell]]:
     """Return what plans cells on the workers of a scheduler, which see the same files."""
     try:
         import distributed
@@ -326,8 +345,10 @@ def _scheduled(address: str) -> Callable[[Sequence[StudyCell], Path, Limits], It
         by_place = {str(places[cell.name]): cell for cell in cells}
         with api.Client(address) as client:
             futures = [
-                client.submit(run_cell, _from_anywhere(c.job), places[c.name], key=str(places[c.name]), retries=3)
-                for c in cells
+                client.submit(
+                    run_cell, _from_anywhere(cell), place := places[cell.name], work=work, key=str(place), retries=3
+                )
+                for cell in cells
             ]
             for future in api.as_completed(futures):
                 cell = by_place[str(future.key)]
@@ -338,7 +359,8 @@ def _scheduled(address: str) -> Callable[[Sequence[StudyCell], Path, Limits], It
     return run
 
 
-def _from_anywhere(job: Job) -> Job:
-    """Return a job whose files are found whatever folder a worker was started in."""
-    files = {name: cast("Path | None", getattr(job, name)) for name in FILES}
-    return job.model_copy(update={name: path.resolve() for name, path in files.items() if path and path.is_file()})
+def _from_anywhere(cell: StudyCell) -> StudyCell:
+    """Return a cell whose files are found whatever folder a worker was started in."""
+    files = {name: cast("Path | None", getattr(cell.job, name)) for name in FILES}
+    found = {name: path.resolve() for name, path in files.items() if path and path.is_file()}
+    return replace(cell, job=cell.job.model_copy(update=found))

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -17,9 +18,9 @@ import pytest
 from geoprint import plan
 from geoprint.errors import InputError, UsageError
 from geoprint.geometry.files import save_ply
-from geoprint.sweep import read_study
+from geoprint.sweep import StudyCell, read_study
 from geoprint.sweep.report import study_page
-from geoprint.sweep.running import CELLS, Limits, outcomes, run_cell, run_study
+from geoprint.sweep.running import CELLS, Limits, ending_of, outcomes, run_cell, run_study
 from geoprint.sweep.tabulated import save_study_table
 from tests.commands import called
 from tests.meshes import plate
@@ -133,12 +134,28 @@ def test_a_study_with_a_cell_goes_on_and_a_corrected_one_plans_what_was_refused(
 
 def test_a_cell_is_a_bundle_or_a_refusal_with_its_reason(study: Path, tmp_path: Path) -> None:
     cells = read_study(study).cells
-    run_cell(cells[0].job, tmp_path / "one")
+    run_cell(cells[0], tmp_path / "one")
     assert (tmp_path / "one" / "manifest.json").is_file()
-    too_wide = cells[0].job.model_copy(update={"spacing": 50.0})
+    too_wide = replace(cells[0], job=cells[0].job.model_copy(update={"spacing": 50.0}))
     run_cell(too_wide, tmp_path / "two")
     assert not (tmp_path / "two").exists()
     assert '"status": "refused"' in (tmp_path / "two.refused.json").read_text()
+
+
+def test_what_makes_a_cell_can_be_anything(study: Path, tmp_path: Path) -> None:
+    asked, out = read_study(study), tmp_path / "out"
+    run_study(asked, out, workers=1, work=named_or_refused)
+    assert (out / CELLS / "a_fine_lscm" / "name").read_text() == "a_fine_lscm"
+    ended = [ending_of(out / CELLS / cell.name) for cell in asked.cells]
+    assert ended == [("done", "")] * 4 + [("refused", "b is not wanted here.")] * 4
+
+
+def named_or_refused(cell: StudyCell, place: Path) -> None:
+    """Write the name of a cell into its folder; one part is refused."""
+    if cell.part.endswith("b.ply"):
+        raise InputError("b is not wanted here.")
+    place.mkdir()
+    (place / "name").write_text(cell.name)
 
 
 @pytest.mark.slow
@@ -198,7 +215,7 @@ def test_a_study_that_is_killed_goes_on_where_it_was(study: Path, tmp_path: Path
 
 def test_an_edited_study_is_not_mixed_with_what_stands_there(study: Path, tmp_path: Path) -> None:
     asked = read_study(study)
-    run_cell(asked.cells[0].job, tmp_path / "out" / CELLS / asked.cells[0].name)
+    run_cell(asked.cells[0], tmp_path / "out" / CELLS / asked.cells[0].name)
     study.write_text(STUDY.replace("spacing = 3.0", "spacing = 2.5"))
     with pytest.raises(UsageError, match=r"was planned from another job or part than the study asks for"):
         run_study(read_study(study), tmp_path / "out")
@@ -220,7 +237,7 @@ def test_the_page_has_medians_dots_the_worst_and_what_failed(study: Path, tmp_pa
     study.write_text(STUDY.replace("spacing = 4.0", "spacing = 50.0").replace('["lscm", "heat"]', '["heat"]'))
     asked, out = read_study(study), tmp_path / "out"
     for cell in asked.cells:
-        run_cell(cell.job, out / CELLS / cell.name)
+        run_cell(cell, out / CELLS / cell.name)
     text = study_page(list(outcomes(asked, out)), name="study.toml").decode()
     assert "4 cells: 2 done, 2 refused." in text
     assert '<th scope="row">fine, heat</th><td>2</td>' in text
@@ -236,9 +253,9 @@ def test_diff_tells_settings_figures_and_paths_apart(
     asked = read_study(study)
     one, other = tmp_path / "one" / CELLS, tmp_path / "other" / CELLS
     for cell in asked.cells[:2]:
-        run_cell(cell.job, one / cell.name)
-        run_cell(cell.job, other / cell.name)
-    run_cell(asked.cells[2].job, other / asked.cells[2].name)
+        run_cell(cell, one / cell.name)
+        run_cell(cell, other / cell.name)
+    run_cell(asked.cells[2], other / asked.cells[2].name)
     assert called(monkeypatch, "diff", tmp_path / "one", tmp_path / "other") == 0
     assert capsys.readouterr().out.splitlines() == [
         "a_fine_heat: the same", "a_fine_lscm: the same", "only in the second: a_coarse_lscm"
