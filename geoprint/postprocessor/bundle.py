@@ -24,7 +24,7 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from geoprint.errors import ExportError, UsageError, VerificationError
-from geoprint.postprocessor.switches import is_as_written
+from geoprint.postprocessor.registry import is_as_written
 
 Json: TypeAlias = "bool | int | float | str | Sequence[Json] | Mapping[str, Json] | None"
 

@@ -183,6 +183,10 @@ class PostProcessor(Protocol):
         """
         ...
 
+    def as_written(self, name: str, text: str) -> str:
+        """Return a file of a program with what a person sets in it as in a new one: other values are no other file."""
+        ...
+
     def execute(self, files: Sequence[tuple[str, str]], program: RobotProgram, cell: Cell) -> Execution:
         """Execute a program, and compare it with what it was written for: `events` are those that must switch."""
         ...

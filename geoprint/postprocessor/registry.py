@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
+from pathlib import Path
 from types import MappingProxyType
 from typing import Protocol
 
@@ -12,6 +14,7 @@ from geoprint.model import Cell
 from geoprint.postprocessor.interface import Joining, PostProcessor
 from geoprint.postprocessor.rapid.post_processor import Rapid
 from geoprint.postprocessor.trajectory.post_processor import JointTrajectory
+from geoprint.postprocessor.urscript.post_processor import UrScript
 from geoprint.registry import Registry
 
 
@@ -29,7 +32,7 @@ class PostProcessorFactory(Protocol):
 
 
 POST_PROCESSORS: Mapping[str, PostProcessorFactory] = MappingProxyType(
-    {"rapid": Rapid, "joint-trajectory": JointTrajectory}
+    {"rapid": Rapid, "urscript": UrScript, "joint-trajectory": JointTrajectory}
 )
 # Of a cell that names none.
 DEFAULT = "rapid"
@@ -45,6 +48,7 @@ _KNOWN = Registry(
         "check_arm",
         "driven",
         "write",
+        "as_written",
         "execute",
         "check",
         "dispensing",
@@ -92,6 +96,31 @@ def post_processor_of(cell: Cell) -> PostProcessor:
         UsageError: as `post_processor`.
     """
     return post_processor(post_processor_name(cell))
+
+
+def is_as_written(path: Path, digest: str) -> bool:
+    """Return whether a file has the hash that a manifest lists, as it stands or with its settings as in a new program.
+
+    Args:
+        path: of a plain file; the folder of a program is named after its post-processor.
+        digest: SHA-256 that is listed.
+    """
+    content = path.read_bytes()
+    dialect = next((folder for folder in reversed(path.parts[:-1]) if folder in post_processor_names()), "")
+    return digest in {hashlib.sha256(each).hexdigest() for each in (content, as_written(dialect, path.name, content))}
+
+
+def as_written(dialect: str, name: str, content: bytes) -> bytes:
+    """Return a file of a program with its settings as in a new program.
+
+    Args:
+        dialect: name of the post-processor; empty where there is none.
+        name: of the file; it may hold settings or not.
+        content: of it.
+    """
+    if not dialect:
+        return content
+    return post_processor(dialect).as_written(name, content.decode("latin-1")).encode("latin-1")
 
 
 def joining_of(cell: Cell) -> Joining:

@@ -10,7 +10,7 @@ import numpy as np
 
 from geoprint.model import Bend, FloatArray, IntArray, JointPath, PoseStream, Program, Targets
 from geoprint.postprocessor import Executed, Timeline
-from geoprint.postprocessor.switches import as_written
+from geoprint.postprocessor.registry import as_written, post_processor_name
 from geoprint.reporting.prints import record_deposited, record_table_pose
 from geoprint.reporting.records.evidence import EvidenceRecord, ParsedRecord
 from geoprint.reporting.records.plan import (
@@ -66,14 +66,14 @@ def record_robot(plan: Plan, robot: RobotPlan) -> RobotRecord:
             dry_run_only=program.dry_run,
             switching=record_switching(robot.switching),
         ),
-        evidence=record_evidence(program, robot.executed),
+        evidence=record_evidence(program, robot.executed, dialect=post_processor_name(plan.workpiece.cell)),
     )
 
 
-def record_evidence(program: Program, executed: Executed) -> EvidenceRecord:
+def record_evidence(program: Program, executed: Executed, *, dialect: str) -> EvidenceRecord:
     """Return how far geoprint itself has proven a program: one that exists was read, executed and compared."""
     return EvidenceRecord(
-        program_sha256=program_digest(program.modules),
+        program_sha256=program_digest(program.modules, dialect),
         parsed=ParsedRecord(
             modules=len(program.modules),
             lines=sum(len(text.splitlines()) for _, text in program.modules),
@@ -83,14 +83,18 @@ def record_evidence(program: Program, executed: Executed) -> EvidenceRecord:
     )
 
 
-def program_digest(modules: Iterable[tuple[str, str]]) -> str:
+def program_digest(modules: Iterable[tuple[str, str]], dialect: str) -> str:
     """Return the SHA-256 of a program, of a part or of a stack.
 
-    Names and texts of its files count, in order, and its switches as they were written; capitals do not, as in RAPID.
+    Names and texts of its files count, in order, and its settings as they were written; capitals do not, as in RAPID.
+
+    Args:
+        modules: name and text of each file.
+        dialect: name of the post-processor that wrote them; empty where there are none.
     """
     digest = sha256()
     for name, text in modules:
-        written = as_written(PurePosixPath(name).name, text.encode("latin-1")).decode("latin-1")
+        written = as_written(dialect, PurePosixPath(name).name, text.encode("latin-1")).decode("latin-1")
         digest.update(f"{name}\0{written.lower()}\0".encode("latin-1"))
     return digest.hexdigest()
 

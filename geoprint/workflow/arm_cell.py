@@ -14,7 +14,7 @@ from geoprint import transforms
 from geoprint.config.cells import UR_CELL, cell_of, filled_cell, packaged_parts
 from geoprint.errors import UsageError
 from geoprint.model import FloatArray, Robot, Tool, frozen
-from geoprint.postprocessor.registry import DEFAULT, post_processor
+from geoprint.postprocessor.registry import DEFAULT, post_processor, post_processor_names
 from geoprint.robot.arm import JOINTS, Arm, about_nozzle, chain_of, link_shapes
 from geoprint.robot.arm.link_meshes import enclosed_urdf
 from geoprint.robot.reach.keyframes import angle_margins
@@ -110,10 +110,7 @@ def arm_cell(path: Path, *, flange: str) -> ArmCell:
         "accuracy": ACCURACY.lstrip(),
     }  # fmt: skip
     arm = Arm(robot, T_flange_tool=tool.T_flange_tool)
-    try:
-        post_processor(DEFAULT).check_arm(arm)
-    except UsageError:
-        parts["post_processor"] = packaged_parts(UR_CELL)["post_processor"]
+    parts |= _written_by(arm)
     how = (
         "in closed form"
         if arm.no_closed_form is None
@@ -127,6 +124,23 @@ def arm_cell(path: Path, *, flange: str) -> ArmCell:
         "before a plan: give payload_kg and wrist_inertia_kg_m2 of the arm, and check what is ASSUMED.",
     )
     return ArmCell({f"{path.stem}.toml": filled_cell(parts), urdf: text}, notes)
+
+
+def _written_by(arm: Arm) -> dict[str, str]:
+    """Return what a cell says of the first post-processor that serves its arm, and of the outputs of that one."""
+    for name in post_processor_names():
+        try:
+            post_processor(name).check_arm(arm)
+        except UsageError:
+            continue
+        if name == DEFAULT:
+            return {}
+        known = packaged_parts(UR_CELL)
+        if f'"{name}"' in known["post_processor"].rpartition("=")[2]:
+            return {key: known[key] for key in ("post_processor", "outputs")}
+        text = f'# What writes the program: `geoprint guide another-arm` lists what can.\npost_processor = "{name}"'
+        return {"post_processor": text}
+    return {}
 
 
 # Share of the resolution that is rounding.

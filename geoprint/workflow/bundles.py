@@ -28,8 +28,13 @@ from geoprint.postprocessor import (
     read_setup,
 )
 from geoprint.postprocessor.interface import CONTROLLER_FOLDER
-from geoprint.postprocessor.registry import joined_file, joining_of, post_processor_name, post_processor_names
-from geoprint.postprocessor.switches import is_as_written
+from geoprint.postprocessor.registry import (
+    is_as_written,
+    joined_file,
+    joining_of,
+    post_processor_name,
+    post_processor_names,
+)
 from geoprint.reporting import read_record
 from geoprint.reporting.check import Checked, CheckedComparison, CheckedParts, Finding
 from geoprint.reporting.records.evidence import EVIDENCE_SCHEMA, STAGES, SeenFile, SeenRecord
@@ -425,7 +430,7 @@ def check_parts(folder: Path, names: Iterable[str], own: Sequence[OwnProgram]) -
     modules = dict(program_modules(folder, names, name))
     wrong, proof, settings = joining_of(cell).judge(modules, own, kept=kept_files(folder, name))
     findings = [program_finding(error, name, file=joined_file(cell)) for error in wrong]
-    return findings, CheckedParts(settings, proof, program_digest(modules.items()))
+    return findings, CheckedParts(settings, proof, program_digest(modules.items(), name))
 
 
 def _check_deposited(folder: Path, record: PlanRecord) -> None:

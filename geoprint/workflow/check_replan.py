@@ -16,8 +16,8 @@ from geoprint.errors import GeoprintError
 from geoprint.geometry.files import load
 from geoprint.model import Surface
 from geoprint.postprocessor import Json
-from geoprint.postprocessor.registry import post_processor_names
-from geoprint.postprocessor.switches import as_written
+from geoprint.postprocessor.interface import CONTROLLER_FOLDER
+from geoprint.postprocessor.registry import as_written, post_processor_names
 from geoprint.reporting.check import Finding
 from geoprint.reporting.plan import record_plan
 from geoprint.results import Plan
@@ -61,7 +61,7 @@ def replanned(
     files = plan_files(planned, record, charts={})
     for name, content in files.items():
         path = folder / name
-        if path.is_file() and (written := _written(path)) != content:
+        if path.is_file() and (written := _written(folder, name)) != content:
             if name == SURFACE:
                 yield from _mesh_findings(load(path, unit="mm"), planned.workpiece.surface)
             else:
@@ -72,9 +72,16 @@ def replanned(
     yield from (Finding(name, 1, "planned again there is no such file") for name in programs)
 
 
-def _written(path: Path) -> bytes:
-    """Return a file, its switches as they were written."""
-    return as_written(path.name, path.read_bytes())
+def _written(folder: Path, name: str) -> bytes:
+    """Return a file of a bundle, its settings as they were written."""
+    content = (folder / name).read_bytes()
+    return as_written(_dialect_of(name), PurePosixPath(name).name, content)
+
+
+def _dialect_of(name: str) -> str:
+    """Return the post-processor that wrote a file of a program; empty for another file."""
+    parts, known = PurePosixPath(name).parts[:-1], post_processor_names()
+    return next((part for part in parts if part in known), "")
 
 
 def _differing(name: str, written: bytes, content: bytes) -> Iterator[Finding]:
@@ -84,7 +91,7 @@ def _differing(name: str, written: bytes, content: bytes) -> Iterator[Finding]:
         yield from record_findings(name, json.loads(written), json.loads(content))
     elif suffix == ".csv":
         yield from _table_findings(name, written, content)
-    elif suffix != ".mod":
+    elif not _dialect_of(name) or CONTROLLER_FOLDER in PurePosixPath(name).parts:
         # The program is held against the tables, whose last digits it follows.
         yield Finding(name, 1, "planned again it comes out otherwise")
 

@@ -175,7 +175,7 @@ def check_program(folder: Path, names: Sequence[str], *, plan: Path | None = Non
         orders=checking.orders,
         settings=checking.settings,
         switching=checking.switching,
-        program_sha256=program_digest(checking.modules(names)),
+        program_sha256=program_digest(checking.modules(names), checking.dialect),
         executed=checking.executed,
     )
 
@@ -198,7 +198,7 @@ class _Checking:
         self.settings: Settings | None = None
         self.switching: Timeline | None = None
         self.executed: Executed | None = None
-        self._folder, self._plan, self._program = folder, plan, ""
+        self._folder, self._plan, self.dialect = folder, plan, ""
 
     def run(self, names: Sequence[str]) -> None:
         with_file = self._collecting
@@ -206,8 +206,8 @@ class _Checking:
         with_file("setup.json", self._read_setup)
         if self.setup is None:
             # Whatever it was written for, nothing loads whose names mean nothing.
-            self._program = _program_of(names)
-            with_file(self._program, lambda: post_processor(self._program).parse(tuple(self.modules(names))))
+            self.dialect = _program_of(names)
+            with_file(self.dialect, lambda: post_processor(self.dialect).parse(tuple(self.modules(names))))
             return
         setup = self.setup
         moved: list[TrajectoryTable] = []
@@ -230,7 +230,7 @@ class _Checking:
 
     def _read_setup(self) -> None:
         setup = read_setup(self._folder / "setup.json")
-        self._program = post_processor_name(setup.cell)
+        self.dialect = post_processor_name(setup.cell)
         self.setup = setup
 
     def _read_orders(self, setup: Setup, table: TrajectoryTable, poses: PosesTable) -> None:
@@ -287,9 +287,9 @@ class _Checking:
             tips_at=tips,
             motion=table,
         )
-        kept = kept_files(self._folder, self._program)
+        kept = kept_files(self._folder, self.dialect)
         execution = post_processor_of(setup.cell).check(modules, program, setup.cell, kept=kept)
-        self.findings += [_finding(error, self._program, program=self._program) for error in execution.findings]
+        self.findings += [_finding(error, self.dialect, program=self.dialect) for error in execution.findings]
         self.executed, self.settings = execution.executed, execution.settings
         if not execution.findings and execution.lines:
             self._collecting("targets.csv", lambda: self._simulate(execution.switched, orders, setup, tips))
@@ -311,14 +311,14 @@ class _Checking:
         """Yield name and text of the program's files that exist, in the order of the manifest."""
         for name in names:
             path = self._folder / name
-            if name == f"{self._program}/{path.name}" and path.is_file():
+            if name == f"{self.dialect}/{path.name}" and path.is_file():
                 yield path.name, path.read_bytes().decode("latin-1")
 
     def _collecting(self, file: str, check: Callable[[], object]) -> None:
         try:
             check()
         except GeoprintError as error:
-            self.findings.append(_finding(error, file, program=self._program))
+            self.findings.append(_finding(error, file, program=self.dialect))
 
 
 def _finding(error: GeoprintError, file: str, *, program: str = "") -> Finding:

@@ -7,7 +7,7 @@ from itertools import takewhile
 
 from geoprint.errors import VerificationError
 from geoprint.postprocessor.execution import refusal
-from geoprint.postprocessor.switches import CELL_MODULE, STACK_MODULE
+from geoprint.postprocessor.rapid.switches import CELL_MODULE, STACK_MODULE
 
 # What every program is held against, and what a controller has to keep for it.
 _COMPARED = "Checked: the text matches the plan: targets, speeds, zones, outputs, frames."

@@ -23,6 +23,7 @@ from geoprint.postprocessor.rapid.language.symbols import read_task
 from geoprint.postprocessor.rapid.program import written_program
 from geoprint.postprocessor.rapid.stack_verifying import judge_stack
 from geoprint.postprocessor.rapid.stack_writing import STACK_LIST, together
+from geoprint.postprocessor.rapid.switches import as_written
 from geoprint.postprocessor.rapid.timeline import switched_of
 from geoprint.postprocessor.rapid.verify import judge_program, program_settings, read_back, verify_program
 from geoprint.postprocessor.rapid.verify_controller import controller_findings
@@ -91,6 +92,10 @@ class Rapid:
     def parse(self, files: Sequence[tuple[str, str]]) -> None:
         """Read modules whose outputs nobody knows."""
         read_task(tuple(files), signals=None)
+
+    def as_written(self, name: str, text: str) -> str:
+        """Return a module with the switches of a new program."""
+        return as_written(name, text)
 
     def execute(self, files: Sequence[tuple[str, str]], program: RobotProgram, cell: Cell) -> Execution:
         """Execute a program dry, printing, resumed and stopped."""

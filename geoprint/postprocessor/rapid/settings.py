@@ -13,7 +13,7 @@ from geoprint.postprocessor.execution import Settings, StackSettings
 from geoprint.postprocessor.rapid.expected import declared
 from geoprint.postprocessor.rapid.language.syntax import Place, refuse
 from geoprint.postprocessor.rapid.reader import Listed, RapidText
-from geoprint.postprocessor.switches import CELL_MODULE, NEW, STACK_MODULE
+from geoprint.postprocessor.rapid.switches import CELL_MODULE, NEW, STACK_MODULE
 
 _CELL, _STACK = Place(CELL_MODULE, 1), Place(STACK_MODULE, 1)
 

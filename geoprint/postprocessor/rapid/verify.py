@@ -30,8 +30,8 @@ from geoprint.postprocessor.rapid.reader import (
     read_text,
 )
 from geoprint.postprocessor.rapid.settings import check_new, read_settings
+from geoprint.postprocessor.rapid.switches import CELL_MODULE
 from geoprint.postprocessor.rapid.verify_cell import verify_data, verify_header, verify_names
-from geoprint.postprocessor.switches import CELL_MODULE
 from geoprint.robot.arm import Arm
 
 # Half of the fourth decimal on each axis is 0.00005 mm.

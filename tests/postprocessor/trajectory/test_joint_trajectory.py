@@ -14,6 +14,7 @@ import pytest
 
 from geoprint import load_cell
 from geoprint.cli.application import run
+from geoprint.config.cells import packaged_cell_text
 from geoprint.errors import UsageError, VerificationError
 from geoprint.geometry.files import save_ply
 from geoprint.model import Purge
@@ -36,12 +37,16 @@ def made(folder: Path, cell: Path | str, *more: str) -> None:
     assert run([*arguments, "--cell", str(cell), "--out", str(folder / "out")]) == 0
 
 
+def moved(folder: Path) -> None:
+    """Plan with the packaged cell of the UR5e, but joints over time for its program."""
+    cell = folder.with_name(f"{folder.name}.toml")
+    cell.write_text(packaged_cell_text("ur5e").replace('"urscript"', '"joint-trajectory"'), encoding="utf-8")
+    made(folder, cell, "--place", "demo")
+
+
 @pytest.fixture
 def bundle(shared_plans: SharedPlans) -> Path:
-    return (
-        shared_plans.folder("joint trajectory of a UR5e", lambda folder: made(folder, "ur5e", "--place", "demo"))
-        / "out"
-    )
+    return shared_plans.folder("joint trajectory of a UR5e", moved) / "out"
 
 
 @pytest.fixture
@@ -152,8 +157,13 @@ FAULTS: list[tuple[str, str, Callable[[str], str], str]] = [
     ("joints in another order", MESSAGE, lambda text: text.replace("- joint_3", "- joint_4", 1), "yaml"),
     ("another base", MESSAGE, lambda text: text.replace("frame_id: ", "frame_id: other_"), "yaml"),
     ("a valve that opens 3 ms early", OUTPUTS, lambda text: row(text, 2, later(-0.003)), "ms off the plan"),
-    ("a lamp that stays dark", OUTPUTS, lambda text: re.sub(r"(doUV),1", r"\1,0", text, count=1), "off the plan"),
-    ("an output of nobody", OUTPUTS, lambda text: text.replace("doValve", "doOther", 1), "switches"),
+    (
+        "a lamp that stays dark",
+        OUTPUTS,
+        lambda text: re.sub(r"(digital_out_1),1", r"\1,0", text, count=1),
+        "off the plan",
+    ),
+    ("an output of nobody", OUTPUTS, lambda text: text.replace("digital_out_0", "digital_out_7", 1), "switches"),
     ("a row cut off", TABLE, lambda text: text[:-20], "cut off"),
     ("a word in a table", OUTPUTS, lambda text: text.replace(",1\n", ",on\n", 1), "0 or 1"),
 ]

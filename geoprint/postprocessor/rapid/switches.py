@@ -1,4 +1,4 @@
-"""The switches that a person sets in a written program, and files as they were written but for these.
+"""The switches that a person sets in a RAPID program, and its modules as they were written but for these.
 
 They are as they were written in a new program: dry, at a quarter of the speed, from the first run on. Whoever prints
 changes them, so that other values of them are no other file.
@@ -6,10 +6,8 @@ changes them, so that other values of them are no other file.
 
 from __future__ import annotations
 
-import hashlib
 import re
 from collections.abc import Mapping
-from pathlib import Path
 
 # Modules that hold switches.
 CELL_MODULE, STACK_MODULE = "GeoCell.mod", "GeoStack.mod"
@@ -24,25 +22,14 @@ NEW_STACK: Mapping[str, tuple[str, str]] = {"geoFirst{}": ("num", "1"), "geo{}Be
 _PARTS = re.compile(r"(?m)^  CONST num nGeo(Layer|Attitude)s:=(\d+);$")
 
 
-def is_as_written(path: Path, digest: str) -> bool:
-    """Return whether a file has the hash that a manifest lists, as it stands or with its switches as in a new program.
-
-    Args:
-        path: of a plain file.
-        digest: SHA-256 that is listed.
-    """
-    content = path.read_bytes()
-    return digest in {hashlib.sha256(each).hexdigest() for each in (content, as_written(path.name, content))}
-
-
-def as_written(name: str, content: bytes) -> bytes:
+def as_written(name: str, text: str) -> str:
     """Return a file of a program with its switches as in a new program.
 
     Args:
         name: of the file; it may hold switches or not.
-        content: of it.
+        text: of it.
     """
-    return as_new(content.decode("latin-1")).encode("latin-1") if name in {CELL_MODULE, STACK_MODULE} else content
+    return as_new(text) if name in {CELL_MODULE, STACK_MODULE} else text
 
 
 def as_new(text: str) -> str:
