@@ -1,14 +1,17 @@
 """Does a program deposit what was planned, at which speed, and how long does it take?
 
-    python -m benchmarks.programs.deposit [FILE ...] [--spacing MM] [--backend NAME ...] [--pattern NAME] [--csv FILE]
+    python -m benchmarks.programs.deposit [FILE ...] [--spacing MM] [--backend NAME ...] [--way NAME ...] [--csv FILE]
+    python -m benchmarks.programs.deposit BODY ... --discs N [--seed N] [...]
     python -m benchmarks.programs.deposit BUNDLE ... [--csv FILE]
 
-Each part is planned with the default settings in the packaged cell and written; what `geoprint plan` has written in any
-cell, mode and pattern, over a table or in layers, is taken as it is. Its RAPID text is read by this script alone:
-speeds, targets, where the valve switches and what the flow follows (`Program`). It knows no trajectory and no joints.
-Each move takes its length over its speed; from a stop the tip rises evenly to the speed of the next move, in the time
-that the first one takes. A valve lets the flow through that plan.json names for the operator, half of it while the arm
-waits for the flow to settle; an analog output lets through what it is worth by the cell, times the length of the moves.
+Each part is planned with the default settings in the packaged cell and written, or in other ways: another cell, mode or
+pattern, over a table, in layers (`WAYS`; `--way all`). `--discs` cuts discs out of bodies, in turn, about vertices and
+with radii that are drawn. What `geoprint plan` has written is taken as it is. A program's RAPID text is read by this
+script alone: speeds, targets, where the valve switches and what the flow follows (`Program`). It knows no trajectory
+and no joints. Each move takes its length over its speed; from a stop the tip rises evenly to the speed of the next
+move, in the time that the first one takes. A valve lets the flow through that plan.json names for the operator, half of
+it while the arm waits for the flow to settle; an analog output lets through what it is worth by the cell, times the
+length of the moves.
 What is wanted is the flow of poses.csv times the length of bead.
 
 The columns: volume of all runs over the wanted one as plan.json says and as the text is read; the least and the most
@@ -23,23 +26,37 @@ import csv
 import re
 import tempfile
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain, product
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from benchmarks import DATA
 from benchmarks.parts.tables import row, script_parser, table
-from geoprint import job_of, plan
+from geoprint import job_of, load, plan
+from geoprint.config import PACKAGED_CELLS, TILTING_CELL, UR_CELL, packaged_cell_text
 from geoprint.errors import GeoprintError, percent
 from geoprint.geometry.files import suggested_unit
 from geoprint.model import FloatArray
 from geoprint.reporting import PlanRecord
+from geoprint.workflow import plan_stack
 
 OWN = tuple(DATA / name for name in ("plate.ply", "heart_flat_patch.ply", "heart_apex_patch.ply"))
 BACKENDS = ("lscm", "heat")
+# Ways to plan a part: keys of its job. "mode" is that of the cell's signals.
+WAYS: Mapping[str, dict[str, Any]] = {
+    "default": {},
+    **{name: {"cell": name} for name in (*PACKAGED_CELLS[1:], TILTING_CELL, UR_CELL)},
+    "analog": {"mode": "analog"},
+    "follow": {"mode": "analog", "on_slowdown": "follow"},
+    **{name: {"pattern": name} for name in ("spiral", "guided", "fibres")},
+    "layers": {"thickness": 1.0},
+}
+# Radii of discs that are cut out of bodies [mm].
+RADII = (8.0, 30.0)
 NUMBER = r"(-?[\d.]+(?:E-?\d+)?)"
 SPEED = re.compile(rf"speeddata (\w+):=\[{NUMBER}")
 MOVE = re.compile(r"(?:MoveL|TriggL) (?:GeoAloft\()?\[\[([^\]]*)\],\[([^\]]*)\].*?\]\)?,(\w+),(.*?)(\w+),tGeoNozzle")
@@ -58,6 +75,10 @@ ATTITUDE = re.compile(r"part-(\d+)")
 EVERY = 4
 # Straight pieces that stand for the parabola in which the controller rounds a corner [ABBRapid, zonedata].
 PIECES = 12
+
+
+# Name and keys of a job.
+Part: TypeAlias = tuple[str, dict[str, Any]]
 
 
 class Program(NamedTuple):
@@ -129,43 +150,75 @@ def main() -> None:
     parser.add_argument("files", nargs="*", type=Path, default=OWN, metavar="FILE")
     parser.add_argument("--spacing", type=float, default=1.0, metavar="MM")
     parser.add_argument("--backend", nargs="+", default=BACKENDS, metavar="NAME")
-    parser.add_argument("--pattern", default="contours", metavar="NAME")
+    parser.add_argument("--way", nargs="+", default=["default"], choices=(*WAYS, "all"), metavar="NAME")
+    parser.add_argument("--discs", type=int, metavar="N", help="cut out of the files, which are bodies")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the discs")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="to which the figures are added as well")
     arguments = parser.parse_args()
     files, backends, spacing = arguments.files, arguments.backend, arguments.spacing
     if arguments.smoke:
         files, backends, spacing = files[:1], backends[:1], 5.0
+    bundles = [file for file in files if file.is_dir()]
+    parts: Iterator[Part] = ((file.stem, {"surface": file}) for file in files if not file.is_dir())
+    if arguments.discs is not None:
+        parts = discs([file for file in files if not file.is_dir()], arguments.discs, seed=arguments.seed)
+    ways = tuple(WAYS) if "all" in arguments.way else arguments.way
     for line in table(
         "part", "whole: plan / text", "least run", "most run", "mm/s (of)", "at speed", "mm", "time", "off moves",
         "targets (too soon)", "warnings",
     ):  # fmt: skip
         print(line, flush=True)
-    for name, found in cases(files, backends=backends, spacing=spacing, pattern=arguments.pattern):
+    written = ((str(own.relative_to(folder.parent)), measured(own)) for folder in bundles for own in programs(folder))
+    for name, found in chain(written, cases(parts, backends=backends, ways=ways, spacing=spacing)):
         refused = isinstance(found, GeoprintError)
         print(row(name, *([f"refused: {found}"[:100], *[""] * 9] if refused else _cells(found))), flush=True)
         if arguments.csv is not None:
-            with arguments.csv.open("a", encoding="utf-8", newline="") as written:
-                csv.writer(written).writerow([name, *([str(found)] if refused else _figures(found))])
+            with arguments.csv.open("a", encoding="utf-8", newline="") as figures:
+                csv.writer(figures).writerow([name, *([str(found)] if refused else _figures(found))])
+
+
+def discs(bodies: Sequence[Path], count: int, *, seed: int) -> Iterator[Part]:
+    """Yield discs of bodies: about vertices that are drawn, with radii that are drawn evenly."""
+    drawn = np.random.default_rng(seed)
+    surfaces = {body: load(body, unit=suggested_unit(body)[0]) for body in bodies}
+    for disc in range(count):
+        body = bodies[disc % len(bodies)]
+        at = drawn.choice(surfaces[body].vertices).tolist()
+        radius = round(float(drawn.uniform(*RADII)), 1)
+        yield f"{body.stem} {disc + 1} r{radius:g}", {"surface": body, "at": at, "radius": radius}
 
 
 def cases(
-    files: Sequence[Path], *, backends: Sequence[str], spacing: float, pattern: str
+    parts: Iterable[Part], *, backends: Sequence[str], ways: Sequence[str], spacing: float
 ) -> Iterator[tuple[str, Measured | GeoprintError]]:
-    """Yield name and figures of each program of each bundle, and of each part with each backend, or what refuses it."""
-    for file in files:
-        if file.is_dir():
-            yield from ((str(folder.relative_to(file.parent)), measured(folder)) for folder in programs(file))
-            continue
-        for backend in backends:
-            unit, _ = suggested_unit(file)
-            job = job_of(surface=file, unit=unit, spacing=spacing, backend=backend, pattern=pattern, place="demo")
-            with tempfile.TemporaryDirectory() as folder:
-                try:
-                    plan(job).save(Path(folder) / "out")
-                except GeoprintError as error:
-                    yield f"{file.stem} {backend}", error
-                else:
-                    yield f"{file.stem} {backend}", measured(Path(folder) / "out")
+    """Yield name and figures of each program of each part by each way and backend, or what refuses it."""
+    for (part, keys), way, backend in product(parts, ways, backends):
+        name = f"{part} {backend}" if way == "default" else f"{part} {backend} {way}"
+        with tempfile.TemporaryDirectory() as scratch:
+            out = Path(scratch) / "out"
+            try:
+                _save(keys | WAYS[way] | {"spacing": spacing, "backend": backend}, out)
+            except GeoprintError as error:
+                yield name, error
+                continue
+            own = programs(out)
+            for folder in own:
+                yield (name if len(own) == 1 else f"{name} {folder.name}"), measured(folder)
+
+
+def _save(keys: dict[str, Any], out: Path) -> None:
+    """Plan a job of keys and write it, every layer where it has a thickness."""
+    if (mode := keys.pop("mode", None)) is not None:
+        text = packaged_cell_text(PACKAGED_CELLS[0]).replace('mode = "io"', f'mode = "{mode}"')
+        for key in ('flow = "aoFlow"', "flow_per_mm3_s = 0.1", "flow_lag_s = 0.05"):
+            text = text.replace(f"# {key}", key)
+        keys["cell"] = out.parent / "cell.toml"
+        keys["cell"].write_text(text, encoding="utf-8")
+    job = job_of(unit=suggested_unit(keys["surface"])[0], place="demo", **keys)
+    if job.layered:
+        plan_stack(job, out)
+    else:
+        plan(job).save(out)
 
 
 def programs(bundle: Path) -> list[Path]:
@@ -174,23 +227,26 @@ def programs(bundle: Path) -> list[Path]:
 
 
 def measured(folder: Path) -> Measured:
-    """Return what is found of the program in a folder of a bundle."""
+    """Return what is found of the program in a folder of a bundle; of other dialects than RAPID what plan.json says."""
     # Of several attitudes the plan stands in the folder above.
     attitude = ATTITUDE.fullmatch(folder.name)
     own = folder.parent if attitude else folder
     record = PlanRecord.model_validate_json((own / "plan.json").read_text("utf-8"))
     robot = record.robot[int(attitude[1]) - 1 if attitude else 0]
-    program = read_program(folder / "rapid")
     trajectory = np.loadtxt(folder / "trajectory.csv", delimiter=",", skiprows=1)
     beads = wanted(folder / "poses.csv")
     assert record.deposition is not None
-    found = deposited(
-        program,
-        beads.volumes,
-        rate=record.deposition.valve_mm3_s,
-        output=output_of(own) if program.flows.any() else 1.0,
-        dot=beads.widest**2 / record.settings.layer_height_mm,
-    )
+    found, off = Deposited(np.array([np.nan]), np.nan), (robot.motion.off_moves_mm, robot.motion.off_moves_deg)
+    if (folder / "rapid").is_dir():
+        program = read_program(folder / "rapid")
+        found = deposited(
+            program,
+            beads.volumes,
+            rate=record.deposition.valve_mm3_s,
+            output=output_of(own) if program.flows.any() else 1.0,
+            dot=beads.widest**2 / record.settings.layer_height_mm,
+        )
+        off = off_moves(program, trajectory)
     motion, speed, bead = robot.motion, record.settings.speed_mm_s, float(beads.lengths.sum())
     assert motion.deposited is not None
     return Measured(
@@ -201,7 +257,7 @@ def measured(folder: Path) -> Measured:
         motion.share_at_speed,
         bead,
         float(trajectory[1, 0] * trajectory[:, 7].sum()) * speed / bead,
-        off_moves(program, trajectory),
+        off,
         (robot.program.targets, motion.targets.closer),
         len(record.warnings),
     )
