@@ -73,6 +73,8 @@ ZONE = re.compile(rf"zonedata (\w+):=\[FALSE,{NUMBER}")
 ATTITUDE = re.compile(r"part-(\d+)")
 # Rows of a trajectory from one that is compared with the moves to the next.
 EVERY = 4
+# What a trajectory may be off its moves [mm], and turned from them [degrees].
+ALLOWED = (0.02, 0.2)
 # Straight pieces that stand for the parabola in which the controller rounds a corner [ABBRapid, zonedata].
 PIECES = 12
 
@@ -332,7 +334,8 @@ def _rotation(quaternions: Sequence[Sequence[float | str]]) -> Rotation:
 def off_moves(program: Program, table: FloatArray) -> tuple[float, float]:
     """Return how far the timed motion is from the moves with their zones [mm], and from their attitude [degrees].
 
-    Attitude is compared where no corner is rounded.
+    Attitude is compared where no corner is rounded, at the place that is nearest by tip and attitude, as shares of what
+    is allowed.
 
     Args:
         program: as its text says.
@@ -351,9 +354,18 @@ def off_moves(program: Program, table: FloatArray) -> tuple[float, float]:
     along = np.einsum("ij,ij->i", tips - starts, steps) / lengths
     straight = (along > program.zones[moves]) & (along < lengths - program.zones[moves + 1])
     move, share = moves[straight], along[straight] / lengths[straight]
-    begin = program.turns[move]
-    meant = begin * Rotation.from_rotvec(share[:, None] * (begin.inv() * program.turns[move + 1]).as_rotvec())
-    turned = np.degrees((meant.inv() * turns[straight]).magnitude())
+    begin, step = program.turns[move], (program.turns[move].inv() * program.turns[move + 1]).as_rotvec()
+    # Where the tool turns nearly on the spot, the place that is meant is not quite the one nearest to the tip.
+    worst, turned = np.full(len(move), np.inf), np.zeros(len(move))
+    foot = starts[straight] + share[:, None] * steps[straight]
+    aside = np.linalg.norm(tips[straight] - foot, axis=1)
+    for shift in np.linspace(-ALLOWED[0], ALLOWED[0], 41):
+        at = np.clip(share + shift / lengths[straight], 0.0, 1.0)
+        turn = np.degrees(((begin * Rotation.from_rotvec(at[:, None] * step)).inv() * turns[straight]).magnitude())
+        away = np.hypot(aside, (at - share) * lengths[straight])
+        larger = np.maximum(away / ALLOWED[0], turn / ALLOWED[1])
+        turned = np.where(larger < worst, turn, turned)
+        worst = np.minimum(larger, worst)
     return off, float(turned.max(initial=0.0))
 
 

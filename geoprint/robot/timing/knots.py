@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import NamedTuple, final
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.errors import LimitError
@@ -212,6 +213,8 @@ LARGEST_OFF = 0.02
 LARGEST_TURN = float(np.radians(0.2))
 # Rows of a trajectory from one that is compared with the moves to the next.
 EVERY = 4
+# So many places to either side of the one that is nearest by its tip are tried for the one that is nearest by both.
+SHIFTS = 20
 # Where the spline is looked at, as shares of the way from one knot to the next.
 SHARES = (0.25, 0.5, 0.75)
 # Each round halves the moves on which it is too far off: after so many they are a thousandth as long.
@@ -266,7 +269,8 @@ def held_straight(joint_path: JointPath, arm: Arm, *, process: Process) -> Joint
 def off_moves(trajectory: Trajectory, written: JointPath, targets: Targets, arm: Arm) -> OffMoves:
     """Return how far a timed motion is from the moves that are written, with their rounded corners, all along them.
 
-    The attitude is compared where no corner is rounded.
+    The attitude is compared where no corner is rounded, with that of the place of the move that is nearest by both:
+    where the tool turns nearly on the spot, a micrometre along the move is degrees.
 
     Args:
         trajectory: from home to home.
@@ -293,10 +297,9 @@ def off_moves(trajectory: Trajectory, written: JointPath, targets: Targets, arm:
         lengths[move], COINCIDENT
     )
     straight = (along > targets.zones[move]) & (along < lengths[move] - targets.zones[move + 1])
-    move, share = move[straight], along[straight] / lengths[move[straight]]
-    meant = transforms.interpolate_poses(stands[move], stands[move + 1], share)[:, :3, :3]
-    turned = transforms.rotation_angle(np.swapaxes(meant, 1, 2) @ passed[straight][:, :3, :3])
-    found = OffMoves(float(tip_off.max(initial=0.0)), float(turned.max(initial=0.0)))
+    move, along = move[straight], along[straight]
+    tips, turned = _off_straight(passed[straight], stands[move], stands[move + 1], along / lengths[move])
+    found = OffMoves(float(max(tip_off.max(initial=0.0), tips.max(initial=0.0))), float(turned.max(initial=0.0)))
     if found.distance > LARGEST_OFF or found.turn > LARGEST_TURN:
         at = int(tip_off.argmax()) if found.distance > LARGEST_OFF else int(move[turned.argmax()])
         raise LimitError(
@@ -307,6 +310,37 @@ def off_moves(trajectory: Trajectory, written: JointPath, targets: Targets, arm:
             run=int(written.poses.runs[targets.poses[at + 1]]), found_mm=found.distance, allowed_mm=LARGEST_OFF,
         )  # fmt: skip
     return found
+
+
+def _off_straight(
+    passed: FloatArray, starts: FloatArray, ends: FloatArray, shares: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return how far poses are from the place on their moves that is nearest by both [mm], and how far turned [rad].
+
+    Of distance and turn, each as a share of what is allowed, the larger is least there.
+
+    Args:
+        passed: (k, 4, 4) poses [mm].
+        starts: (k, 4, 4) of the move of each.
+        ends: (k, 4, 4) likewise.
+        shares: (k,) of the move where its tip is nearest.
+    """
+    meant = transforms.interpolate_poses(starts, ends, shares)
+    aside = np.linalg.norm(passed[:, :3, 3] - meant[:, :3, 3], axis=1)
+    lengths = np.linalg.norm(ends[:, :3, 3] - starts[:, :3, 3], axis=1)
+    turns_off = _rotation_vectors(meant, passed)
+    rates = _rotation_vectors(starts, ends) / np.maximum(lengths, COINCIDENT)[:, None]
+    along, shifts = (shares * lengths)[:, None], LARGEST_OFF * np.linspace(-1.0, 1.0, 2 * SHIFTS + 1)
+    shifts = np.clip(along + shifts, 0.0, lengths[:, None]) - along
+    tips = np.hypot(aside[:, None], shifts)
+    turned = np.linalg.norm(turns_off[:, None] - shifts[:, :, None] * rates[:, None], axis=2)
+    best = np.maximum(tips / LARGEST_OFF, turned / LARGEST_TURN).argmin(axis=1)[:, None]
+    return np.take_along_axis(tips, best, axis=1)[:, 0], np.take_along_axis(turned, best, axis=1)[:, 0]
+
+
+def _rotation_vectors(Ts_from: FloatArray, Ts_to: FloatArray) -> FloatArray:
+    """Return the (k, 3) rotation from each of (k, 4, 4) poses to another, in its own frame [rad]."""
+    return Rotation.from_matrix(np.swapaxes(Ts_from[:, :3, :3], 1, 2) @ Ts_to[:, :3, :3]).as_rotvec()
 
 
 def with_bulges(joint_path: JointPath, arm: Arm, *, process: Process) -> JointPath:
@@ -347,22 +381,23 @@ def strays(
     T_work_base = transforms.inverse(joint_path.T_base_work)
     found = T_work_base @ arm.tool_poses(joints.reshape(-1, knots.joints.shape[1]))
     rows = (knots.starts[:, None] + np.array(shares) * (knots.rows[1:] - knots.starts)[:, None]).ravel()
-    moves = _on_moves(joint_path.poses, rows, found[:, :3, 3])
-    tips = np.linalg.norm(found[:, :3, 3] - moves[:, :3, 3], axis=1)
-    turned = transforms.rotation_angle(np.swapaxes(moves[:, :3, :3], 1, 2) @ found[:, :3, :3])
+    tips, turned = _off_straight(found, *_on_moves(joint_path.poses, rows, found[:, :3, 3]))
     tips, turned = (each.reshape(count, len(shares)).max(axis=1) for each in (tips, turned))
     return tips, turned
 
 
-def _on_moves(poses: PoseStream, rows: FloatArray, tips: FloatArray) -> FloatArray:
-    """Return (k, 4, 4) the place nearest to a tip on the move that each row is on; on the spot that of the row."""
+def _on_moves(poses: PoseStream, rows: FloatArray, tips: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return (k, 4, 4) starts and ends of the moves that rows are on, and the share of each that is nearest to a tip.
+
+    On the spot that is the share of the row.
+    """
     steps = rows.astype(np.int64)
     start, along = poses.tips[steps], poses.tips[steps + 1] - poses.tips[steps]
     squares = np.einsum("ij,ij->i", along, along)
     nearest = np.einsum("ij,ij->i", tips - start, along) / np.where(squares > 0.0, squares, 1.0)
     shares = np.clip(np.where(squares > COINCIDENT**2, nearest, rows - steps), 0.0, 1.0)
     ends = tool_poses(poses, T_base_work=np.eye(4))
-    return transforms.interpolate_poses(ends[steps], ends[steps + 1], shares)
+    return ends[steps], ends[steps + 1], shares
 
 
 def _with_vias(joint_path: JointPath, rows: FloatArray, arm: Arm) -> JointPath:

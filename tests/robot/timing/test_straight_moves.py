@@ -112,6 +112,26 @@ def test_what_the_timed_path_bulges_is_taken_off_what_targets_may_leave_out() ->
     assert targets.poses.size > without.poses.size
 
 
+def test_a_motion_along_a_steep_turn_is_compared_with_the_place_that_is_nearest_by_tip_and_attitude() -> None:
+    # The tool turns by 20 degrees a millimetre: 0.005 mm along the move are 0.1 degrees.
+    tips = line((0.0, 0.0, 0.0), (2.0, 0.0, 0.0), count=41)
+    path = solved(stream(tips, quaternions=tilted(np.radians(np.linspace(-20.0, 20.0, 41)))), ARM)
+    trajectory = timed(path)
+    targets = Targets(poses=np.arange(41), zones=np.zeros(41), speeds=np.full(41, 20.0))
+    exact = off_moves(trajectory, path, targets, ARM)
+    ahead = replace(path, poses=replace(path.poses, tips=tips + np.array([0.005, 0.0, 0.0])))
+    found = off_moves(trajectory, ahead, targets, ARM)
+    # The place is 0.005 mm away by the tip, by the attitude 0.1 degrees; of shares of 0.02 mm and 0.2 degrees the
+    # larger is least where both are a sixth. At the ends of the path the tip is off by all of it.
+    assert found.distance == pytest.approx(0.005, abs=0.0005)
+    assert exact.turn < np.radians(0.015)
+    assert found.turn == pytest.approx(np.radians(0.2 / 6.0), abs=np.radians(0.01))
+    # What is turned about another axis is turned at every place of the move.
+    twist = Rotation.from_euler("z", 0.15, degrees=True) * Rotation.from_quat(path.poses.quaternions, scalar_first=True)
+    aside = replace(path, poses=replace(path.poses, quaternions=twist.as_quat(scalar_first=True)))
+    assert off_moves(trajectory, aside, targets, ARM).turn == pytest.approx(np.radians(0.15), abs=np.radians(0.01))
+
+
 def test_a_motion_is_off_by_as_much_as_its_targets_are_moved() -> None:
     tips = line((0.0, 0.0, 0.0), (20.0, 0.0, 0.0), count=41)
     path = solved(stream(tips), ARM)
