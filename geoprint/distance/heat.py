@@ -281,10 +281,11 @@ class _Held:
         free = np.flatnonzero(~known)
         self._free, self._coupling = free, csc_array(elements.stiffness[:, held][free])
         # SuperLU lets go of the interpreter, so that both systems are factorised at the same time; large ones would
-        # not fit beside one another.
+        # not fit beside one another. The factor that is kept is made in this thread: the memory of one that outlives
+        # its thread is never given back [SciPy, issue 15921].
         with single_threaded_blas():
             if free.size <= BESIDE:
-                self.varadhan, self._poisson = both(lambda: self._warmed(known), self._poisson_solver)
+                self._poisson, self.varadhan = both(self._poisson_solver, lambda: self._warmed(known))
             else:
                 self.varadhan, self._poisson = self._warmed(known), self._poisson_solver()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import threading
 import weakref
 
 import numpy as np
@@ -15,7 +16,7 @@ from geoprint.distance.heat import Heat, held_vertices
 from geoprint.distance.sparse_solver import SymmetricSolver, nested_dissection, picked, superlu
 from geoprint.errors import FieldError, UsageError
 from geoprint.geometry import boundary_source, cotangent_laplacian, point_source
-from geoprint.model import IntArray, Source, Surface, SurfaceCurves, SurfacePoints
+from geoprint.model import FloatArray, IntArray, ScalarField, Source, Surface, SurfaceCurves, SurfacePoints
 from tests.meshes import annulus, disc, plate, sphere, spherical_cap
 
 
@@ -266,3 +267,28 @@ def test_memory_that_ends_while_factorising_is_not_taken_for_a_singular_matrix(m
     monkeypatch.setattr("geoprint.distance.sparse_solver.splu", without_memory)
     with pytest.raises(MemoryError, match="SUPERLU_MALLOC"):
         superlu(csc_array(eye_array(3)))
+
+
+def test_the_factor_that_is_kept_is_made_by_the_thread_that_keeps_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """SciPy never gives back the memory of a factor that outlives the thread it was made in."""
+    made: list[tuple[weakref.ref[SymmetricSolver], int]] = []
+    kept: list[int] = []
+
+    def solver(matrix: csc_array, *, order: IntArray) -> SymmetricSolver:
+        found = SymmetricSolver(matrix, order=order)
+        made.append((weakref.ref(found), threading.get_ident()))
+        return found
+
+    def ended(self: Heat, held: IntArray, distances: FloatArray) -> ScalarField:
+        system = backend._Held(self._elements, held, distances, time=self._time, order=self._order)  # pyright: ignore[reportPrivateUsage]
+        gc.collect()
+        kept.extend(thread for alive, thread in made if alive() is not None)
+        return ScalarField(system.varadhan)
+
+    monkeypatch.setattr(backend, "SymmetricSolver", solver)
+    monkeypatch.setattr(Heat, "_fitted", ended)
+    monkeypatch.setattr("geoprint.threads.processors", lambda: 2)
+    surface = disc(rings=6)
+    Heat(surface).distance(boundary_source(surface))
+    assert kept == [threading.get_ident()]
+    assert {thread for _, thread in made} > set(kept)
