@@ -56,6 +56,8 @@ ARC_ALLOWANCE = 1.01
 class Solid:
     """A part of the tool or of a link: a cylinder or a cone between two circles, in the frame that moves with it.
 
+    Solids with the same values are equal: what was worked out for a cell serves whoever reads it again.
+
     Attributes:
         name: what messages call it.
         start: (3,) centre of the circle nearer to the tip [mm].
@@ -71,6 +73,18 @@ class Solid:
     start_radius: float
     end_radius: float
     reach_below: float = inf
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Solid) and self._values == other._values
+
+    def __hash__(self) -> int:
+        return hash(self._values)
+
+    @property
+    def _values(self) -> tuple[object, ...]:
+        return (
+            self.name, *self.start.tolist(), *self.end.tolist(), self.start_radius, self.end_radius, self.reach_below
+        )  # fmt: skip
 
     @property
     def length(self) -> float:

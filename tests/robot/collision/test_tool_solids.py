@@ -10,10 +10,12 @@ from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
+from geoprint.config import load_cell
 from geoprint.errors import InputError, UsageError
 from geoprint.model import FloatArray, Surface
 from geoprint.robot.arm import MILLIMETRES_PER_METRE
 from geoprint.robot.arm.urdf import read_urdf
+from geoprint.robot.collision.contact import inflated_solids
 from geoprint.robot.collision.tip_zone import TipZone
 from geoprint.robot.collision.tool_solids import (
     ARC_ALLOWANCE,
@@ -381,3 +383,12 @@ def test_each_placement_has_a_circle_of_its_own() -> None:
     found = TipZone(triangles).rooms(poses, radius=np.array([0.9, 1.1]), standoff=STANDOFF)
 
     np.testing.assert_allclose(found, [STANDOFF, STANDOFF - 0.2], atol=1e-12)
+
+
+def test_what_is_worked_out_for_a_cell_serves_whoever_reads_it_again() -> None:
+    once, again = (tool_solids(load_cell(None).tool) for _ in range(2))
+    assert once is not again
+    assert inflated_solids(once, (0.0,) * len(once)) is inflated_solids(again, (0.0,) * len(again))
+    longer = replace(once[1], end=once[1].end + np.array([0.0, 0.0, 1e-9]))
+    assert longer != once[1]
+    assert len({*once, *again, longer}) == len(once) + 1
