@@ -77,7 +77,7 @@ def test_what_is_new_is_controlled_and_nothing_twice(monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr(contact, "_expect", noted)
     # One that nothing in this process has inflated yet.
-    tool = replace(CELL.tool)
+    tool = replace(CELL.tool, needle_length=CELL.tool.needle_length + 0.125)
     first = checked(POST, tool=tool)
     assert {"part plate", "hub", "plate"} <= set(named)
     named.clear()
