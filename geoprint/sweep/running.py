@@ -133,13 +133,23 @@ def run_cell(cell: StudyCell, place: Path, *, work: Work = plan_cell) -> None:
             # The next ones could not be written either.
             raise
         failed = isinstance(error, ResourceError | VerificationError)
-        write_failure(place, "failed" if failed else "refused", str(error))
+        write_failure(place, "failed" if failed else "refused", _said(error, cell.job))
     except MemoryError:
         write_failure(place, "failed", "memory ran out: give `--max-memory` more, or the study a coarser spacing.")
     except Exception as error:  # a defect ends its cell, and no other
-        write_failure(place, "failed", f"this is a defect of geoprint: {error}")
+        write_failure(place, "failed", f"this is a defect of geoprint: {_said(error, cell.job)}")
     else:
         _refusal(place).unlink(missing_ok=True)
+
+
+def _said(error: Exception, job: Job) -> str:
+    """Return what an error says, files by their names: where they lie differs from machine to machine."""
+    words = str(error)
+    files = (cast("Path | None", getattr(job, name)) for name in FILES)
+    for path in filter(None, files):
+        for each in (path.resolve(), path):
+            words = words.replace(str(each), path.name)
+    return words
 
 
 def write_failure(place: Path, status: str, reason: str) -> None:

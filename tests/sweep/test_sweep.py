@@ -142,6 +142,19 @@ def test_a_cell_is_a_bundle_or_a_refusal_with_its_reason(study: Path, tmp_path: 
     assert '"status": "refused"' in (tmp_path / "two.refused.json").read_text()
 
 
+def test_a_reason_names_files_as_every_machine_does(
+    study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (cell, *_) = read_study(study.relative_to(tmp_path)).cells
+
+    def refuse(cell: StudyCell, _: Path) -> None:
+        raise InputError(f"{cell.job.surface} is bad, and so is {cell.job.surface.resolve()}.")
+
+    run_cell(cell, tmp_path / "one", work=refuse)
+    assert ending_of(tmp_path / "one") == ("refused", "a.ply is bad, and so is a.ply.")
+
+
 def test_what_makes_a_cell_can_be_anything(study: Path, tmp_path: Path) -> None:
     asked, out = read_study(study), tmp_path / "out"
     run_study(asked, out, workers=1, work=named_or_refused)
