@@ -31,7 +31,7 @@ from geoprint.workflow import save_comparisons
 if TYPE_CHECKING:
     from selenium.webdriver import Chrome
 
-FACES, SPACING = 15_000, 0.5
+FACES, SPACING = 15_000, 0.37
 # Angle of the cap from its pole to the rim [degrees], and its depth [mm].
 CAP_DEG, DEPTH = 40.0, 22.0
 SIZE, PORT, SECONDS = (1280, 800), 8960, 10.0

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     import viser
 
 # Samples of a path that are drawn at most: finer than a pixel on any part, and few enough for software rendering.
-MOST_SAMPLES: Final = 15_000
+MOST_SAMPLES: Final = 10_000
 # Stretches in which deposited material appears during a replay.
 STRETCHES: Final = 120
 # Poses at which clearance and margin are worked out, at most.
