@@ -46,13 +46,15 @@ from geoprint.workflow import plan_stack
 
 OWN = tuple(DATA / name for name in ("plate.ply", "heart_flat_patch.ply", "heart_apex_patch.ply"))
 BACKENDS = ("lscm", "heat")
-# Ways to plan a part: keys of its job. "mode" is that of the cell's signals.
+# Ways to plan a part: keys of its job. "mode" is that of the cell's signals, "field" the text of a field file.
 WAYS: Mapping[str, dict[str, Any]] = {
     "default": {},
     **{name: {"cell": name} for name in (*PACKAGED_CELLS[1:], TILTING_CELL, UR_CELL)},
     "analog": {"mode": "analog"},
     "follow": {"mode": "analog", "on_slowdown": "follow"},
-    **{name: {"pattern": name} for name in ("spiral", "guided", "fibres")},
+    "spiral": {"pattern": "spiral"},
+    "guided": {"pattern": "guided", "source": "angle:30"},
+    "fibres": {"pattern": "fibres", "field": "[[preferences]]\nrim = true\n"},
     "layers": {"thickness": 1.0},
 }
 # Radii of discs that are cut out of bodies [mm].
@@ -187,7 +189,7 @@ def discs(bodies: Sequence[Path], count: int, *, seed: int) -> Iterator[Part]:
         body = bodies[disc % len(bodies)]
         at = drawn.choice(surfaces[body].vertices).tolist()
         radius = round(float(drawn.uniform(*RADII)), 1)
-        yield f"{body.stem} {disc + 1} r{radius:g}", {"surface": body, "at": at, "radius": radius}
+        yield f"{body.stem} {disc + 1} r{radius:g}", {"surface": body, "patches": [{"at": at, "radius": radius}]}
 
 
 def cases(
@@ -216,6 +218,9 @@ def _save(keys: dict[str, Any], out: Path) -> None:
             text = text.replace(f"# {key}", key)
         keys["cell"] = out.parent / "cell.toml"
         keys["cell"].write_text(text, encoding="utf-8")
+    if (field := keys.pop("field", None)) is not None:
+        keys["field"] = out.parent / "field.toml"
+        keys["field"].write_text(field, encoding="utf-8")
     job = job_of(unit=suggested_unit(keys["surface"])[0], place="demo", **keys)
     if job.layered:
         plan_stack(job, out)

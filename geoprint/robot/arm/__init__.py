@@ -3,6 +3,7 @@
 from geoprint.robot.arm.configuration import (
     BORDER_MARGIN as BORDER_MARGIN,
     BORDERED as BORDERED,
+    QUARTER_TURN as QUARTER_TURN,
     border_distances as border_distances,
     bordered_joints as bordered_joints,
     branch_of as branch_of,

@@ -4,7 +4,8 @@ The margin of a placement is the smallest angle, over all poses, by which any jo
 what deposit needs, and the arm from being stretched; all poses on one branch and one turn about the nozzle. A coarse
 grid over distance, height and yaw finds where it is large, a pattern search [Hooke1961] climbs from the best places of
 it. Turning a part about axis 1 changes joint 1 alone: that is why the grid keeps the direction in which the part
-stands, and only the climb moves it aside.
+stands, and only the climb moves it aside. At last it is turned so far that axis 1 crosses no border of its quadrants
+on deposit, where that costs no margin.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from scipy.spatial.transform import Rotation
 from geoprint import transforms
 from geoprint.errors import InputError
 from geoprint.model import Box, FloatArray, IntArray, PoseStream, freeze_arrays, frozen
-from geoprint.robot.arm import BRANCHES, JOINTS, Arm, about_nozzle
+from geoprint.robot.arm import BRANCHES, JOINTS, QUARTER_TURN, Arm, about_nozzle, bordered_joints
 from geoprint.robot.reach import PoseSamples, angle_margins, keyframes, sample_poses
 
 # Poses on which placements are judged, besides those that reach farthest and lean most.
@@ -40,6 +41,8 @@ EXCHANGES = 5
 CLOSE_ENOUGH = float(np.radians(0.5))
 # Grid places from which the climb starts, no two of them nearer than a step of the grid and a step of yaw.
 STARTS = 6
+# Axis 1 keeps so far from the borders of its quadrants [rad]: the frame of a part 300 mm away may be off by 26 mm.
+CLEAR_OF_BORDERS = float(np.radians(5.0))
 # The arm's foot and column take this much room about axis 1 [mm]: half the diagonal of the IRB 120's foot, 127 mm, and
 # a finger's width.
 COLUMN_RADIUS = 150.0
@@ -161,12 +164,38 @@ class _Judge:
 
     def on_all(self, candidate: Candidate) -> tuple[Candidate, _Judge]:
         """Return a candidate judged on all samples, and a judge that also looks at the worst of each margin."""
-        turned = candidate.pose.T_base_fixture @ self._samples.Ts_base_tool @ about_nozzle(np.array([candidate.spin]))
-        joints = self._arm.solutions(turned)[:, candidate.branch]
+        joints = self._joints(candidate)
         margins = angle_margins(joints, self._arm, deposit=self._samples.deposit)
         worst = np.where(np.isnan(margins), -np.inf, margins).argmin(axis=0)
         judged = replace(candidate, margin=float(_worth(margins.min(axis=1))))
         return judged, _Judge(self._samples, self._arm, rows=np.union1d(self._rows, worst))
+
+    def clear_of_borders(self, candidate: Candidate, *, room: Room) -> Candidate:
+        """Return a candidate turned about axis 1, as little as it takes to keep that clear of borders on deposit.
+
+        Where the room or a margin does not allow it, or all of a quadrant is needed, it stays where it is.
+        """
+        axis_1 = np.unwrap(self._joints(candidate)[self._samples.deposit, 0])
+        if 0 not in bordered_joints(self._arm) or not np.isfinite(axis_1).all() or not axis_1.size:
+            return candidate
+        low, high = float(axis_1.min()) - CLEAR_OF_BORDERS, float(axis_1.max()) + CLEAR_OF_BORDERS
+        if np.floor(low / QUARTER_TURN) == np.floor(high / QUARTER_TURN) or high - low >= QUARTER_TURN:
+            return candidate
+        border = QUARTER_TURN * np.ceil(low / QUARTER_TURN)
+        for turn in sorted((border - low, border - high), key=abs):
+            x, y, z = candidate.pose.position
+            position = np.array([np.cos(turn) * x - np.sin(turn) * y, np.sin(turn) * x + np.cos(turn) * y, z])
+            yaw = transforms.wrapped(candidate.pose.rpy[2:] + turn)
+            aside = FixturePose(position, np.append(candidate.pose.rpy[:2], yaw))
+            judged, _ = self.on_all(replace(candidate, pose=aside))
+            if room.permits(aside) and judged.margin >= candidate.margin - NOTABLE_GAIN:
+                return judged
+        return candidate
+
+    def _joints(self, candidate: Candidate) -> FloatArray:
+        """Return the (s, 6) joints of a candidate at all samples [rad]."""
+        turned = candidate.pose.T_base_fixture @ self._samples.Ts_base_tool @ about_nozzle(np.array([candidate.spin]))
+        return self._arm.solutions(turned)[:, candidate.branch]
 
 
 def _worth(margins: FloatArray) -> FloatArray:
@@ -199,7 +228,8 @@ def search_placement(
 
     Returns:
         One or more candidates that the room permits, margins over all poses falling; a negative one says that some
-        poses are refused. Flips, windings and collisions are not looked at: what is proposed must be planned through.
+        poses are refused. Axis 1 is clear of borders of quadrants on deposit where room and margin permit that.
+        Flips, windings and collisions are not looked at: what is proposed must be planned through.
 
     Raises:
         InputError: the stream is empty, or the room permits no place within the arm's reach.
@@ -220,6 +250,7 @@ def search_placement(
     ]
     found = [judge.best(pose, spins=spins, branches=[*range(BRANCHES)]) for pose in candidates]
     climbed = [_settled(candidate, judge, room=room, steps=steps, tilt=tilt) for candidate in _apart(found)]
+    climbed = [judge.clear_of_borders(candidate, room=room) for candidate in climbed]
     return tuple(sorted(climbed, key=lambda candidate: -candidate.margin))
 
 

@@ -13,8 +13,16 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.model import BoolArray, FloatArray, Robot
-from geoprint.robot.arm import BORDER_MARGIN, BRANCHES, JOINTS, Arm, about_nozzle, border_distances, bordered_joints
-from geoprint.robot.arm.configuration import QUARTER_TURN
+from geoprint.robot.arm import (
+    BORDER_MARGIN,
+    BRANCHES,
+    JOINTS,
+    QUARTER_TURN,
+    Arm,
+    about_nozzle,
+    border_distances,
+    bordered_joints,
+)
 from geoprint.robot.reach.costs import COMFORTABLE_LIMIT, QUADRANT_NEAR, Terms
 from geoprint.robot.reach.keyframes import Keyframes, angle_margins, thinned
 from geoprint.robot.reach.ladder import climb, turning

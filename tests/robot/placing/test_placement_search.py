@@ -10,11 +10,13 @@ import pytest
 from geoprint import transforms
 from geoprint.errors import InputError
 from geoprint.model import Box, FloatArray, PoseStream
-from geoprint.robot.arm import Arm
-from geoprint.robot.placing import FixturePose, Room, search_placement
-from geoprint.robot.reach import reach, reach_margin
+from geoprint.robot.arm import Arm, about_nozzle
+from geoprint.robot.placing import Candidate, FixturePose, Room, search_placement
+from geoprint.robot.placing.placement_search import _Judge  # pyright: ignore[reportPrivateUsage]
+from geoprint.robot.reach import reach, reach_margin, sample_poses
 from geoprint.robot.reach.keyframes import LIMITING, Margin, angle_margins, smallest_margin
 from tests.robot.cells import bent_cell
+from tests.robot.placements import pointing_down
 
 DOWN = np.diag([1.0, -1.0, -1.0])
 TABLE = Box("table", np.array([300.0, 0.0, -10.0]), np.array([800.0, 1200.0, 20.0]))
@@ -132,6 +134,48 @@ def test_margin_of_a_candidate_is_that_of_its_motion_over_all_poses() -> None:
 
 
 @pytest.mark.usefixtures("coarse")
+def straight_ahead() -> tuple[_Judge, Candidate]:
+    """A line over the border of axis 1 at 0 degrees, and its judge on all samples."""
+    samples = sample_poses(line(), T_base_work=np.eye(4))
+    judge = _Judge(samples, arm(), rows=np.arange(len(samples.deposit)))
+    best = judge.best(at(350.0, 0.0, 60.0), spins=np.zeros(1), branches=[*range(8)])
+    return judge, best
+
+
+def axis_1(candidate: Candidate) -> FloatArray:
+    nozzle = pointing_down(line().tips) @ about_nozzle(np.array([candidate.spin]))
+    return np.degrees(arm().solutions(candidate.pose.T_base_fixture @ nozzle)[:, candidate.branch, 0])
+
+
+def test_a_place_is_turned_about_axis_1_until_that_is_clear_of_the_border_ahead() -> None:
+    judge, ahead = straight_ahead()
+    yawed = judge.best(at(350.0, 0.0, 60.0, yaw_deg=90.0), spins=np.zeros(1), branches=[*range(8)])
+    for candidate in (ahead, yawed):
+        aside = judge.clear_of_borders(candidate, room=room())
+        before, after = axis_1(candidate), axis_1(aside)
+        assert np.abs(before).min() < 5.0
+        # As little as it takes, in one quadrant, and with it the part: nothing but axis 1 changes.
+        assert np.abs(after).min() == pytest.approx(5.0, abs=1e-6)
+        assert np.sign(after).min() == np.sign(after).max()
+        np.testing.assert_allclose(after - before, (after - before)[0])
+        assert np.degrees(aside.pose.rpy[2] - candidate.pose.rpy[2]) == pytest.approx((after - before)[0])
+        assert aside.margin == pytest.approx(candidate.margin)
+        assert np.hypot(*aside.pose.position[:2]) == pytest.approx(350.0)
+        again = judge.clear_of_borders(aside, room=room())
+        np.testing.assert_allclose(again.pose.position, aside.pose.position)
+
+
+def test_a_place_stays_where_room_or_margin_allow_no_turn() -> None:
+    judge, ahead = straight_ahead()
+    walls = tuple(
+        Box(f"wall {y:+g}", np.array([350.0, y, 500.0]), np.array([800.0, 40.0, 1000.0])) for y in (-40.0, 40.0)
+    )
+    assert room(obstacles=(TABLE, *walls)).permits(ahead.pose)
+    assert judge.clear_of_borders(ahead, room=room(obstacles=(TABLE, *walls))) is ahead
+    held = replace(ahead, margin=ahead.margin + 0.1)
+    assert judge.clear_of_borders(held, room=room()) is held
+
+
 def test_height_is_kept_and_tilt_is_bounded_where_they_are_given() -> None:
     found = search_placement(
         line(), arm(), T_fixture_work=np.eye(4), start=at(300, 0, 50), room=room(), height=20.0,
