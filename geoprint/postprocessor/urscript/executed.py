@@ -32,11 +32,13 @@ MOST_MOTION, MOST_TURN = 1e-3, 1e-5
 # An output switches when the tip passes its place, to this [s]; the place is written to this [mm].
 MOST_DELAY, MOST_PLACE = 2e-3, 5e-4
 # How much longer or shorter than planned a move, and all moves of a run together, may take [s, share].
-MOST_MOVE_TIME, MOST_RUN_TIME = 0.02, 0.05
+MOST_MOVE_TIME, MOST_RUN_TIME = 0.05, 0.05
 # A blend is rounded down by this share at most, and takes less than half of the way to a neighbour.
 _LEAST_BLEND, _HALF = 0.988, 0.5
 # Rounding of a speed, never above the plan; the rest of it is what numbers of a file are worth.
 _LEAST_SPEED, _EXCESS = 0.9999, 1e-6
+# A zone is read from a table of six decimals [mm].
+_NO_EXCESS = 1e-5
 # Speeds that follow from lengths and times as they are written.
 _SAME_SPEED = 5e-4
 # Moves shorter than this turn the tool [mm]; blends below this are stops [mm].
@@ -394,7 +396,7 @@ class _Judge:
         zones = np.minimum(np.minimum(orders.zones, largest_zones(orders) + _EXCESS), _HALF * nearer)
         blends = np.array([0.0, *(1e3 * move.blend for move in made.path)])
         least = np.where(zones < _NO_BLEND, 0.0, _LEAST_BLEND * zones - _NO_BLEND * 0.01)
-        wrong = (blends > zones) | (blends < least) | ((zones < _EXCESS) & (blends > 0.0))
+        wrong = (blends > zones + _NO_EXCESS) | (blends < least) | ((zones < _EXCESS) & (blends > 0.0))
         wrong[0] = False
         return ((wrong, lambda k: f"the blend is {blends[k]:g} mm, planned {zones[k]:g}"),)
 
