@@ -8,7 +8,7 @@ which shares no code with the writer.
 
 The columns: targets; time of the program [s]; how far the executed path lies from the plan [mm], at targets, of a joint
 trajectory all along; how far outputs switch from the moment at which the plan has them [ms]; volume of all runs over
-the wanted one, and of the run that is off most, for a valve that lets the same through in every second; how much longer
+the planned one, and of the run that is off most, for a valve that lets as much through in every second; how much longer
 or shorter a run takes; lines of the program; seconds to write and execute it.
 """
 
@@ -132,34 +132,44 @@ def measured(made: Plan, dialect: str) -> Measured:
 
 def _delay(execution: Execution, program: RobotProgram, cell: Cell) -> float:
     """Return how far a switching is from the moment at which the plan has it, at most [s]."""
-    orders, waits = program.orders, expected_waits(program.orders, cell.signals)
     signals = cell.signals
     names = {"dispenser": signals.dispenser, "uv_lamp": signals.uv_lamp, "vacuum": signals.vacuum or ""}
     off = [0.0]
     for output, name in names.items():
         found = sorted(each.time for each in execution.switched if each.signal == name.lower())
-        due = sorted(
-            moment_on(each.target, each.distance, orders, program.tips_at, from_start=each.from_start)
-            + float(waits[each.target - 1]) * each.from_start
-            for each in program.events
-            if each.output == output
-        )
-        off += np.abs(np.subtract(found, due)).tolist()
+        off += np.abs(np.subtract(found, [time for time, _ in _due(output, program, cell)])).tolist()
     return max(off)
 
 
+def _due(output: str, program: RobotProgram, cell: Cell) -> list[tuple[float, bool]]:
+    """Return when the plan has an output switched, and to what."""
+    orders, waits = program.orders, expected_waits(program.orders, cell.signals)
+    return sorted(
+        (
+            moment_on(each.target, each.distance, orders, program.tips_at, from_start=each.from_start)
+            + float(waits[each.target - 1]) * each.from_start,
+            each.on,
+        )
+        for each in program.events
+        if each.output == output
+    )
+
+
 def _volumes(files: Sequence[tuple[str, str]], dialect: str, program: RobotProgram, cell: Cell) -> tuple[float, float]:
-    """Return the volume of all runs over the wanted one, and of the run that is off most."""
-    found, orders = post_processor(dialect).dispensing(files, program, cell), program.orders
+    """Return the volume of all runs over the planned one, and of the run that is off most.
+
+    A valve lets the same through in every second that it is open, less what its lags take.
+    """
+    found = post_processor(dialect).dispensing(files, program, cell)
     # A valve that is shut where it is shut already stays so.
     changes = found.valve_open != np.append(np.False_, found.valve_open[:-1])
     times, opens = found.valve_times[changes], found.valve_open[changes]
-    opened, shut = times[opens] + cell.signals.valve_open, times[~opens] + cell.signals.valve_close
-    steps = np.append(np.linalg.norm(np.diff(orders.tips, axis=0), axis=1), 0.0)
-    wanted = np.array([float((steps * orders.flow)[first:last].sum()) for first, last in orders.deposits])
-    flow = float(wanted.sum() / sum(float(steps[first:last].sum()) for first, last in orders.deposits))
-    shares = (shut - opened - 0.5 * cell.signals.settle) * cell.process.speed * flow / wanted
-    return float((shares * wanted).sum() / wanted.sum()), float(shares[np.abs(shares - 1.0).argmax()])
+    due = _due("dispenser", program, cell)
+    planned = np.subtract([time for time, on in due if not on], [time for time, on in due if on])
+    lag = cell.signals.valve_close - cell.signals.valve_open
+    flowing, wanted = times[~opens] - times[opens] + lag, planned + lag
+    shares = flowing / wanted
+    return float(flowing.sum() / wanted.sum()), float(shares[np.abs(shares - 1.0).argmax()])
 
 
 if __name__ == "__main__":

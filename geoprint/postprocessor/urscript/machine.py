@@ -93,7 +93,6 @@ _SIGNATURES: Mapping[str, tuple[int, tuple[str, ...]]] = {
     "get_target_tcp_pose": (0, ()),
     "get_actual_joint_positions": (0, ()),
     "get_inverse_kin": (1, ("x", "qnear")),
-    "norm": (1, ("a",)),
     **dict.fromkeys(_OUTPUTS, (2, ("n", "b"))),
     **dict.fromkeys(_RUN_STATES, (2, ("outputId", "state"))),
 }
@@ -619,13 +618,6 @@ def _payload(machine: Machine, arguments: dict[str, Value]) -> None:
     machine.log.loads.append((machine.now, tuple(arguments.values())))
 
 
-def _norm(machine: Machine, arguments: dict[str, Value]) -> float:
-    value = arguments["a"]
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise machine.refused("norm must have a number")
-    return abs(float(value))
-
-
 def _message(machine: Machine, arguments: dict[str, Value]) -> None:
     del machine, arguments
 
@@ -634,7 +626,6 @@ _INSTANT: Mapping[str, Callable[[Machine, dict[str, Value]], Value]] = {
     "set_tcp": Machine.set_tcp,
     "set_target_payload": _payload,
     "textmsg": _message,
-    "norm": _norm,
     "pose_trans": lambda machine, each: pose_trans(machine.pose_in(each["p_from"]), machine.pose_in(each["p_from_to"])),
     "pose_inv": lambda machine, each: pose_inv(machine.pose_in(each["p_from"])),
     "get_target_tcp_pose": Machine.target_pose,

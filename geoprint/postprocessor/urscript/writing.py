@@ -22,7 +22,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from geoprint.errors import UsageError
-from geoprint.model import Cell, FloatArray, Placement, Program, Tool
+from geoprint.model import Cell, FloatArray, Placement, Process, Program, Tool
 from geoprint.postprocessor.interface import RobotProgram
 from geoprint.postprocessor.orders import Event, Orders
 from geoprint.postprocessor.switching import waits
@@ -31,9 +31,10 @@ from geoprint.postprocessor.urscript.guard import guard_lines
 FILE = "geoprint.script"
 # Longer files take long to load; controllers of the CB series were seen to fail at far shorter ones.
 MOST_LINES = 100_000
-# Acceleration of the tool along the path [mm/s2]: at least the default of movep; by so much more than the ramps of the
-# plan need, in such steps.
-_ACCELERATION, _MORE, _STEP = 1200.0, 1.1, 100.0
+# Acceleration of the tool along the path, the default of movep, and the most in a ramp [mm/s2].
+_ACCELERATION, _MOST = 1200.0, 10000.0
+# A move from a rest keeps this share of its time at least.
+_LEAST_TIME = 0.5
 # Moves shorter than this turn the tool on the spot [mm].
 _ON_THE_SPOT = 1e-3
 # A blend takes at most this share of the way to the nearer neighbour; below the second it is none [mm].
@@ -59,7 +60,7 @@ def written_script(program: RobotProgram, cell: Cell) -> Program:
     lines += ["def geoprint():", *_settings(placement), *_data(orders, cell, placement), *guard_lines(cell, placement)]
     waiting = waits(orders, cell.signals)
     edges = [0, *(np.flatnonzero(np.diff(orders.runs) != 0) + 1).tolist(), orders.count]
-    moves = _moves(orders)
+    moves = _moves(orders, cell.process)
     events = _placed(orders, program.events)
     for number, (first, last) in enumerate(pairwise(edges), start=1):
         lines += _run(number, range(max(first, 1), last), moves, events, waiting)
@@ -142,59 +143,72 @@ def _inertia(tool: Tool) -> FloatArray:
     return np.array([I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2]])
 
 
-def _moves(orders: Orders) -> list[str]:
+def _moves(orders: Orders, process: Process) -> list[str]:
     """Return the move to each target; that to the first is made by the guard."""
     steps = np.linalg.norm(np.diff(orders.tips, axis=0), axis=1)
     nearer = np.minimum(np.append(steps, 0.0), np.append(0.0, steps))
     blends = _rounded_down(np.minimum(orders.zones, _BLEND_SHARE * nearer), digits=_BLEND_DIGITS)
-    acceleration, ramped = _ramps(orders, steps, np.where(blends < _SMALLEST_BLEND, 0.0, blends))
-    speeds = _rounded_down(ramped, digits=_SPEED_DIGITS)
+    paces = _paces(orders, steps, np.where(blends < _SMALLEST_BLEND, 0.0, blends), process)
+    speeds, accelerations = (_rounded_down(each, digits=_SPEED_DIGITS) for each in paces)
     places = _poses(orders.tips, orders.quaternions)
     durations = np.diff(orders.times)
     moves = [""]
     for k in range(1, orders.count):
         at = f"pose_trans(geo_at, {places[k]})"
         if steps[k - 1] < _ON_THE_SPOT:
-            moves.append(f"movel({at}, t={max(float(durations[k - 1]), _SHORTEST_MOVE):.4f} / geo_rate)")
+            moves.append(f"movel({at}, a=1.2, v=0.25, t={max(float(durations[k - 1]), _SHORTEST_MOVE):.4f} / geo_rate)")
             continue
         blend = _plain(1e-3 * float(blends[k])) if blends[k] >= _SMALLEST_BLEND else "0"
         speed = _plain(1e-3 * float(speeds[k]))
-        moves.append(f"movep({at}, a={_plain(1e-3 * acceleration)}, v=geo_rate * {speed}, r={blend})")
+        moves.append(f"movep({at}, a={_plain(1e-3 * float(accelerations[k]))}, v=geo_rate * {speed}, r={blend})")
     return moves
 
 
-def _ramps(orders: Orders, steps: FloatArray, blends: FloatArray) -> tuple[float, FloatArray]:
-    """Return the acceleration along the path [mm/s2], and (t,) the speeds of the moves with which they last as planned.
+def _paces(orders: Orders, steps: FloatArray, blends: FloatArray, process: Process) -> tuple[FloatArray, FloatArray]:
+    """Return (t,) speeds [mm/s] and accelerations [mm/s2] of the moves with which they last as planned.
 
     The planned speed of a move is its mean, in which the ramp from or to a rest counts. A controller makes that ramp at
-    the acceleration of the move, so such a move is given the speed that it reaches then: of way L, time t and
-    acceleration a, L / v + n v / (2 a) = t for n rests at its ends.
+    the acceleration of the move. So such a move has the speed v of its neighbour, or that of the process, and the
+    acceleration a with which it lasts as planned: (B + L) / v + n v / (2 a) = t, for its blend B, line L, time t and n
+    rests at its ends. Where that ramp is longer than the line, it is as long: v = (B + 2 L) / t, a = n v^2 / (2 L). A
+    blend is gone at the pace of the move behind it: the half that a move from a rest gives away takes time off it, the
+    half that one to a rest takes over adds to it.
     """
-    lengths = _rounded_lengths(orders.tips, steps, blends)
-    durations = np.diff(orders.times)
+    half = _half_blends(orders.tips, steps, blends)
+    durations, planned = np.diff(orders.times), orders.speeds[1:]
     rests = blends == 0.0
-    # A rest at each end of a move, where it is one.
-    ends = rests[:-1].astype(np.float64) + rests[1:]
-    moving = (steps > _ON_THE_SPOT) & (durations > 0.0)
-    needed = np.where(moving, 2.0 * ends * lengths / np.where(moving, durations, 1.0) ** 2, 0.0)
-    least = max(_ACCELERATION, _MORE * float(needed.max(initial=0.0)))
-    acceleration = _STEP * float(np.ceil(least / _STEP - 1e-9))
-    root = np.sqrt(np.maximum(durations**2 - 2.0 * ends * lengths / acceleration, 0.0))
-    reached = acceleration / np.maximum(ends, 1.0) * (durations - root)
-    speeds = np.where(moving & (ends > 0.0), reached, orders.speeds[1:])
-    return acceleration, np.append(orders.speeds[:1], speeds)
+    starts, stops = rests[:-1], rests[1:]
+    n = starts.astype(np.float64) + stops
+    before, behind = np.append(planned[:1], planned[:-1]), np.append(planned[1:], planned[-1])
+    given = np.where(starts & ~stops, half[1:] / behind, 0.0)
+    taken = np.where(stops & ~starts, half[:-1] / before, 0.0)
+    t = np.maximum(durations - given, _LEAST_TIME * durations) + taken
+    L, B = steps - blends[:-1] - blends[1:], np.where(stops & ~starts, 2.0 * half[:-1], 0.0)
+    limit = np.where(orders.deposited[:-1], process.speed, process.travel_speed)
+    # The neighbour's speed, where it neither begins nor ends at rest.
+    other = np.where(starts, behind, before)
+    even = np.where(starts, np.append(n[1:], 1.0), np.append(1.0, n[:-1])) == 0.0
+    v = np.where((n == 1.0) & even & (other > planned), other, np.maximum(limit, planned))
+    slack = np.maximum(t - (B + L) / v, 1e-9)
+    a = np.where(n > 0.0, np.minimum(n * v / (2.0 * slack), _MOST), _ACCELERATION)
+    # Without time for a ramp at the most, the way is gone slower.
+    root = np.sqrt(np.maximum(t**2 - 2.0 * n * (B + L) / a, 0.0))
+    v = np.where(a == _MOST, a / np.maximum(n, 1.0) * (t - root), v)
+    long = n * v**2 / (2.0 * a) > L
+    v = np.where(long, (B + 2.0 * L) / np.where(t > 0.0, t, 1.0), v)
+    a = np.where(long, n * v**2 / (2.0 * np.where(L > 0.0, L, 1.0)), a)
+    ramp = (n > 0.0) & (steps > _ON_THE_SPOT)
+    speeds, accelerations = np.where(ramp, v, planned), np.where(ramp, a, _ACCELERATION)
+    return np.append(orders.speeds[:1], speeds), np.append(_ACCELERATION, accelerations)
 
 
-def _rounded_lengths(tips: FloatArray, steps: FloatArray, blends: FloatArray) -> FloatArray:
-    """Return (t - 1,) the way of each move from the middle of one blend to that of the next [mm]."""
+def _half_blends(tips: FloatArray, steps: FloatArray, blends: FloatArray) -> FloatArray:
+    """Return (t,) half of the arc about each target [mm]: of radius b / tan(angle / 2), over the angle."""
     along = np.diff(tips, axis=0) / np.maximum(steps, _ON_THE_SPOT)[:, None]
     angles = np.arccos(np.clip((along[1:] * along[:-1]).sum(axis=1), -1.0, 1.0))
-    own = blends[1:-1]
-    # Half of an arc of radius b / tan(angle / 2) replaces a way b on each side.
     flat = angles < 1e-6
-    half = np.where(flat, own, own * 0.5 * angles / np.tan(0.5 * np.where(flat, 1.0, angles)))
-    saved = np.concatenate([[0.0], own - half, [0.0]])
-    return steps - saved[:-1] - saved[1:]
+    share = np.where(flat, 1.0, 0.5 * angles / np.tan(0.5 * np.where(flat, 1.0, angles)))
+    return blends * np.concatenate([[0.0], share, [0.0]])
 
 
 def _run(

@@ -137,7 +137,7 @@ def test_outputs_switch_when_the_plan_has_them_and_by_the_lines_of_the_threads(b
         assert lines[each.line - 1].strip() == f"{words[each.signal]}({each.on})"
     opened = [each.time for each in switched if each.signal == "digital_out_0" and each.on]
     deposits = [float(program.orders.times[first]) for first, _ in program.orders.deposits]
-    # The valve opens its lag of 50 ms before the ramp of the run is made up for.
+    # The valve opens its lag of 50 ms before the run, less the ramp that is made up for.
     np.testing.assert_allclose(np.array(opened) - deposits, -0.05, atol=0.008)
 
 
