@@ -149,7 +149,9 @@ def axis_1(candidate: Candidate) -> FloatArray:
 
 def test_a_place_is_turned_about_axis_1_until_that_is_clear_of_the_border_ahead() -> None:
     judge, ahead = straight_ahead()
-    yawed = judge.best(at(350.0, 0.0, 60.0, yaw_deg=90.0), spins=np.zeros(1), branches=[*range(8)])
+    # With the nozzle's bend aside, axis 1 stands elsewhere, and a line along the other axis crosses the border there.
+    x, y = 350.0 * np.cos(np.radians(-12.0)), 350.0 * np.sin(np.radians(-12.0))
+    yawed = judge.best(at(x, y, 60.0, yaw_deg=78.0), spins=np.zeros(1), branches=[*range(8)])
     for candidate in (ahead, yawed):
         aside = judge.clear_of_borders(candidate, room=room())
         before, after = axis_1(candidate), axis_1(aside)
