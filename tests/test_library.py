@@ -30,7 +30,7 @@ from geoprint.model import reading
 from geoprint.model.values import WIDTH
 from geoprint.reporting.records.plan import PlanRecord
 from geoprint.results import Comparison, MeasuredFile, Measurement, Plan, Planned
-from geoprint.robot.arm import read_urdf_file
+from geoprint.robot.arm import calibrated_urdf, read_urdf_file
 
 ROOT = Path(__file__).parents[1]
 PLATE = str(ROOT / "data" / "plate.ply")
@@ -232,6 +232,7 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "calibrate_tool": lambda: geoprint.workflow.calibrate_tool(gone, cell=None, noise=None),
         "read_measured_flow": lambda: process_fitting.read_measured_flow(gone, density=1.0),
         "fit_flow": lambda: process_fitting.fit_flow(gone, cell=None, density=1.0, model="newtonian"),
+        "calibrated_urdf": lambda: calibrated_urdf("ur5e", gone),
         "read_urdf_file": lambda: read_urdf_file(gone, flange="tool0"),
         "read_record": lambda: reporting.read_record(gone, PlanRecord),
         "read_setup": lambda: postprocessor.read_setup(gone),

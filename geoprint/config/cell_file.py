@@ -38,7 +38,7 @@ from geoprint.model import (
     TouchedPoints,
 )
 from geoprint.positioner import table_machine
-from geoprint.robot.arm import FLANGE_FRAME, read_urdf_file
+from geoprint.robot.arm import CALIBRATED_ARMS, FLANGE_FRAME, calibrated_urdf, read_urdf_file
 from geoprint.transforms import rigid
 
 # `[table]` of a cell file: the hexapod and the tilt-turn table as they are written, and what they are in mm and rad.
@@ -231,6 +231,7 @@ class RobotTable(Table):
     arm: Literal["irb120", "ur5e"] | None = None
     urdf: str | None = None
     flange: str = FLANGE_FRAME
+    calibration: str | None = None
     limits_deg: SixRanges
     speeds_deg_s: SixPositive
     accelerations_deg_s2: SixPositive
@@ -244,6 +245,9 @@ class RobotTable(Table):
     def _one_arm_with_its_load(self) -> Self:
         if (self.arm is None) == (self.urdf is None):
             raise ValueError("give either arm, one of geoprint, or urdf, your own file")
+        if self.calibration is not None and (self.arm not in CALIBRATED_ARMS or self.flange != FLANGE_FRAME):
+            known = ", ".join(CALIBRATED_ARMS)
+            raise ValueError(f"calibration belongs to a packaged arm with its own flange: {known}")
         if (self.payload_kg is None) != (self.wrist_inertia_kg_m2 is None):
             raise ValueError("payload_kg and wrist_inertia_kg_m2 (about axes 5 and 6) belong together: give both")
         return self
@@ -546,18 +550,18 @@ def machine_of(table: Mapping[str, object], *, name: str, folder: Path) -> Cell:
         UsageError: the URDF cannot be read.
     """
     file = CellFile.model_validate(table)
-    urdf = file.robot.urdf
+    model, urdf = _arm_of(file.robot, folder)
     return Cell(
         name=name,
         robot=Robot(
-            model=file.robot.arm or Path(file.robot.urdf or "").name,
+            model=model,
             limits=np.radians(file.robot.limits_deg),
             speeds=np.radians(file.robot.speeds_deg_s),
             accelerations=np.radians(file.robot.accelerations_deg_s2),
             home=np.radians(file.home.joints_deg),
             target_period=file.robot.target_period_ms / 1000.0,
             response=file.robot.response_ms / 1000.0,
-            urdf=None if urdf is None else read_urdf_file(folder / urdf, flange=file.robot.flange),
+            urdf=urdf,
             flange=file.robot.flange,
             load=file.robot.load,
             post_processor=file.robot.post_processor,
@@ -583,6 +587,20 @@ def machine_of(table: Mapping[str, object], *, name: str, folder: Path) -> Cell:
         table=None if file.table is None else _table(file.table),
         options=file.options,
     )
+
+
+def _arm_of(table: RobotTable, folder: Path) -> tuple[str, str | None]:
+    """Return name and URDF of an arm; no URDF of a packaged one, unless it is calibrated.
+
+    Raises:
+        UsageError: the URDF or the calibration cannot be read.
+    """
+    if table.urdf is not None:
+        return Path(table.urdf).name, read_urdf_file(folder / table.urdf, flange=table.flange)
+    arm = table.arm or ""
+    if table.calibration is not None:
+        return f"{arm}-calibrated.urdf", calibrated_urdf(arm, folder / table.calibration)
+    return arm, None
 
 
 def noun_of(noun: type[Noun], table: Table) -> Noun:

@@ -172,7 +172,12 @@ def _cell_files(workpiece: Workpiece) -> dict[str, bytes]:
     text, name = workpiece.cell_text, workpiece.cell.name
     if text is None:
         return {}
-    urdf = tomllib.loads(text)["robot"].get("urdf")
+    robot = tomllib.loads(text)["robot"]
+    if "calibration" in robot:
+        # The URDF of a calibrated arm has its calibration in it.
+        robot = {"urdf": workpiece.cell.robot.model}
+        text = edited(text, table="robot", values=robot | {"arm": None, "calibration": None}, name=name)
+    urdf = robot.get("urdf")
     if urdf is None:
         return {f"{CELL_FOLDER}/{name}": text.encode("utf-8")}
     beside = Path(urdf).name

@@ -449,6 +449,25 @@ class _Judge:
             speeds[k], accelerations[k] = reached, acceleration
         return speeds, accelerations
 
+    def _timed(self, made: Made) -> FloatArray:
+        """Return (t - 1,) how long each move takes by its own speed and acceleration, with its half of each blend [s].
+
+        Which speed a blend has nobody promises: by the clock of the machine, moves beside a slow one take longer, and
+        it less, which evens out along a run.
+        """
+        arcs, lines = _lengths(made)
+        following, rests = np.append(arcs[1:], 0.0), self._rests(made)
+        speeds = np.array([1e3 * move.speed for move in made.path])
+        ramps = np.array([0.5 * move.speed / move.acceleration for move in made.path])
+        took = lines / speeds + rests * ramps + 0.5 * (arcs + following) / speeds
+        planned = self.orders.speeds[1:]
+        for k in np.flatnonzero(rests == 1.0).tolist():
+            if following[k] > 0.0:
+                took[k] += 0.5 * following[k] * (1.0 / planned[k + 1] - 1.0 / speeds[k])
+            elif arcs[k] > 0.0:
+                took[k] += arcs[k] / speeds[k] - 0.5 * arcs[k] * (1.0 / speeds[k] + 1.0 / planned[k - 1])
+        return took
+
     def targets(self, lifted_runs: int) -> tuple[FloatArray, list[tuple[float, float, float, float]]]:
         """Return where the targets must be in the base frame [mm], and their attitudes."""
         T = self.placement.T_base_work
@@ -733,11 +752,10 @@ class _Judge:
         """Return what was executed in figures."""
         places, _ = self.targets(self.runs if self.placement.missing else 0)
         found = 1e3 * np.array([position(move.target) for move in (made.start, *made.path)])
-        planned = np.diff(self.orders.times)
-        took = _durations(made)
+        planned, spot = np.diff(self.orders.times), np.array([move.seconds > 0.0 for move in made.path])
+        off, clocked = (np.where(spot, 0.0, each - planned) for each in (self._timed(made), _durations(made)))
         runs = self.orders.runs[1:]
-        off = np.where([move.seconds > 0.0 for move in made.path], 0.0, took - planned)
-        sums = [np.bincount(runs, weights=each) for each in (off, planned)]
+        sums = [np.bincount(runs, weights=each) for each in (clocked, planned)]
         shares = np.abs(sums[0]) / np.where(sums[1] > 0.0, sums[1], np.inf)
         lines = self.script.lines
         done: set[int] = set()

@@ -1,5 +1,6 @@
 """The arm: its URDF, forward and inverse kinematics, configuration data, and the load on its flange."""
 
+from geoprint.robot.arm.calibration import CALIBRATED_ARMS as CALIBRATED_ARMS, calibrated_urdf as calibrated_urdf
 from geoprint.robot.arm.configuration import (
     BORDER_MARGIN as BORDER_MARGIN,
     BORDERED as BORDERED,

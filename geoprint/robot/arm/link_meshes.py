@@ -46,7 +46,9 @@ def link_meshes(robot: Robot, *, cell: Path) -> tuple[dict[int, list[Surface]], 
     chain = chain_of(robot.urdf or "", name=robot.model, flange=robot.flange)
     # `chain_of` has refused what makes XML dangerous.
     root = ET.fromstring(robot.urdf or "<robot/>")  # noqa: S314
-    folder = (cell.parent / str(tomllib.loads(cell.read_text(encoding="utf-8"))["robot"]["urdf"])).parent
+    # A calibrated arm has the URDF of its kind, which lies nowhere beside the cell.
+    named = tomllib.loads(cell.read_text(encoding="utf-8"))["robot"].get("urdf", "")
+    folder = (cell.parent / str(named)).parent
     visuals = {link.get("name", ""): link.findall("visual") for link in root.findall("link")}
     for joint, link in enumerate((chain.base, *chain.links)):
         meshes = [(shape, mesh) for shape in visuals[link] if (mesh := shape.find("geometry/mesh")) is not None]
