@@ -196,7 +196,7 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
     """Return calls that read what is not there."""
     robot = planned.robot[0]
     job = geoprint.job_of(surface=PLATE, unit="mm", spacing=2.0)
-    table, joints = cast("Any", None), np.zeros(6)
+    table = cast("Any", None)
     return {
         "load": lambda: geoprint.load(gone, unit="mm"),
         "load_file": lambda: load_file(gone, unit="mm"),
@@ -240,9 +240,7 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "read_trajectory_table": lambda: geoprint.postprocessor.read_trajectory_table(gone),
         "verify_poses_table": lambda: postprocessor.verify_poses_table(gone, planned.poses),
         "verify_trajectory_table": lambda: postprocessor.verify_trajectory_table(gone, robot.trajectory),
-        "read_orders": lambda: postprocessor.read_orders(
-            gone, table, start=joints, lifted=joints, extent=np.zeros((2, 3)), duration=1.0
-        ),
+        "read_orders": lambda: postprocessor.read_orders(gone, table, extent=np.zeros((2, 3)), duration=1.0),
     }
 
 

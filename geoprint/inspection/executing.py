@@ -230,7 +230,7 @@ def _program(folder: Path) -> tuple[Dispensing, Dispenser]:
     poses = read_poses_table(folder / "poses.csv")
     table = read_trajectory_table(folder / "trajectory.csv")
     orders = read_orders(
-        folder / "targets.csv", poses, start=setup.start, lifted=setup.aloft, extent=setup.extent,
+        folder / "targets.csv", poses, extent=setup.extent,
         duration=float(table.times[-1]),
     )  # fmt: skip
     cell, placement = setup.cell, setup.placement

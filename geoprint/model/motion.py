@@ -50,7 +50,6 @@ class JointPath:
     Attributes:
         poses: the stream as commanded: turned about the nozzle by `rotations`, and leaned by `leans`.
         joints: (p, 6) angles [rad], continuous from pose to pose, inside the limits.
-        configuration: (p, 4) RAPID configuration data cf1, cf4, cf6, cfx of each pose.
         branch: index of the branch, 0 to 7.
         rotations: (p,) turn about the nozzle's axis that was added to each pose [rad], continuous from pose to pose.
         leans: (p, 2) lean that was added before that, about the tool's x and y axes [rad].
@@ -65,7 +64,6 @@ class JointPath:
 
     poses: PoseStream
     joints: FloatArray
-    configuration: IntArray
     branch: int
     rotations: FloatArray
     leans: FloatArray
@@ -77,7 +75,7 @@ class JointPath:
 
     def __post_init__(self) -> None:
         sizes = freeze_arrays(
-            self, joints="float: p 6", configuration="int: p 4", rotations="float: p", leans="float: p 2",
+            self, joints="float: p 6", rotations="float: p", leans="float: p 2",
             T_base_work="float: 4 4", via_rows="float: e", via_joints="float: e 6", bulges="float: b 2",
         )  # fmt: skip
         if sizes["p"] != self.poses.count:
@@ -88,7 +86,7 @@ class JointPath:
         rows, vias = slice(first, behind), (self.via_rows > first) & (self.via_rows < behind - 1)
         return replace(
             self, poses=self.poses.between(first, behind), joints=self.joints[rows],
-            configuration=self.configuration[rows], rotations=self.rotations[rows], leans=self.leans[rows],
+            rotations=self.rotations[rows], leans=self.leans[rows],
             via_rows=self.via_rows[vias] - first, via_joints=self.via_joints[vias], bulges=self.bulges[rows],
         )  # fmt: skip
 

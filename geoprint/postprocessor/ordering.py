@@ -22,20 +22,18 @@ def orders_of(
     trajectory: Trajectory,
     *,
     placement: Placement,
-    lifted: FloatArray,
-    lifted_configuration: IntArray,
+    lifted_joints: FloatArray,
     extent: FloatArray,
     frame: float = np.inf,
 ) -> Orders:
     """Return the orders of a plan.
 
     Args:
-        joint_path: poses, joint angles and configurations, with the targets where they are written.
+        joint_path: poses and joint angles, with the targets where they are written.
         targets: which poses are written, how fast, how rounded.
         trajectory: when each pose is passed.
         placement: where the part stands; the joint path must have been computed for it.
-        lifted: (6,) joints at the first target of the dry run [rad].
-        lifted_configuration: (t, 4) configuration data of the targets of the dry run.
+        lifted_joints: (t, 6) at the targets of the dry run [rad].
         extent: (2, 3) lowest and highest coordinates of the part in the work frame [mm].
         frame: as `Orders` [mm].
 
@@ -51,16 +49,14 @@ def orders_of(
         poses=chosen,
         tips=poses.tips[chosen],
         quaternions=poses.quaternions[chosen],
-        configuration=joint_path.configuration[chosen],
+        joints=joint_path.joints[chosen],
         zones=targets.zones,
         speeds=targets.speeds,
         runs=poses.runs[chosen],
         deposited=deposited,
         flow=np.where(deposited, _mean_flow(poses, chosen), 0.0),
         times=np.round(trajectory.pose_times[chosen], TIME_DECIMALS),
-        start=joint_path.joints[0],
-        lifted=lifted,
-        lifted_configuration=lifted_configuration,
+        lifted_joints=lifted_joints,
         extent=extent,
         duration=trajectory.duration,
         frame=frame,

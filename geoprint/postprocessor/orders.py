@@ -29,16 +29,14 @@ class Orders:
         poses: (t,) row of the pose stream (and of poses.csv) that each target is.
         tips: (t, 3) tip of the nozzle in the work frame [mm].
         quaternions: (t, 4) attitude of the tool, w x y z.
-        configuration: (t, 4) cf1, cf4, cf6, cfx.
+        joints: (t, 6) at each [rad].
         zones: (t,) radius in which the controller may round the target [mm]; 0 stops there.
         speeds: (t,) of the tip in the move to the target [mm/s].
         runs: (t,) run of each target.
         deposited: (t,) whether material is deposited from the target to the next one; not from the last.
         flow: (t,) volume to deposit per length from the target to the next [mm3/mm], 0 where none is deposited.
         times: (t,) when each is passed; home is left at 0 [s].
-        start: (6,) joints at the first target [rad].
-        lifted: (6,) joints at the first target of the dry run, which is driven higher [rad].
-        lifted_configuration: (t, 4) as `configuration`, of the targets of the dry run.
+        lifted_joints: (t, 6) at the targets of the dry run, which is driven higher [rad].
         extent: (2, 3) lowest and highest coordinates of the part in the work frame [mm].
         duration: from home to home [s].
         frame: by how much the part's middle may shift, and at once its farthest point turn about it, until an axis of a
@@ -48,25 +46,23 @@ class Orders:
     poses: IntArray
     tips: FloatArray
     quaternions: FloatArray
-    configuration: IntArray
+    joints: FloatArray
     zones: FloatArray
     speeds: FloatArray
     runs: IntArray
     deposited: BoolArray
     flow: FloatArray
     times: FloatArray
-    start: FloatArray
-    lifted: FloatArray
-    lifted_configuration: IntArray
+    lifted_joints: FloatArray
     extent: FloatArray
     duration: float
     frame: float = np.inf
 
     def __post_init__(self) -> None:
         freeze_arrays(
-            self, poses="int: t", tips="float: t 3", quaternions="float: t 4", configuration="int: t 4",
+            self, poses="int: t", tips="float: t 3", quaternions="float: t 4", joints="float: t 6",
             zones="float: t", speeds="float: t", runs="int: t", deposited="bool: t", flow="float: t", times="float: t",
-            start="float: 6", lifted="float: 6", lifted_configuration="int: t 4", extent="float: 2 3",
+            lifted_joints="float: t 6", extent="float: 2 3",
         )  # fmt: skip
 
     @property
@@ -88,9 +84,14 @@ class Orders:
         return float(lengths.min(where=lengths > SMALLEST_STEP, initial=np.inf))
 
     @property
-    def lifted_otherwise(self) -> int:
-        """Number of targets that have other configuration data in the dry run."""
-        return int((self.lifted_configuration != self.configuration).any(axis=1).sum())
+    def start(self) -> FloatArray:
+        """(6,) joints at the first target [rad]."""
+        return self.joints[0]
+
+    @property
+    def lifted(self) -> FloatArray:
+        """(6,) joints at the first target of the dry run [rad]."""
+        return self.lifted_joints[0]
 
     @property
     def there(self) -> float:

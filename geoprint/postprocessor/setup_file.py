@@ -34,8 +34,6 @@ class Setup:
         placement: where the part stands.
         surface_within: what its surface is known within along its normal, in 95 of 100 calibrations [mm], or None
             where nobody calibrated.
-        start: (6,) joints at the first target [rad].
-        aloft: (6,) joints at the first target of the dry run, which is lifted [rad].
         extent: (2, 3) lowest and highest coordinates of the part in its own frame [mm].
         frame: as `Orders` [mm]; None where no program reads it.
     """
@@ -43,8 +41,6 @@ class Setup:
     cell: Cell
     placement: Placement
     surface_within: float | None
-    start: FloatArray
-    aloft: FloatArray
     extent: FloatArray
     frame: float | None = None
 

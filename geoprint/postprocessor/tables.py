@@ -286,21 +286,21 @@ def _verify(path: Path | str, rows: FloatArray, *, columns: tuple[str, ...], dec
 # targets.csv: which poses the program names, when and how it passes them; with poses.csv it gives its orders.
 
 
-# The configuration of each target, behind `flow` that of the dry run, which is driven higher, and where the target
-# stands: at the tip of its pose, or outside of a bend, so that the rounded corner passes the pose.
+# The joints at each target, behind `flow` those of the dry run, which is driven higher, and where the target stands:
+# at the tip of its pose, or outside of a bend, so that the rounded corner passes the pose.
 TARGETS_COLUMNS = (
-    "pose", "run", "laid", "t", "zone", "speed", "cf1", "cf4", "cf6", "cfx", "flow",
-    "dry_cf1", "dry_cf4", "dry_cf6", "dry_cfx", "x", "y", "z",
+    "pose", "run", "laid", "t", "zone", "speed", "q1", "q2", "q3", "q4", "q5", "q6", "flow",
+    "dry_q1", "dry_q2", "dry_q3", "dry_q4", "dry_q5", "dry_q6", "x", "y", "z",
 )  # fmt: skip
-_TARGET_DECIMALS = (0, 0, 0, 6, 6, 6, 0, 0, 0, 0, 9, 0, 0, 0, 0, 9, 9, 9)
-_WHOLE = (0, 1, 2, 6, 7, 8, 9, 11, 12, 13, 14)
+_TARGET_DECIMALS = (0, 0, 0, *[6] * 3, *[9] * 16)
+_WHOLE = (0, 1, 2)
 
 
 def targets_table(orders: Orders) -> bytes:
     """Return the text of targets.csv: one row a target, in the order of the program."""
     columns = [
-        orders.poses, orders.runs, orders.deposited, orders.times, orders.zones, orders.speeds, orders.configuration,
-        orders.flow, orders.lifted_configuration, orders.tips,
+        orders.poses, orders.runs, orders.deposited, orders.times, orders.zones, orders.speeds, orders.joints,
+        orders.flow, orders.lifted_joints, orders.tips,
     ]  # fmt: skip
     return table_bytes(np.column_stack(columns).astype(np.float64), columns=TARGETS_COLUMNS, decimals=_TARGET_DECIMALS)
 
@@ -309,8 +309,6 @@ def read_orders(
     path: Path | str,
     poses: PosesTable,
     *,
-    start: FloatArray,
-    lifted: FloatArray,
     extent: FloatArray,
     duration: float,
     frame: float = np.inf,
@@ -320,8 +318,6 @@ def read_orders(
     Args:
         path: the file.
         poses: the plan's poses.csv.
-        start: (6,) joints at the first target [rad].
-        lifted: (6,) joints at the first target of the dry run [rad].
         extent: (2, 3) lowest and highest coordinates of the part [mm].
         duration: from home to home [s].
         frame: as `Orders` [mm].
@@ -336,18 +332,16 @@ def read_orders(
     _check_rows(chosen, deposited, path=path, last=len(poses.runs) - 1)
     return Orders(
         poses=chosen,
-        tips=data[:, 15:18],
+        tips=data[:, 19:22],
         quaternions=poses.quaternions[chosen],
-        configuration=np.column_stack(whole[3:7]),
+        joints=data[:, 6:12],
         zones=data[:, 4],
         speeds=data[:, 5],
         runs=whole[1],
         deposited=deposited,
-        flow=data[:, 10],
+        flow=data[:, 12],
         times=data[:, 3],
-        start=start,
-        lifted=lifted,
-        lifted_configuration=np.column_stack(whole[7:11]),
+        lifted_joints=data[:, 13:19],
         extent=extent,
         duration=duration,
         frame=frame,

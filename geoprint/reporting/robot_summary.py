@@ -39,6 +39,7 @@ from geoprint.robot.arm import (
     Arm,
     border_distances,
     bordered_joints,
+    configuration_data,
     is_axial,
     tilts,
     unconfirmed_kinematics,
@@ -120,7 +121,8 @@ def record_quadrants(path: JointPath, targets: Targets, arm: Arm) -> tuple[Quadr
     if not (rows.size and bordered_joints(arm)):
         return ()
     distances = border_distances(path.joints[rows])
-    crossed = (np.diff(path.configuration[:, :3], axis=0) != 0)[path.poses.deposited].sum(axis=0)
+    quadrants = configuration_data(path.joints, arm=arm)[:, :3]
+    crossed = (np.diff(quadrants, axis=0) != 0)[path.poses.deposited].sum(axis=0)
     nearest = distances.argmin(axis=0)
     return tuple(
         QuadrantRecord(
@@ -197,7 +199,6 @@ def _targets(plan: Plan, robot: RobotPlan) -> TargetsRecord:
         shortest_mm=robot.orders.shortest_move,
         least_ms=1e3 * SHORTEST_TIME,
         bends=tuple(_bend(bend) for bend in robot.targets.bends),
-        dry_run_other_configuration=robot.orders.lifted_otherwise,
     )
 
 

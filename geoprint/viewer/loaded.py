@@ -74,8 +74,8 @@ class Motion:
         self.setup: Setup = read_setup(folder / "setup.json")
         self.table: TrajectoryTable = read_trajectory_table(folder / "trajectory.csv")
         self.orders: Orders = read_orders(
-            folder / "targets.csv", read_poses_table(folder / "poses.csv"), start=self.setup.start,
-            lifted=self.setup.aloft, extent=self.setup.extent, duration=float(self.table.times[-1]),
+            folder / "targets.csv", read_poses_table(folder / "poses.csv"),
+            extent=self.setup.extent, duration=float(self.table.times[-1]),
         )  # fmt: skip
         along = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(poses.tips, axis=0), axis=1)))
         self.pose_times: FloatArray = np.interp(along, along[self.orders.poses], self.orders.times)

@@ -357,7 +357,6 @@ def _motion_findings(setup: Setup, orders: Orders, of: RobotRecord, *, at: str) 
         "shortest_ms": float(times.min()),
         "shortest_mm": orders.shortest_move,
         "least_ms": LEAST_MS,
-        "dry_run_other_configuration": orders.lifted_otherwise,
     }
     yield from figures(PLAN, f"{at}.motion.targets", as_json(said.targets), targets, near=TIME_MS)
     period = 1e3 * cell.robot.target_period

@@ -161,12 +161,11 @@ def _written_motion(
     solutions = arm.solutions(tool_poses(stream, T_base_work=T_base_work))
     planned = joints_at(table.times, table.joints, orders.times)
     wound = solutions + 2.0 * np.pi * np.rint((planned[:, None] - solutions) / (2.0 * np.pi))
-    misses = np.abs(wound[0] - setup.start).max(axis=1)
+    misses = np.abs(wound[0] - orders.start).max(axis=1)
     branch = int(np.nanargmin(np.where(np.isnan(misses), np.inf, misses)))
     path = JointPath(
         poses=stream,
         joints=wound[:, branch],
-        configuration=orders.configuration,
         branch=branch,
         rotations=none,
         leans=np.zeros((orders.count, 2)),

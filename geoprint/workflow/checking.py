@@ -235,8 +235,8 @@ class _Checking:
 
     def _read_orders(self, setup: Setup, table: TrajectoryTable, poses: PosesTable) -> None:
         self.orders = read_orders(
-            self._folder / "targets.csv", poses, start=setup.start,
-            lifted=setup.aloft, extent=setup.extent, duration=float(table.times[-1]),
+            self._folder / "targets.csv", poses,
+            extent=setup.extent, duration=float(table.times[-1]),
             frame=inf if setup.frame is None else setup.frame,
         )  # fmt: skip
         check_extent(poses, setup.extent)

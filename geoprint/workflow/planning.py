@@ -41,7 +41,7 @@ from geoprint.robot.collision import ClearanceCheck, runs_hit_by_links
 from geoprint.robot.controller import (
     LIFTED_STEP,
     controller_path,
-    lifted_configuration,
+    lifted_joints,
     lifted_path,
     there_and_back,
     written_path,
@@ -279,8 +279,8 @@ def _with_robot(
         extent = np.stack([workpiece.part.vertices.min(axis=0), workpiece.part.vertices.max(axis=0)])
         passed = np.vstack([written.joints[targets.poses], lifted.joints])
         orders = orders_of(
-            written, targets, trajectory, placement=placement, lifted=lifted.joints[0], extent=extent,
-            lifted_configuration=lifted_configuration(lifted, joint_path, targets),
+            written, targets, trajectory, placement=placement, extent=extent,
+            lifted_joints=lifted_joints(lifted, joint_path, targets),
             frame=frame_room(passed, arm, extent=extent, T_base_work=placement.T_base_work),
         )  # fmt: skip
         program, executed, switching = _program(paths, orders, motion, found, placement=placement, arm=arm)

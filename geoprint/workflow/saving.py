@@ -222,8 +222,6 @@ def _robot_files(workpiece: Workpiece, robot: RobotPlan, cell: Cell) -> dict[str
         cell,
         robot.placement,
         workpiece.surface_within,
-        start=orders.start,
-        aloft=orders.lifted,
         extent=orders.extent,
         frame=orders.frame if np.isfinite(orders.frame) else None,
     )

@@ -130,15 +130,14 @@ def _stream(tips: FloatArray, *, run_of: IntArray, deposit: BoolArray, ends: Int
 
 
 def joint_path(poses: PoseStream, placement: Placement = PLACEMENT) -> JointPath:
-    """Joint angles that only look like some: export reads no more than the configuration."""
+    """Joint angles that only look like some, in quadrants -1 to 1 of axis 1, 0 of axis 4 and -2 to 2 of axis 6."""
     share = np.linspace(-1.0, 1.0, poses.count)
-    configuration = np.column_stack(
-        [np.floor(share), np.zeros(poses.count), np.floor(2 * share), np.full(poses.count, 4)]
-    )
+    joints = np.tile([45.0, -80.0, 0.0, 45.0, 30.0, 45.0], (poses.count, 1))
+    joints[:, 0] += 90.0 * np.floor(share)
+    joints[:, 5] += 90.0 * np.floor(2.0 * share)
     return JointPath(
         poses=poses,
-        joints=np.outer(share, np.ones(6)),
-        configuration=configuration.astype(np.int64),
+        joints=np.radians(joints),
         branch=4,
         rotations=np.zeros(poses.count),
         leans=np.zeros((poses.count, 2)),
@@ -184,17 +183,17 @@ def orders(
     chosen = targets(poses) if chosen is None else chosen
     path = joint_path(poses, placement)
     found = orders_of(
-        path, chosen, trajectory(poses), placement=placement, lifted=np.full(6, -0.9),
-        lifted_configuration=lifted_configuration(path.configuration[chosen.poses]), extent=EXTENT,
+        path, chosen, trajectory(poses), placement=placement,
+        lifted_joints=lifted_joints(path.joints[chosen.poses]), extent=EXTENT,
     )  # fmt: skip
     # Its tips move a little farther than what lies under them; a round number of the tip's own is easier to read.
     return replace(found, flow=np.where(found.deposited, 0.5, 0.0)) if small else found
 
 
-def lifted_configuration(configuration: IntArray) -> IntArray:
+def lifted_joints(joints: FloatArray) -> FloatArray:
     """Every fifth target stands in another quadrant of axis 6 when it is lifted."""
-    lifted = configuration.copy()
-    lifted[::5, 2] += 1
+    lifted = joints.copy()
+    lifted[::5, 5] += np.pi / 2.0
     return lifted
 
 

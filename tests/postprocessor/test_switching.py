@@ -383,11 +383,11 @@ def test_orders_read_back_from_their_tables(tmp_path: Path) -> None:
     (tmp_path / "poses.csv").write_bytes(poses_table(POSES))
     found = read_orders(
         tmp_path / "targets.csv", read_poses_table(tmp_path / "poses.csv"),
-        start=ORDERS.start, lifted=ORDERS.lifted, extent=ORDERS.extent, duration=ORDERS.duration,
+        extent=ORDERS.extent, duration=ORDERS.duration,
     )  # fmt: skip
-    for name in ("poses", "configuration", "lifted_configuration", "runs", "deposited", "times"):
+    for name in ("poses", "runs", "deposited", "times"):
         np.testing.assert_array_equal(getattr(found, name), getattr(ORDERS, name))
-    for name in ("tips", "quaternions", "zones", "speeds", "flow"):
+    for name in ("tips", "quaternions", "joints", "lifted_joints", "zones", "speeds", "flow"):
         np.testing.assert_allclose(getattr(found, name), getattr(ORDERS, name), atol=2e-6)
     assert found.deposits == ORDERS.deposits
     assert (found.there, found.back) == (ORDERS.there, ORDERS.back)
@@ -398,8 +398,8 @@ def test_orders_that_name_poses_that_do_not_exist_are_refused(tmp_path: Path) ->
     (tmp_path / "poses.csv").write_bytes(poses_table(stream()))
     with pytest.raises(VerificationError, match="do not rise from 0 to 17"):
         read_orders(
-            tmp_path / "targets.csv", read_poses_table(tmp_path / "poses.csv"), start=ORDERS.start,
-            lifted=ORDERS.lifted, extent=ORDERS.extent, duration=ORDERS.duration,
+            tmp_path / "targets.csv", read_poses_table(tmp_path / "poses.csv"),
+            extent=ORDERS.extent, duration=ORDERS.duration,
         )  # fmt: skip
 
 
@@ -411,9 +411,7 @@ def test_orders_that_name_poses_that_do_not_exist_are_refused(tmp_path: Path) ->
     ],
 )
 def test_a_setup_reads_back_to_the_last_bit(cell: Cell, surface_within: float | None, tmp_path: Path) -> None:
-    written = Setup(
-        cell, DEMONSTRATION, surface_within, start=np.linspace(0.1, 0.7, 6), aloft=np.zeros(6), extent=EXTENT
-    )
+    written = Setup(cell, DEMONSTRATION, surface_within, extent=EXTENT)
     path = tmp_path / "setup.json"
     path.write_bytes(setup_file(written))
     found = read_setup(path)
@@ -426,7 +424,7 @@ def test_a_setup_reads_back_to_the_last_bit(cell: Cell, surface_within: float | 
 
 
 def test_the_setup_of_a_cell_without_a_tilting_table_does_not_speak_of_one() -> None:
-    written = Setup(CELL, DEMONSTRATION, None, start=np.zeros(6), aloft=np.zeros(6), extent=EXTENT)
+    written = Setup(CELL, DEMONSTRATION, None, extent=EXTENT)
     assert CELL.table is None
     assert "table" not in json.loads(setup_file(written))["cell"]
     assert json.loads(setup_file(written))["cell"]["purge"] is None
@@ -435,7 +433,7 @@ def test_the_setup_of_a_cell_without_a_tilting_table_does_not_speak_of_one() -> 
 @pytest.mark.parametrize("table", [hexapod_noun(), tilt_turn_noun()], ids=["hexapod", "tilt-turn"])
 def test_the_setup_of_a_cell_with_a_tilting_table_reads_back(table: Hexapod | TiltTurn, tmp_path: Path) -> None:
     cell = replace(CELL, table=table)
-    written = Setup(cell, DEMONSTRATION, None, start=np.zeros(6), aloft=np.zeros(6), extent=EXTENT)
+    written = Setup(cell, DEMONSTRATION, None, extent=EXTENT)
     path = tmp_path / "setup.json"
     path.write_bytes(setup_file(written))
     found = read_setup(path)

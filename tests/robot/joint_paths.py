@@ -7,7 +7,6 @@ from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.model import BoolArray, Cell, FloatArray, IntArray, JointPath, PoseStream
-from geoprint.robot.arm.configuration import configuration_data
 from geoprint.robot.arm.kinematics import Arm
 from geoprint.robot.reach.keyframes import tool_poses
 
@@ -57,7 +56,6 @@ def solved(poses: PoseStream, arm: Arm, *, branch: int = 0, T_base_work: FloatAr
     return JointPath(
         poses=poses,
         joints=joints,
-        configuration=configuration_data(joints, arm=arm),
         branch=branch,
         rotations=np.zeros(poses.count),
         leans=np.zeros((poses.count, 2)),

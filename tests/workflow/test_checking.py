@@ -16,8 +16,10 @@ import pytest
 from geoprint.config import job_of, packaged_cell_text
 from geoprint.errors import ClearanceError, InputError
 from geoprint.geometry.files import save_ply
+from geoprint.postprocessor import read_setup
 from geoprint.reporting import Checked, Finding, check_summary, run_sheet
 from geoprint.reporting.run_sheet import entry
+from geoprint.robot.arm import Arm, configuration_data
 from geoprint.workflow import check_bundle, plan, save_plan
 from tests.commands import called
 from tests.meshes import plate
@@ -351,8 +353,10 @@ def test_configuration_data_of_the_dry_run_that_tables_and_program_agree_on_but_
 ) -> None:
     rows = rows_of(copy / "targets.csv")
     target = len(rows) // 2
-    cf = [*rows[target][11:13], str(int(rows[target][13]) + 1), rows[target][14]]
-    rows[target][11:15] = cf
+    cell = read_setup(copy / "setup.json").cell
+    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+    rows[target][18] = f"{float(rows[target][18]) + np.pi / 2.0:.9f}"
+    cf = [str(each) for each in configuration_data(np.array([rows[target][13:19]], dtype=float), arm=arm)[0]]
     (copy / "targets.csv").write_text("\n".join([*(",".join(row) for row in rows), ""]))
     path = copy / "rapid" / "GeoPrint.mod"
     moves = [match.start() for match in re.finditer(MOVE_OR_LIFTED, path.read_text())]

@@ -137,7 +137,7 @@ def tables(bundle: Path) -> tuple[Orders, PoseStream, TrajectoryTable, Setup]:
     """What a bundle says of its targets, its poses and its motion."""
     setup, table = read_setup(bundle / "setup.json"), read_trajectory_table(bundle / "trajectory.csv")
     orders = read_orders(
-        bundle / "targets.csv", read_poses_table(bundle / "poses.csv"), start=setup.start, lifted=setup.aloft,
+        bundle / "targets.csv", read_poses_table(bundle / "poses.csv"),
         extent=setup.extent, duration=float(table.times[-1]),
     )  # fmt: skip
     return orders, stream_of(bundle, read_record(bundle / "plan.json", PlanRecord)), table, setup

@@ -108,7 +108,7 @@ FAULTS: dict[str, tuple[Fault, ...]] = {
         ("robot.controller.targets", "_speeds", "np.minimum(planned", "0.8 * np.minimum(planned"),
         ("robot.controller.fitting", "zones_of", "nearer / 2.0", "0.4 * nearer"),
         ("robot.controller.lifted", "lifted_path", "], lift,", "], 0.5 * lift,"),
-        ("robot.controller.lifted", "lifted_configuration", "configuration[raised]", "configuration[raised] + 1"),
+        ("robot.controller.lifted", "lifted_joints", "joints[raised]", "joints[raised] + 1.6"),
         # The motion.
         ("robot.timing.print_speed", "_Search.timed", "process=process, known",
             "process=replace(process, speed=1.05 * speed), known"),

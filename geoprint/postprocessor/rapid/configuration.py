@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from geoprint import transforms
 from geoprint.errors import VerificationError
-from geoprint.model import BoolArray, FloatArray, IntArray
+from geoprint.model import BoolArray, Cell, FloatArray, IntArray
 from geoprint.postprocessor.expected_targets import LIFT, corner_middles
 from geoprint.postprocessor.orders import Orders
 from geoprint.postprocessor.rapid.made import Made
@@ -30,6 +30,12 @@ _QUADRANT_TOLERANCE = 1e-6
 _AXES = (0, 3, 5)
 # Beside a target that stands outside of a bend, its joints are off the trajectory's by this for each mm [rad/mm].
 _JOINTS_PER_MM = 0.03
+
+
+def configurations(orders: Orders, cell: Cell) -> tuple[IntArray, IntArray]:
+    """Return (t, 4) the configuration data cf1, cf4, cf6, cfx of each target, printed and in the dry run."""
+    arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
+    return configuration_data(orders.joints, arm=arm), configuration_data(orders.lifted_joints, arm=arm)
 
 
 def check_configuration(made: Made, orders: Orders, table: TrajectoryTable, arm: Arm, T_base_work: FloatArray) -> None:
@@ -66,7 +72,7 @@ def check_lifted(made: Made, lifted: Made, orders: Orders, arm: Arm, T_base_work
     if missing.any():
         _refuse(made, int(np.argmax(missing)), "lifted for the dry run, it is out of reach")
     if not misses[branch] <= _JOINT_TOLERANCE:
-        _refuse(made, 0, "lifted for the dry run it is not where setup.json has its joints")
+        _refuse(made, 0, "lifted for the dry run it is not where targets.csv has its joints")
     joints: FloatArray = np.unwrap(found, axis=0)
     joints = joints + 2.0 * np.pi * np.rint((orders.lifted - joints[0]) / (2.0 * np.pi))
     _check_data(made, joints, lifted.configurations.astype(np.int64), arm=arm, how="lifted for the dry run, ")

@@ -9,6 +9,7 @@ from geoprint.model import Cell, Placement
 from geoprint.postprocessor.execution import Settings, StackSettings
 from geoprint.postprocessor.interface import Handling
 from geoprint.postprocessor.orders import Orders
+from geoprint.postprocessor.rapid.configuration import configurations
 
 _HOME = "the controller's HOME folder"
 
@@ -52,11 +53,10 @@ def _steps(orders: Orders, cell: Cell, placement: Placement) -> list[str]:
             f"   set the system parameter Event Preset Time to at least {signals.flow_lag:g} s, for TriggSpeed"
         )
     texts.append("2. run it as written: dry, 20 mm higher, at 25 % (geoDryRun TRUE, geoSpeedPct 25)")
-    if orders.lifted_otherwise:
-        texts.append(
-            f"   {how_many(orders.lifted_otherwise, 'target')} with other configuration data there: only the "
-            "print proves them"
-        )
+    printed, dry = configurations(orders, cell)
+    others = int((dry != printed).any(axis=1).sum())
+    if others:
+        texts.append(f"   {how_many(others, 'target')} with other configuration data there: only the print proves them")
     if not placement.missing:
         full = " and geoSpeedPct 100, speed override 100 %" if signals.mode == "io" else ""
         texts.append(

@@ -37,6 +37,7 @@ from geoprint.postprocessor.rapid.cell_module import (
     header_lines,
     program_file,
 )
+from geoprint.postprocessor.rapid.configuration import configurations
 from geoprint.postprocessor.rapid.writing import output_names, triggers_of
 from geoprint.postprocessor.switching import waits
 
@@ -108,7 +109,7 @@ def _written(
     """Return the cell's module, the guard, the modules that print, and the list of those that are loaded at once."""
     speeds, zones, declarations = _name_shared_data(orders)
     triggered, definitions, pulled = triggers_of(orders, events, signals=cell.signals, names=output_names(cell.signals))
-    moves = _moves(orders, speeds=speeds, zones=zones, pulled=pulled, axes=external_axes(cell, placement))
+    moves = _moves(orders, cell, speeds=speeds, zones=zones, pulled=pulled, axes=external_axes(cell, placement))
     runs = _procedures(orders, moves, definitions=definitions, waiting=waits(orders, cell.signals))
     declared = [*declarations, *triggered]
     cell_text = cell_module(cell, orders, placement=placement, declarations=declared, header=header)
@@ -144,7 +145,7 @@ def _plain(value: float) -> str:
 
 
 def _moves(
-    orders: Orders, *, speeds: list[str], zones: list[str], pulled: Mapping[int, list[str]], axes: str
+    orders: Orders, cell: Cell, *, speeds: list[str], zones: list[str], pulled: Mapping[int, list[str]], axes: str
 ) -> list[str]:
     """Return the motion instruction of each target; where its line would be too long, the target in one before it."""
     tips = np.round(orders.tips, writing.POSITION_DECIMALS) + 0.0
@@ -152,10 +153,10 @@ def _moves(
     position, turn = f"%.{writing.POSITION_DECIMALS}f", f"%.{writing.QUATERNION_DECIMALS}f"
     target = f"[[{','.join([position] * 3)}],[{','.join([turn] * 4)}],[%d,%d,%d,%d],{axes}]"
     form = "    %s %s%s%s,%s,%s%s,tGeoNozzle\\WObj:=wGeoPart;"
-    differs = (orders.lifted_configuration != orders.configuration).any(axis=1)
+    printed, dry = configurations(orders, cell)
     lifted = [("", "")] * orders.count
-    for index in np.flatnonzero(differs).tolist():
-        cf = orders.lifted_configuration[index].tolist()
+    for index in np.flatnonzero((dry != printed).any(axis=1)).tolist():
+        cf = dry[index].tolist()
         lifted[index] = ("GeoAloft(", f",[{','.join(map(str, cf))}])")
     verbs, pulls = ["MoveL"] * orders.count, [""] * orders.count
     for index, trigger_names in pulled.items():
@@ -163,7 +164,7 @@ def _moves(
         others = "".join(f"\\T{k}:={name}" for k, name in enumerate(trigger_names[1:], start=2))
         pulls[index] = f"{trigger_names[0]}{others},"
     rows = zip(
-        verbs, lifted, tips.tolist(), quaternions.tolist(), orders.configuration.tolist(), speeds, pulls, zones,
+        verbs, lifted, tips.tolist(), quaternions.tolist(), printed.tolist(), speeds, pulls, zones,
         strict=True,
     )  # fmt: skip
     moves: list[str] = []

@@ -12,6 +12,7 @@ from geoprint.model import BoolArray, Cell, FloatArray, Placement, Program
 from geoprint.postprocessor.execution import Settings
 from geoprint.postprocessor.expected_switching import expected_waits
 from geoprint.postprocessor.orders import Event, Orders
+from geoprint.postprocessor.rapid.configuration import configurations
 from geoprint.postprocessor.rapid.executed import Proof, prove, verify_flow, verify_switching
 from geoprint.postprocessor.rapid.expected import UNIT_TOLERANCE
 from geoprint.postprocessor.rapid.guard import GUARD, check_guard, resident_module
@@ -211,7 +212,7 @@ def _motion_findings(
     events: tuple[Event, ...],
 ) -> Iterator[VerificationError]:
     made = proof.printing
-    yield from _failing(lambda: _verify_targets(made, proof.dry, orders))
+    yield from _failing(lambda: _verify_targets(made, proof.dry, orders, cell))
     yield from _failing(lambda: verify_names(text, made, cell=cell, placement=placement))
     for one, lifted in ((made, bool(placement.missing)), (proof.dry, True)):
         yield from _failing(lambda one=one: _verify_modes(one))
@@ -294,10 +295,10 @@ def _verify_list(texts: dict[str, str], *, loading: bool) -> None:
         refuse(Place(f"GeoPath{missing[0]}.mod", 1), "this module is missing")
 
 
-def _verify_targets(made: Made, dry: Made, orders: Orders) -> None:
+def _verify_targets(made: Made, dry: Made, orders: Orders, cell: Cell) -> None:
     """Compare target by target, and report the first that differs."""
     count = min(made.count, dry.count, orders.count)
-    findings = _findings(made, dry, orders, count=count)
+    findings = _findings(made, dry, orders, cell, count=count)
     firsts = [int(np.argmax(wrong)) if wrong.any() else count for wrong, *_ in findings]
     first = min(firsts)
     if first < count:
@@ -331,13 +332,13 @@ def _refuse_standing(made: Made) -> None:
 
 
 def _findings(
-    made: Made, dry: Made, orders: Orders, *, count: int
+    made: Made, dry: Made, orders: Orders, cell: Cell, *, count: int
 ) -> tuple[tuple[BoolArray, str, FloatArray, FloatArray], ...]:
     """Return (t,) where something differs, the words for it, and (t, ...) what was found and what was planned."""
     rows, moves = made.rows[:count], made.execution.moves
     places, turns, found = made.places[:count], made.turns[:count], made.configurations[:count]
-    lifted, configuration = dry.configurations[:count], orders.configuration[:count].astype(np.float64)
-    lifted_configuration = orders.lifted_configuration[:count].astype(np.float64)
+    lifted = dry.configurations[:count]
+    configuration, lifted_configuration = (each[:count].astype(np.float64) for each in configurations(orders, cell))
     speeds, zones, runs = moves.speeds[rows], moves.zones[rows], made.runs[:count].astype(np.float64)
     planned_runs = (orders.runs[:count] + 1).astype(np.float64)
     planned_speeds, planned_zones = orders.speeds[:count], orders.zones[:count]

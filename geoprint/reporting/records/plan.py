@@ -143,9 +143,6 @@ class TargetsRecord(Record):
     bends: tuple[BendRecord, ...] = Field(
         description="bends that straight moves do not follow, in the order of printing"
     )
-    dry_run_other_configuration: Count = Field(
-        description="number of targets whose configuration differs in the dry run"
-    )
 
 
 class QuadrantRecord(Record):

@@ -12,7 +12,7 @@ from geoprint.robot.controller.interpolation import (
 from geoprint.robot.controller.lifted import (
     LIFT as LIFT,
     LIFTED_STEP as LIFTED_STEP,
-    lifted_configuration as lifted_configuration,
+    lifted_joints as lifted_joints,
     lifted_path as lifted_path,
 )
 from geoprint.robot.controller.targets import (

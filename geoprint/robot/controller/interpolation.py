@@ -11,7 +11,7 @@ from geoprint import transforms
 from geoprint.errors import InputError, ReachError
 from geoprint.geometry import whole_steps
 from geoprint.model import ControllerPath, FloatArray, IntArray, JointPath, Targets
-from geoprint.robot.arm import JOINTS, Arm, configuration_data
+from geoprint.robot.arm import JOINTS, Arm
 from geoprint.robot.controller.targets import required_poses
 from geoprint.robot.reach import LARGEST_JUMP, TURN_STEP, tool_poses
 
@@ -84,7 +84,6 @@ def written_path(joint_path: JointPath, targets: Targets, arm: Arm) -> JointPath
     if not rows.size:
         return joint_path
     tips, joints = joint_path.poses.tips.copy(), joint_path.joints.copy()
-    configuration = joint_path.configuration.copy()
     tips[rows] = targets.places
     poses = replace(joint_path.poses, tips=tips)
     found = arm.solutions(tool_poses(poses, T_base_work=joint_path.T_base_work)[rows])[:, joint_path.branch]
@@ -98,8 +97,7 @@ def written_path(joint_path: JointPath, targets: Targets, arm: Arm) -> JointPath
             run=run,
         )
     joints[rows] += transforms.wrapped(found - joints[rows])
-    configuration[rows] = configuration_data(joints[rows], arm=arm)
-    return replace(joint_path, poses=poses, joints=joints, configuration=configuration)
+    return replace(joint_path, poses=poses, joints=joints)
 
 
 # The motion as the controller will run it: what is checked is this, not what was planned.
@@ -137,7 +135,7 @@ def controller_path(joint_path: JointPath, targets: Targets, arm: Arm, *, step: 
     Raises:
         InputError: the step is not positive, or the targets leave out a pose that they must name.
         ReachError: on the straight line between targets the branch ends, a joint leaves its limits or jumps, or a
-            target is reached with other joints or another configuration than the joint path has there.
+            target is reached with other joints than the joint path has there.
     """
     _refuse_incomplete(joint_path, targets, step=step)
     joint_path = written_path(joint_path, targets, arm)
@@ -191,7 +189,7 @@ def _sampled_lines(joint_path: JointPath, targets: Targets, arm: Arm, *, step: f
     runs = np.append(poses.runs[chosen[1:]][rows], poses.runs[-1])
     joints = _followed(np.concatenate([between, passed[-1:]]), runs, joint_path, arm)
     off = transforms.wrapped(arm.solutions(commanded)[:, joint_path.branch] - joints[places])
-    _refuse_other_solutions(joints[places] + off, joint_path, targets, arm)
+    _refuse_other_solutions(joints[places] + off, joint_path, targets)
     rounding = off[rows] + shares[:, None] * (off[rows + 1] - off[rows])
     deposit = poses.deposited[chosen[:-1]][rows]
     return ControllerPath(joints, runs, np.append(deposit, np.False_), np.concatenate([rounding, off[-1:]]), step)
@@ -235,8 +233,8 @@ def _refuse_incomplete(joint_path: JointPath, targets: Targets, *, step: float) 
         )
 
 
-def _refuse_other_solutions(joints: FloatArray, joint_path: JointPath, targets: Targets, arm: Arm) -> None:
-    """Refuse targets (t, 6) that the controller reaches with other joints or another configuration than planned."""
+def _refuse_other_solutions(joints: FloatArray, joint_path: JointPath, targets: Targets) -> None:
+    """Refuse targets (t, 6) that the controller reaches with other joints than planned."""
     chosen = targets.poses
     commanded = tool_poses(joint_path.poses, T_base_work=joint_path.T_base_work)[chosen]
     runs = joint_path.poses.runs[chosen]
@@ -247,13 +245,6 @@ def _refuse_other_solutions(joints: FloatArray, joint_path: JointPath, targets: 
         found = np.degrees(differences[row, joint])
         what = f"is reached with joint {joint + 1} off the planned angle by {found:.3g} degrees"
         _refuse(what, joint_path, commanded, runs, at=int(row))
-    planned = joint_path.configuration[chosen]
-    below, above = (configuration_data(joints + sign * SAME_JOINTS, arm=arm) for sign in (-1.0, 1.0))
-    changed = ((planned != below) & (planned != above)).any(axis=1)
-    if changed.any():
-        row = int(changed.argmax())
-        what = f"is reached in configuration {above[row].tolist()}, planned is {planned[row].tolist()}"
-        _refuse(what, joint_path, commanded, runs, at=row)
 
 
 def _refuse(what: str, joint_path: JointPath, Ts_base_tool: FloatArray, runs: IntArray, *, at: int) -> Never:

@@ -3,7 +3,6 @@
 A program that runs dry drives `LIFT` above the part, with the zones of the print. One that resumes at a later run
 drives the runs before it dry, and comes straight down to the first target of the run that it prints. Both are checked
 before the program is written. Where runs end and begin the tool stops, so that no corner is rounded on the descents.
-A lifted target may stand in other quadrants than the printed one: it has configuration data of its own.
 """
 
 from __future__ import annotations
@@ -13,13 +12,13 @@ import numpy as np
 from geoprint import transforms
 from geoprint.errors import InputError, ReachError
 from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, PoseStream, Targets
-from geoprint.robot.arm import Arm, configuration_data
+from geoprint.robot.arm import Arm
 from geoprint.robot.controller.interpolation import written_path
 from geoprint.robot.reach import tool_poses
 
 # How much higher a dry run is, along the base's z axis [mm].
 LIFT = 20.0
-# Whoever comes down to a run has the joints of the print there to this [rad], and so its configuration data.
+# Whoever comes down to a run has the joints of the print there to this [rad].
 SAME_JOINTS = 1e-6
 # A dry run is checked at steps of this size [mm]: what is that far from everything needs no finer ones.
 LIFTED_STEP = 2.0
@@ -62,7 +61,6 @@ def lifted_path(joint_path: JointPath, targets: Targets, arm: Arm) -> tuple[Join
     path = JointPath(
         poses=stream,
         joints=joints,
-        configuration=configuration_data(joints, arm=arm),
         branch=joint_path.branch,
         rotations=joint_path.rotations[picked],
         leans=joint_path.leans[picked],
@@ -72,8 +70,8 @@ def lifted_path(joint_path: JointPath, targets: Targets, arm: Arm) -> tuple[Join
     return path, Targets(poses=every, zones=targets.zones[rows], speeds=targets.speeds[rows])
 
 
-def lifted_configuration(lifted: JointPath, joint_path: JointPath, targets: Targets) -> IntArray:
-    """Return (t, 4) the configuration data of each target where it is lifted.
+def lifted_joints(lifted: JointPath, joint_path: JointPath, targets: Targets) -> FloatArray:
+    """Return (t, 6) the joints at each target where it is lifted [rad].
 
     Args:
         lifted: the dry run through the targets, from `lifted_path`.
@@ -81,8 +79,8 @@ def lifted_configuration(lifted: JointPath, joint_path: JointPath, targets: Targ
         targets: t of these that are written.
     """
     rows, raised = _course(joint_path.poses.runs[targets.poses])
-    found = np.empty((targets.poses.size, 4), dtype=np.int64)
-    found[rows[raised]] = lifted.configuration[raised]
+    found: FloatArray = np.empty((targets.poses.size, 6))
+    found[rows[raised]] = lifted.joints[raised]
     return found
 
 

@@ -20,7 +20,7 @@ from scipy.spatial.transform import Rotation
 from geoprint import transforms
 from geoprint.geometry import arc_lengths, whole_steps
 from geoprint.model import BoolArray, Eased, FloatArray, IntArray, JointPath, PoseStream, frozen
-from geoprint.robot.arm import Arm, configuration_data, tilts, wrist_angles
+from geoprint.robot.arm import Arm, tilts, wrist_angles
 from geoprint.robot.reach.costs import LARGEST_JUMP
 from geoprint.robot.reach.keyframes import tool_poses
 from geoprint.robot.reach.lean_room import CONE_MARGIN, NozzleRoom
@@ -444,7 +444,7 @@ def _around(arcs: FloatArray, busy: BoolArray) -> list[tuple[int, int]]:
 def _eased_part(
     path: JointPath, arm: Arm, window: _Window, *, easing: Easing, minimum_wrist_angle: float
 ) -> JointPath | None:
-    """Return the poses of a window eased, all but their configuration data; None where it gains too little.
+    """Return the poses of a window eased; None where it gains too little.
 
     Of the steps that gain enough, and whose nozzle keeps its room, the one that leaves least; of equal ones the first.
     """
@@ -480,7 +480,6 @@ def _joined(path: JointPath, parts: list[tuple[_Window, JointPath]], arm: Arm, *
         path,
         poses=replace(path.poses, quaternions=transforms.same_sign(quaternions)),
         joints=joints,
-        configuration=configuration_data(joints, arm=arm),
         leans=leans,
         rotations=rotations,
         eased=tuple(_stated(path, window, part, arm, speed=speed) for window, part in parts),

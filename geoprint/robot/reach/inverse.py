@@ -16,7 +16,7 @@ import numpy as np
 from geoprint import transforms
 from geoprint.errors import InputError, VerificationError
 from geoprint.model import BoolArray, FloatArray, JointPath, PoseStream, SearchWeights
-from geoprint.robot.arm import BRANCHES, JOINTS, Arm, about_nozzle, configuration_data, tilts, turned
+from geoprint.robot.arm import BRANCHES, JOINTS, Arm, about_nozzle, tilts, turned
 from geoprint.robot.reach.attitude_search import Attitudes, UprightSearch, leaning_attitudes
 from geoprint.robot.reach.costs import Followed, cost_terms, follow
 from geoprint.robot.reach.easing import Easing, Refuse, eased
@@ -148,7 +148,7 @@ def reach(
     )
     if not motion.followed.complete:
         raise _mapped(motion, arm, minimum_wrist_angle=minimum_wrist_angle).refusal()
-    path = _joint_path(motion, arm, T_base_work=T_base_work)
+    path = _joint_path(motion, T_base_work=T_base_work)
     if easing is not None and arm.closed_form is not None:
         path = eased(path, arm, easing=easing, minimum_wrist_angle=minimum_wrist_angle, refuse=refuse)
     if refuse is not None:
@@ -326,12 +326,11 @@ def _followed(
     return _StreamMotion(attitudes, commanded, samples, followed, arm)
 
 
-def _joint_path(motion: _StreamMotion, arm: Arm, *, T_base_work: FloatArray) -> JointPath:
+def _joint_path(motion: _StreamMotion, *, T_base_work: FloatArray) -> JointPath:
     joints = motion.followed.joints[motion.samples.starts]
     return JointPath(
         poses=motion.poses,
         joints=joints,
-        configuration=configuration_data(joints, arm=arm),
         branch=motion.followed.branch,
         rotations=motion.attitudes.rotations,
         leans=motion.attitudes.leans,

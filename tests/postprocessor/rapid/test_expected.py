@@ -49,7 +49,7 @@ def straight(pull: float, *, length: float = 10.0, wait: float = 0.0) -> tuple[O
     small = orders(stream(runs=1))
     return replace(
         small, poses=np.arange(4), tips=tips, quaternions=np.tile([0.0, 1.0, 0.0, 0.0], (4, 1)),
-        configuration=np.zeros((4, 4), dtype=np.int64), lifted_configuration=np.zeros((4, 4), dtype=np.int64),
+        joints=np.zeros((4, 6)), lifted_joints=np.zeros((4, 6)),
         zones=np.zeros(4), speeds=np.full(4, SPEED), runs=np.zeros(4, dtype=np.int64),
         deposited=np.array([False, True, False, False]), flow=np.array([0.0, 1.0, 0.0, 0.0]), times=times,
         duration=float(times[-1]) + 1.0,

@@ -425,8 +425,8 @@ def test_a_placement_that_is_not_the_one_of_the_joint_path_is_refused() -> None:
     moved = replace(PLACEMENT, T_fixture_work=np.eye(4))
     with pytest.raises(InputError, match="another placement"):
         orders_of(
-            joint_path(poses), targets(poses), trajectory(poses), placement=moved, lifted=np.zeros(6),
-            lifted_configuration=joint_path(poses).configuration, extent=EXTENT,
+            joint_path(poses), targets(poses), trajectory(poses), placement=moved,
+            lifted_joints=joint_path(poses).joints, extent=EXTENT,
         )  # fmt: skip
 
 

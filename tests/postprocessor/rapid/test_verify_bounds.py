@@ -102,9 +102,9 @@ def test_a_target_may_lie_as_far_off_as_digits_make_it_and_no_farther(
 ) -> None:
     proof, wanted = switched
     assert wanted.zones[TARGET] == 0.1234
-    _verify_targets(moved(proof.printing, name, within), proof.dry, wanted)
+    _verify_targets(moved(proof.printing, name, within), proof.dry, wanted, CELL)
     with pytest.raises(VerificationError, match=rf"target {TARGET + 1}: {words}"):
-        _verify_targets(moved(proof.printing, name, beyond), proof.dry, wanted)
+        _verify_targets(moved(proof.printing, name, beyond), proof.dry, wanted, CELL)
 
 
 def test_where_the_plan_stops_a_zone_is_found_and_where_it_is_of_less_than_a_micrometre_too(
@@ -115,26 +115,28 @@ def test_where_the_plan_stops_a_zone_is_found_and_where_it_is_of_less_than_a_mic
         zones = wanted.zones.copy()
         zones[TARGET] = planned
         stopping = replace(wanted, zones=zones)
-        _verify_targets(moved(proof.printing, "zones", lambda z: z * 0.0), proof.dry, stopping)
+        _verify_targets(moved(proof.printing, "zones", lambda z: z * 0.0), proof.dry, stopping, CELL)
         with pytest.raises(VerificationError, match=r"the zone \[mm\] is"):
-            _verify_targets(moved(proof.printing, "zones", lambda z, zone=zone: z * 0.0 + zone), proof.dry, stopping)
+            _verify_targets(
+                moved(proof.printing, "zones", lambda z, zone=zone: z * 0.0 + zone), proof.dry, stopping, CELL
+            )
 
 
 def test_the_dry_run_has_a_configuration_of_its_own(switched: tuple[Proof, Orders]) -> None:
     proof, wanted = switched
     with pytest.raises(VerificationError, match="the configuration of the dry run is"):
-        _verify_targets(proof.printing, moved(proof.dry, "configurations", lambda c: c + 1.0), wanted)
+        _verify_targets(proof.printing, moved(proof.dry, "configurations", lambda c: c + 1.0), wanted, CELL)
 
 
 def test_a_target_that_is_missing_or_in_another_run_is_found(switched: tuple[Proof, Orders]) -> None:
     proof, wanted = switched
     made = proof.printing
     with pytest.raises(VerificationError, match=f"there are {made.count - 1} targets, the plan has {made.count}"):
-        _verify_targets(replace(made, rows=made.rows[:-1], runs=made.runs[:-1]), proof.dry, wanted)
+        _verify_targets(replace(made, rows=made.rows[:-1], runs=made.runs[:-1]), proof.dry, wanted, CELL)
     runs = made.runs.copy()
     runs[TARGET] += 1
     with pytest.raises(VerificationError, match=rf"target {TARGET + 1}: the run is"):
-        _verify_targets(replace(made, runs=runs), proof.dry, wanted)
+        _verify_targets(replace(made, runs=runs), proof.dry, wanted, CELL)
 
 
 def test_a_move_that_waits_within_a_run_is_found_and_between_runs_is_not(switched: tuple[Proof, Orders]) -> None:
@@ -181,16 +183,16 @@ def test_a_move_that_goes_nowhere_is_found(switched: tuple[Proof, Orders], sign:
         planned = replace(wanted, tips=tips, quaternions=quaternions)
         if stands:
             with pytest.raises(VerificationError, match=rf"target {TARGET + 1}: the move has no length"):
-                _verify_targets(made, proof.dry, planned)
+                _verify_targets(made, proof.dry, planned, CELL)
         else:
-            _verify_targets(made, proof.dry, planned)
+            _verify_targets(made, proof.dry, planned, CELL)
 
 
 @pytest.mark.parametrize(("verb", "name"), [(1, "MoveC"), (2, "MoveJ"), (3, "MoveAbsJ"), (5, "TriggC"), (6, "TriggJ")])
 def test_a_move_that_is_no_straight_line_is_found(switched: tuple[Proof, Orders], verb: int, name: str) -> None:
     proof, wanted = switched
     with pytest.raises(VerificationError, match=rf"target {TARGET + 1}: {name} is not a straight move"):
-        _verify_targets(moved(proof.printing, "verbs", lambda v: v * 0 + verb), proof.dry, wanted)
+        _verify_targets(moved(proof.printing, "verbs", lambda v: v * 0 + verb), proof.dry, wanted, CELL)
 
 
 def test_of_several_differences_the_first_target_is_named_and_what_matters_most_there(
@@ -201,14 +203,14 @@ def test_of_several_differences_the_first_target_is_named_and_what_matters_most_
     slower[3] *= 0.5
     made = moved(proof.printing, "places", lambda p: p + 1.0)
     with pytest.raises(VerificationError, match=r"target 4: the speed"):
-        _verify_targets(made, proof.dry, replace(wanted, speeds=slower))
+        _verify_targets(made, proof.dry, replace(wanted, speeds=slower), CELL)
     slower[TARGET], slower[3] = 1.0, wanted.speeds[3]
     with pytest.raises(VerificationError, match=rf"target {TARGET + 1}: the position"):
-        _verify_targets(made, proof.dry, replace(wanted, speeds=slower))
+        _verify_targets(made, proof.dry, replace(wanted, speeds=slower), CELL)
     last = wanted.speeds.copy()
     last[-1] *= 2.0
     with pytest.raises(VerificationError, match=r"target 18: the speed"):
-        _verify_targets(proof.printing, proof.dry, replace(wanted, speeds=last))
+        _verify_targets(proof.printing, proof.dry, replace(wanted, speeds=last), CELL)
 
 
 def test_a_target_that_only_the_dry_run_lacks_is_found(switched: tuple[Proof, Orders]) -> None:
@@ -216,7 +218,7 @@ def test_a_target_that_only_the_dry_run_lacks_is_found(switched: tuple[Proof, Or
     proof, wanted = switched
     short = replace(proof.dry, rows=proof.dry.rows[:-1], runs=proof.dry.runs[:-1])
     with pytest.raises(VerificationError, match="there are 17 targets in the dry run, the plan has 18"):
-        _verify_targets(proof.printing, short, wanted)
+        _verify_targets(proof.printing, short, wanted, CELL)
 
 
 def with_switching(made: Made, which: int, **change: object) -> Made:

@@ -35,7 +35,7 @@ TOLERANCE = 0.01
 def unsolved(poses: PoseStream) -> JointPath:
     """Return a joint path whose joints play no part."""
     return JointPath(
-        poses=poses, joints=np.zeros((poses.count, 6)), configuration=np.zeros((poses.count, 4), dtype=np.int64),
+        poses=poses, joints=np.zeros((poses.count, 6)),
         branch=0, rotations=np.zeros(poses.count), leans=np.zeros((poses.count, 2)), T_base_work=np.eye(4),
     )  # fmt: skip
 

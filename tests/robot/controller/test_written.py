@@ -50,9 +50,9 @@ def test_orders_of_the_planned_path_are_refused_where_targets_stand_beside_it() 
     with pytest.raises(InputError, match="some targets stand beside them; give the path as it is written"):
         orders_of(
             JointPath(
-                poses=path.poses, joints=path.joints, configuration=path.configuration, branch=path.branch,
+                poses=path.poses, joints=path.joints, branch=path.branch,
                 rotations=path.rotations, leans=path.leans, T_base_work=placement.T_base_work,
             ),
-            targets, trajectory, placement=placement, lifted=path.joints[0],
-            lifted_configuration=path.configuration[targets.poses], extent=np.zeros((2, 3)),
+            targets, trajectory, placement=placement,
+            lifted_joints=path.joints[targets.poses], extent=np.zeros((2, 3)),
         )  # fmt: skip

@@ -12,7 +12,7 @@ from geoprint import transforms
 from geoprint.model import BoolArray, FloatArray, JointPath, PoseStream, Targets
 from geoprint.reporting.robot_summary import record_quadrants
 from geoprint.robot.arm import border_distances
-from geoprint.robot.arm.configuration import branch_of
+from geoprint.robot.arm.configuration import branch_of, configuration_data
 from geoprint.robot.arm.nozzle import about_nozzle
 from geoprint.robot.reach.inverse import reach
 from geoprint.robot.reach.keyframes import tool_poses
@@ -58,7 +58,7 @@ def test_small_ring_ahead_of_the_arm_is_printed_off_the_borders_it_lies_on() -> 
     assert near(solved(poses, ARM, T_base_work=AHEAD))[2] == poses.count
     path = reach(poses, ARM, T_base_work=AHEAD)
     assert near(path) == [0, 0, 0]
-    assert len(np.unique(path.configuration, axis=0)) == 1
+    assert len(np.unique(configuration_data(path.joints, arm=ARM), axis=0)) == 1
 
 
 @pytest.mark.parametrize(
@@ -104,7 +104,7 @@ def test_borders_that_an_axis_sweeps_over_are_crossed_and_listed() -> None:
     assert [axis.targets_near for axis in record] == near(path)
     assert record[0].targets_near > 0
     assert [axis.crossings for axis in record] == np.count_nonzero(
-        np.diff(path.configuration[:, :3], axis=0), 0
+        np.diff(configuration_data(path.joints, arm=ARM)[:, :3], axis=0), 0
     ).tolist()
     assert record[0].crossings == 1
     row = int(off_borders(path.joints)[:, 0].argmin())
@@ -118,7 +118,7 @@ def test_what_is_crossed_on_travel_is_not_listed() -> None:
     poses = stream(line((300.0, -200.0, 50.0), (300.0, 200.0, 50.0), count=401), deposit=deposited)
     path = reach(poses, ARM, T_base_work=np.eye(4))
     record = record_quadrants(path, Targets(np.arange(401), zones=np.zeros(401), speeds=np.full(401, 20.0)), ARM)
-    assert np.ptp(path.configuration[:, 0]) == 1
+    assert np.ptp(configuration_data(path.joints, arm=ARM)[:, 0]) == 1
     assert [axis.crossings for axis in record] == [0, 0, 0]
     assert [axis.targets_near for axis in record] == [0, 0, 0]
 

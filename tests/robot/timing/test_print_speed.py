@@ -49,7 +49,7 @@ def made(turns: FloatArray, *, poses: PoseStream | None = None) -> JointPath:
     joints[:, 5] += turns
     return JointPath(
         poses=stream(line((0.0, 0.0, 0.0), (LENGTH, 0.0, 0.0), count=COUNT)) if poses is None else poses,
-        joints=joints, configuration=np.zeros((COUNT, 4), dtype=np.int64), branch=0, rotations=np.zeros(COUNT),
+        joints=joints, branch=0, rotations=np.zeros(COUNT),
         leans=np.zeros((COUNT, 2)), T_base_work=np.eye(4),
     )  # fmt: skip
 

@@ -57,7 +57,7 @@ def rough_path(*, count: int, noise: float) -> JointPath:
     joints = ROBOT.home + noise * np.random.default_rng(1).normal(size=(count, 6))
     poses = stream(line((0.0, 0.0, 0.0), (0.5 * (count - 1), 0.0, 0.0), count=count))
     return JointPath(
-        poses=poses, joints=joints, configuration=np.zeros((count, 4), dtype=np.int64), branch=0,
+        poses=poses, joints=joints, branch=0,
         rotations=np.zeros(count), leans=np.zeros((count, 2)), T_base_work=np.eye(4),
     )  # fmt: skip
 

@@ -37,7 +37,7 @@ def made(turns: FloatArray, *, joint: int = 6, runs: int = 1) -> JointPath:
         stops = (COUNT // 2, COUNT // 2 + 1)
     return JointPath(
         poses=stream(tips, runs=numbers, stops=stops), joints=joints,
-        configuration=np.zeros((COUNT, 4), dtype=np.int64), branch=0, rotations=np.zeros(COUNT),
+        branch=0, rotations=np.zeros(COUNT),
         leans=np.zeros((COUNT, 2)), T_base_work=np.eye(4),
     )  # fmt: skip
 

@@ -31,7 +31,7 @@ def hairpin(angle: float) -> JointPath:
     joints = np.tile(ROBOT.home, (count, 1))
     joints[:, 0] += np.append(0.0, np.cumsum(np.linalg.norm(np.diff(tips, axis=0), axis=1))) * 1e-3
     return JointPath(
-        poses=stream(tips), joints=joints, configuration=np.zeros((count, 4), dtype=np.int64), branch=0,
+        poses=stream(tips), joints=joints, branch=0,
         rotations=np.zeros(count), leans=np.zeros((count, 2)), T_base_work=np.eye(4),
     )  # fmt: skip
 

@@ -156,7 +156,7 @@ def path_of(tips: FloatArray, angles: FloatArray, *, deposited: bool, joints: Fl
     poses = stream(tips, quaternions=tilted(angles), deposit=np.full(count, deposited))
     return JointPath(
         poses=replace(poses, normals=np.tile([0.0, 0.0, 1.0], (count, 1))),
-        joints=np.zeros((count, 6)) if joints is None else joints, configuration=np.zeros((count, 4), dtype=np.int64),
+        joints=np.zeros((count, 6)) if joints is None else joints,
         branch=0, rotations=np.zeros(count), leans=np.zeros((count, 2)), T_base_work=np.eye(4),
     )  # fmt: skip
 
