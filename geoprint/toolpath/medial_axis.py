@@ -181,21 +181,21 @@ class InnerNeighbours:
         return self.facing >= 0
 
 
-def neighbours(strands: Strands) -> InnerNeighbours:
-    """Find the inner neighbour of each sample of the strands."""
-    facing, across = _facing(strands)
+def neighbours(strands: Strands, *, reach: float = FACING_REACH) -> InnerNeighbours:
+    """Find the inner neighbour of each sample of the strands; two that face are no more than `reach` spacings apart."""
+    facing, across = _facing(strands, reach=reach)
     inside, away = _inside(strands)
     ridge = (facing >= 0) & (across < away)
     return InnerNeighbours(np.where(ridge, facing, -1), np.where(ridge, 0.5 * across, 0.0), np.where(ridge, -1, inside))
 
 
-def _facing(strands: Strands) -> tuple[IntArray, FloatArray]:
+def _facing(strands: Strands, *, reach: float) -> tuple[IntArray, FloatArray]:
     """Return the nearest sample of the same level that faces each, -1 for none, and the (k,) distance to it [mm]."""
     count = strands.levels.size
     found, away = np.full(count, -1), np.full(count, np.inf)
     for level in np.unique(strands.levels):
         rows = np.flatnonzero(strands.levels == level)
-        pairs = KDTree(strands.places[rows]).query_pairs(FACING_REACH * strands.spacing, output_type="ndarray")
+        pairs = KDTree(strands.places[rows]).query_pairs(reach * strands.spacing, output_type="ndarray")
         first, second = rows[np.vstack([pairs, pairs[:, ::-1]])].T
         length, ahead, behind = _seen(strands, first, second)
         alike = np.einsum("kx,kx->k", strands.inward[first], strands.inward[second])

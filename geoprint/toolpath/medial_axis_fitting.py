@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple, final
 
 import numpy as np
@@ -24,6 +25,7 @@ from geoprint.model import (
 )
 from geoprint.toolpath.corners import BACKTRACK, unfolded
 from geoprint.toolpath.medial_axis import (
+    FACING_REACH,
     STEP_SHARE,
     InnerNeighbours,
     Strands,
@@ -232,6 +234,12 @@ CLEAR_SHARE = 0.9
 WINDOW = 0.75
 # A stretch of ridge shorter than this is not worth a start [spacings].
 LEAST_LENGTH = 2.0
+# A closed curve that is narrower than this on average is a sliver [spacings].
+SLIVER_WIDTH = 0.35
+# Without slivers the strands about them face each other across so many spacings.
+SLIVER_REACH = FACING_REACH + 2.0 * SLIVER_WIDTH
+# A bead replaces a sliver whose points are all so near to it [spacings].
+REPLACED = 0.6
 # Samples whose middles are within so many spacings lie on the same place of a ridge.
 SAME_PLACE = 0.5
 
@@ -280,15 +288,72 @@ def fitted(surface: Surface, contours: Contours) -> Paths:
     Returns:
         The paths, level by level; beads along a ridge have the level of the strand that would lie there.
     """
+    kept = _without_slivers(surface, contours)
+    fit = _fit(surface, kept, reach=FACING_REACH if kept is contours else SLIVER_REACH)
+    strands, beside, counts, beads = fit.strands, fit.beside, fit.counts, fit.beads
+    moved = drawn_out(strands, fit.places, np.concatenate([np.zeros((0, 3)), *(bead.line for bead in beads)]))
+    merged = beside.on_ridge & (counts > 0) & (counts < _crossing(strands.levels))
+    return strokes_of(surface, kept, MovedStrands(strands, moved, merged), beads)
+
+
+class _Fit(NamedTuple):
+    """Strands with k samples, their neighbours, the (k,) beads across ridges, (k, 3) places [mm], beads on ridges."""
+
+    strands: Strands
+    beside: InnerNeighbours
+    counts: IntArray
+    places: FloatArray
+    beads: list[DepositedLine]
+
+
+def _fit(surface: Surface, contours: Contours, *, reach: float) -> _Fit:
+    """Return strands moved to their share of the width, and the beads along ridges."""
     strands = strands_of(surface, contours)
-    beside = neighbours(strands)
+    beside = neighbours(strands, reach=reach)
     found = [_counted(rows, strands, beside) for rows in ridges(strands, beside)]
     counts = _on_both_sides(found, strands, beside)
     shared = strands.places + _moves(counts, strands, beside)
     beads = [bead for ridge in found for bead in ridge.beads(shared, beside, spacing=contours.spacing)]
-    moved = drawn_out(strands, shared, np.concatenate([np.zeros((0, 3)), *(bead.line for bead in beads)]))
-    merged = beside.on_ridge & (counts > 0) & (counts < _crossing(strands.levels))
-    return strokes_of(surface, contours, MovedStrands(strands, moved, merged), beads)
+    return _Fit(strands, beside, counts, shared, beads)
+
+
+def _without_slivers(surface: Surface, contours: Contours) -> Contours:
+    """Return level curves without slivers that a bead along the ridge replaces.
+
+    Where the width across a ridge is hardly more than an odd number of spacings, errors of the distance decide where
+    its last level begins: it comes as slivers, a row of them along the ridge, each with tips of its own.
+    """
+    curves, spacing = contours.curves, contours.spacing
+    slivers = np.array(
+        [
+            bool(curves.closed[each]) and _is_sliver(curves.xyz(surface, each), spacing=spacing)
+            for each in range(curves.count)
+        ]
+    )
+    if not slivers.any() or slivers.all():
+        return contours
+    beads = _fit(surface, _some(contours, ~slivers), reach=SLIVER_REACH).beads
+    if not beads:
+        return contours
+    tree = KDTree(np.vstack([bead.line for bead in beads]))
+    for each in np.flatnonzero(slivers).tolist():
+        away, _ = tree.query(curves.xyz(surface, each))
+        slivers[each] = float(np.max(away)) < REPLACED * spacing
+    return _some(contours, ~slivers) if slivers.any() else contours
+
+
+def _is_sliver(line: FloatArray, *, spacing: float) -> bool:
+    """Return whether a closed curve (n, 3) is narrow on average: its area over half of its length [mm]."""
+    ring = line[:-1] - line[0]
+    area = 0.5 * float(np.linalg.norm(np.cross(ring, np.roll(ring, -1, axis=0)).sum(axis=0)))
+    return area < 0.5 * SLIVER_WIDTH * spacing * float(arc_lengths(line)[-1])
+
+
+def _some(contours: Contours, chosen: BoolArray) -> Contours:
+    """Return chosen level curves."""
+    return replace(
+        contours, curves=some_curves(contours.curves, np.flatnonzero(chosen)), levels=contours.levels[chosen]
+    )
 
 
 def _crossing(levels: IntArray) -> IntArray:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
+from benchmarks.parts.surfaces import Shape, rectangle, triangulated
 from geoprint.distance import BACKENDS
 from geoprint.geometry import arc_lengths, boundary_source, closest, positions
 from geoprint.model import FloatArray, Surface, SurfaceCurves
@@ -190,3 +191,18 @@ def test_lines_are_none_of_the_curves_own_points_twice() -> None:
     _, found, _ = cut(corners((5.0, 9.8), (25.0, 9.8), (25.0, 10.2), (5.0, 10.2), (5.0, 9.8)))
     (bead,) = lines(found)
     assert KDTree(bead).query_pairs(1e-6) == set()
+
+
+@pytest.mark.parametrize("backend", ["heat", "fast-marching"])
+@pytest.mark.parametrize("width", [9.02, 9.1])
+def test_a_last_level_that_errors_of_the_distance_make_is_one_bead(backend: str, width: float) -> None:
+    # Nine beads fill the width; the fifth level, 4.5 mm from the rim, comes and goes along the middle.
+    flat = Shape((rectangle(20.0, width),), lambda points: np.column_stack([points, np.zeros(len(points))]))
+    strip = triangulated(flat, name="strip", faces=4000)
+    paths = PATTERNS["contours"](middle="fitted").paths(
+        strip, boundary_source(strip), backend=BACKENDS[backend](strip), spacing=1.0
+    )
+    assert paths.curves.closed.tolist() == [True] * 4 + [False]
+    bead = paths.curves.xyz(strip, 4)
+    assert np.abs(bead[:, 1] - width / 2.0).max() < 0.1
+    assert np.ptp(bead[:, 0]) == pytest.approx(20.0 - width, abs=0.3)
