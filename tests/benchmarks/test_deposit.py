@@ -9,9 +9,13 @@ import numpy as np
 import pytest
 
 from benchmarks.programs.deposit import (
+    RADII,
+    WAYS,
     Deposited,
     Program,
+    cases,
     deposited,
+    discs,
     measured,
     output_of,
     programs,
@@ -114,3 +118,20 @@ def test_an_output_that_follows_the_speed_deposits_what_poses_csv_asks_for(tmp_p
     rate = record.deposition.valve_mm3_s if record.deposition is not None else 0.0
     halved = deposited(program._replace(flows=program.flows / 2.0), volumes, rate=rate, output=0.1)
     assert halved.whole == pytest.approx(0.5, abs=0.003)
+
+
+def test_discs_are_drawn_alike_and_each_way_is_one_that_geoprint_knows(tmp_path: Path) -> None:
+    body = tmp_path / "dome.ply"
+    save_ply(spherical_cap(radius=40.0, angle=1.2, rings=24), body)
+    drawn, again = (list(discs([body], 5, seed=3)) for _ in range(2))
+    assert drawn == again
+    assert drawn != list(discs([body], 5, seed=4))
+    assert all(RADII[0] <= keys["patches"][0]["radius"] <= RADII[1] for _, keys in drawn)
+    # A spacing wider than the body is refused before the long work, for the same reason in every way; layers are
+    # planned by workers of their own.
+    ways = tuple(way for way in WAYS if way != "layers")
+    found = list(cases(drawn[:1], backends=["heat"], ways=ways, spacing=200.0))
+    assert [name.removeprefix(drawn[0][0]) for name, _ in found] == [
+        " heat" if way == "default" else f" heat {way}" for way in ways
+    ]
+    assert all("spacing is 200 mm" in str(refused) for _, refused in found)
