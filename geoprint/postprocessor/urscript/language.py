@@ -1,7 +1,7 @@
 """Reads URScript: the subset that geoprint writes, line by line, into a tree of statements.
 
-The grammar is that of the URScript manual, sections "Numbers, Variables, and Types" to "Threads": a program is a
-function, functions and threads may stand within it, a line is a statement, and `end` closes what a colon has opened.
+The grammar is that of [URScript], sections "Numbers, Variables, and Types" to "Threads": a program is a function,
+functions and threads may stand within it, a line is a statement, and `end` closes what a colon has opened.
 What is not of the subset is refused with its line, never skipped.
 """
 

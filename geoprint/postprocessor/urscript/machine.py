@@ -1,9 +1,9 @@
 """Executes URScript frame by frame: threads, moves, outputs and questions, as the URScript manual describes them.
 
 The controller runs at 500 Hz: in each frame of 2 ms every thread that can go on does so, until it uses physical time by
-a move, `sync` or `sleep` or waits for another thread; one that only computes ends in an error (manual, Threads, Thread
-scheduling). A move with a blend lets its thread go on when the blend begins. Outputs that a program has assigned a run
-state go low when it ends, however it ends (manual, Module ioconfiguration). Nothing here is shared with what writes.
+a move, `sync` or `sleep` or waits for another thread; one that only computes ends in an error [URScript, Threads]. A
+move with a blend lets its thread go on when the blend begins [URManual]. Outputs that a program has assigned a run
+state go low when it ends, however it ends [URScript, Module ioconfiguration]. Nothing here is shared with what writes.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Moves as the controller makes them: straight lines, blends that are circular arcs, and speeds with even ramps.
 
-A movep "blends circular and moves linear", accelerates to its speed and keeps it (URScript manual, Module motion,
-movep); blends must not overlap (user manual, Waypoints, Blend parameters). A blend begins its radius before the target
+A movep goes straight with circular blends, accelerates to its speed and keeps it [URScript, Module motion]; blends
+must not overlap [URManual]. A blend begins its radius before the target
 and ends as far behind it; the arc touches both lines. Speeds change at the acceleration of the move, on straight lines
 and on arcs; where a line is too short to stop on it, the model brakes harder. How a controller looks ahead is not
 published: of ramps this model is an assumption, of places it is not.

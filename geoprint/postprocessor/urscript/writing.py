@@ -2,9 +2,8 @@
 
 UR arms are calibrated one by one, so targets are poses that the controller solves: `movep` along the path, and the
 joint move to the first target by `get_inverse_kin` near the planned joints. Home alone is joints: those that the
-pendant shows. A movep keeps the tool's speed (URScript manual, Module motion, movep); its blend is that of the plan,
-and less than half of the way to each neighbour, because blends must not overlap (user manual, Waypoints, Blend
-parameters).
+pendant shows. A movep keeps the tool's speed [URScript, Module motion]; its blend is that of the plan, and less than
+half of the way to each neighbour, because blends must not overlap [URManual].
 
 Outputs switch by a thread for each run. It goes through its switchings in their order: each waits until the path has
 come to the move that carries it (`geo_step`, which the run counts) and has passed its plane. So a tool that comes by

@@ -2,8 +2,8 @@
 
 Each arm is measured by its maker. The maker's driver for ROS reads that off the controller and writes a YAML file: of
 each of the six joints the frame in that of the one before, x y z [m] and roll pitch yaw [rad] about fixed axes; joints
-turn about z (ur_robot_driver, ur_calibration; ur_description, config/ur5e/default_kinematics.yaml). Its frames lie
-elsewhere along the axes than those of a URDF may: what stands between the two for an arm as it is designed stays.
+turn about z [URCalibration]. Its frames lie elsewhere along the axes than those of a URDF may: what stands between the
+two for an arm as it is designed stays.
 """
 
 from __future__ import annotations
