@@ -235,7 +235,7 @@ WINDOW = 0.75
 # A stretch of ridge shorter than this is not worth a start [spacings].
 LEAST_LENGTH = 2.0
 # A closed curve that is narrower than this on average is a sliver [spacings].
-SLIVER_WIDTH = 0.35
+SLIVER_WIDTH = 0.2
 # Without slivers the strands about them face each other across so many spacings.
 SLIVER_REACH = FACING_REACH + 2.0 * SLIVER_WIDTH
 # A bead replaces a sliver whose points are all so near to it [spacings].
