@@ -146,7 +146,7 @@ CHOICES: dict[str, tuple[Fault, ...]] = {
         ("robot.timing.retiming", "retime", "found.share_at_speed", "1.0"),
         ("robot.timing.slowdown", "pace", "at_speed / total", "0.5 * at_speed / total"),
         ("robot.timing.moments", "largest_jerk", "JERK_TIME**3", "(2.0 * JERK_TIME) ** 3"),
-        ("robot.timing.knots", "off_moves", "OffMoves(float(tip_off", "OffMoves(0.5 * float(tip_off"),
+        ("robot.timing.knots", "off_moves", "OffMoves(float(max(tip_off", "OffMoves(0.5 * float(max(tip_off"),
     ),
     "flow": (("process.bead", "following_flow", "shares * spacing", "1.05 * shares * spacing"),),
 }  # fmt: skip

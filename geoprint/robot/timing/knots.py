@@ -213,8 +213,9 @@ LARGEST_OFF = 0.02
 LARGEST_TURN = float(np.radians(0.2))
 # Rows of a trajectory from one that is compared with the moves to the next.
 EVERY = 4
-# So many places to either side of the one that is nearest by its tip are tried for the one that is nearest by both.
-SHIFTS = 20
+# For the place of a move that is nearest by tip and attitude, so many are tried to either side of that which is nearest
+# by the tip, up to so far from it [mm].
+SHIFTS, FARTHEST = 20, 0.02
 # Where the spline is looked at, as shares of the way from one knot to the next.
 SHARES = (0.25, 0.5, 0.75)
 # Each round halves the moves on which it is too far off: after so many they are a thousandth as long.
@@ -317,7 +318,7 @@ def _off_straight(
 ) -> tuple[FloatArray, FloatArray]:
     """Return how far poses are from the place on their moves that is nearest by both [mm], and how far turned [rad].
 
-    Of distance and turn, each as a share of what is allowed, the larger is least there.
+    Of distance and turn, each by its tolerance, the larger is least there.
 
     Args:
         passed: (k, 4, 4) poses [mm].
@@ -330,11 +331,11 @@ def _off_straight(
     lengths = np.linalg.norm(ends[:, :3, 3] - starts[:, :3, 3], axis=1)
     turns_off = _rotation_vectors(meant, passed)
     rates = _rotation_vectors(starts, ends) / np.maximum(lengths, COINCIDENT)[:, None]
-    along, shifts = (shares * lengths)[:, None], LARGEST_OFF * np.linspace(-1.0, 1.0, 2 * SHIFTS + 1)
+    along, shifts = (shares * lengths)[:, None], FARTHEST * np.linspace(-1.0, 1.0, 2 * SHIFTS + 1)
     shifts = np.clip(along + shifts, 0.0, lengths[:, None]) - along
     tips = np.hypot(aside[:, None], shifts)
     turned = np.linalg.norm(turns_off[:, None] - shifts[:, :, None] * rates[:, None], axis=2)
-    best = np.maximum(tips / LARGEST_OFF, turned / LARGEST_TURN).argmin(axis=1)[:, None]
+    best = np.maximum(tips / STRAIGHT_TOLERANCE, turned / TURN_TOLERANCE).argmin(axis=1)[:, None]
     return np.take_along_axis(tips, best, axis=1)[:, 0], np.take_along_axis(turned, best, axis=1)[:, 0]
 
 
