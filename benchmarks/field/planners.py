@@ -63,9 +63,16 @@ def _isolines(name: str) -> Planner:
 
     def paths(part: Path, spacing: float) -> Polylines:
         lines, _ = method.isolines(_fine(part, spacing), spacing)
-        return joined([line for line in lines if len(line) > 1])
+        return joined(lines)
 
     return Planner(paths, library=method.library)
+
+
+def _sliced() -> Planner:
+    def paths(part: Path, spacing: float) -> Polylines:
+        return joined(plane_slices(load(part, unit="mm"), spacing=spacing))
+
+    return Planner(paths)
 
 
 def _projected() -> Planner:
@@ -76,7 +83,8 @@ def _projected() -> Planner:
 
 
 def joined(lines: list[FloatArray]) -> Polylines:
-    """Return (k, 3) places of each line as one value [mm]."""
+    """Return (k, 3) places of each line as one value [mm]; a single place is no line."""
+    lines = [line for line in lines if len(line) > 1]
     return Polylines(np.concatenate([np.zeros((0, 3)), *lines]), np.cumsum([0, *map(len, lines)]))
 
 
@@ -96,21 +104,45 @@ def _fine(part: Path, spacing: float) -> Surface:
 
 PLANNERS: Mapping[str, Planner] = MappingProxyType(
     {
-        "lscm, plain contours": _own(backend="lscm", middle="plain"),
-        "heat, plain contours": _own(backend="heat", middle="plain"),
-        "fast-marching, plain contours": _own(backend="fast-marching", middle="plain"),
         "heat, contours": _own(backend="heat"),
         "fast-marching, contours": _own(backend="fast-marching"),
-        "heat, contours from the best source": _own(backend="heat", source="best"),
+        "lscm, contours": _own(backend="lscm"),
         "heat, spiral": _own(backend="heat", pattern="spiral"),
-        "fast-marching, spiral": _own(backend="fast-marching", pattern="spiral"),
-        "potpourri3d, heat method": _isolines("potpourri3d heat"),
+        "plane slicing": _sliced(),
         "potpourri3d, robust heat method": _isolines("potpourri3d robust"),
-        "libigl, heat method": _isolines("libigl heat"),
         "libigl, exact distance": _isolines("libigl exact"),
         "concentric infill, projected": _projected(),
     }
 )
+
+
+def plane_slices(surface: Surface, *, spacing: float) -> list[FloatArray]:
+    """Return the lines (k, 3) in which planes cut a surface, one spacing apart [mm].
+
+    The planes stand upright on the surface as seen from above, along its longer side: what a slicer for flat layers
+    does with a part that lies on its side.
+    """
+    rotation = _upright(surface)
+    flat = (surface.vertices @ rotation.T)[:, :2]
+    # The direction in which the surface is the narrowest, by the spread of its points.
+    across = np.append(np.linalg.svd(flat - flat.mean(axis=0), full_matrices=False)[2][1], 0.0) @ rotation
+    along = surface.vertices @ across
+    mesh: Any = importlib.import_module("trimesh").Trimesh(surface.vertices, surface.faces, process=False)
+    heights = np.arange(along.min() + 0.5 * spacing, along.max(), spacing)
+    sections = (mesh.section(plane_normal=across, plane_origin=height * across) for height in heights)
+    # The entities are whole lines; what trimesh calls paths of a section are closed ones alone.
+    return [
+        np.asarray(line.discrete(section.vertices))
+        for section in sections
+        if section is not None
+        for line in section.entities
+    ]
+
+
+def _upright(surface: Surface) -> FloatArray:
+    """Return the (3, 3) rotation that turns a surface upwards."""
+    mean = mean_normal(surface)
+    return smallest_rotation(mean / np.linalg.norm(mean), np.array([[0.0, 0.0, 1.0]]))[0]
 
 
 # Points along the projected lines lie so far apart at most, over the spacing.
@@ -126,8 +158,7 @@ def concentric_infill(surface: Surface, *, spacing: float) -> list[FloatArray]:
     loops = boundary_loops(surface)
     if not loops:
         raise InputError(f"{surface.name or 'the part'} has no rim, so that it has no outline from above.")
-    mean = mean_normal(surface)
-    rotation = smallest_rotation(mean / np.linalg.norm(mean), np.array([[0.0, 0.0, 1.0]]))[0]
+    rotation = _upright(surface)
     upright = surface.vertices @ rotation.T
     try:
         heights = LinearTriInterpolator(Triangulation(upright[:, 0], upright[:, 1], surface.faces), upright[:, 2])

@@ -6,7 +6,8 @@ A statistical atlas of hearts describes each as the mean shape plus weighted mod
 measured: the template is `data/heart.ply`, and each mode is a smooth displacement by formula, one standard deviation of
 it in mm or as a share. So nothing of a patient and of nobody's atlas is in it, and its licence is geoprint's. The modes
 are those that atlases find first: size, length, width of the left and of the right ventricle, lean and roundness of the
-apex, an oval base, torsion; besides, local bulges. The origin and the axes are the template's.
+apex, an oval base, torsion; besides, local bulges. The axes are the template's, and the hearts of a folder have their
+apex where it has its.
 """
 
 from __future__ import annotations
@@ -30,6 +31,8 @@ MOST_WEIGHT: Final = 2.5
 BULGES, BULGE_HEIGHT, BULGE_WIDTHS = 3, 1.2, (8.0, 18.0)
 # Where the base begins [mm]: below it lie the ventricles.
 BASE: Final = 15.0
+# Tip of the left ventricle of the template [mm].
+APEX: Final = (8.0, 0.0, -60.0)
 # Decimals of the coordinates in mm, as those of the template.
 DECIMALS = 4
 
@@ -48,7 +51,7 @@ def main() -> None:
     count: int = SMOKE_COUNT if arguments.smoke else arguments.count
     template = load(DATA / "heart.ply", unit="mm")
     for number in range(count):
-        made = heart(template, np.random.default_rng([arguments.random_seed, number]))
+        made = at_apex(heart(template, np.random.default_rng([arguments.random_seed, number])), template)
         if arguments.out is not None:
             arguments.out.mkdir(parents=True, exist_ok=True)
             save_ply(made, arguments.out / f"heart_{number:04d}.ply")
@@ -67,6 +70,13 @@ def heart(template: Surface, rng: np.random.Generator) -> Surface:
         width = rng.uniform(*BULGE_WIDTHS)
         moved += BULGE_HEIGHT * _weight(rng) * _near(points, centre, width)[:, None] * outward
     return Surface(moved.round(DECIMALS), template.faces, name="heart")
+
+
+def at_apex(made: Surface, template: Surface) -> Surface:
+    """Return a heart moved so that its apex stands where the template's does: one site then is that of all hearts."""
+    apex = int(np.linalg.norm(template.vertices - APEX, axis=1).argmin())
+    shift = template.vertices[apex] - made.vertices[apex]
+    return Surface((made.vertices + shift).round(DECIMALS), made.faces, name=made.name)
 
 
 def site(of: Surface, rng: np.random.Generator) -> FloatArray:
@@ -105,7 +115,7 @@ def _apex_lean(points: FloatArray) -> FloatArray:
 
 
 def _apex_roundness(points: FloatArray) -> FloatArray:
-    return 3.0 * _near(points, (8.0, 0.0, -60.0), 18.0)[:, None] * np.array([0.0, 0.0, 1.0])
+    return 3.0 * _near(points, APEX, 18.0)[:, None] * np.array([0.0, 0.0, 1.0])
 
 
 def _oval(points: FloatArray) -> FloatArray:

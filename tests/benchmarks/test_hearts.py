@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks import DATA
-from benchmarks.parts.hearts import BASE, MODES, heart, site
+from benchmarks.parts.hearts import APEX, BASE, MODES, at_apex, heart, site
 from geoprint.geometry import prepare, signed_volume
 from geoprint.geometry.files import load
 from geoprint.model import Surface
@@ -36,3 +36,11 @@ def test_modes_move_the_template_by_millimetres(template: Surface) -> None:
 def test_sites_lie_on_the_ventricles(template: Surface) -> None:
     rng = np.random.default_rng(0)
     assert all(site(template, rng)[2] < BASE for _ in range(20))
+
+
+def test_hearts_are_aligned_at_the_apex(template: Surface) -> None:
+    made = heart(template, np.random.default_rng(4))
+    aligned = at_apex(made, template)
+    assert np.linalg.norm(aligned.vertices - APEX, axis=1).min() < 1.0
+    moved = aligned.vertices - made.vertices
+    assert np.ptp(moved, axis=0) == pytest.approx([0.0] * 3, abs=1e-3)
