@@ -41,6 +41,8 @@ _LEAST_SPEED, _EXCESS = 0.9999, 1e-6
 _NO_EXCESS = 1e-5
 # Speeds that follow from lengths and times as they are written.
 _SAME_SPEED = 2e-3
+# The same of the time that a ramp costs [s].
+_SAME_RAMP = 2e-4
 # Moves shorter than this turn the tool [mm]; blends below this are stops [mm].
 _ON_THE_SPOT, _NO_BLEND = 1e-3, 1.01e-3
 # Acceleration along the path, the default of movep, and the most in a ramp [m/s2].
@@ -367,7 +369,10 @@ class _Judge:
         durations = np.append(0.0, np.maximum(np.diff(self.orders.times), _SHORTEST_MOVE) / rate)
         verbs = np.array([move.verb == wanted for move, wanted in zip(moves, _verbs(spot), strict=True)])
         found = np.array([move.acceleration for move in moves])
-        uneven = np.abs(found - rates) > np.where(ramp, _SAME_SPEED, _EXCESS) * rates
+        # What a ramp costs counts, half of speed over acceleration: where that is little, rounding is much of it.
+        costs = [5e-4 * speeds / np.maximum(each, 1e-9) for each in (found, rates)]
+        kept = np.abs(costs[0] - costs[1]) <= np.maximum(_SAME_SPEED * costs[1], _SAME_RAMP)
+        uneven = np.where(ramp, ~kept, np.abs(found - rates) > _EXCESS * rates)
         return (
             (~verbs, lambda k: f"{moves[k].verb} is another kind of move than planned"),
             (

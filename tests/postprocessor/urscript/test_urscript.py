@@ -77,8 +77,8 @@ def planned(folder: Path) -> tuple[RobotProgram, Cell, str]:
     setup = read_setup(folder / "setup.json")
     cell, table = setup.cell, read_trajectory_table(folder / "trajectory.csv")
     orders = read_orders(
-        folder / "targets.csv", read_poses_table(folder / "poses.csv"),
-        extent=setup.extent, duration=float(table.times[-1]), frame=math.inf,
+        folder / "targets.csv", read_poses_table(folder / "poses.csv"), extent=setup.extent,
+        duration=float(table.times[-1]), frame=math.inf,
     )  # fmt: skip
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     tips = tips_at(table.times, table.joints, arm, T_base_work=setup.placement.T_base_work)
