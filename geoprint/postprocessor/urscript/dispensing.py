@@ -8,10 +8,11 @@ from geoprint import transforms
 from geoprint.errors import VerificationError
 from geoprint.model import Cell, Dispensing
 from geoprint.postprocessor.interface import RobotProgram
-from geoprint.postprocessor.urscript.executed import FILE, printing
+from geoprint.postprocessor.urscript.executed import printing
+from geoprint.postprocessor.urscript.execution import execute
+from geoprint.postprocessor.urscript.forms import FILE
 from geoprint.postprocessor.urscript.guard import output_of
 from geoprint.postprocessor.urscript.language import Script
-from geoprint.postprocessor.urscript.machine import execute
 from geoprint.postprocessor.urscript.motion import places_of
 from geoprint.robot.arm import Arm
 

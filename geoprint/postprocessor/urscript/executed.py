@@ -12,21 +12,30 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import VerificationError, how_many, percent
-from geoprint.model import BoolArray, Cell, FloatArray, Placement, comparable
-from geoprint.postprocessor.execution import Executed, NotExecuted, Settings, Switched, refusal
+from geoprint.model import BoolArray, Cell, FloatArray, Placement
+from geoprint.postprocessor.execution import Executed, NotExecuted, Switched, refusal
 from geoprint.postprocessor.expected_switching import expected_waits
 from geoprint.postprocessor.expected_targets import LIFT, largest_zones
 from geoprint.postprocessor.interface import Execution, RobotProgram
 from geoprint.postprocessor.orders import Event
 from geoprint.postprocessor.timeline import moment_on
-from geoprint.postprocessor.urscript.guard import guard_lines, output_of
-from geoprint.postprocessor.urscript.language import Call, Constant, Script, Statement, parse_script
-from geoprint.postprocessor.urscript.machine import FRAME, Log, Move, Scenario, Switch, execute
+from geoprint.postprocessor.urscript.execution import execute
+from geoprint.postprocessor.urscript.forms import (
+    FILE,
+    read_script,
+    settings_of,
+    wrong_guard,
+    wrong_settings,
+    wrong_statements,
+)
+from geoprint.postprocessor.urscript.guard import output_of
+from geoprint.postprocessor.urscript.language import Script
+from geoprint.postprocessor.urscript.log import FRAME, Scenario, Switch
+from geoprint.postprocessor.urscript.made import Made, durations, lengths, pieces_by_move, tip_at
 from geoprint.postprocessor.urscript.motion import Arc, Line, Piece, Rest
-from geoprint.postprocessor.urscript.poses import Pose, pose_of_matrix, position, product, turn
+from geoprint.postprocessor.urscript.poses import Pose, angle_between, pose_of_matrix, position, product, turn
 from geoprint.robot.arm import Arm
 
-FILE = "geoprint.script"
 # How far a target may lie from the plan's [mm], and how far its attitude be turned [rad].
 MOST_MOTION, MOST_TURN = 1e-3, 1e-5
 # An output switches when the tip passes its place, to this [s]; the place is written to this [mm].
@@ -57,26 +66,7 @@ _NOT_KNOWN = (
     "how late outputs follow the frame in which they are set",
     "what the controller does while a program is paused",
 )
-_SETTINGS = ("geo_dry_run", "geo_speed_pct", "geo_first_run")
 _ELSE = "an answer or a value that no scenario brings here"
-
-
-@final
-@comparable
-class Made:
-    """A program that was executed in one scenario.
-
-    Attributes:
-        name: of the scenario, in words.
-        log: what happened.
-        path: the moves to the targets but the first.
-        start: the move to the first.
-    """
-
-    name: str
-    log: Log
-    path: tuple[Move, ...]
-    start: Move
 
 
 @final
@@ -87,19 +77,6 @@ class Passed:
     time: float
     place: FloatArray
     away: float
-
-
-def read_script(files: Mapping[str, str]) -> Script:
-    """Return the program of a folder.
-
-    Raises:
-        VerificationError: it is missing, is no URScript of the subset, or another file lies beside it.
-    """
-    for name in sorted(files.keys() - {FILE}):
-        raise refusal(name, 1, "this file belongs to no URScript program")
-    if FILE not in files:
-        raise refusal(FILE, 1, "the file is missing")
-    return parse_script(FILE, files[FILE])
 
 
 def execution_of(
@@ -120,9 +97,9 @@ def execution_of(
     except VerificationError as error:
         return Execution((error,))
     judge = _Judge(script, program, cell, tuple(events))
-    findings = [*_guard(files[FILE], cell, program.placement), *_forms(script)]
+    findings = [*wrong_guard(files[FILE], cell, program.placement), *wrong_statements(script)]
     runs = int(program.orders.runs[-1]) + 1
-    findings += _settings_wrong(script, settings, runs=runs, new=new)
+    findings += wrong_settings(script, settings, runs=runs, new=new)
     try:
         made = judge.made("printing", printing(cell, program.placement))
     except VerificationError as error:
@@ -150,122 +127,6 @@ def printing(cell: Cell, placement: Placement, *, first: int = 1) -> Scenario:
     settings = (("geo_dry_run", False), ("geo_speed_pct", 100), ("geo_first_run", first))
     held = (("geo_on", True),) if placement.missing else ()
     return Scenario(tuple(cell.robot.home.tolist()), settings, held)
-
-
-def settings_of(script: Script) -> Settings:
-    """Return how a program is set.
-
-    Raises:
-        VerificationError: one of the three settings is no plain value, or is set twice.
-    """
-    found: dict[str, float | bool] = {}
-    for statement in script.main.body:
-        if statement.kind == "set" and statement.name in _SETTINGS:
-            value = statement.value
-            if not isinstance(value, Constant) or isinstance(value.value, str) or statement.name in found:
-                raise refusal(FILE, statement.line, f"{statement.name} must be set once, to a plain value")
-            found[statement.name] = value.value
-    for name in _SETTINGS:
-        if name not in found or isinstance(found[name], bool) != (name == "geo_dry_run"):
-            raise refusal(FILE, script.main.line, f"{name} must be set, to a value of its kind")
-    if found["geo_first_run"] != int(found["geo_first_run"]):
-        raise refusal(FILE, script.main.line, "geo_first_run must be a whole number")
-    return Settings(bool(found["geo_dry_run"]), float(found["geo_speed_pct"]), int(found["geo_first_run"]))
-
-
-def _settings_wrong(script: Script, settings: Settings, *, runs: int, new: bool) -> Iterator[VerificationError]:
-    """Yield where a setting is one that the guard refuses, or not that of a new program."""
-    line = next((each.line for each in script.main.body if each.name in _SETTINGS), 1)
-    if not 1.0 <= settings.speed_pct <= 100.0:
-        yield refusal(FILE, line, f"geo_speed_pct must lie between 1 and 100, found {settings.speed_pct:g}")
-    if not 1 <= settings.first_run <= runs:
-        yield refusal(FILE, line, f"geo_first_run must lie between 1 and {runs}, found {settings.first_run}")
-    if new and (settings.dry_run, settings.speed_pct, settings.first_run) != (True, 25.0, 1):
-        yield refusal(FILE, line, "a new program runs dry, at 25 per cent, from run 1")
-
-
-def _guard(text: str, cell: Cell, placement: Placement) -> Iterator[VerificationError]:
-    """Yield the first line of the guard that is not word for word as it must be, and what defines a word of it anew."""
-    lines, wanted = text.split("\n"), guard_lines(cell, placement)
-    begin = next((k for k, line in enumerate(lines) if line == wanted[0]), None)
-    if begin is None:
-        yield refusal(FILE, 1, f"the guard must begin with {wanted[0].strip()!r}")
-        return
-    for k, line in enumerate(wanted):
-        found = lines[begin + k] if begin + k < len(lines) else ""
-        if found != line:
-            yield refusal(
-                FILE, begin + k + 1, f"the guard must say {line.strip()[:80]!r}, found {found.strip()[:80]!r}"
-            )
-            return
-
-
-def _forms(script: Script) -> Iterator[VerificationError]:
-    """Yield the first statement of the program, of each run and of each thread that has no place there.
-
-    A run enters, starts its thread, says which target it goes to before each move, may wait while it prints, and joins
-    its thread at the end; a thread waits and switches in turns.
-    """
-    names = [each.name for each in script.routines if each.name.startswith("geo_run_")]
-    threads = {each.name for each in script.routines if each.is_thread}
-    calls = [said for said in map(_said, script.main.body) if said.startswith("call geo_run_")]
-    if calls != [f"call geo_run_{number}" for number in range(1, len(names) + 1)]:
-        yield refusal(FILE, script.main.body[-1].line, "the program must call each run once, in their order")
-    for routine in (script.main, *script.routines):
-        form, last = _THREAD, "begin"
-        if routine is script.main:
-            form, last = _MAIN, "end"
-        elif routine.name.startswith("geo_run_"):
-            starts = routine.name.replace("run", "switch") in threads
-            form, last = _RUN, "end" if starts else "arrived"
-            form = form if starts else form | {"entered": {"step": "to"}}
-        elif not routine.is_thread:
-            continue
-        state = "begin"
-        for statement in routine.body:
-            said = _said(statement)
-            word = "call geo_run" if said.startswith("call geo_run_") else said
-            if word not in form.get(state, {}):
-                yield refusal(FILE, statement.line, f"this statement has no place here in {routine.name}")
-                break
-            state = form[state][word]
-        else:
-            if state != last:
-                yield refusal(FILE, routine.line, f"{routine.name} ends before its last statement")
-
-
-# What may follow what: states, and words with the states that they lead to.
-_Form: TypeAlias = "dict[str, dict[str, str]]"
-_MAIN: _Form = {
-    "begin": {"set": "begin", "step": "begin", "call geo_begin": "runs"},
-    "runs": {"call geo_run": "runs", "call geo_end": "end"},
-}
-_RUN: _Form = {
-    "begin": {"call geo_enter": "entered"},
-    "entered": {"start": "going"},
-    "going": {"step": "to"},
-    "to": {"call movep": "at", "call movel": "at", "join": "end"},
-    "at": {"step": "arrived"},
-    "arrived": {"call movep": "at", "call movel": "at", "join": "end", "if": "going"},
-}
-_THREAD: _Form = {
-    "begin": {"call geo_wait": "passed"},
-    "passed": {"call geo_valve": "begin", "call geo_lamp": "begin", "call geo_vacuum": "begin"},
-}
-
-
-def _said(statement: Statement) -> str:
-    """Return a word or two for a statement."""
-    if statement.kind == "call" and isinstance(statement.value, Call):
-        return f"call {statement.value.name}"
-    if statement.kind == "set" and isinstance(statement.value, Call) and statement.value.starts:
-        return "start"
-    return "step" if statement.kind == "set" and statement.name == "geo_step" else statement.kind
-
-
-def _verbs(spot: BoolArray) -> list[str]:
-    """Return the kind of move to each target, by whether it has no way."""
-    return ["movej", *("movel" if each else "movep" for each in spot[1:].tolist())]
 
 
 # Where something is wrong, and what to say of a target.
@@ -345,7 +206,7 @@ class _Judge:
         places, turns = self.targets(lifted_runs)
         found = 1e3 * np.array([position(move.target) for move in moves])
         away = np.linalg.norm(found - places, axis=1)
-        turned = np.array([_angle(turn(move.target), one) for move, one in zip(moves, turns, strict=True)])
+        turned = np.array([angle_between(turn(move.target), one) for move, one in zip(moves, turns, strict=True)])
         counted = np.array([False, *(move.step != k for k, move in enumerate(made.path, start=1))])
         return (
             (away > MOST_MOTION, lambda k: f"the tool goes {away[k]:.4f} mm beside it"),
@@ -412,7 +273,7 @@ class _Judge:
         orders, moves = self.orders, (made.start, *made.path)
         steps = np.linalg.norm(np.diff(orders.tips, axis=0), axis=1)
         driven = 1e3 * np.array([math.dist(position(a.target), position(b.target)) for a, b in pairwise(moves)])
-        arcs, lines = _lengths(made)
+        arcs, lines = lengths(made)
         following = np.append(arcs[1:], 0.0)
         planned, times = orders.speeds[1:], np.diff(orders.times)
         rests = [True, *(move.blend == 0.0 for move in made.path)]
@@ -460,7 +321,7 @@ class _Judge:
         Which speed a blend has nobody promises: by the clock of the machine, moves beside a slow one take longer, and
         it less, which evens out along a run.
         """
-        arcs, lines = _lengths(made)
+        arcs, lines = lengths(made)
         following, rests = np.append(arcs[1:], 0.0), self._rests(made)
         speeds = np.array([1e3 * move.speed for move in made.path])
         ramps = np.array([0.5 * move.speed / move.acceleration for move in made.path])
@@ -552,7 +413,7 @@ class _Judge:
             what = f"{made.name}, threads switch {how_many(len(sets), 'time')}, planned are {len(events)}"
             return [refusal(FILE, line, what)], self._all_switched(made, sets), math.inf
         farthest = 0.0
-        pieces = _by_move(made.log)
+        pieces = pieces_by_move(made.log)
         first = next(k for k, move in enumerate(made.log.moves) if move is made.path[0])
         for each, (event, place), wait in zip(sets, events, waits, strict=True):
             output = self.outputs.get(each.output)
@@ -573,7 +434,7 @@ class _Judge:
             if abs(late) > MOST_DELAY:
                 what = f"{output} switches {1e3 * late:+.2f} ms off the moment when the tip passes its place"
                 findings.append(refusal(FILE, each.line, f"{made.name}, {what}"))
-            tip = self._tip(made, each.time)
+            tip = tip_at(made, each.time)
             farthest = max(farthest, float(np.linalg.norm(tip - passed.place)))
         return findings, self._all_switched(made, sets), farthest
 
@@ -608,16 +469,6 @@ class _Judge:
         found = transforms.apply(self.placement.T_base_work, place[None, :])[0]
         return found + self.lift if self.placement.missing or made.name == "dry" else found
 
-    def _tip(self, made: Made, time: float) -> FloatArray:
-        """Return where the tip is [mm]."""
-        for piece in reversed(made.log.pieces):
-            if piece.begins <= time:
-                way = piece.way
-                if isinstance(way, (Line, Arc, Rest)):
-                    return 1e3 * np.array(way.place(piece.gone(time)))
-                break
-        return 1e3 * np.array(position(made.start.target))
-
     def _all_switched(self, made: Made, sets: Sequence[Switch]) -> tuple[Switched, ...]:
         """Return what threads switch, by the clock of the planned motion."""
         names = {key: self.names[output].lower() for key, output in self.outputs.items()}
@@ -627,7 +478,7 @@ class _Judge:
         for each in sets:
             target = max(int(np.searchsorted(begins, each.time + 1e-9, side="right")), 1)
             move, before = made.path[target - 1], (made.path[target - 2] if target > 1 else made.start)
-            tip = self._tip(made, each.time) - (self.lift if self.placement.missing else 0.0)
+            tip = tip_at(made, each.time) - (self.lift if self.placement.missing else 0.0)
             tip = transforms.apply(T_work_base, tip[None, :])[0]
             if each.time > move.ends and move.blend == 0.0:
                 # While the arm waits at the target, or when it has just come there.
@@ -758,7 +609,7 @@ class _Judge:
         places, _ = self.targets(self.runs if self.placement.missing else 0)
         found = 1e3 * np.array([position(move.target) for move in (made.start, *made.path)])
         planned, spot = np.diff(self.orders.times), np.array([move.seconds > 0.0 for move in made.path])
-        off, clocked = (np.where(spot, 0.0, each - planned) for each in (self._timed(made), _durations(made)))
+        off, clocked = (np.where(spot, 0.0, each - planned) for each in (self._timed(made), durations(made)))
         runs = self.orders.runs[1:]
         sums = [np.bincount(runs, weights=each) for each in (clocked, planned)]
         shares = np.abs(sums[0]) / np.where(sums[1] > 0.0, sums[1], np.inf)
@@ -790,45 +641,9 @@ def _beyond(executed: Executed) -> Iterator[VerificationError]:
         yield refusal(FILE, 1, f"{what}, allowed are {percent(MOST_RUN_TIME)}")
 
 
-def _middles(made: Made) -> list[tuple[Piece | None, Piece | None]]:
-    """Return of each move the blend that leads to it, if any, and its line."""
-    pieces = _by_move(made.log)
-    first = next(k for k, move in enumerate(made.log.moves) if move is made.path[0])
-    found: list[tuple[Piece | None, Piece | None]] = []
-    for k in range(len(made.path)):
-        own = pieces[first + k]
-        found.append((own[0] if isinstance(own[0].way, Arc) else None, own[-1]))
-    return found
-
-
-def _lengths(made: Made) -> tuple[FloatArray, FloatArray]:
-    """Return (t - 1,) lengths of the blend that leads to each move, and of its line [mm]."""
-    ways = _middles(made)
-    arcs = [0.0 if arc is None else arc.way.length for arc, _ in ways]
-    lines = [0.0 if line is None else line.way.length for _, line in ways]
-    return 1e3 * np.array(arcs), 1e3 * np.array(lines)
-
-
-def _durations(made: Made) -> FloatArray:
-    """Return (t - 1,) how long each move takes, from the middle of one blend to that of the next [s]."""
-    ways = _middles(made)
-    begins = [
-        move.begins if arc is None else arc.passed(0.5 * arc.way.length)
-        for move, (arc, _) in zip(made.path, ways, strict=True)
-    ]
-    ends = [
-        move.ends if move.blend == 0.0 else following
-        for move, following in zip(made.path, [*begins[1:], math.inf], strict=True)
-    ]
-    return np.array(ends) - np.array(begins)
-
-
-def _by_move(log: Log) -> dict[int, list[Piece]]:
-    """Return the ways of each move by its number."""
-    found: dict[int, list[Piece]] = {}
-    for piece in log.pieces:
-        found.setdefault(piece.move, []).append(piece)
-    return found
+def _verbs(spot: BoolArray) -> list[str]:
+    """Return the kind of move to each target, by whether it has no way."""
+    return ["movej", *("movel" if each else "movep" for each in spot[1:].tolist())]
 
 
 def _flat(values: Sequence[object]) -> list[float]:
@@ -837,11 +652,3 @@ def _flat(values: Sequence[object]) -> list[float]:
         some = cast("list[object]", value) if isinstance(value, list) else [value]
         found += [float(each) if isinstance(each, (int, float)) else math.nan for each in some]
     return found
-
-
-def _angle(first: tuple[float, float, float, float], second: tuple[float, float, float, float]) -> float:
-    """Return the angle between two attitudes [rad]."""
-    same = abs(sum(a * b for a, b in zip(first, second, strict=True)))
-    near = math.sqrt(sum((a - b) ** 2 for a, b in zip(first, second, strict=True)))
-    other = math.sqrt(sum((a + b) ** 2 for a, b in zip(first, second, strict=True)))
-    return 4.0 * math.asin(min(0.5 * min(near, other), 1.0)) if same > 0.5 else math.pi

@@ -90,6 +90,14 @@ def between(first: Turn, second: Turn, share: float) -> Turn:
     return product(first, (math.cos(half), x * scale, y * scale, z * scale))
 
 
+def angle_between(first: Turn, second: Turn) -> float:
+    """Return the angle between two attitudes [rad]."""
+    same = abs(sum(a * b for a, b in zip(first, second, strict=True)))
+    near = math.sqrt(sum((a - b) ** 2 for a, b in zip(first, second, strict=True)))
+    other = math.sqrt(sum((a + b) ** 2 for a, b in zip(first, second, strict=True)))
+    return 4.0 * math.asin(min(0.5 * min(near, other), 1.0)) if same > 0.5 else math.pi
+
+
 def pose_of_matrix(T: FloatArray) -> Pose:
     """Return the pose of a (4, 4) transform in mm."""
     (a, b, c), (d, e, f), (g, h, i) = T[:3, :3].tolist()

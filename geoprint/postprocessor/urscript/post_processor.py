@@ -16,7 +16,8 @@ from geoprint.postprocessor.interface import Execution, Handling, RobotProgram
 from geoprint.postprocessor.orders import Orders
 from geoprint.postprocessor.tables import TrajectoryTable
 from geoprint.postprocessor.urscript.dispensing import dispensing_of
-from geoprint.postprocessor.urscript.executed import execution_of, read_script
+from geoprint.postprocessor.urscript.executed import execution_of
+from geoprint.postprocessor.urscript.forms import read_script
 from geoprint.postprocessor.urscript.guard import output_of
 from geoprint.postprocessor.urscript.handling import first_load, handling
 from geoprint.postprocessor.urscript.writing import written_script

@@ -9,8 +9,9 @@ import pytest
 
 from geoprint.errors import VerificationError
 from geoprint.model import FloatArray
+from geoprint.postprocessor.urscript.execution import execute
 from geoprint.postprocessor.urscript.language import Call, Constant, Name, Operation, parse_script
-from geoprint.postprocessor.urscript.machine import Log, Scenario, execute
+from geoprint.postprocessor.urscript.log import Log, Scenario
 from geoprint.postprocessor.urscript.motion import Arc, Line, places_of
 from geoprint.postprocessor.urscript.poses import Pose, pose_inv, pose_of_matrix, pose_trans
 
