@@ -5,12 +5,12 @@ Plain values, which the writer and whoever checks it share: `ordering` and `swit
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Literal, TypeAlias, final
 
 import numpy as np
 
-from geoprint.model import BoolArray, FloatArray, IntArray, comparable
+from geoprint.model import BoolArray, Dispensing, FloatArray, IntArray, comparable
 from geoprint.model.values import freeze_arrays, frozen
 
 # Positions are written to four decimals: what is nearer than this [mm] is one place, and a move there only turns.
@@ -102,6 +102,47 @@ class Orders:
     def back(self) -> float:
         """Time from the last target to home [s]."""
         return self.duration - float(self.times[-1])
+
+
+def dispensing_along(
+    orders: Orders,
+    *,
+    times: FloatArray,
+    tips: FloatArray,
+    moves: IntArray,
+    runs: IntArray,
+    valve: Sequence[tuple[float, bool]],
+    flow: Sequence[tuple[float, float]] = (),
+) -> Dispensing:
+    """Return what a program commands along its path, from how it was executed.
+
+    Args:
+        orders: that it carries out.
+        times: (k,) moments [s].
+        tips: (k, 3) where its tip is then, in the work frame [mm].
+        moves: (k,) target that it moves to then.
+        runs: (k,) run that it prints then.
+        valve: when the valve is told to open or to shut [s].
+        flow: when a flow is set [s], and to how much [mm3/mm].
+    """
+    deposited = orders.deposited[moves - 1]
+    # Counted from the first place of each run where material is deposited.
+    arcs = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(tips, axis=0), axis=1)))
+    for run in np.unique(runs).tolist():
+        own = runs == run
+        begins = np.flatnonzero(own & deposited)
+        arcs[own] -= arcs[begins[0] if begins.size else int(np.argmax(own))]
+    return Dispensing(
+        times=times,
+        tips=tips,
+        runs=runs,
+        arcs=arcs,
+        wanted=np.where(deposited, orders.flow[moves - 1], 0.0),
+        valve_times=np.array([time for time, _ in valve]),
+        valve_open=np.array([on for _, on in valve], dtype=np.bool_),
+        flow_times=np.array([time for time, _ in flow]),
+        flows=np.array([value for _, value in flow]),
+    )
 
 
 @final

@@ -14,8 +14,8 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import VerificationError, how_many
-from geoprint.model import BoolArray, Dispensing, FloatArray, IntArray, Placement, Signals
-from geoprint.postprocessor.orders import Orders, TipsAt
+from geoprint.model import Dispensing, FloatArray, IntArray, Placement, Signals
+from geoprint.postprocessor.orders import Orders, TipsAt, dispensing_along
 from geoprint.postprocessor.rapid.executed import move_times
 from geoprint.postprocessor.rapid.language.syntax import Place, refuse
 from geoprint.postprocessor.rapid.machine import Switching
@@ -53,7 +53,7 @@ def dispensing_of(made: Made, orders: Orders, *, signals: Signals, placement: Pl
     begins, ends = _clock(made)
     times = begins[moves] + shares * (ends - begins)[moves]
     tips = _tips(made, orders, moves, shares, placement=placement, tips_at=tips_at)
-    runs, deposited = made.runs[moves] - 1, orders.deposited[moves - 1]
+    runs = made.runs[moves] - 1
     starts = np.searchsorted(moves, np.arange(orders.count + 1))
 
     def moment(each: Switching) -> float:
@@ -64,19 +64,9 @@ def dispensing_of(made: Made, orders: Orders, *, signals: Signals, placement: Pl
         own = slice(starts[row], starts[row + 1])
         return _passed(each, times[own], tips[own])
 
-    valve = sorted((moment(each), each.value) for each in made.execution.switchings if each.signal == valve_name)
+    valve = sorted((moment(each), each.value > 0.0) for each in made.execution.switchings if each.signal == valve_name)
     flow = sorted(_flows(made, moment, signals=signals, until=float(times[-1])))
-    return Dispensing(
-        times=times,
-        tips=tips,
-        runs=runs,
-        arcs=_arcs(tips, runs, deposited),
-        wanted=np.where(deposited, orders.flow[moves - 1], 0.0),
-        valve_times=np.array([time for time, _ in valve]),
-        valve_open=np.array([value > 0.0 for _, value in valve], dtype=np.bool_),
-        flow_times=np.array([time for time, _ in flow]),
-        flows=np.array([value for _, value in flow]),
-    )
+    return dispensing_along(orders, times=times, tips=tips, moves=moves, runs=runs, valve=valve, flow=flow)
 
 
 def _moments(times: FloatArray) -> tuple[IntArray, FloatArray]:
@@ -122,16 +112,6 @@ def _tips(
         targets = transforms.apply(transforms.inverse(placement.T_base_work), made.execution.moves.tips(made.rows))
     shifts = targets - orders.tips
     return timed + (1.0 - passed) * shifts[moves - 1] + passed * shifts[moves]
-
-
-def _arcs(tips: FloatArray, runs: IntArray, deposited: BoolArray) -> FloatArray:
-    """Return (k,) length of path from the first place of each run where the plan deposits material [mm]."""
-    arcs = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(tips, axis=0), axis=1))])
-    for run in np.unique(runs).tolist():
-        own = runs == run
-        begin = np.flatnonzero(own & deposited)
-        arcs[own] -= arcs[begin[0] if begin.size else np.argmax(own)]
-    return arcs
 
 
 def _flows(

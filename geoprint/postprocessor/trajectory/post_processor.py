@@ -20,7 +20,7 @@ from geoprint.model import (
 from geoprint.postprocessor.execution import Settings, refusal
 from geoprint.postprocessor.expected_switching import expected_events, expected_waits
 from geoprint.postprocessor.interface import Execution, Handling, RobotProgram
-from geoprint.postprocessor.orders import Orders
+from geoprint.postprocessor.orders import Orders, dispensing_along
 from geoprint.postprocessor.tables import TrajectoryTable
 from geoprint.postprocessor.trajectory.playing import Clock, execution_of, read_back, tips_of
 from geoprint.postprocessor.trajectory.reading import comments, read_samples
@@ -139,23 +139,11 @@ class JointTrajectory:
         moments = clock.played(times[rows])
         tips = tips_of(samples.played(moments)[0], program, cell)
         moves = np.clip(np.searchsorted(orders.times, times[rows]), 1, orders.count - 1)
-        runs, deposited = orders.runs[moves], orders.deposited[moves - 1]
-        arcs = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(tips, axis=0), axis=1)))
-        for run in np.unique(runs).tolist():
-            begins = np.flatnonzero((runs == run) & deposited)
-            arcs[runs == run] -= arcs[begins[0] if begins.size else int(np.argmax(runs == run))]
         valve = [each for each in switched if each.signal == cell.signals.dispenser.lower()]
-        return Dispensing(
-            times=moments,
-            tips=tips,
-            runs=runs,
-            arcs=arcs,
-            wanted=np.where(deposited, orders.flow[moves - 1], 0.0),
-            valve_times=np.array([each.time for each in valve]),
-            valve_open=np.array([each.on for each in valve], dtype=np.bool_),
-            flow_times=np.empty(0),
-            flows=np.empty(0),
-        )
+        return dispensing_along(
+            orders, times=moments, tips=tips, moves=moves, runs=orders.runs[moves],
+            valve=[(each.time, each.on) for each in valve],
+        )  # fmt: skip
 
     def header_findings(self, files: Mapping[str, str], sentences: Sequence[str]) -> Iterator[VerificationError]:
         """Yield where the comments of the message do not say what they must, or claim another check."""

@@ -8,6 +8,7 @@ from geoprint import transforms
 from geoprint.errors import VerificationError
 from geoprint.model import Cell, Dispensing
 from geoprint.postprocessor.interface import RobotProgram
+from geoprint.postprocessor.orders import dispensing_along
 from geoprint.postprocessor.urscript.executed import printing
 from geoprint.postprocessor.urscript.execution import execute
 from geoprint.postprocessor.urscript.forms import FILE
@@ -52,22 +53,10 @@ def dispensing_of(script: Script, program: RobotProgram, cell: Cell) -> Dispensi
     tips = transforms.apply(transforms.inverse(program.placement.T_base_work), tips)
     starts = np.array([move.begins for move in path])
     moves = np.clip(np.searchsorted(starts, times, side="right"), 1, orders.count - 1)
-    runs, deposited = orders.runs[moves], orders.deposited[moves - 1]
-    arcs = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(tips, axis=0), axis=1)))
-    for run in np.unique(runs).tolist():
-        on = np.flatnonzero((runs == run) & deposited)
-        arcs[runs == run] -= arcs[on[0] if on.size else int(np.argmax(runs == run))]
     kind, number = output_of(cell.signals.dispenser)
     # Threads switch along the path; what runs set besides is low already.
     valve = [each for each in log.switches if each.output == f"{kind} {number}" and each.thread != script.main.name]
-    return Dispensing(
-        times=times,
-        tips=tips,
-        runs=runs,
-        arcs=arcs,
-        wanted=np.where(deposited, orders.flow[moves - 1], 0.0),
-        valve_times=np.array([each.time for each in valve]),
-        valve_open=np.array([each.on for each in valve], dtype=np.bool_),
-        flow_times=np.empty(0),
-        flows=np.empty(0),
-    )
+    return dispensing_along(
+        orders, times=times, tips=tips, moves=moves, runs=orders.runs[moves],
+        valve=[(each.time, each.on) for each in valve],
+    )  # fmt: skip
