@@ -15,10 +15,11 @@ import pytest
 from geoprint import load_cell
 from geoprint.cli.application import run
 from geoprint.config.cells import packaged_cell_text
-from geoprint.errors import UsageError, VerificationError
+from geoprint.errors import InputError, UsageError, VerificationError
 from geoprint.geometry.files import save_ply
 from geoprint.model import Purge
 from geoprint.postprocessor.registry import post_processor
+from geoprint.postprocessor.ros_bag import save_bag
 from geoprint.postprocessor.trajectory.reading import Samples, read_samples
 from geoprint.robot.arm import Arm
 from geoprint.workflow import check_bundle
@@ -133,6 +134,49 @@ def test_the_arm_rests_while_a_flow_settles_and_a_lamp_shines_and_outputs_count_
     shut = max(float(event.split(",")[0]) for event in events if event.endswith("doValve,0"))
     # The lamp trails the material, which lags 0.08 s behind the valve.
     assert off - shut == pytest.approx(1.58, abs=0.06)
+
+
+@pytest.mark.needs("rosbags")
+def test_a_bag_holds_the_trajectory_and_each_switching_at_its_time(
+    shared_plans: SharedPlans, bundle: Path, tmp_path: Path
+) -> None:
+    from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
+
+    text = cell_text(lags=LAGS).replace('# post_processor = "rapid"', 'post_processor = "joint-trajectory"')
+    (tmp_path / "cell.toml").write_text(text, encoding="utf-8")
+    folder = shared_plans.folder(
+        "joint trajectory to be put in a bag", lambda folder: made(folder, tmp_path / "cell.toml")
+    )
+    bag = save_bag(folder / "out", tmp_path / "one")
+    topics: dict[str, list[tuple[float, Any]]] = {}
+    with AnyReader([bag], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
+        for connection, nanos, raw in reader.messages():
+            found = reader.deserialize(raw, connection.msgtype)
+            topics.setdefault(connection.topic, []).append((1e-9 * nanos, found))
+    ((start, message),) = topics.pop("/joint_trajectory")
+    samples = np.loadtxt(folder / "out" / FOLDER / TABLE, delimiter=",", skiprows=1)
+    assert start == 0.0
+    assert list(message.joint_names) == [f"joint_{number}" for number in range(1, 7)]
+    np.testing.assert_allclose([point.positions for point in message.points], samples[:, 1:7], atol=1e-12)
+    events = (folder / "out" / FOLDER / "outputs.csv").read_text(encoding="ascii").lower().splitlines()[1:]
+    told = sorted(
+        (f"{time:.6f}", topic.removeprefix("/outputs/"), str(int(found.data)))
+        for topic, messages in topics.items()
+        for time, found in messages
+    )
+    assert told == sorted(tuple(event.split(",")) for event in events)
+    with pytest.raises(UsageError, match="Choose another folder"):
+        save_bag(folder / "out", tmp_path / "one")
+    # Nobody has stated where this part stands: nothing may switch.
+    with AnyReader([save_bag(bundle, tmp_path / "two")]) as reader:
+        assert [connection.topic for connection in reader.connections] == ["/joint_trajectory"]
+
+
+def test_a_plan_without_a_joint_trajectory_has_no_bag(tmp_path: Path) -> None:
+    pytest.importorskip("rosbags")
+    with pytest.raises(InputError, match=r'holds no joint trajectory: plan with `post_processor = "joint-trajectory"`'):
+        save_bag(tmp_path, tmp_path / "bag")
 
 
 def row(text: str, number: int, edit: Callable[[list[str]], list[str]]) -> str:
