@@ -65,7 +65,7 @@ def test_a_third_dialect_is_planned_written_checked_and_shown_by_new_files_alone
 
 def test_a_name_that_nothing_has_is_refused_with_those_that_there_are(tmp_path: Path) -> None:
     folder = planned(tmp_path)
-    with pytest.raises(UsageError, match="rapid, joint-trajectory, krl-sketch"):
+    with pytest.raises(UsageError, match="rapid, urscript, joint-trajectory, krl-sketch"):
         registry.post_processor("urscript-sketch")
     path = folder / "setup.json"
     path.write_text(path.read_text(encoding="utf-8").replace("krl-sketch", "../krl-sketch"), encoding="utf-8")

@@ -68,6 +68,9 @@ class Page:
         )
 
     def open(self, path: Path) -> None:
+        """Open a file; what the page before says as it goes is not held against this one."""
+        self.driver.get("about:blank")
+        self.forget()
         self.driver.get(path.as_uri())
 
     def run(self, script: str) -> object:

@@ -101,7 +101,7 @@ def test_several_parts_land_in_folders_of_their_own_and_compare_json_follows_its
     # One backend of the curved part is enough.
     save_comparisons([flat, broken, replace(curved, outcomes=curved.outcomes[1:])], tmp_path / "out")
     found = json.loads((tmp_path / "out" / "compare.json").read_text())
-    assert found["schema"] == 11
+    assert found["schema"] == 12
     assert [part["part"] for part in found["parts"]] == ["part.ply", "broken.ply", "part.ply"]
     assert set(found["parts"][0]) == SCHEMA_KEYS
     assert set(found["parts"][1]) == {"part", "failed"}
