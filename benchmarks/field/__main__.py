@@ -27,8 +27,8 @@ from pathlib import Path
 from benchmarks import DATA
 from benchmarks.field.figures import KEPT, Figures, save, table
 from benchmarks.field.page import field_page
-from benchmarks.field.parts import EACH, LISTED, listed_parts, make_parts, taken_parts
-from benchmarks.field.planners import missing_libraries, present_planners
+from benchmarks.field.parts import EACH, FAMILIES, LISTED, listed_parts, make_parts, taken_parts
+from benchmarks.field.planners import PLANNERS, missing_libraries, present_planners
 from benchmarks.field.study import field_study, figures_in, finished, hours, run
 from benchmarks.parts.tables import script_parser
 from geoprint.errors import how_many
@@ -67,7 +67,12 @@ def main() -> None:
     elif not (folder / LISTED).is_file():
         for reason in make_parts(folder, each=arguments.each):
             print(f"another part was taken: {reason}")
+    if arguments.keep and {part.family for part in listed_parts(folder)} - {*FAMILIES}:
+        parser.error(f"--keep: {folder} holds parts of somebody's own; name another --out")
     submissions = {given.name: given for given in arguments.submission}
+    taken = [name for name in submissions if name in PLANNERS]
+    if taken or len(submissions) < len(arguments.submission):
+        parser.error("--submission: each folder needs a name of its own, and none of the planners here")
     found = judged(out, submissions, workers=arguments.workers, more=not arguments.table)
     if arguments.keep:
         save(found, KEPT)

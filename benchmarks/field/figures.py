@@ -125,12 +125,14 @@ def median_interval(values: Sequence[float]) -> tuple[float, float, float]:
     """Return the lower end of the 95 % interval of a median, the median, and the upper end.
 
     The ends are values whose ranks follow from the binomial distribution, whatever the values are distributed like. A
-    value may be infinite, as where a planner refused: the median is, too, where it refused half.
+    value may be infinite, as where a planner refused: the median is, too, where it refused half. Fewer than six values
+    do not bound it.
     """
     order = sorted(values)
     count = len(order)
-    rank = max(int(binom.ppf((1.0 - CONFIDENCE) / 2.0, count, 0.5)), 1)
-    return order[rank - 1], float(order[(count - 1) // 2] + order[count // 2]) / 2.0, order[count - rank]
+    middle = float(order[(count - 1) // 2] + order[count // 2]) / 2.0
+    rank = int(binom.ppf((1.0 - CONFIDENCE) / 2.0, count, 0.5))
+    return (order[rank - 1], middle, order[count - rank]) if rank else (-np.inf, middle, np.inf)
 
 
 def share_interval(hits: int, count: int) -> tuple[float, float]:
@@ -176,6 +178,8 @@ def _median_text(values: Sequence[float]) -> str:
     low, middle, high = median_interval(values)
     if not np.isfinite(middle):
         return "refused half"
+    if not np.isfinite(low):
+        return percent(middle, 2)
     upper = f"{100 * high:.2f}" if np.isfinite(high) else "refused"
     return f"{percent(middle, 2)} ({100 * low:.2f}-{upper})"
 

@@ -187,6 +187,17 @@ def manifest(files: Mapping[str, bytes]) -> bytes:
     return json_bytes({"sha256": {name: hashlib.sha256(content).hexdigest() for name, content in files.items()}})
 
 
+def changed_in(folder: Path) -> str | None:
+    """Return the first file that a manifest lists and that is gone or holds something else; itself if it lists none."""
+    hashes = _listed(folder / MANIFEST)
+    if not hashes:
+        return MANIFEST
+    for name, digest in hashes.items():
+        if not (folder / name).is_file() or _is_edited(folder / name, digest):
+            return name
+    return None
+
+
 @contextmanager
 def _translated(directory: Path | str) -> Generator[None]:
     """Turn what the system says into an error of geoprint that names the folder."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from geoprint.errors import InputError, VerificationError
 from geoprint.geometry.native import missing
-from geoprint.postprocessor.bundle import staging
+from geoprint.postprocessor.bundle import changed_in, staging
 from geoprint.postprocessor.execution import Switched
 from geoprint.postprocessor.setup_file import read_setup
 from geoprint.postprocessor.trajectory.reading import TABLE, Samples, read_outputs, read_samples
@@ -50,7 +50,7 @@ def save_bag(plan: Path | str, bag: Path | str) -> Path:
     Raises:
         UsageError: rosbags is not installed, or the folder exists.
         InputError: the plan has no joint trajectory.
-        VerificationError: its files are damaged, or the bag reads back otherwise.
+        VerificationError: a file is not as geoprint wrote it, or the bag reads back otherwise.
         ExportError: nothing can be written there.
     """
     try:
@@ -65,6 +65,12 @@ def save_bag(plan: Path | str, bag: Path | str) -> Path:
     setup = read_setup(Path(plan) / "setup.json")
     robot, withheld = setup.cell.robot, bool(setup.placement.missing)
     chain = chain_of(urdf_of(robot), name=robot.model, flange=robot.flange)
+    changed = changed_in(Path(plan))
+    if changed is not None:
+        raise VerificationError(
+            f"{plan}: {changed} is not as geoprint wrote it; `geoprint check {plan}` says what is wrong, and planning "
+            "again puts it right."
+        )
     files = {path.name: path.read_text("utf-8") for path in folder.iterdir() if path.is_file()}
     samples = read_samples(files, names=chain.names, base=chain.base)
     switched = () if withheld else read_outputs(files, withheld=False)

@@ -232,8 +232,10 @@ class Drawing:
         job = job_of(surface=self.file)
         if any(getattr(job, key) != getattr(self.job, key) for key in _OF_PART):
             raise UsageError(f"{self.file.name} names another part now: close this view, and open the file again.")
+        # What was drawn before belongs to files as they were: it is not put back over what someone else wrote.
         self._field_file = job.field or self._field_file
-        self._states.append(_State(job, tuple(self._read(job))))
+        self._field_before = _bytes(self._field_file)
+        self._states = [_State(job, tuple(self._read(job)))]
         self._filed = self._contents()
         raise UsageError(
             f"{self.file.name} was edited elsewhere: what it says now is shown. Make this edit again, if it is still "

@@ -70,6 +70,7 @@ from geoprint.workflow.checking_motion import (
     check_passing,
     check_poses,
     check_speeds,
+    check_target_joints,
     check_zones,
 )
 from geoprint.workflow.tilting import PART
@@ -249,6 +250,7 @@ class _Checking:
         process = setup.cell.process
         self._collecting("trajectory.csv", lambda: check_joints(table, setup.cell.robot, process=process))
         self._collecting("trajectory.csv", lambda: check_passing(orders, tips(orders.times)))
+        self._collecting("targets.csv", lambda: check_target_joints(orders, table, arm, T_base_work))
         streams = self._check_poses(orders, table, tips)
         self._collecting("targets.csv", lambda: check_speeds(orders, tips, table.times, process=process))
         self._collecting("targets.csv", lambda: check_zones(orders, tips))

@@ -282,3 +282,29 @@ def test_the_field_that_was_drawn_goes_with_it(part: Path, before: str | None) -
     while drawn.undo():
         pass
     assert (field.read_text() if field.is_file() else None) == before
+
+
+def test_undo_leaves_the_files_that_someone_else_wrote_meanwhile(part: Path) -> None:
+    drawn = drawing(part)
+    draw(drawn, POINT)
+    theirs = part.with_name("mine.toml")
+    theirs.write_text("# mine\n[[preferences]]\nrim = true\n")
+    drawn.file.write_text('pattern = "fibres"\nfield = "mine.toml"\n' + drawn.file.read_text())
+    with pytest.raises(UsageError, match="was edited elsewhere"):
+        drawn.undo()
+    assert drawn.job.field == theirs
+    assert not drawn.undo()
+    draw(drawn, KEEP_OUT)
+    drawn.undo()
+    assert theirs.read_text() == "# mine\n[[preferences]]\nrim = true\n"
+
+
+def test_a_field_that_appears_where_one_would_be_drawn_is_kept(part: Path) -> None:
+    drawn = drawing(part)
+    draw(drawn, POINT)
+    appeared = part.with_name("drawn-field.toml")
+    appeared.write_text("# mine\n[[preferences]]\nrim = true\n")
+    with pytest.raises(UsageError, match="was edited elsewhere"):
+        draw(drawn, KEEP_OUT)
+    draw(drawn, KEEP_OUT)
+    assert appeared.read_text() == "# mine\n[[preferences]]\nrim = true\n"

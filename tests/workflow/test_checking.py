@@ -227,6 +227,8 @@ EDITS: list[tuple[str, Callable[[str], str], str, str]] = [
     ("targets.csv", lambda text: rewritten(text, column=2, value="1"), "targets.csv", "after the last target"),
     ("targets.csv", lambda text: rewritten(text, column=3, value="1.0"), "targets.csv", "valve_close_s is 0.08 s, but"),
     ("targets.csv", lambda text: "\n".join([*text.split("\n")[:9], ""]), "targets.csv", "after the last target"),
+    ("targets.csv", lambda text: rewritten(text, column=7, value="0.5"), "targets.csv", "not those of trajectory.csv"),
+    ("targets.csv", lambda text: rewritten(text, column=15, value="0.5"), "targets.csv", "do not hold the tool 20 mm"),
     ("setup.json", lambda text: text.replace('"valve_close": 0.08', '"valve_close": 9'), "setup.json", "hash"),
     ("setup.json", lambda text: text.replace('"valve_open": 0.05', '"valve_open": 9'), "targets.csv", "valve_open_s"),
     (
@@ -367,8 +369,9 @@ def test_configuration_data_of_the_dry_run_that_tables_and_program_agree_on_but_
     lifted = re.sub(r"(\[\[.*?\]\])", rf"GeoAloft(\1,[{','.join(cf)}])", plain, count=1)
     path.write_text(text.replace(line, lifted))
     found = [finding for finding in check_bundle(copy).findings if "hash" not in finding.reason]
-    assert len(found) == 1
-    assert "lifted for the dry run, the inverse kinematics gives the configuration" in found[0].reason
+    assert len(found) == 2
+    assert "do not hold the tool 20 mm above it" in found[0].reason
+    assert "lifted for the dry run, the inverse kinematics gives the configuration" in found[1].reason
 
 
 def test_a_name_declared_twice_is_found_even_where_the_setup_cannot_be_read(copy: Path) -> None:

@@ -173,6 +173,14 @@ def test_a_bag_holds_the_trajectory_and_each_switching_at_its_time(
         assert [connection.topic for connection in reader.connections] == ["/joint_trajectory"]
 
 
+@pytest.mark.needs("rosbags")
+def test_what_was_changed_after_it_was_checked_gets_no_bag(copy: Path, tmp_path: Path) -> None:
+    (copy / FOLDER / OUTPUTS).write_text("t,output,value\n", encoding="ascii")
+    with pytest.raises(VerificationError, match=r"outputs_withheld\.csv is not as geoprint wrote it; `geoprint check"):
+        save_bag(copy, tmp_path / "bag")
+    assert not (tmp_path / "bag").exists()
+
+
 def test_a_plan_without_a_joint_trajectory_has_no_bag(tmp_path: Path) -> None:
     pytest.importorskip("rosbags")
     with pytest.raises(InputError, match=r'holds no joint trajectory: plan with `post_processor = "joint-trajectory"`'):
