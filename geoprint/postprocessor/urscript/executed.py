@@ -22,6 +22,7 @@ from geoprint.postprocessor.timeline import moment_on
 from geoprint.postprocessor.urscript.execution import execute
 from geoprint.postprocessor.urscript.forms import (
     FILE,
+    guard_of,
     read_script,
     settings_of,
     wrong_guard,
@@ -97,7 +98,8 @@ def execution_of(
     except VerificationError as error:
         return Execution((error,))
     judge = _Judge(script, program, cell, tuple(events))
-    findings = [*wrong_guard(files[FILE], cell, program.placement), *wrong_statements(script)]
+    guard = guard_of(files[FILE], cell, program.placement)
+    findings = [*wrong_guard(files[FILE], cell, program.placement), *wrong_statements(script, cell, guard)]
     runs = int(program.orders.runs[-1]) + 1
     findings += wrong_settings(script, settings, runs=runs, new=new)
     try:
@@ -117,6 +119,9 @@ def execution_of(
         ran += more
     executed = judge.figures(made, ran, outputs)
     findings += _beyond(executed)
+    left = [line for each in executed.not_executed for line in each.lines if line not in guard]
+    if left:
+        findings.append(refusal(FILE, left[0], "no scenario executes this statement, and it is none of the guard"))
     lines = tuple((FILE, move.line) for move in (made.start, *made.path))
     complete = len(lines) == program.orders.count
     return Execution(tuple(findings), executed, switched, lines if complete else (), None if findings else settings)

@@ -22,6 +22,8 @@ _TOKEN = re.compile(
 _KEYWORDS = frozenset(
     "and break def elif else end global halt if join kill local not or pause return run thread while".split(" ")  # noqa: SIM905
 )
+# Far more than geoprint writes: signs and words in a line, and expressions or blocks within one another.
+_MOST_TOKENS, _DEEPEST = 200, 20
 _COMPARISONS = frozenset({"==", "!=", "<", ">", "<=", ">="})
 
 
@@ -147,7 +149,7 @@ class _Line:
     def __init__(self, file: str, number: int, text: str) -> None:
         self.file, self.number = file, number
         self.tokens: list[tuple[str, str]] = []
-        self.at = 0
+        self.at, self.depth = 0, 0
         place, length = 0, len(text.rstrip())
         while place < length:
             match = _TOKEN.match(text, place)
@@ -156,6 +158,8 @@ class _Line:
             kind = match.lastgroup or ""
             self.tokens.append((kind, match[kind]))
             place = match.end()
+        if len(self.tokens) > _MOST_TOKENS:
+            raise self.refused(f"the line has {len(self.tokens)} words and signs, allowed are {_MOST_TOKENS}")
 
     def refused(self, reason: str) -> VerificationError:
         """Return the error that names the line."""
@@ -192,11 +196,20 @@ class _Line:
 
     def expression(self) -> Expression:
         """Read a value."""
-        return self._joined(("or",), lambda: self._joined(("and",), self._negated))
+        return self._within(lambda: self._joined(("or",), lambda: self._joined(("and",), self._negated)))
+
+    def _within(self, read: Callable[[], Expression]) -> Expression:
+        """Read what stands within another value."""
+        self.depth += 1
+        if self.depth > _DEEPEST:
+            raise self.refused(f"more than {_DEEPEST} values stand within one another")
+        value = read()
+        self.depth -= 1
+        return value
 
     def _negated(self) -> Expression:
         if self.take("not"):
-            return Operation("not", (self._negated(),))
+            return Operation("not", (self._within(self._negated),))
         return self._compared()
 
     def _compared(self) -> Expression:
@@ -220,7 +233,7 @@ class _Line:
 
     def _signed(self) -> Expression:
         if self.take("-"):
-            operand = self._signed()
+            operand = self._within(self._signed)
             if isinstance(operand, Constant) and isinstance(operand.value, (int, float)):
                 return Constant(-operand.value)
             return Operation("-", (operand,))
@@ -297,7 +310,7 @@ class _Reader:
                 self.comments.append((number, comment))
             if bare.strip():
                 self.lines.append(_Line(file, number, bare))
-        self.at = 0
+        self.at, self.depth = 0, 0
         self.routines: list[Routine] = []
 
     def script(self) -> Script:
@@ -339,14 +352,18 @@ class _Reader:
         self.at += 1
 
     def _block(self, *, within: _Line) -> tuple[Statement, ...]:
+        self.depth += 1
+        if self.depth > _DEEPEST:
+            raise within.refused(f"more than {_DEEPEST} blocks stand within one another")
         found: list[Statement] = []
         while self.at < len(self.lines) and not self.lines[self.at].next_is("end", "else", "elif"):
             if self.lines[self.at].next_is("def", "thread"):
-                if within.tokens[0][1] != "def":
+                if within is not self.lines[0]:
                     raise self.lines[self.at].refused("a function begins within a block")
                 self.routines.append(self._routine())
             else:
                 found.append(self._statement())
+        self.depth -= 1
         return tuple(found)
 
     def _statement(self) -> Statement:
@@ -396,8 +413,11 @@ class _Reader:
         body = self._block(within=line)
         otherwise: Sequence[Statement] = ()
         if self.at < len(self.lines) and self.lines[self.at].next_is("elif"):
-            # It closes with the same end.
-            return Statement("if", line.number, value=value, body=body, otherwise=(self._branch(),))
+            # It closes with the same end, and is a block within this one.
+            self.depth += 1
+            other = self._branch()
+            self.depth -= 1
+            return Statement("if", line.number, value=value, body=body, otherwise=(other,))
         if self.at < len(self.lines) and self.lines[self.at].take("else"):
             self.lines[self.at].need(":")
             self.lines[self.at].done()

@@ -1,6 +1,7 @@
-"""Fifty faults in a written URScript program, each of which `geoprint check` must find.
+"""Faults in a written URScript program, each of which `geoprint check` must find.
 
 The program is that of a plate of two runs with lags and a vacuum; a fault is a change of its text.
+Some change only what no scenario brings: the form of the script alone shows them.
 """
 
 from __future__ import annotations
@@ -49,6 +50,20 @@ def without(pattern: str, number: int = 0) -> Callable[[str], str]:
 
 MOVE = r" +global geo_step = \d+\n +movep\(.*"
 WAIT = r"geo_wait\(\d+, "
+# A value that is 0 in a dry run of a new program and in a print, and at no other speed.
+HIDDEN = "(geo_speed_pct - 25) * (geo_speed_pct - 100) * 0.001"
+SWITCHES = "    if geo_speed_pct == 50:\n      set_standard_digital_out(0, True)\n    end\n"
+FUNCTION = f"  def other(k):\n{SWITCHES}    return k\n  end\n"
+
+
+def before_begin(lines: str) -> Callable[[str], str]:
+    return swap("\n  geo_begin()\n", f"\n{lines}  geo_begin()\n")
+
+
+def behind_move(lines: str) -> Callable[[str], str]:
+    """Add lines where the arm may wait behind a move."""
+    return edit(r"( +global geo_step = (\d+)\n +movep\(.* r=0\)\n)", rf"\1    global geo_step = \2.5\n{lines}", 1)
+
 
 FAULTS: tuple[Fault, ...] = (
     # Targets.
@@ -105,4 +120,49 @@ FAULTS: tuple[Fault, ...] = (
     ("another home", edit(rf"geo_home = \[({NUMBER})", "geo_home = [-0.2", 0)),
     ("a new program that prints", swap("geo_dry_run = True", "geo_dry_run = False")),
     ("a question that is not asked", edit(r" +popup\(\"It PRINTS.*\n", "", 0)),
+    # What depends on a setting, at a value that no scenario has.
+    ("an output that a speed switches", behind_move(SWITCHES)),
+    (
+        "a move that a speed makes",
+        behind_move(SWITCHES.replace("set_standard_digital_out(0, True)", "movel(geo_work)")),
+    ),
+    ("a wait of another form", behind_move("    if geo_on:\n      sleep(0)\n    else:\n      sleep(0)\n    end\n")),
+    ("a wait for a speed", behind_move("    if geo_on and geo_speed_pct == 50:\n      sleep(9)\n    end\n")),
+    ("a wait that a speed sets", behind_move(f"    if geo_on:\n      sleep({HIDDEN})\n    end\n")),
+    ("a home that a speed moves", edit(r"(geo_home = \[-\d\.\d+)", rf"\1 + {HIDDEN}")),
+    ("a target that a speed moves", edit(rf"(pose_trans\(geo_at, p\[{NUMBER})", rf"\1 + {HIDDEN}", 7)),
+    ("a speed that is added to", edit(r"(v=geo_rate \* 0\.\d+)", rf"\1 + {HIDDEN}", 5)),
+    ("a speed by a setting", edit(r"v=geo_rate \*", "v=geo_speed_pct * 0.01 *", 5)),
+    ("an acceleration that a speed sets", edit(r" a=(\d\.\d+),", rf" a=\1 + {HIDDEN},", 5)),
+    ("a blend that a speed sets", edit(r" r=(0\.\d+)", rf" r=\1 + {HIDDEN}", 5)),
+    ("a counter that a speed sets", edit(r"(geo_step = 7)", rf"\1 + {HIDDEN}")),
+    ("a place that a speed moves", edit(rf"(geo_wait\(\d+, p\[{NUMBER})", rf"\1 + {HIDDEN}", 2)),
+    ("a valve that a speed opens", edit(r"geo_valve\(False\)", "geo_valve(geo_speed_pct == 50)")),
+    (
+        "a wait by a function",
+        lambda text: before_begin(FUNCTION)(edit(r"geo_wait\((\d+),", r"geo_wait(other(\1),")(text)),
+    ),
+    ("a value by a function", before_begin(f"{FUNCTION}  global value = other(1)\n")),
+    ("a function that nobody calls", before_begin(FUNCTION)),
+    ("a thread that nobody starts", before_begin("  thread geo_switch_3():\n    sync()\n  end\n")),
+    ("a function within a run", edit(r"(    geo_enter\(1\)\n)", r"\1    def other():\n      sync()\n    end\n")),
+    (
+        "a lifted frame that a speed sinks",
+        before_begin(f"  global geo_lifted = pose_trans(p[0, 0, 0.02 + {HIDDEN}, 0, 0, 0], geo_work)\n"),
+    ),
+    ("a print that is not asked for", before_begin("  global geo_prints = not geo_dry_run\n")),
+    ("a print at a speed", before_begin("  global geo_prints = geo_speed_pct == 50\n")),
+    ("data that are set again", before_begin("  global geo_back = 0.1 + geo_back - 0.1\n")),
+    ("a name that nobody knows", before_begin("  global other = 1\n")),
+    ("a sum for a number", edit(r"geo_runs = 2", "geo_runs = 1 + 1")),
+    ("an argument of the program", swap("def geoprint():", "def geoprint(geo_on):")),
+    ("a statement behind a carriage return", before_begin("  # A comment.\r  set_standard_digital_out(0, True)\n")),
+    # Expressions and blocks without end.
+    ("3000 brackets", before_begin(f"  global other = {'(' * 3000}1{')' * 3000}\n")),
+    ("3000 signs", before_begin(f"  global other = {'-' * 3000}1\n")),
+    ("3000 negations", before_begin(f"  global other = {'not ' * 3000}True\n")),
+    ("3000 sums", before_begin(f"  global other = 1{' + 1' * 3000}\n")),
+    ("3000 items", before_begin(f"  global other = geo_home{'[0]' * 3000}\n")),
+    ("3000 branches", before_begin("  if geo_on:\n" * 3000 + "  end\n" * 3000)),
+    ("3000 alternatives", before_begin("  if geo_on:\n" + "  elif geo_on:\n" * 3000 + "  end\n")),
 )

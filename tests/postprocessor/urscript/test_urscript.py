@@ -155,8 +155,8 @@ def test_a_planted_fault_is_found(bundle: Path, what: str, change: Callable[[str
     assert all(one.details["module"] == FILE for one in execution.findings)
 
 
-def test_there_are_fifty_planted_faults() -> None:
-    assert len({name for name, _ in FAULTS}) == 50
+def test_planted_faults_have_different_names() -> None:
+    assert len({name for name, _ in FAULTS}) == len(FAULTS) >= 84
 
 
 def test_an_arm_that_waits_does_so_when_it_prints_and_not_in_a_dry_run(resting: Path) -> None:
