@@ -566,9 +566,10 @@ class _Judge:
         )
         if on is None:
             return [], []
-        off = next(each for each in made.log.switches if each.time > on.time and each.output == on.output)
+        later = (each.time for each in made.log.switches if each.time > on.time and each.output == on.output)
         scenario = printing(self.cell, self.placement)
-        until = 0.5 * (on.time + off.time)
+        # A valve that nothing shuts is found elsewhere.
+        until = 0.5 * (on.time + next(later, on.time + 1.0))
         log = execute(
             self.script, Scenario(scenario.joints, scenario.settings, scenario.held, stops_at=until), self.flange
         )
