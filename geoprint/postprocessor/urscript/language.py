@@ -159,7 +159,7 @@ class _Line:
             self.tokens.append((kind, match[kind]))
             place = match.end()
         if len(self.tokens) > _MOST_TOKENS:
-            raise self.refused(f"the line has {len(self.tokens)} words and signs, allowed are {_MOST_TOKENS}")
+            raise self.refused(f"more than {_MOST_TOKENS} words and signs stand in the line")
 
     def refused(self, reason: str) -> VerificationError:
         """Return the error that names the line."""
