@@ -11,6 +11,9 @@ from geoprint.postprocessor.orders import Orders
 TURN_ON_THE_SPOT = 1e-3
 # The largest zone that is asked for, and how much higher the path is driven dry [mm].
 LARGEST_ZONE, LIFT = 0.3, 20.0
+# Joints from the inverse agree with those of the trajectory between its rows to this [rad], and by so much more for
+# each mm that a target stands outside of a bend.
+JOINT_TOLERANCE, JOINTS_PER_MM = 1e-3, 0.03
 
 
 def largest_zones(orders: Orders) -> FloatArray:
@@ -32,3 +35,9 @@ def corner_middles(orders: Orders) -> FloatArray:
     middles = orders.tips.copy()
     middles[1:-1] = (entries + 2.0 * orders.tips[1:-1] + exits) / 4.0
     return middles
+
+
+def joint_tolerances(orders: Orders) -> FloatArray:
+    """Return (t,) how far joints at the targets may be off those of the trajectory as it passes them [rad]."""
+    beside = np.linalg.norm(corner_middles(orders) - orders.tips, axis=1)
+    return JOINT_TOLERANCE + JOINTS_PER_MM * beside

@@ -122,7 +122,7 @@ def dispensing_along(
         tips: (k, 3) where its tip is then, in the work frame [mm].
         moves: (k,) target that it moves to then.
         runs: (k,) run that it prints then.
-        valve: when the valve is told to open or to shut [s].
+        valve: when the valve is switched [s], and whether it opens then.
         flow: when a flow is set [s], and to how much [mm3/mm].
     """
     deposited = orders.deposited[moves - 1]

@@ -107,8 +107,8 @@ def _write(
             for name in sorted({each.signal for each in switched})
         }
         for each in switched:
-            told = types.types[_BOOL](data=each.on)
-            writer.write(topics[each.signal], round(each.time * _NANOSECONDS), types.serialize_cdr(told, _BOOL))
+            message = types.types[_BOOL](data=each.on)
+            writer.write(topics[each.signal], round(each.time * _NANOSECONDS), types.serialize_cdr(message, _BOOL))
 
 
 def _compare(bag: Path, types: Typestore, samples: Samples, switched: Sequence[Switched]) -> None:
@@ -119,7 +119,7 @@ def _compare(bag: Path, types: Typestore, samples: Samples, switched: Sequence[S
     """
     from rosbags.rosbag2 import Reader
 
-    told: list[tuple[float, str, bool]] = []
+    events: list[tuple[float, str, bool]] = []
     rows: list[list[float]] = []
     with Reader(bag) as reader:
         for connection, nanos, raw in reader.messages():
@@ -129,8 +129,8 @@ def _compare(bag: Path, types: Typestore, samples: Samples, switched: Sequence[S
                     moment = each.time_from_start.sec + each.time_from_start.nanosec / _NANOSECONDS
                     rows.append([moment, *each.positions.tolist(), *each.velocities.tolist()])
             else:
-                told.append((nanos / _NANOSECONDS, connection.topic.removeprefix(OUTPUT_TOPIC), message.data))
+                events.append((nanos / _NANOSECONDS, connection.topic.removeprefix(OUTPUT_TOPIC), message.data))
     wanted = np.column_stack([samples.times, samples.joints, samples.speeds])
     same = len(rows) == len(wanted) and np.allclose(rows, wanted, rtol=0.0, atol=1e-9)
-    if not same or sorted(told) != sorted((round(each.time, 9), each.signal, each.on) for each in switched):
+    if not same or sorted(events) != sorted((round(each.time, 9), each.signal, each.on) for each in switched):
         raise VerificationError(f"the bag reads back otherwise than {TABLE} and its outputs; write it again.")

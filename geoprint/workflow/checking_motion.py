@@ -16,7 +16,13 @@ from geoprint import transforms
 from geoprint.errors import VerificationError
 from geoprint.model import BoolArray, FloatArray, PoseStream, Process, Robot
 from geoprint.postprocessor import Orders, PosesTable, TipsAt, TrajectoryTable
-from geoprint.postprocessor.expected_targets import LIFT, TURN_ON_THE_SPOT, corner_middles, largest_zones
+from geoprint.postprocessor.expected_targets import (
+    LIFT,
+    TURN_ON_THE_SPOT,
+    corner_middles,
+    joint_tolerances,
+    largest_zones,
+)
 from geoprint.robot.arm import Arm
 from geoprint.robot.timing.moments import joints_at
 
@@ -46,9 +52,8 @@ BEAD_LENGTH, BEAD_TOLERANCE = 1.0, 1.03
 _MILLISECOND = 1e-3
 # A target stands where its pose is, or its corner passes there, and every deposited pose is passed, to this [mm].
 POSE_TOLERANCE, PASSED_TOLERANCE = 0.01, 0.05
-# The joints of a target agree with those of the trajectory between its rows to this [rad], and by so much more for each
-# mm that it stands outside of a bend; a dry run lifts it without turning it by more than this, and no joint by so much.
-JOINT_TOLERANCE, JOINTS_PER_MM, LIFTED_TURN, OTHER_POSTURE = 1e-3, 0.03, 1e-4, 0.75 * np.pi
+# A dry run lifts a target without turning it by more than this, and no joint by so much [rad].
+LIFTED_TURN, OTHER_POSTURE = 1e-4, 0.75 * np.pi
 # Every pose lies on the written moves, their corners rounded, to this [mm], and to so much of its attitude [degrees].
 MOVE_TOLERANCE, MOVE_TURN_DEG = 0.02, 0.2
 # Straight pieces that stand for a rounded corner: at 0.3 mm and 30 degrees they are 1 um off the parabola.
@@ -182,9 +187,8 @@ def check_target_joints(orders: Orders, table: TrajectoryTable, arm: Arm, T_base
         VerificationError: a target has others.
     """
     planned = joints_at(table.times, table.joints, orders.times)
-    beside = np.linalg.norm(corner_middles(orders) - orders.tips, axis=1)
     off = np.abs(orders.joints - planned).max(axis=1)
-    _refuse_joints(off > JOINT_TOLERANCE + JOINTS_PER_MM * beside, "its joints are not those of trajectory.csv then")
+    _refuse_joints(off > joint_tolerances(orders), "its joints are not those of trajectory.csv then")
     lifted = transforms.inverse(T_base_work) @ arm.tool_poses(orders.lifted_joints)
     up = transforms.inverse(T_base_work)[:3, :3] @ np.array([0.0, 0.0, LIFT])
     away = np.linalg.norm(lifted[:, :3, 3] - orders.tips - up, axis=1)

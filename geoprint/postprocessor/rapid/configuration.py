@@ -15,21 +15,17 @@ from scipy.spatial.transform import Rotation
 from geoprint import transforms
 from geoprint.errors import VerificationError
 from geoprint.model import BoolArray, Cell, FloatArray, IntArray
-from geoprint.postprocessor.expected_targets import LIFT, corner_middles
+from geoprint.postprocessor.expected_targets import JOINT_TOLERANCE, LIFT, joint_tolerances
 from geoprint.postprocessor.orders import Orders
 from geoprint.postprocessor.rapid.made import Made
 from geoprint.postprocessor.tables import TrajectoryTable
 from geoprint.robot.arm import Arm, border_distances, configuration_data
 from geoprint.robot.timing.moments import joints_at
 
-# Joints from the inverse agree with those of the trajectory between its rows to this [rad].
-_JOINT_TOLERANCE = 1e-3
 # An angle this near to a multiple of 90 degrees [rad] may count for either quadrant.
 _QUADRANT_TOLERANCE = 1e-6
 # Axes 1, 4 and 6, whose quadrants configuration data count.
 _AXES = (0, 3, 5)
-# Beside a target that stands outside of a bend, its joints are off the trajectory's by this for each mm [rad/mm].
-_JOINTS_PER_MM = 0.03
 
 
 def configurations(orders: Orders, cell: Cell) -> tuple[IntArray, IntArray]:
@@ -46,12 +42,11 @@ def check_configuration(made: Made, orders: Orders, table: TrajectoryTable, arm:
     """
     found = arm.solutions(T_base_work @ _frames(made))
     planned = joints_at(table.times, table.joints, orders.times)
-    beside = np.linalg.norm(corner_middles(orders) - orders.tips, axis=1)
     wound = found + 2.0 * np.pi * np.rint((planned[:, None] - found) / (2.0 * np.pi))
     misses = np.abs(wound - planned[:, None]).max(axis=2)
     nearest = np.nanargmin(np.where(np.isnan(misses), np.inf, misses), axis=1)
     rows = np.arange(made.count)
-    off = ~(misses[rows, nearest] <= _JOINT_TOLERANCE + _JOINTS_PER_MM * beside)
+    off = ~(misses[rows, nearest] <= joint_tolerances(orders))
     if off.any():
         _refuse(made, int(np.argmax(off)), "no inverse kinematic solution is on the planned motion")
     _check_data(made, wound[rows, nearest], made.configurations.astype(np.int64), arm=arm, how="")
@@ -71,7 +66,7 @@ def check_lifted(made: Made, lifted: Made, orders: Orders, arm: Arm, T_base_work
     missing = np.isnan(found).any(axis=1)
     if missing.any():
         _refuse(made, int(np.argmax(missing)), "lifted for the dry run, it is out of reach")
-    if not misses[branch] <= _JOINT_TOLERANCE:
+    if not misses[branch] <= JOINT_TOLERANCE:
         _refuse(made, 0, "lifted for the dry run it is not where targets.csv has its joints")
     joints: FloatArray = np.unwrap(found, axis=0)
     joints = joints + 2.0 * np.pi * np.rint((orders.lifted - joints[0]) / (2.0 * np.pi))

@@ -7,6 +7,7 @@ import numpy as np
 from geoprint import transforms
 from geoprint.errors import VerificationError
 from geoprint.model import Cell, Dispensing
+from geoprint.postprocessor.expected_targets import LIFT
 from geoprint.postprocessor.interface import RobotProgram
 from geoprint.postprocessor.orders import dispensing_along
 from geoprint.postprocessor.urscript.executed import printing
@@ -19,8 +20,6 @@ from geoprint.robot.arm import Arm
 
 # The motion is looked at so often [s].
 _STEP = 0.001
-# The height of a path whose placement nobody has stated [mm].
-_LIFT = 20.0
 
 
 def dispensing_of(script: Script, program: RobotProgram, cell: Cell) -> Dispensing:
@@ -49,7 +48,7 @@ def dispensing_of(script: Script, program: RobotProgram, cell: Cell) -> Dispensi
     pieces = [piece for piece in log.pieces if begins <= piece.begins <= ends]
     tips = 1e3 * places_of(pieces, times)
     if program.placement.missing:
-        tips[:, 2] -= _LIFT
+        tips[:, 2] -= LIFT
     tips = transforms.apply(transforms.inverse(program.placement.T_base_work), tips)
     starts = np.array([move.begins for move in path])
     moves = np.clip(np.searchsorted(starts, times, side="right"), 1, orders.count - 1)

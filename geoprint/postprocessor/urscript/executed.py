@@ -427,8 +427,8 @@ class _Judge:
                 findings.append(refusal(FILE, each.line, f"{made.name}, {what}"))
                 continue
             said, there = wait.arguments[0], wait.arguments[1]
-            told = np.array(position(there)) * 1e3 if isinstance(there, Pose) else np.full(3, np.inf)
-            off = float(np.linalg.norm(told - place))
+            asked = np.array(position(there)) * 1e3 if isinstance(there, Pose) else np.full(3, np.inf)
+            off = float(np.linalg.norm(asked - place))
             if said != event.target or off > MOST_PLACE:
                 what = f"it waits for a place {off:.4f} mm beside the planned one, in the move to target {said!r}"
                 findings.append(refusal(FILE, wait.line, f"{made.name}, {what} (planned {event.target})"))
