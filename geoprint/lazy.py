@@ -51,15 +51,6 @@ def above(module: str, name: str) -> Any:
     return getattr(import_module(module), name)
 
 
-def shown_above(name: str) -> Callable[[object], Any]:
-    """Return a method that calls a function of `geoprint.reporting.notebook`, which takes the result alone."""
-
-    def shown(self: object) -> Any:
-        return above("geoprint.reporting.notebook", name)(self)
-
-    return shown
-
-
 @contextmanager
 def postponed(package: str, *modules: str) -> Generator[None]:
     """Let what is imported meanwhile find stand-ins, which import the modules when they are first asked for a name.

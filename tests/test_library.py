@@ -153,14 +153,13 @@ def writers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
     compared = Comparison(planned.job, planned.workpiece, (("heat", Planned(planned, None)),))
     calibrated = cast("Any", type("Calibrated", (), {"text": "", "cell": None})())
     return {
-        "save": lambda: workflow.save(planned, below),
+        "save": lambda: workflow.save(_measurement(), below),
         "save_plan": lambda: geoprint.workflow.save_plan(planned, below),
         "staging": lambda: postprocessor.staging(below, overwrite=False).__enter__(),
         "seal": lambda: postprocessor.seal(gone),
         "plan_stack": lambda: workflow.plan_stack(planned.job.model_copy(update={"thickness": 1.0}), below),
         "compare_stacks": lambda: workflow.compare_stacks(planned.job.model_copy(update={"thickness": 1.0}), below),
         "save_comparisons": lambda: geoprint.workflow.save_comparisons([compared], below),
-        "save_measurement": lambda: workflow.save_measurement(_measurement(), below),
         "write_whole": lambda: write_whole(below, b""),
         "save_table": lambda: geoprint.reporting.save_table(planned.table(), below),
         "save_ply": lambda: save_ply(planned.workpiece.part, below),

@@ -20,7 +20,6 @@ from benchmarks.paths import uniformity
 from benchmarks.whole.figures import loaded as times_kept, speed_picture
 from geoprint.config import job_of
 from geoprint.guide import page_named
-from geoprint.reporting import figure
 from geoprint.reporting.figures import png_bytes
 from geoprint.reporting.metrics import THICKNESS
 from geoprint.sweep import read_study
@@ -115,7 +114,7 @@ def _without_notice(browser: Chrome) -> bytes:
 def scripting(data: Path) -> bytes:
     """Draw what the page on scripting draws."""
     planned = plan(job_of(surface=data / "heart_flat_patch.ply", unit="mm", spacing=3.0, robot=False))
-    return smaller(png_bytes(figure(planned)), width=600)
+    return smaller(png_bytes(planned.figure()), width=600)
 
 
 def own_backend(data: Path) -> bytes:

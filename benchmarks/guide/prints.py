@@ -22,10 +22,10 @@ from geoprint.config import job_of
 from geoprint.guide import page_named
 from geoprint.inspection.appraise_photographs import PlanAsked, appraise_photographs
 from geoprint.inspection.records import photograph_overlay
-from geoprint.inspection.simulated import save_simulated, simulated_print
+from geoprint.inspection.simulated import simulated_print
 from geoprint.model import PASCAL_PER_KPA
 from geoprint.simulation import Faults
-from geoprint.workflow import plan, save_plan
+from geoprint.workflow import plan, save, save_plan
 
 # Width of the picture [px], and colours that it keeps.
 WIDTH, COLOURS = 720, 128
@@ -66,10 +66,10 @@ def simulated(data: Path) -> bytes:
     with tempfile.TemporaryDirectory() as folder, chdir(folder):
         save_plan(plan(job_of(surface=data / "plate.ply", unit="mm", spacing=5.0, place="demo")), "programmed")
         before = simulated_print(Path("programmed"), faults=Faults(), seed=0)
-        save_simulated(simulated_print(Path("programmed"), faults=faults, seed=0), "before")
+        save(simulated_print(Path("programmed"), faults=faults, seed=0), "before")
         exec(compile(edit, "simulate.md", "exec"), {"__name__": "simulate"})  # noqa: S102  (our own text)
         after = simulated_print(Path("programmed"), faults=faults, seed=0)
-        save_simulated(after, "after")
+        save(after, "after")
         pictures = [Image.open(Path(name, "print.png")).convert("L") for name in ("before", "after")]
     small = [each.resize((SIMULATED_WIDTH, SIMULATED_WIDTH), Image.Resampling.LANCZOS) for each in pictures]
     both = Image.new("L", (2 * SIMULATED_WIDTH + BETWEEN, SIMULATED_WIDTH), 255)

@@ -22,10 +22,10 @@ from benchmarks import DATA
 from benchmarks.parts.tables import row, script_parser, table
 from geoprint.config import job_of, packaged_cell_text
 from geoprint.errors import InputError
-from geoprint.inspection.simulated import save_simulated, simulated_print
+from geoprint.inspection.simulated import record_simulated, simulated_print
 from geoprint.reporting.records.inspection import ScannedRunRecord, SimulatedRunRecord
 from geoprint.simulation import Faults
-from geoprint.workflow import plan, save_plan
+from geoprint.workflow import plan, save, save_plan
 
 PLATE = DATA / "plate.ply"
 SPACING = 3.5
@@ -58,12 +58,12 @@ def rows(scratch: Path, *, smoke: bool) -> Iterator[str]:
     for number, (name, edit) in enumerate(list(EDITS.items())[: 1 if smoke else None]):
         copy = edited(bundle, scratch / f"edited-{number}", edit)
         found = simulated_print(copy, faults=Faults(), seed=number)
-        record = save_simulated(found, scratch / f"simulated-{number}")
+        save(found, scratch / f"simulated-{number}")
         try:
             scanned, refused = _appraised(scratch / f"simulated-{number}" / "scan.xyz", copy), "-"
         except InputError as error:
             scanned, refused = {}, f"refused: {str(error).split(',', maxsplit=1)[0]}"
-        for run in record.runs:
+        for run in record_simulated(found).runs:
             yield _row(name, run, scanned.get(run.run), refused)
 
 

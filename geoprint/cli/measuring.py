@@ -75,7 +75,7 @@ def measure(
     """Measure how evenly toolpaths cover a part, whoever made them."""
     from geoprint.postprocessor import check_writable
     from geoprint.reporting import as_json as json_of, measure_table, record_measure_timings, record_measurement
-    from geoprint.workflow import measure_files, save_measurement
+    from geoprint.workflow import measure_files, save
 
     job = job_asked(part, keys)
     limit_memory(max_memory)
@@ -86,7 +86,9 @@ def measure(
             job, paths, offset_up_to=offset_up_to, fit=fit, deposit=deposit, dialect=dialect, observe=observe
         )
         observe("writing")
-        record = record_measurement(found) if out is None else save_measurement(found, out, overwrite=overwrite)
+        if out is not None:
+            save(found, out, overwrite=overwrite)
+    record = record_measurement(found)
     timings = record_measure_timings(found)
     text = measure_table(record, timings, width=columns())
     result(text, lambda: json_of(record) | {"timings": json_of(timings)}, as_json=as_json)

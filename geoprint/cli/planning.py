@@ -209,10 +209,10 @@ def _compare_cells(
     """Compare cells over one part, with one backend."""
     from geoprint.postprocessor import check_writable
     from geoprint.reporting import as_json as json_of
-    from geoprint.reporting.cell_comparison import cells_text
-    from geoprint.workflow import precompiled
+    from geoprint.reporting.cell_comparison import cells_text, record_cells
+    from geoprint.workflow import precompiled, save
     from geoprint.workflow.backend_choice import with_backend
-    from geoprint.workflow.cell_comparison import compare_cells, save_cells
+    from geoprint.workflow.cell_comparison import compare_cells
 
     paths = [Path(name) for name in cells.split(",") if name]
     if len(jobs) > 1 or len(backends or [""]) > 1 or not paths or jobs[0].cell is not None:
@@ -226,7 +226,8 @@ def _compare_cells(
     with watch() as observe, precompiled():
         found = compare_cells(job, paths, observe=observe)
         observe("writing")
-        record = save_cells(found, out, overwrite=overwrite)
+        save(found, out, overwrite=overwrite)
+    record = record_cells(found)
     result(cells_text(record, width=columns()), lambda: json_of(record), as_json=as_json)
     wrote(out, "written and verified")
 

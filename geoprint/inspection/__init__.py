@@ -1,7 +1,7 @@
 """Photographs of a print: lines of material, how wide and how far apart they are, and how they lie beside a plan.
 
-Folders in, folders out, as the commands: `simulated_print` and `save_simulated`; `appraise_photographs` and
-`save_appraisal`; `appraise_scan` and `save_scan`. Stages on frozen values: `read_photograph`, `bead_width`,
+Folders in, results out, which `geoprint.save` writes as the commands do: `simulated_print`, `appraise_photographs`,
+`appraise_scan`. Stages on frozen values: `read_photograph`, `bead_width`,
 `paired_edges`, `beads_of`; with a plan `camera_by`, `measured_stretches`, `held_against`; `apart` measures two sets of
 anything. Pixels are (u, v), places mm.
 """
@@ -54,24 +54,21 @@ if TYPE_CHECKING:
     from geoprint.inspection.appraise_photographs import (
         PlanAsked as PlanAsked,
         appraise_photographs as appraise_photographs,
-        save_appraisal as save_appraisal,
     )
     from geoprint.inspection.appraise_scans import (
         ScanAsked as ScanAsked,
         appraise_scan as appraise_scan,
-        save_scan as save_scan,
     )
     from geoprint.inspection.simulated import (
         SimulatedPrint as SimulatedPrint,
-        save_simulated as save_simulated,
         simulated_print as simulated_print,
     )
 
 # The planner and its checks come with these.
 _LATER = {
-    "appraise_photographs": "PlanAsked appraise_photographs save_appraisal",
-    "appraise_scans": "ScanAsked appraise_scan save_scan",
-    "simulated": "SimulatedPrint save_simulated simulated_print",
+    "appraise_photographs": "PlanAsked appraise_photographs",
+    "appraise_scans": "ScanAsked appraise_scan",
+    "simulated": "SimulatedPrint simulated_print",
 }
 
 if not TYPE_CHECKING:

@@ -32,6 +32,7 @@ from geoprint.process.feedback import PrintedProgram
 from geoprint.reporting.prints import RECORD, next_print
 from geoprint.reporting.records.inspection import AppraisalRecord
 from geoprint.reporting.records.rounding import save_record
+from geoprint.workflow.saving import written
 
 # More are no comparison any more.
 MOST_PHOTOGRAPHS = 20
@@ -124,22 +125,9 @@ def appraise_photographs(
     return replace(appraisal, plan=plan.name, printed_with=plan.printed_with, part=plan.part, printed=printed)
 
 
-def save_appraisal(found: Appraisal, directory: Path | str, *, overwrite: bool = False) -> AppraisalRecord:
-    """Write appraisal.json, text, tables, pictures, report.html, and the lens if it was calibrated: all or nothing.
-
-    Args:
-        found: what was appraised.
-        directory: where the result shall stand.
-        overwrite: whether an existing result may be replaced.
-
-    Returns:
-        What appraisal.json says.
-
-    Raises:
-        UsageError: the folder exists already.
-        ExportError: nothing can be written there.
-        VerificationError: what was written reads back otherwise.
-    """
+@written.register
+def _save(found: Appraisal, directory: Path | str, *, overwrite: bool) -> AppraisalRecord:
+    """Write appraisal.json, text, tables, pictures, report.html, and the lens if it was calibrated."""
     record = record_appraisal(found)
     on_plan = found.photographs[0].on_plan
     # A lens that was given needs no second file.

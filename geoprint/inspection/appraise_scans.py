@@ -28,6 +28,7 @@ from geoprint.reporting.prints import RECORD, next_print
 from geoprint.reporting.records.inspection import LyingRecord, ScanAppraisalRecord
 from geoprint.reporting.records.rounding import save_record
 from geoprint.workflow.number_tables import read_pose
+from geoprint.workflow.saving import written
 
 LYING_RECORD, LYING_MESH = "lying.json", "lying.ply"
 # Points of a scan; touched points are fewer.
@@ -148,22 +149,9 @@ def scan_before(
     return LyingScan(scan, asked.unit, Path(part).name, asked.pose is not None, most, LYING_MESH, lying)
 
 
-def save_scan(found: AppraisedScan, directory: Path | str, *, overwrite: bool = False) -> ScanAppraisalRecord:
-    """Write appraisal.json, the text, the table of parts of runs and report.html: all or nothing.
-
-    Args:
-        found: what was appraised.
-        directory: where the result shall stand.
-        overwrite: whether an existing result may be replaced.
-
-    Returns:
-        What appraisal.json says.
-
-    Raises:
-        UsageError: the folder exists already.
-        ExportError: nothing can be written there.
-        VerificationError: what was written reads back otherwise.
-    """
+@written.register
+def _save(found: AppraisedScan, directory: Path | str, *, overwrite: bool) -> ScanAppraisalRecord:
+    """Write appraisal.json, the text, the table of parts of runs and report.html."""
     record = record_scan(found)
     files = {
         "appraisal.txt": (
@@ -175,23 +163,9 @@ def save_scan(found: AppraisedScan, directory: Path | str, *, overwrite: bool = 
     return save_record(record, RECORD, files, directory, overwrite=overwrite)
 
 
-def save_lying(found: LyingScan, directory: Path | str, *, overwrite: bool = False) -> LyingRecord:
-    """Write lying.json, the text, and the mesh of the surface that is there: all or nothing.
-
-    Args:
-        found: how the part lies.
-        directory: where the result shall stand.
-        overwrite: whether an existing result may be replaced.
-
-    Returns:
-        What lying.json says.
-
-    Raises:
-        UsageError: the folder exists already.
-        ExportError: nothing can be written there.
-        MeshError: the surface that is there passes through itself.
-        VerificationError: what was written reads back otherwise.
-    """
+@written.register
+def _save_lying(found: LyingScan, directory: Path | str, *, overwrite: bool) -> LyingRecord:
+    """Write lying.json, the text, and the mesh of the surface that is there."""
     record = record_lying(found)
     # What no plan could be made on is refused here already.
     surface, _ = prepare(found.lying.surface)

@@ -214,7 +214,7 @@ def _of_photographs(
     out: Path | None,
     overwrite: bool,
 ) -> tuple[AppraisalRecord, str]:
-    from geoprint.inspection.appraise_photographs import appraise_photographs, save_appraisal
+    from geoprint.inspection.appraise_photographs import appraise_photographs
     from geoprint.inspection.records import record_appraisal
     from geoprint.inspection.text import appraisal_text
 
@@ -224,14 +224,15 @@ def _of_photographs(
             files, against=asked, shade=shade, width=width, threshold=contrast, observe=observe
         )
         observe("writing")
-        record = record_appraisal(found) if out is None else save_appraisal(found, out, overwrite=overwrite)
+        _save(found, out, overwrite=overwrite)
+    record = record_appraisal(found)
     return record, appraisal_text(record, width=columns())
 
 
 def _of_print(
     scan: Path, plan: Path | None, how: tuple[str, Path | None, bool], *, out: Path | None, overwrite: bool
 ) -> tuple[ScanAppraisalRecord, str]:
-    from geoprint.inspection.appraise_scans import ScanAsked, appraise_scan, save_scan
+    from geoprint.inspection.appraise_scans import ScanAsked, appraise_scan
     from geoprint.inspection.records import record_scan
     from geoprint.inspection.text import scan_text
 
@@ -243,7 +244,8 @@ def _of_print(
     with watch() as observe:
         found = appraise_scan(scan, bundle=plan, asked=ScanAsked(*how), observe=observe)
         observe("writing")
-        record = record_scan(found) if out is None else save_scan(found, out, overwrite=overwrite)
+        _save(found, out, overwrite=overwrite)
+    record = record_scan(found)
     return record, scan_text(record, width=columns())
 
 
@@ -255,7 +257,7 @@ def _of_part(
     out: Path | None,
     overwrite: bool,
 ) -> tuple[LyingRecord, str]:
-    from geoprint.inspection.appraise_scans import MOST_OFFSET, ScanAsked, save_lying, scan_before
+    from geoprint.inspection.appraise_scans import MOST_OFFSET, ScanAsked, scan_before
     from geoprint.inspection.records import record_lying
     from geoprint.inspection.text import lying_text
 
@@ -268,8 +270,17 @@ def _of_part(
             observe=observe,
         )  # fmt: skip
         observe("writing")
-        record = record_lying(found) if out is None else save_lying(found, out, overwrite=overwrite)
+        _save(found, out, overwrite=overwrite)
+    record = record_lying(found)
     return record, lying_text(record)
+
+
+def _save(found: object, out: Path | None, *, overwrite: bool) -> None:
+    """Write a result where that is asked for."""
+    from geoprint.workflow import save
+
+    if out is not None:
+        save(found, out, overwrite=overwrite)
 
 
 # Simulation of a print.
@@ -329,7 +340,7 @@ def simulate(
     as_json: AsJson = False,
 ) -> None:
     """Simulate the print of a bundle: execute its program as it stands, and deposit what it commands, run by run."""
-    from geoprint.inspection.simulated import record_simulated, save_simulated, simulated_print, simulated_text
+    from geoprint.inspection.simulated import record_simulated, simulated_print, simulated_text
     from geoprint.postprocessor import check_writable
     from geoprint.simulation import Development, Faults
 
@@ -339,11 +350,10 @@ def simulate(
     faults = Faults(offset=offset, width_scale=spread, width_noise=noise, flow=flow)
     development = Development(exposure=exposure, tone=_gamma(tone), blur=blur, defocus=defocus)
     with watch("program") as observe:
-        found = simulated_print(bundle, faults=faults, seed=seed)
+        found = simulated_print(bundle, faults=faults, seed=seed, development=development)
         observe("writing")
-        record = (
-            record_simulated(found) if out is None else save_simulated(found, out, development, overwrite=overwrite)
-        )
+        _save(found, out, overwrite=overwrite)
+    record = record_simulated(found)
     _tell(record, simulated_text(record), out=out, as_json=as_json)
 
 

@@ -30,6 +30,7 @@ from geoprint.simulation import (
     png,
     scanned,
 )
+from geoprint.workflow.saving import written
 
 # What a person reads of a print in silico: what lies along each run, beside what its path asks for.
 
@@ -94,6 +95,7 @@ class SimulatedPrint:
         beside: (r,) of that, what lies farther than half a spacing before the run's beginning, or behind its end
             [mm3].
         bare: (r,) longest stretch of each without material [mm].
+        development: what the camera that pictures it makes of the light; as by default if None.
     """
 
     plan: PlannedPrint
@@ -106,6 +108,7 @@ class SimulatedPrint:
     deposited: FloatArray
     beside: FloatArray
     bare: FloatArray
+    development: Development | None = None
 
     def __post_init__(self) -> None:
         freeze_arrays(
@@ -113,7 +116,9 @@ class SimulatedPrint:
         )  # fmt: skip
 
 
-def simulated_print(folder: Path | str, *, faults: Faults, seed: int) -> SimulatedPrint:
+def simulated_print(
+    folder: Path | str, *, faults: Faults, seed: int, development: Development | None = None
+) -> SimulatedPrint:
     """Print a bundle in silico.
 
     Its program is executed as it stands in the folder, whoever has edited it since, and even if `geoprint check` would
@@ -123,6 +128,7 @@ def simulated_print(folder: Path | str, *, faults: Faults, seed: int) -> Simulat
         folder: a bundle of one plan.
         faults: what goes wrong besides.
         seed: of the noise.
+        development: what the camera that pictures it makes of the light; as by default if None.
 
     Raises:
         InputError: the folder is no bundle, or nothing is laid.
@@ -132,7 +138,8 @@ def simulated_print(folder: Path | str, *, faults: Faults, seed: int) -> Simulat
     folder = Path(folder)
     plan, record = read_plan(folder), read_record(folder / PLAN, PlanRecord)
     deposited = deposited_pieces(folder, plan, record, faults=faults, random=np.random.default_rng(seed))
-    return SimulatedPrint(plan, bool(record.robot), deposited.beads, faults, seed, *_summed(plan, deposited))
+    sums = _summed(plan, deposited)
+    return SimulatedPrint(plan, bool(record.robot), deposited.beads, faults, seed, *sums, development)
 
 
 def _summed(
@@ -182,31 +189,14 @@ def record_simulated(found: SimulatedPrint) -> SimulatedRecord:
     )  # fmt: skip
 
 
-def save_simulated(
-    found: SimulatedPrint,
-    directory: Path | str,
-    development: Development | None = None,
-    *,
-    overwrite: bool = False,
-) -> SimulatedRecord:
-    """Write simulated.json, and a scan and a photograph to be appraised, with fiducials and lens: all or nothing.
+@written.register
+def _save(found: SimulatedPrint, directory: Path | str, *, overwrite: bool) -> SimulatedRecord:
+    """Write simulated.json, and a scan and a photograph to be appraised, with fiducials and lens.
 
     The scan has 0.05 mm noise and 30 % missing, in the part's coordinates; both are taken from above the part.
 
-    Args:
-        found: what was printed in silico.
-        directory: where the result shall stand.
-        development: what the camera makes of the light; as by default if None.
-        overwrite: whether an existing result may be replaced.
-
-    Returns:
-        What simulated.json says.
-
     Raises:
-        UsageError: the folder exists already.
-        ExportError: nothing can be written there.
         InputError: the part is not seen from above.
-        VerificationError: what was written reads back otherwise.
     """
     record, surface = record_simulated(found), found.plan.surface
     random = np.random.default_rng([found.seed, 1])
@@ -216,7 +206,7 @@ def save_simulated(
         random=random,
     )  # fmt: skip
     view = _above(surface, up, PHOTOGRAPH_PIXELS)
-    grey = pictured(surface, found.beads, view, Lighting(up), development, random=random)
+    grey = pictured(surface, found.beads, view, Lighting(up), found.development, random=random)
     files = {
         "simulated.txt": f"{simulated_text(record)}\n".encode(),
         "scan.xyz": "".join(f"{x:.4f} {y:.4f} {z:.4f}\n" for x, y, z in scan.points.tolist()).encode(),

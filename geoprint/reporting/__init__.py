@@ -40,7 +40,6 @@ from geoprint.reporting.mesh_files import (
     remeshing_text as remeshing_text,
 )
 from geoprint.reporting.page import html_report as html_report
-from geoprint.reporting.pictures import figure as figure
 from geoprint.reporting.placement import proposal_summary as proposal_summary, proposal_text as proposal_text
 from geoprint.reporting.plan import (
     outcome_text as outcome_text,

@@ -1,9 +1,9 @@
-"""Results in a notebook: a picture with figures, and the report page as a view that needs no server."""
+"""Results in a script or notebook: a picture, with figures, and the report page as a view that needs no server."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypeAlias, final
+from typing import TYPE_CHECKING, TypeAlias, final
 
 from geoprint.model import frozen
 from geoprint.reporting.comparison import compared_alone, comparison_report, plan_report, recorded_comparison
@@ -11,13 +11,16 @@ from geoprint.reporting.evenness import expected_text
 from geoprint.reporting.figures import png_bytes
 from geoprint.reporting.html import Markup, element, figure as figure_element, joined, row_table
 from geoprint.reporting.measurement import measure_verdict, record_measurement
-from geoprint.reporting.measurement_page import measure_report
+from geoprint.reporting.measurement_page import measure_figure, measure_report
 from geoprint.reporting.metrics import COVERED_ONCE, GAP, OVERLAP, THICKNESS
-from geoprint.reporting.pictures import comparison_pictures
+from geoprint.reporting.pictures import comparison_pictures, figure
 from geoprint.reporting.records.comparison import PartRecord
 from geoprint.reporting.records.evenness import EvennessRecord
 from geoprint.reporting.values import Picture
 from geoprint.results import Comparison, Measurement, Plan
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 Result: TypeAlias = Plan | Comparison | Measurement
 
@@ -50,6 +53,15 @@ class NotebookView:
             "iframe", srcdoc=self.page.decode("utf-8"), sandbox="allow-scripts", loading="lazy",
             style=f"width: 100%; height: {VIEW_HEIGHT}px; border: 0",
         )  # fmt: skip
+
+
+def result_figure(result: Result) -> Figure:
+    """Draw the paths of a result as beads coloured by the spacing to the next path.
+
+    Raises:
+        FieldError: the evenness of the paths was not measured.
+    """
+    return measure_figure(result) if isinstance(result, Measurement) else figure(result)
 
 
 def notebook_view(result: Result) -> NotebookView:

@@ -28,6 +28,7 @@ from geoprint.results.plan import (
     Layer as Layer,
     Order as Order,
     Plan as Plan,
+    Result as Result,
     RobotPlan as RobotPlan,
     Tilting as Tilting,
     TriedMedialAxis as TriedMedialAxis,

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, final
 
 from geoprint.config import Job
 from geoprint.geometry import Deviation, Inspection, Landmark, PreparationReport
 from geoprint.geometry.files import LabelFound, MeshFile
 from geoprint.layers import CutPlane, Slice
-from geoprint.lazy import above, shown_above
+from geoprint.lazy import above
 from geoprint.metrics import Printed, RigidFit, Uniformity
 from geoprint.metrics.stack_thickness import ColumnFeet, Finished
 from geoprint.model import (
@@ -27,7 +26,7 @@ from geoprint.model import (
     frozen,
     recorded,
 )
-from geoprint.results.plan import Plan
+from geoprint.results.plan import Plan, Result
 from geoprint.results.workpiece import Workpiece
 from geoprint.robot.placing import FixtureCalibration, FixturePose, TipCalibration, Uncertainty
 from geoprint.robot.reach import Exhausted, Margin, ReachMap
@@ -211,7 +210,7 @@ class Refused:
 
 @final
 @frozen
-class Comparison:
+class Comparison(Result):
     """The outcomes of several backends on one workpiece.
 
     Attributes:
@@ -223,31 +222,6 @@ class Comparison:
     job: Job
     workpiece: Workpiece
     outcomes: tuple[tuple[str, Planned | Refused], ...]
-
-    # What a notebook shows of it, and as a page that turns in 3D without a server.
-    _repr_html_, view = shown_above("notebook_html"), shown_above("notebook_view")
-
-    def figure(self) -> Figure:
-        """Draw the paths of each backend as beads coloured by their distance to the next, with what no path covers.
-
-        Raises:
-            FieldError: nobody has measured how even the paths are.
-        """
-        return above("geoprint.reporting", "figure")(self)
-
-    def save(self, directory: Path | str, *, overwrite: bool = False) -> None:
-        """Write report, pictures and a bundle a backend, as the command `compare` does: verified, or nothing.
-
-        Args:
-            directory: where it shall stand; `geoprint.check` reads it back.
-            overwrite: whether what geoprint wrote there before may be replaced.
-
-        Raises:
-            UsageError: the folder exists already.
-            ExportError: nothing can be written there.
-            VerificationError: what was written reads back otherwise.
-        """
-        above("geoprint.workflow", "save")(self, directory, overwrite=overwrite)
 
     @property
     def plans(self) -> dict[str, Plan]:
@@ -385,7 +359,7 @@ class MeasuredFile:
 
 @final
 @frozen
-class Measurement:
+class Measurement(Result):
     """Files of toolpaths, measured side by side on one part.
 
     Attributes:
@@ -406,29 +380,8 @@ class Measurement:
     cell: str
     own_errors: bool = False
 
-    # What a notebook shows of it, and as a page that turns in 3D without a server.
-    _repr_html_, view = shown_above("notebook_html"), shown_above("notebook_view")
-
     def __post_init__(self) -> None:
         freeze_arrays(self, upright="float: 3 3")
-
-    def figure(self) -> Figure:
-        """Draw both halves of each path of each file, coloured by the spacing on their side, and what none covers."""
-        return above("geoprint.reporting.measurement_page", "measure_figure")(self)
-
-    def save(self, directory: Path | str, *, overwrite: bool = False) -> None:
-        """Write report, picture and figures, as the command `measure` does: complete and verified, or not at all.
-
-        Args:
-            directory: where it shall stand.
-            overwrite: whether what geoprint wrote there before may be replaced.
-
-        Raises:
-            UsageError: the folder exists already.
-            ExportError: nothing can be written there.
-            VerificationError: what was written reads back otherwise.
-        """
-        above("geoprint.workflow", "save")(self, directory, overwrite=overwrite)
 
 
 # What was made of a mesh file: its examination, or a part with another mesh.

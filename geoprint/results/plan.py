@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, TypeAlias, final
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, final
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from geoprint.config import Job
 from geoprint.distance import Shown
 from geoprint.errors import FieldError, InputError, how_many
 from geoprint.geometry import united
-from geoprint.lazy import above, shown_above
+from geoprint.lazy import above
 from geoprint.metrics import DistanceErrors, Printed, Uniformity
 from geoprint.model import (
     Clearance,
@@ -45,6 +45,44 @@ from geoprint.robot.timing import OffMoves
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+# What every result answers, by what is made of results.
+
+
+class Result:
+    """What a plan, a comparison and measured toolpaths answer alike: how they look, and how they are written."""
+
+    __slots__ = ()
+
+    def _repr_html_(self) -> str:
+        return above("geoprint.reporting.notebook", "notebook_html")(self)
+
+    def view(self) -> Any:
+        """Return its report page as a notebook shows it: it turns in 3D and has every figure, without a server."""
+        return above("geoprint.reporting.notebook", "notebook_view")(self)
+
+    def figure(self) -> Figure:
+        """Draw the paths, as beads or halves coloured by the distance to the next path, with what no path covers.
+
+        Raises:
+            FieldError: nobody has measured how even the paths are.
+        """
+        return above("geoprint.reporting.notebook", "result_figure")(self)
+
+    def save(self, directory: Path | str, *, overwrite: bool = False) -> None:
+        """Write it as the command that makes it does: complete and verified, or not at all.
+
+        Args:
+            directory: where it shall stand; `geoprint.check` reads a plan or a comparison back.
+            overwrite: whether what geoprint wrote there before may be replaced.
+
+        Raises:
+            UsageError: the folder exists already.
+            ExportError: nothing can be written there.
+            VerificationError: what was written reads back otherwise.
+        """
+        above("geoprint.workflow", "save")(self, directory, overwrite=overwrite)
+
 
 # What a plan keeps of a table that tilts the part.
 
@@ -224,7 +262,7 @@ class JoinedProgram:
 
 @final
 @frozen
-class Plan:
+class Plan(Result):
     """A plan: everything from the mesh to the program.
 
     Attributes:
@@ -272,31 +310,6 @@ class Plan:
     fed: Fed | None = None
     tilting: Tilting | None = None
     joined: JoinedProgram | None = None
-
-    # What a notebook shows of it, and as a page that turns in 3D without a server.
-    _repr_html_, view = shown_above("notebook_html"), shown_above("notebook_view")
-
-    def figure(self) -> Figure:
-        """Draw its paths as beads coloured by their distance to the next, with what no path covers.
-
-        Raises:
-            FieldError: nobody has measured how even the paths are.
-        """
-        return above("geoprint.reporting", "figure")(self)
-
-    def save(self, directory: Path | str, *, overwrite: bool = False) -> None:
-        """Write its bundle, as the command `plan` does: complete and verified, or not at all.
-
-        Args:
-            directory: where it shall stand; `geoprint.check` reads it back.
-            overwrite: whether what geoprint wrote there before may be replaced.
-
-        Raises:
-            UsageError: the folder exists already.
-            ExportError: nothing can be written there.
-            VerificationError: what was written reads back otherwise.
-        """
-        above("geoprint.workflow", "save")(self, directory, overwrite=overwrite)
 
     @property
     def paths(self) -> list[FloatArray]:

@@ -12,7 +12,7 @@ from geoprint.workflow.check_folder import check_folder as check_folder
 from geoprint.workflow.checking import check_bundle as check_bundle
 from geoprint.workflow.comparison import compare as compare, compare_parts as compare_parts
 from geoprint.workflow.editing import Planner as Planner
-from geoprint.workflow.measuring import measure_files as measure_files, save_measurement as save_measurement
+from geoprint.workflow.measuring import measure_files as measure_files
 from geoprint.workflow.mesh_files import examine as examine, inspect_file as inspect_file, remesh_file as remesh_file
 from geoprint.workflow.patches import PatchChoice as PatchChoice, cut_patch as cut_patch, patches_of as patches_of
 from geoprint.workflow.placing import best_placed as best_placed, propose_placement as propose_placement

@@ -17,6 +17,7 @@ from geoprint.robot.reach import Margin, laying, smallest_margin
 from geoprint.workflow.bundles import REPORT
 from geoprint.workflow.placing import best_placed
 from geoprint.workflow.planning import plan
+from geoprint.workflow.saving import written
 
 CELLS = "cells.json"
 
@@ -60,22 +61,9 @@ def compare_cells(
     return CellComparison(job, tuple(outcomes))
 
 
-def save_cells(found: CellComparison, directory: Path | str, *, overwrite: bool = False) -> CellsRecord:
-    """Write cells.json and report.html: all or nothing.
-
-    Args:
-        found: the result of `compare_cells`.
-        directory: folder to write.
-        overwrite: whether to replace an existing result.
-
-    Returns:
-        The content of cells.json.
-
-    Raises:
-        UsageError: the folder exists already.
-        ExportError: nothing can be written there.
-        VerificationError: the files, read back, differ from the result.
-    """
+@written.register
+def _save(found: CellComparison, directory: Path | str, *, overwrite: bool) -> CellsRecord:
+    """Write cells.json and report.html."""
     record = record_cells(found)
     return save_record(record, CELLS, {REPORT: cells_page(found, record)}, directory, overwrite=overwrite)
 

@@ -23,6 +23,7 @@ from geoprint.reporting.records.rounding import save_record
 from geoprint.results import MeasuredFile, Measurement
 from geoprint.toolpath_files import read_paths
 from geoprint.workflow.patches import prepared_part
+from geoprint.workflow.saving import written
 
 RECORD = "measure.json"
 # More are no comparison any more.
@@ -103,22 +104,9 @@ def _checked_spacing(job: Job, paths: Sequence[Path | str], offset_up_to: float 
     return job.spacing
 
 
-def save_measurement(found: Measurement, directory: Path | str, *, overwrite: bool = False) -> MeasurementRecord:
-    """Write measure.json, measure.csv, measure.png and report.html: all or nothing.
-
-    Args:
-        found: the result of `measure_files`.
-        directory: folder to write.
-        overwrite: whether to replace an existing result.
-
-    Returns:
-        The content of measure.json.
-
-    Raises:
-        UsageError: the folder exists already.
-        ExportError: nothing can be written there.
-        VerificationError: the files, read back, differ from the result.
-    """
+@written.register
+def _save(found: Measurement, directory: Path | str, *, overwrite: bool) -> MeasurementRecord:
+    """Write measure.json, measure.csv, measure.png and report.html."""
     record = record_measurement(found)
     files = {
         "measure.csv": measure_csv(record).encode("utf-8"),

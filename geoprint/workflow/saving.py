@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import partial, singledispatch
 from pathlib import Path
 from typing import final
 
 import numpy as np
 
-from geoprint.errors import VerificationError
+from geoprint.errors import UsageError, VerificationError
 from geoprint.geometry.files import load, ply_bytes
 from geoprint.model import Cell, PoseStream, Surface, Trajectory, frozen
 from geoprint.postprocessor import (
@@ -32,38 +32,43 @@ from geoprint.reporting.check import Finding
 from geoprint.reporting.comparison import comparison_report, plan_report, recorded_comparison
 from geoprint.reporting.pictures import ComparisonPictures, chart_pictures, comparison_pictures
 from geoprint.reporting.plan import record_plan, record_timings
-from geoprint.reporting.records.comparison import RecordedComparison
+from geoprint.reporting.records.comparison import ComparisonRecord, RecordedComparison
 from geoprint.reporting.records.plan import PlanRecord
-from geoprint.reporting.records.rounding import as_json, read_record, save_record, verify_record
+from geoprint.reporting.records.rounding import Record, as_json, read_record, save_record, verify_record
 from geoprint.reporting.tables import spacing_table
-from geoprint.results import Comparison, FailedPart, Measurement, Plan, RobotPlan, Workpiece
+from geoprint.results import Comparison, FailedPart, Plan, RobotPlan, Workpiece
 from geoprint.workflow.bundles import COMPARISON, REPORT, check_joined, part_folders
 from geoprint.workflow.checking import check_program
-from geoprint.workflow.measuring import save_measurement
 from geoprint.workflow.processes import OtherProcesses, shared
 from geoprint.workflow.replan import input_files
 from geoprint.workflow.tilting import attitude_cell, part_folder
 
 
-def save(result: Plan | Comparison | Measurement, directory: Path | str, *, overwrite: bool = False) -> None:
+def save(result: object, directory: Path | str, *, overwrite: bool = False) -> Record:
     """Write a result as the command that makes it does: complete and verified, or not at all.
 
     Args:
-        result: a plan (written as a bundle), a comparison (bundles and a report), or measured toolpaths.
+        result: a plan (written as a bundle), a comparison (bundles and a report), measured toolpaths, compared cells,
+            or what a feature makes: a print that was simulated or appraised.
         directory: folder to write; `check` reads a plan or a comparison back.
         overwrite: whether to replace what geoprint wrote there before.
 
+    Returns:
+        What its JSON file says.
+
     Raises:
-        UsageError: the folder exists already.
+        UsageError: the folder exists already, or this is no result.
         ExportError: nothing can be written there.
         VerificationError: the files, read back, differ from the result.
     """
-    if isinstance(result, Plan):
-        save_plan(result, directory, overwrite=overwrite)
-    elif isinstance(result, Measurement):
-        save_measurement(result, directory, overwrite=overwrite)
-    else:
-        save_comparisons([result], directory, overwrite=overwrite)
+    return written(result, directory, overwrite=overwrite)
+
+
+@singledispatch
+def written(result: object, directory: Path | str, *, overwrite: bool) -> Record:  # noqa: ARG001  (of those registered)
+    """Write a result as `save` does; what makes a kind of result registers how it is written."""
+    kind = type(result).__name__
+    raise UsageError(f"{directory}: a {kind} is no result; give what `plan`, `compare` or `measure_files` returned.")
 
 
 def save_plan(plan: Plan, directory: Path | str, *, overwrite: bool = False, report: bool = False) -> PlanRecord:
@@ -91,6 +96,14 @@ def save_plan(plan: Plan, directory: Path | str, *, overwrite: bool = False, rep
     files, timings = plan_files(plan, record, charts=charts) | shown, {TIMINGS: _timings(plan)}
     verify = partial(verify_files, plan, record)
     return save_record(record, PLAN, files, directory, overwrite=overwrite, verify=verify, unlisted=timings)
+
+
+written.register(Plan, save_plan)
+
+
+@written.register
+def _save_comparison(found: Comparison, directory: Path | str, *, overwrite: bool) -> ComparisonRecord:
+    return save_comparisons([found], directory, overwrite=overwrite).record
 
 
 def save_comparisons(

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from geoprint.errors import InputError
-from geoprint.inspection.appraise_photographs import appraise_photographs, save_appraisal
+from geoprint.inspection.appraise_photographs import appraise_photographs
 from geoprint.reporting.html import Document, row_table
 from geoprint.simulation import png
+from geoprint.workflow import save
 from tests.inspection.drawn import drawn, straight
 from tests.reporting.browser import Page
 
@@ -27,7 +28,7 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("photographs")
     for name, lines in (("whole.png", [LINE]), (HOSTILE, BROKEN)):
         (folder / name).write_bytes(png(drawn(SIZE, lines, noise=0.01)))
-    save_appraisal(appraise_photographs([folder / "whole.png", folder / HOSTILE]), folder / "both")
+    save(appraise_photographs([folder / "whole.png", folder / HOSTILE]), folder / "both")
     return folder / "both" / "report.html"
 
 
@@ -45,7 +46,7 @@ def test_the_page_holds_no_script_and_says_what_is_wrong_and_what_is_not(report:
 
 def test_a_single_photograph_has_no_distances(report: Path) -> None:
     alone = report.parents[1] / "alone"
-    save_appraisal(appraise_photographs([report.parents[1] / "whole.png"]), alone)
+    save(appraise_photographs([report.parents[1] / "whole.png"]), alone)
     page = (alone / "report.html").read_text(encoding="utf-8")
     assert 'class="matrix"' not in page
     assert "How far their lines lie apart" not in page

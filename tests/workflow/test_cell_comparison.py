@@ -12,7 +12,8 @@ from geoprint.reporting import read_record
 from geoprint.reporting.cell_comparison import cells_text, record_cells
 from geoprint.reporting.records.cells import CellsRecord
 from geoprint.results import CellComparison
-from geoprint.workflow.cell_comparison import compare_cells, save_cells
+from geoprint.workflow import save
+from geoprint.workflow.cell_comparison import compare_cells
 from tests.brief_proofs import proving_briefly
 
 PLATE = Path(__file__).parents[2] / "data" / "plate.ply"
@@ -66,7 +67,7 @@ def test_the_table_says_where_it_prints_and_why_not(compared: CellComparison, fa
 
 
 def test_the_folder_holds_the_record_and_a_page_with_the_same_figures(compared: CellComparison, tmp_path: Path) -> None:
-    record = save_cells(compared, tmp_path / "out")
+    assert save(compared, tmp_path / "out") == (record := record_cells(compared))
 
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["cells.json", "manifest.json", "report.html"]
     assert read_record(tmp_path / "out" / "cells.json", CellsRecord) == record
@@ -74,7 +75,7 @@ def test_the_folder_holds_the_record_and_a_page_with_the_same_figures(compared: 
     assert f"{record.cells[0].duration_s:.1f}" in page
     assert "Not printable" in page
     with pytest.raises(UsageError, match="out exists; choose another"):
-        save_cells(compared, tmp_path / "out")
+        save(compared, tmp_path / "out")
 
 
 @pytest.mark.parametrize(

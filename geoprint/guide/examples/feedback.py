@@ -7,16 +7,16 @@ again with it, the next print makes up for what was missing: it is simulated wit
 import matplotlib.pyplot as plt
 
 import geoprint
-from geoprint.inspection import appraise_scan, save_scan, save_simulated, simulated_print
+from geoprint.inspection import appraise_scan, simulated_print
 from geoprint.simulation import Faults
 
 fault = Faults(flow=0.88, width_noise=0.03)
 job = geoprint.job_of(surface="data/plate.ply", unit="mm", spacing=3.5, robot=False)
 geoprint.plan(job).save("printed", overwrite=True)
 first = simulated_print("printed", faults=fault, seed=0)
-save_simulated(first, "simulated", overwrite=True)  # instead of a scanner: simulated/scan.xyz
+geoprint.save(first, "simulated", overwrite=True)  # instead of a scanner: simulated/scan.xyz
 
-save_scan(appraise_scan("simulated/scan.xyz", bundle="printed"), "appraised", overwrite=True)
+geoprint.save(appraise_scan("simulated/scan.xyz", bundle="printed"), "appraised", overwrite=True)
 geoprint.plan(geoprint.job_from("printed", feedback="appraised/appraisal.json")).save("next", overwrite=True)
 second = simulated_print("next", faults=fault, seed=0)
 
