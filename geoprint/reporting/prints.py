@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from geoprint.errors import how_many, percent
-from geoprint.metrics.stack_thickness import deposited_shares, deposited_volume, executed_flow
+from geoprint.metrics.executed_flow import deposited_shares, deposited_volume, executed_flow
 from geoprint.model import Cell
 from geoprint.postprocessor.registry import joined_file
 from geoprint.process.feedback import VALVE_CAUSES, FlowChange, PrintedProgram

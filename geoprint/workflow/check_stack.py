@@ -13,7 +13,7 @@ import numpy as np
 
 from geoprint.config import Job, job_cell, job_of
 from geoprint.errors import GeoprintError, naming
-from geoprint.metrics.stack_thickness import deposited_volume
+from geoprint.metrics.executed_flow import deposited_volume
 from geoprint.model import PoseStream, frozen
 from geoprint.positioner import table_machine
 from geoprint.postprocessor import Json, OwnProgram, read_setup

@@ -20,7 +20,7 @@ import numpy as np
 from geoprint.config import Job
 from geoprint.errors import ClearanceError, FieldError, LimitError, PlanError, ReachError, naming, percent
 from geoprint.geometry import face_areas
-from geoprint.metrics.stack_thickness import deposited_shares, deposited_volume, executed_flow
+from geoprint.metrics.executed_flow import deposited_shares, deposited_volume, executed_flow
 from geoprint.model import Cell, Clearance, FloatArray, JointPath, Placement, PoseStream, Program, Trajectory
 from geoprint.postprocessor import (
     Executed,

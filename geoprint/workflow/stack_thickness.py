@@ -12,13 +12,11 @@ from geoprint.geometry import upright_of
 from geoprint.layers import middle_planes, sliced, sliced_layer
 from geoprint.layers.feet import Ground
 from geoprint.metrics import LevelledLayer, Levelling, stretches_of_poses
+from geoprint.metrics.executed_flow import deposited_volume, executed_flow, flow_of_all
 from geoprint.metrics.stack_thickness import (
     column_feet,
     deposited_over,
-    deposited_volume,
-    executed_flow,
     finished,
-    flow_of_all,
     have_met,
     wanted_over,
     within_sides,

@@ -18,8 +18,8 @@ from geoprint.metrics.coverage import (
     strip_widths,
 )
 from geoprint.metrics.deposited import Samples
+from geoprint.metrics.executed_flow import deposited_volume, flow_by_length, flow_by_time, flow_of_all
 from geoprint.metrics.oracle import Places
-from geoprint.metrics.stack_thickness import deposited_volume, flow_by_length, flow_by_time, flow_of_all
 from geoprint.model import FloatArray, PoseStream, Process, Surface
 from geoprint.process import following_flow
 from tests.meshes import cylinder_patch, disc, plate, spherical_cap
