@@ -17,6 +17,7 @@ from geoprint.reporting.check import (
     Finding as Finding,
     also_seen as also_seen,
 )
+from geoprint.reporting.check_text import check_text as check_text
 from geoprint.reporting.comparison import (
     comparison_table as comparison_table,
     recorded_comparison as recorded_comparison,
@@ -77,7 +78,6 @@ from geoprint.reporting.stack_html import (
     StackReport as StackReport,
     stack_report as stack_report,
 )
-from geoprint.reporting.stack_sheet import check_text as check_text
 from geoprint.reporting.tables import csv_text as csv_text, save_table as save_table
 from geoprint.reporting.values import (
     GAP as GAP,

@@ -14,7 +14,6 @@ from geoprint.reporting.records.evenness import EvennessRecord
 from geoprint.reporting.records.evidence import EvidenceRecord, SeenRecord
 from geoprint.reporting.records.plan import PlanRecord, SwitchingRecord
 from geoprint.reporting.records.rounding import Record
-from geoprint.reporting.records.stack import StackRecord
 
 
 @final
@@ -67,6 +66,11 @@ class CheckedParts:
     def scenarios(self) -> tuple[str, ...]:
         """In which it was executed; none where it does not run."""
         return () if self.proof is None else self.proof.scenarios
+
+    @property
+    def refused(self) -> tuple[str, ...]:
+        """Scenarios in which it ended before anything moved; none where it does not run."""
+        return () if self.proof is None else self.proof.refused
 
     def proven(self) -> dict[str, Json]:
         """Return what a record says of its execution; nothing where it does not run."""
@@ -124,15 +128,23 @@ class Checked:
 @final
 @frozen
 class CheckedStack:
-    """A stack that was checked.
+    """Bundles that one program prints in turn, checked as one.
 
     Attributes:
-        record: the content of stack.json, or None where it cannot be read.
-        program: of all its layers.
+        record: what is said of all of them in the file beside them, or None where it cannot be read.
+        heading: what they are, and in which order they are listed.
+        title: what is printed.
+        sheet: label and texts of what the run sheet says of their program; none where there is no such program.
+        one: what the program calls each: 'layer', or 'attitude' of a table.
+        program: of all of them, as it was checked.
         seen: what people saw it do.
     """
 
-    record: StackRecord | None
+    record: Record | None
+    heading: str
+    title: str = ""
+    sheet: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    one: str = "layer"
     program: CheckedParts = CheckedParts()
     seen: tuple[SeenRecord, ...] = ()
 

@@ -121,7 +121,7 @@ def _comparison_record(checked: CheckedComparison, name: str) -> CheckedComparis
     stack = checked.stack
     program = None if stack is None else stack.program
     settings = None if program is None else program.settings
-    tilted = stack is not None and stack.record is not None and stack.record.layers[0].attitudes is not None
+    tilted = stack is not None and stack.one == "attitude"
     return CheckedComparisonRecord(
         comparison=name,
         agrees=not checked.findings,

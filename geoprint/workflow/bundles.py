@@ -369,7 +369,7 @@ def _program(checked: Checked | CheckedComparison) -> tuple[bool, str, Sequence[
         raise UsageError(f"{checked.folder} holds several bundles: name the one whose program you saw, of {named}.")
     # All layers stand where the part stands.
     setups = [one.setup for _, one in checked.bundles if one.setup is not None]
-    there = stack.record is None or stack.record.program is not None
+    there = stack.record is None or bool(stack.sheet)
     return there, stack.program.program_sha256, setups[0].placement.missing if setups else ()
 
 

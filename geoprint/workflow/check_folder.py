@@ -13,7 +13,7 @@ from geoprint.reporting.check import Checked, CheckedComparison, Finding
 from geoprint.reporting.records.comparison import ComparisonRecord, PartRecord, PlannedRecord
 from geoprint.reporting.records.plan import PlanRecord
 from geoprint.reporting.records.rounding import as_json, read_record
-from geoprint.reporting.records.stack import RefusedStackRecord, StackComparisonRecord
+from geoprint.reporting.records.stack import RefusedStackRecord, StackComparisonRecord, StackRecord
 from geoprint.reporting.stack_comparison import best_stack, compared_stack, stack_verdict
 from geoprint.reporting.verdict import ranked
 from geoprint.results import Plan, StackedLayer
@@ -96,7 +96,8 @@ def stacks_findings(folder: Path, stacks: Sequence[tuple[str, CheckedComparison]
     except GeoprintError as error:
         yield Finding(STACKS, 1, str(error))
         return
-    record = {name: one.stack.record for name, one in stacks if one.stack is not None and one.stack.record is not None}
+    every = {name: None if one.stack is None else one.stack.record for name, one in stacks}
+    record = {name: one for name, one in every.items() if isinstance(one, StackRecord)}
     planned = [row.backend for row in said.backends if not isinstance(row, RefusedStackRecord)]
     if sorted(planned) != sorted(record):
         yield Finding(STACKS, 1, f"it lists {', '.join(planned)}, the stacks are {', '.join(record) or 'none'}")

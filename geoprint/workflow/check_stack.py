@@ -18,11 +18,12 @@ from geoprint.model import PoseStream, frozen
 from geoprint.positioner import table_machine
 from geoprint.postprocessor import Json, OwnProgram, read_setup
 from geoprint.postprocessor.registry import joined_file, joining_of, post_processor_name
-from geoprint.reporting.check import Checked, CheckedStack, Finding
+from geoprint.reporting.check import Checked, CheckedParts, CheckedStack, Finding
 from geoprint.reporting.records.plan import PlanRecord
 from geoprint.reporting.records.rounding import as_json, read_record
 from geoprint.reporting.records.stack import StackedLayerRecord, StackProgramRecord, StackRecord
 from geoprint.reporting.stack import finished_record, with_cure
+from geoprint.reporting.stack_sheet import printed_parts, stack_sheet
 from geoprint.results import StackedLayer
 from geoprint.workflow.bundles import (
     STACK,
@@ -128,7 +129,7 @@ def stack_findings(
         names: of the files of each bundle, by its folder.
     """
     record = stack.record
-    if record is None:
+    if not isinstance(record, StackRecord):
         return
     folders: list[Json] = [name for name, _ in layers]
     yield from figures(STACK, "", {"layers": [one.folder for one in record.layers]}, {"layers": folders})
@@ -268,7 +269,7 @@ def finished_findings(folder: Path, stack: CheckedStack, kept: Sequence[StackedL
         kept: what a stack takes of each layer that was planned again.
     """
     record = stack.record
-    if record is None or len(kept) != len(record.layers):
+    if not isinstance(record, StackRecord) or len(kept) != len(record.layers):
         return []
     try:
         job = job_of(surface=folder / record.layers[0].folder / JOB).model_copy(update={"layer": None})
@@ -369,18 +370,30 @@ def check_stack(
         record = read_record(folder / STACK, StackRecord)
         if any(one.findings for _, one in layers):
             reason = "a layer differs from its plan, so the stack was not compared with it"
-            return [Finding(STACK if record.program is None else record.program.file, 1, reason)], CheckedStack(record)
+            return [Finding(STACK if record.program is None else record.program.file, 1, reason)], _checked(
+                record, CheckedParts()
+            )
         own = own_programs(folder, record.layers)
         findings: list[Finding] = []
-        stack, moves = CheckedStack(record), ()
+        stack, moves = _checked(record, CheckedParts()), ()
         if own:
             found, stack, moves = _program_findings(folder, names, record, own)
             findings += found
         of_each = {name: _below(names, name) for name, _ in layers}
         findings += stack_findings(stack, layers, own, moves, names=of_each)
     except GeoprintError as error:
-        return [Finding(STACK, 1, str(error))], CheckedStack(record)
+        return [Finding(STACK, 1, str(error))], _checked(record, CheckedParts())
     return findings, stack
+
+
+def _checked(record: StackRecord | None, program: CheckedParts) -> CheckedStack:
+    """Return what is said of a stack by its record, None where that cannot be read, and what its program did."""
+    heading = "layers, the lowest first"
+    if record is None:
+        return CheckedStack(None, heading)
+    sheet = tuple((label, tuple(texts)) for label, texts in stack_sheet(record, program))
+    one, _ = printed_parts(record.layers)
+    return CheckedStack(record, heading, f"{record.part}, layer upon layer", sheet, one, program)
 
 
 def _below(names: Iterable[str], folder: str) -> dict[str, str]:
@@ -414,7 +427,7 @@ def _program_findings(
         layers=[one.layer for one in own],
         tilted=own[0].placement.table is not None,
     )
-    return findings, CheckedStack(record, program), moves
+    return findings, _checked(record, program), moves
 
 
 def _kept_findings(record: StackRecord, moves: Sequence[LayerMove]) -> Iterator[Finding]:

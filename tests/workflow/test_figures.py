@@ -12,7 +12,7 @@ from geoprint.config import job_of
 from geoprint.errors import UsageError
 from geoprint.geometry.files import save_ply
 from geoprint.reporting import CheckedComparison
-from geoprint.reporting.stack_sheet import check_text
+from geoprint.reporting.check_text import check_text
 from geoprint.results import Plan
 from geoprint.workflow import check_folder, compare_stacks, plan, plan_stack, save_plan
 from tests.meshes import plate

@@ -14,7 +14,7 @@ import pytest
 import geoprint
 from geoprint.errors import InputError, VerificationError
 from geoprint.reporting import Checked, CheckedComparison, check_summary
-from geoprint.reporting.stack_sheet import check_text
+from geoprint.reporting.check_text import check_text
 from geoprint.workflow import check_bundle, check_folder, plan, save_plan
 from tests.commands import called
 
