@@ -1,4 +1,4 @@
-"""The guide's pictures of prints in silico: photographed, edited programs, and the three of the paper."""
+"""The guide's pictures of simulated prints: photographed, edited programs, and the three of the paper."""
 
 # matplotlib leaves the keyword arguments of its methods untyped.
 # pyright: reportUnknownMemberType=false

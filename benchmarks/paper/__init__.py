@@ -1,1 +1,1 @@
-"""The paper's experiment: the three prints of Table I in silico, photographed, and compared as in Table II."""
+"""The paper's experiment: the three simulated prints of Table I, photographed, and compared as in Table II."""

@@ -1,9 +1,9 @@
-"""Does the paper's experiment come out again? Its three prints in silico, analysed as it does, beside its Table II.
+"""Does the paper's experiment come out again? Its three simulated prints, analysed as it does, beside its Table II.
 
     python -m benchmarks.paper [--samples 100] [--repeats 20] [--seed 1] [--parts FILE ...] [--smoke]
 
 Cases A, B and C of Table I (`data/paper_case_*.toml`) are planned on both heart patches of data/, and on any patches
-[mm] besides; laid in silico with all that the paper does not say fixed beforehand (`benchmarks.paper.prints`);
+[mm] besides; simulated with all that the paper does not say fixed beforehand (`benchmarks.paper.prints`);
 photographed by a camera that stands still; and their edge images compared by eq. 3. The first table prints what is
 fixed, the second our distances beside the paper's 62.2254, 72.8354 and 47.3814 pixels. Nobody knows the paper's
 camera, so sizes count only beside each other. The third tells what each print truly is: best is the case whose layer is

@@ -1,4 +1,4 @@
-"""The three prints of Table I: planned from their cell files, laid in silico, and photographed by one camera.
+"""The three prints of Table I: planned from their cell files, simulated, and photographed by one camera.
 
 A run gets what the air drives through the needle [Rabinowitsch1929], at the set speed, and keeps it. Its section is a
 circular segment with chord w that meets the part at an angle a, of area w^2 (a - sin a cos a) / (4 sin^2 a) and height

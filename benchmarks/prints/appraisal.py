@@ -8,7 +8,7 @@ covers 0.1 mm. The second, where the folder of real photographs is there (`pacam
 masks of others): lines found of 21, and the share of their length whose middle lies within 3 pixels of the mask's, for
 each photograph under several lightings, with nothing else changed. A line is found where 80 % of it is.
 
-The third, where open3d is installed: scans in silico of a print on a patch of a heart, with 0.05 mm noise and 30 %
+The third, where open3d is installed: simulated scans of a print on a patch of a heart, with 0.05 mm noise and 30 %
 missing, taken 5 degrees and 10 mm from where they are thought to be; with each error put in so many seeds. Largest and
 mean distance of the pose from the truth, the standard deviation of the turn that is told, in how many of the seeds the
 pose is within the stated uncertainty of 95 %, the mean error of the thickness over the surface, the volume found, and
@@ -20,13 +20,13 @@ The fourth: scans of narrow and wide beads, thinned at random to 15 to 100 % of 
 true volume and the true crest of the longest run lie within the stated 95 %, and so for the crest and volume of all
 runs; the mean error of crests, with its sign, and the mean half width of their interval.
 
-The fifth: photographs in silico of parts that stand free, each from another place, up to 45 degrees aslant, whose
+The fifth: simulated photographs of parts that stand free, each from another place, up to 45 degrees aslant, whose
 camera the part's outline places. How many were placed, of these the share in which every place of the part is seen
 within what is told with 95 % confidence, what that is in the mean, the largest distance of any place in any photograph
 from where it is seen, and by how much width and offset of the beads differ at most from those measured with the true
 camera; beside it the same with eight fiducials that somebody clicked to half a pixel (standard deviation).
 
-The sixth: photographs in silico of four parts, with tone curves of gamma 1 to 2.4 or sRGB's, exposures of 0.3 to 2,
+The sixth: simulated photographs of four parts, with tone curves of gamma 1 to 2.4 or sRGB's, exposures of 0.3 to 2,
 blurs of 0 to 4 pixels, noise, gradients of light and slants drawn at random, some turned, mirrored or negative. How
 many were right (every width that is given within 0.03 mm, every offset within 0.02 mm, and no false fault), how many
 were refused with a reason or gave no figure, and in how many a fault that was planted was found.

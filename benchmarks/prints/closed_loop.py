@@ -1,4 +1,4 @@
-"""A loop of prints in silico: laid by a plant, scanned, measured against what was wanted, and corrected."""
+"""A loop of simulated prints: laid by a plant, scanned, measured against what was wanted, and corrected."""
 
 from __future__ import annotations
 

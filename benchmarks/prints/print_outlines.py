@@ -1,4 +1,4 @@
-"""Photographs in silico of prints on parts that stand free, and cameras placed by the outline of the part in them."""
+"""Simulated photographs of prints on parts that stand free, and cameras placed by the outline of the part in them."""
 
 from __future__ import annotations
 

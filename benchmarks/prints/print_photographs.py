@@ -1,4 +1,4 @@
-"""Photographs of 21 printed lines, their masks, other lightings of the same, and rows on a plate printed in silico."""
+"""Photographs of 21 printed lines, their masks, other lightings of the same, and rows on a plate printed in simulation."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def mask_of(path: Path) -> BoolArray:
 
 
 def plate_print(faults: Faults, *, seed: int = 1) -> Held:
-    """Return rows of beads on a plate, printed in silico with faults, photographed and held against their plan.
+    """Return rows of beads on a plate, printed in simulation with faults, photographed and held against their plan.
 
     Args:
         faults: that are put in.

@@ -1,4 +1,4 @@
-"""Scans in silico of a print on a patch of a heart, and how far from their truth they are registered and measured."""
+"""Simulated scans of a print on a patch of a heart, and how far from their truth they are registered and measured."""
 
 from __future__ import annotations
 

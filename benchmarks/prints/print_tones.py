@@ -1,4 +1,4 @@
-"""Photographs in silico of prints on several parts, through tone curves, exposures and blurs drawn at random."""
+"""Simulated photographs of prints on several parts, through tone curves, exposures and blurs drawn at random."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ BREAK, BLOB, BLOB_WIDER = 3.0, 2.5, 0.8
 @final
 @frozen
 class Judged:
-    """A photograph in silico, and what was said of it.
+    """A simulated photograph, and what was said of it.
 
     Attributes:
         part: its name.

@@ -1,9 +1,9 @@
-"""Does an error in a written program show in its print in silico, and does a scan of that find it?
+"""Does an error in a written program show in its simulated print, and does a scan of that find it?
 
     python -m benchmarks.programs.simulated [--smoke]
 
 A plate is planned with a calibrated cell whose valve lags, its program written, edited by hand, executed as it then
-stands, and what it commands is laid in silico (`geoprint simulate`). A row for each run of each edit: volume laid over
+stands, and what it commands is simulated (`geoprint simulate`). A row for each run of each edit: volume laid over
 that which its path asks for, what of it lies beside the run, and how much of the run is bare at its beginning. Beside
 it, where open3d is installed, what `geoprint appraise` finds of the volume in a scan with 0.05 mm noise and 30 %
 missing, which knows nothing of the program, with its 95 %.

@@ -20,9 +20,9 @@ from geoprint.fibers.streamlines import (
     NOBODY,
     RETURNED,
     Rules,
+    deposit,
     deposit_straight,
     gaps,
-    lay,
     nearest,
     no_segments,
     rim_segments,
@@ -149,7 +149,7 @@ class _Depositing:
             self._left = with_room(self._left, room=self._left.before.size + len(rows))
         for row in rows:
             start, end = complex(deposited.starts[row]), complex(deposited.ends[row])
-            lay(self._left, int(deposited.faces[row]), start, end, len(self.dropped), float(deposited.arcs[row]))
+            deposit(self._left, int(deposited.faces[row]), start, end, len(self.dropped), float(deposited.arcs[row]))
         take_back(self._deposited, count)
 
     def beside(self, stroke: DepositedStroke | None) -> None:

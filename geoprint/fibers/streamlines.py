@@ -29,7 +29,7 @@ class DepositedSegments(NamedTuple):
 
     Attributes:
         head: (m,) the segment of each face that was deposited last, -1 for none.
-        before: (s,) the one that was laid in the same face before each, -1 for none.
+        before: (s,) the one that was deposited in the same face before each, -1 for none.
         faces: (s,) in which each lies.
         starts: (s,) in the plane of that [mm].
         ends: (s,) [mm].
@@ -340,7 +340,7 @@ def straight(net: LineNet, face: int, place: complex, ahead: complex, length: fl
 
 
 @njit
-def lay(deposited: DepositedSegments, face: int, start: complex, end: complex, stroke: int, arc: float) -> None:
+def deposit(deposited: DepositedSegments, face: int, start: complex, end: complex, stroke: int, arc: float) -> None:
     """Add a segment."""
     at = deposited.filled[0]
     deposited.before[at], deposited.head[face] = deposited.head[face], at
@@ -366,10 +366,10 @@ def deposit_straight(
         side, reach = side_ahead(net, face, place, ahead, entered)
         beyond: int = -1 if side < 0 else net.twins[3 * face + side]
         if reach >= length or beyond < 0:
-            lay(deposited, face, place, place + min(reach, length) * ahead, stroke, arc)
+            deposit(deposited, face, place, place + min(reach, length) * ahead, stroke, arc)
             return True
         onward = on_side(net, face, side, place + reach * ahead)
-        lay(deposited, face, place, onward, stroke, arc)
+        deposit(deposited, face, place, onward, stroke, arc)
         arc, length, half = arc + reach, length - reach, 3 * face + side
         place, ahead = net.turns[half] * onward + net.shifts[half], net.turns[half] * ahead
         face, entered = beyond // 3, beyond % 3
@@ -457,11 +457,11 @@ def streamline(
             looked = gone + reach
             found, back, aside = _seen(net, deposited, room, rules, face, onward, ahead, stroke, arc)
             if found == RETURNED:
-                lay(deposited, face, place, onward, stroke, arc - sense * reach)
+                deposit(deposited, face, place, onward, stroke, arc - sense * reach)
                 return RETURNED, gone + reach, aside
             if found == CROWDED:
                 return CROWDED, gone, 0.0
-        lay(deposited, face, place, onward, stroke, arc - sense * reach)
+        deposit(deposited, face, place, onward, stroke, arc - sense * reach)
         gone += reach
         if not crossing:
             place = onward

@@ -37,7 +37,7 @@ class PlannedRuns:
         arcs: (k,) arc length from the start of the run [mm].
         lengths: (k,) of the stretches [mm].
         radii: (k,) within which the run bends there, at most a metre [mm].
-        flows: (k,) volume that is laid per length [mm2].
+        flows: (k,) volume that is deposited per length [mm2].
         runs: (k,) as poses.csv counts them.
         spacing: between neighbouring runs [mm].
     """

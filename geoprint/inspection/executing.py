@@ -1,8 +1,8 @@
 """What a bundle deposits as it stands in its folder: by its paths, its program, or those of all attitudes of a table.
 
-Over a table each attitude has a program of its own, whose runs are pieces of the plan's. They are laid one after the
-other on the part as it was planned, wherever it stood; the program of all of them must be as it was written, so that
-nobody takes what is changed there for laid.
+Over a table each attitude has a program of its own, whose runs are pieces of the plan's. They are deposited one after
+the other on the part as it was planned, wherever it stood; the program of all of them must be as it was written, so
+that nobody takes what is changed there for deposited.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class DepositedPieces:
 def deposited_pieces(
     folder: Path, plan: PlannedPrint, record: PlanRecord, *, faults: Faults, random: np.random.Generator
 ) -> DepositedPieces:
-    """Lay what a bundle commands.
+    """Deposit what a bundle commands.
 
     Args:
         folder: of one plan.
@@ -74,7 +74,7 @@ def deposited_pieces(
         random: of the noise.
 
     Raises:
-        InputError: nothing is laid, or nothing in the cell sets the flow that its signals are to follow.
+        InputError: nothing is deposited, or nothing in the cell sets the flow that its signals are to follow.
         UsageError: breaks are asked for in runs of which there are several programs.
         VerificationError: a program does not run, or has other targets than its plan, or that of all attitudes was
             changed.
@@ -174,7 +174,7 @@ def _of_attitudes(
 
 
 def deposited_steps(poses: PoseStream) -> FloatArray:
-    """Return the (p - 1,) length on the surface of each step that lays material, 0 for the others [mm]."""
+    """Return the (p - 1,) length on the surface of each step that deposits, 0 for the others [mm]."""
     return np.asarray(np.linalg.norm(np.diff(poses.surface_points, axis=0), axis=1) * poses.deposited)
 
 

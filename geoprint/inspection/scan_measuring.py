@@ -461,7 +461,7 @@ def _cells(over: _Points, found: Registration, surface: Surface, deposit: Planne
     own = np.asarray(tree.query(over.feet)[1])
     points = np.bincount(own, minlength=count)
     seen = points >= LEAST_CELL_POINTS
-    # As much more than planned as all that was laid: so the part of a cell that a hole leaves stands for it best.
+    # As much more than planned as all that was deposited: so the part of a cell that a hole leaves stands for it best.
     off = over.heights - found.level * over.planned
     above = np.bincount(own, off, minlength=count) / np.maximum(points, 1)
     scatter = np.bincount(own, (off - above[own]) ** 2, minlength=count) / np.maximum(points - 1, 1)

@@ -32,7 +32,7 @@ from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
 #     h - level * H - wider * W - left * O = 0,
 #
 # H the height of the planned material, W and O by how much it is more for wider beads and for beads that lie more to
-# the left. How much is laid, how wide and how far beside its path is unknown until it is measured, so it is
+# the left. How much is deposited, how wide and how far beside its path is unknown until it is measured, so it is
 # estimated beside the pose [Chen1992]; else a print that is too thick would lift the scan off its part. So is how
 # much more or less lies on each part of a run, with a standard deviation that is estimated, too: else a run that is
 # thick on one side would tilt it; and, where that is asked for, the scale. What is left is weighted as [Beaton1974]
@@ -59,7 +59,7 @@ LOOSE = 0.3
 # Blocks of surface, over the spacing of the plan; over the size of a bare part. Errors are alike about so many of them.
 BLOCK_SHARE, BARE_BLOCK_SHARE = 1.0, 0.02
 ALIKE_BLOCKS = 2.5
-# What is laid on a part of a run differs from that of the others at least and at most so much (standard deviation).
+# What is deposited on a part of a run differs from that of the others at least and at most so much (deviation).
 LEAST_DEVIATION, MOST_DEVIATION = 0.01, 0.3
 # Parameters: turn and shift, then level, wider and left, and scale where it is asked for.
 POSE, FIXED_SCALE, FREE_SCALE = 6, 9, 10
@@ -363,7 +363,7 @@ class Registration:
         middle: (3,) of the scan, in the part's coordinates; turns are about it [mm].
         covariance: (6, 6) of turn [rad] and shift [mm].
         loose: (j, 6) unit directions of turn, times the radius of the scan, and shift that nothing fixes.
-        level: volume that is laid over the planned one, as far as the pose tells.
+        level: volume that is deposited over the planned one, as far as the pose tells.
         spread: width of the beads over that which their flow asks for.
         offset: by which all beads lie to the left of their paths, as seen from outside [mm].
         noise: standard deviation of a point [mm].

@@ -15,7 +15,7 @@ from geoprint.model import FloatArray, IntArray, PoseStream, Surface, SurfacePoi
 # What a plan is to leave on its part: the height of the material over every place, and how it slopes.
 #
 # A bead is a parabola across, whose area is the flow; it ends in half a cap, and where beads meet they add up. So
-# each stretch of a run lays its volume along a straight line, and sqrt(R^2 - r^2) about every point of that, with R
+# each stretch of a run deposits its volume along a straight line, and sqrt(R^2 - r^2) about every point of that, with R
 # half the width: integrated along the line this has a closed form, and across a long one it is the parabola.
 #
 # How far material spreads, and whether all of it lies beside its path, nobody knows before it is printed: both are
@@ -81,7 +81,7 @@ class PlannedDeposit:
 
     @property
     def volume(self) -> float:
-        """All that is laid [mm3]."""
+        """All that is deposited [mm3]."""
         return float((self.runs.flows * self.runs.lengths).sum())
 
     def at(self, places: FloatArray, normals: FloatArray, *, spread: float = 1.0, offset: float = 0.0) -> Deposited:

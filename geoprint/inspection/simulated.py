@@ -32,7 +32,7 @@ from geoprint.simulation import (
 )
 from geoprint.workflow.saving import written
 
-# What a person reads of a print in silico: what lies along each run, beside what its path asks for.
+# What a person reads of a simulated print: what lies along each run, beside what its path asks for.
 
 
 COLUMNS = ("run", "wanted mm3", "deposited mm3", "deposited / wanted", "beside mm3", "longest bare mm")
@@ -68,7 +68,7 @@ def simulated_text(record: SimulatedRecord) -> str:
     )
 
 
-# A print in silico of a bundle: what its program lays as it stands there, or its paths where it has none.
+# A simulated print of a bundle: what its program deposits as it stands there, or its paths where it has none.
 
 
 # Of the scan [mm, share], and pixels along a side of scan and photograph.
@@ -81,15 +81,15 @@ AWAY_RADII, FILLED = 10.0, 0.8
 @final
 @frozen
 class SimulatedPrint:
-    """What a bundle lays in silico.
+    """What a bundle deposits in simulation.
 
     Attributes:
         plan: the bundle.
-        executed: whether its program was executed; else its paths were laid.
+        executed: whether its program was executed; else its paths were deposited.
         beads: what lies on the part.
         faults: what was put in besides.
         seed: of the noise.
-        runs: (r,) runs of the plan that lay material.
+        runs: (r,) runs of the plan that deposit material.
         wanted: (r,) volume that its paths ask for [mm3].
         deposited: (r,) volume that lies along each [mm3].
         beside: (r,) of that, what lies farther than half a spacing before the run's beginning, or behind its end
@@ -119,10 +119,10 @@ class SimulatedPrint:
 def simulated_print(
     folder: Path | str, *, faults: Faults, seed: int, development: Development | None = None
 ) -> SimulatedPrint:
-    """Print a bundle in silico.
+    """Simulate the print of a bundle.
 
     Its program is executed as it stands in the folder, whoever has edited it since, and even if `geoprint check` would
-    refuse it: to see what it lays. Over a table those of all attitudes are.
+    refuse it: to see what it deposits. Over a table those of all attitudes are.
 
     Args:
         folder: a bundle of one plan.
@@ -131,7 +131,7 @@ def simulated_print(
         development: what the camera that pictures it makes of the light; as by default if None.
 
     Raises:
-        InputError: the folder is no bundle, or nothing is laid.
+        InputError: the folder is no bundle, or nothing is deposited.
         UsageError: as `deposited_pieces`.
         VerificationError: a table was changed, or as `deposited_pieces`.
     """
@@ -145,7 +145,7 @@ def simulated_print(
 def _summed(
     plan: PlannedPrint, deposited: DepositedPieces
 ) -> tuple[IntArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return run, wanted, laid, beside and bare of a simulated print."""
+    """Return run, wanted, deposited, beside and bare of a simulated print."""
     poses, beads, margin = plan.poses, deposited.beads, 0.5 * plan.spacing
     runs = np.unique(poses.runs[poses.deposit])
     steps = deposited_steps(poses)
@@ -166,7 +166,7 @@ def _summed(
 
 
 def record_simulated(found: SimulatedPrint) -> SimulatedRecord:
-    """Return what simulated.json says of a print in silico: the source of its text."""
+    """Return what simulated.json says of a simulated print: the source of its text."""
     faults = found.faults
     return SimulatedRecord(
         **stamp(SimulatedRecord),

@@ -23,8 +23,8 @@ from geoprint.model import (
 #
 # On a bulge the lines of a layer fan out, so volume over an area of the part grows with height; thickness along a
 # column does not, and is what adds up. In a hollow columns lean together, and over a crease they meet: from there on
-# nothing belongs to one of them alone, and what is laid higher is nobody's. Layers end at sides that the normals of
-# the rim rule, and these turn along it more smoothly than triangles do: a column on one of its triangles may lean
+# nothing belongs to one of them alone, and what is deposited higher is nobody's. Layers end at sides that the normals
+# of the rim rule, and these turn along it more smoothly than triangles do: a column on one of its triangles may lean
 # out through them, and what is wanted on it ends there.
 
 

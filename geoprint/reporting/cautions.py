@@ -24,13 +24,13 @@ from geoprint.results import Plan, Side, Workpiece
 from geoprint.robot.placing import NOTABLE_SHARE
 from geoprint.toolpath import creases
 
-# A nozzle that leans more than this from the surface normal [degrees] lays a visibly lopsided bead.
+# A nozzle that leans more than this from the surface normal [degrees] deposits a visibly lopsided bead.
 NOTABLE_LEAN = 15.0
 # Paths whose spacing varies by more than this could be more even with a more accurate backend.
 NOTABLE_CV = 0.01
 # A share of a layer below this may stand out over the one below without a word: its rim, as triangles have it.
 LEAST_STANDING_OUT = 0.001
-# A tip nearer to the surface than this share of the stand-off lays a visibly thinner bead.
+# A tip nearer to the surface than this share of the stand-off deposits a visibly thinner bead.
 NOTABLE_HEIGHT = 0.9
 # Times that differ by less than this [ms] are one.
 ROUNDING_MS = 1e-3
@@ -65,7 +65,7 @@ def warnings_of(plan: Plan, record: PlanRecord) -> tuple[str, ...]:
 
 
 def _unchanging(workpiece: Workpiece) -> Iterator[str]:
-    """Yield that the cell cannot lay beads of more than one width, where they are wanted."""
+    """Yield that the cell cannot deposit beads of more than one width, where they are wanted."""
     if workpiece.widths is not None and workpiece.cell.signals.mode != "analog":
         yield (
             f"these paths have several widths, and the cell {workpiece.cell.name} can only open and shut its valve: "
@@ -197,7 +197,7 @@ def wide_needle_notes(cell: Cell, spacing: float, *, standoff: float) -> list[st
 
 
 def coverage_warnings(record: PlanRecord) -> list[str]:
-    """Return that the paths leave holes or lay much twice and what to do, or nothing where they cover the part."""
+    """Return that the paths leave holes or cover much twice and what to do, or nothing where they cover the part."""
     measured = record.uniformity
     if measured is None or covering(measured).covers:
         return []

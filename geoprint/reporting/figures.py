@@ -300,7 +300,7 @@ def svg_bytes(figure: Figure) -> bytes:
     return buffer.getvalue()
 
 
-# Static figure: when material is laid, when it flows, when the lamp is on and when a vacuum draws.
+# Static figure: when material is deposited, when it flows, when the lamp is on and when a vacuum draws.
 
 
 # Dark enough on white, and apart for colour-blind readers.

@@ -162,7 +162,7 @@ class ComparisonPictures(NamedTuple):
         together: the backends side by side, their beads coloured by spacing, what no path covers marked.
         charts: by file name each chart of a plan in the plane.
         stills: each backend alone, as `together`.
-        switching: when material is laid, flows, and the lamp is on, one a robot part.
+        switching: when material is deposited, flows, and the lamp is on, one a robot part.
         lines: that paths follow, the same for all backends; None where they follow none.
     """
 

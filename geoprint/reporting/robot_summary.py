@@ -207,7 +207,7 @@ def _bend(bend: Bend) -> BendRecord:
 
 
 def _tilt(path: JointPath, lengths: FloatArray) -> TiltRecord:
-    """Return the tilt from the surface normal where (p,) lengths are laid [mm]."""
+    """Return the tilt from the surface normal where (p,) lengths are deposited [mm]."""
     deposited = lengths > 0.0
     tilt = tilts(path.poses)[deposited]
     return TiltRecord(
@@ -217,7 +217,7 @@ def _tilt(path: JointPath, lengths: FloatArray) -> TiltRecord:
 
 
 def _lean(path: JointPath, lengths: FloatArray) -> LeanRecord:
-    """Return where the nozzle leans, the largest leans first, and over which share of (p,) laid lengths [mm]."""
+    """Return where the nozzle leans, the largest leans first, and over which share of (p,) deposited lengths [mm]."""
     leans = np.linalg.norm(path.leans, axis=1)
     peaks = [int(rows[leans[rows].argmax()]) for rows in _stretches(leans)]
     return LeanRecord(

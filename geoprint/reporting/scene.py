@@ -159,7 +159,7 @@ def _machine(machine: Machine, upright: Callable[[FloatArray], FloatArray], *, R
 def _replay(replay: Replay, upright: Callable[[FloatArray], FloatArray], *, R_view_work: FloatArray) -> Json:
     kept, offsets = thinned(replay.bead_offsets, step=step(len(replay.bead)))
     times = with_breaks(replay.bead_times[kept, None], offsets)[:, 0]
-    # A break counts as laid with what is before it, so that the times can be searched.
+    # A break counts as deposited with what is before it, so that the times can be searched.
     times[np.isnan(times)] = replay.bead_times[kept][offsets[1:-1] - 1]
     return {
         "times": _encoded(replay.times, "f4"),

@@ -241,7 +241,7 @@ def stack_text(record: StackRecord, *, verbose: bool = False) -> str:
 
 
 def stack_sentence(record: StackRecord) -> str:
-    """Return what was planned and how much of it is laid, without a stop."""
+    """Return what was planned and how much of it is deposited, without a stop."""
     deposited = sum(layer.laid_mm3 for layer in record.layers)
     wanted = sum(layer.wanted_mm3 for layer in record.layers)
     said = (

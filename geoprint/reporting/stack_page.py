@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 # Faces in all views: finer than can be seen, and every one costs time when the page opens.
 VIEWED_FACES = 60_000
 PLANES = ("across", "along")
-# A layer lays more than it should at a place from this share of its height on.
+# A layer deposits more than it should at a place from this share of its height on.
 MORE = 1.05
 # Paths lie closer than they should below this share of the spacing, and turn sharply by more than this [rad].
 CLOSE, TURN = 0.8, np.pi / 3.0

@@ -115,7 +115,7 @@ class Replay:
         lamp: (l, 2) when the lamp is on [s].
         bead: (k, 3) deposited path in the order of printing, in the work frame [mm].
         bead_offsets: (r + 1,) stretch i is `bead[bead_offsets[i]:bead_offsets[i + 1]]`.
-        bead_times: (k,) when each point is laid [s], not falling.
+        bead_times: (k,) when each point is deposited [s], not falling.
         table: how a table holds the part meanwhile; None where the part stands still.
     """
 

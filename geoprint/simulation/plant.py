@@ -13,7 +13,7 @@ from geoprint.geometry import closest, normals
 from geoprint.model import Dispensing, FloatArray, IntArray, PoseStream, Surface, comparable
 from geoprint.simulation.deposited import STEP_SHARE, DepositedBeads, Faults, deposited_beads, landed, with_faults
 
-# A dispenser in silico that errs as dispensers do: what it deposits of the flow that it is commanded along its runs.
+# A simulated dispenser that errs as dispensers do: what it deposits of the flow that it is commanded along its runs.
 #
 # Air above the material yields, the more of it the emptier the syringe is: the flow reaches its value over a length
 # of the run. Rest makes the material thick, and flowing thins it again. It is more viscous than thought. The valve

@@ -15,7 +15,7 @@ from geoprint.model import BoolArray, FloatArray, Surface, freeze_arrays, frozen
 from geoprint.simulation.deposited import DepositedBeads
 from geoprint.simulation.viewpoint import Viewpoint
 
-# How high material stands over a part: the beads of a print in silico, added up where they meet.
+# How high material stands over a part: the beads of a simulated print, added up where they meet.
 #
 # Every place of a bead deposits its volume as the cap of a sphere pressed flat: its height at distance r is that of
 # sqrt(R^2 - r^2), with R half the width. Along a straight bead these add up to a parabola across, whose area is the

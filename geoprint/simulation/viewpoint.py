@@ -16,7 +16,7 @@ from geoprint.geometry.rays import first_hits
 from geoprint.model import BoolArray, FloatArray, Surface, comparable, freeze_arrays, frozen
 from geoprint.simulation.deposited import DepositedBeads
 
-# Where a camera in silico stands, and how it sees: a pinhole with a lens that bends.
+# Where a simulated camera stands, and how it sees: a pinhole with a lens that bends.
 
 
 # Newton steps that undo the bending; each doubles the figures that are right.

@@ -1,4 +1,4 @@
-"""The paper's experiment: three prints in silico whose material is kept, whose distances are a metric and repeat."""
+"""The paper's experiment: three simulated prints whose material is kept, whose distances are a metric and repeat."""
 
 from __future__ import annotations
 

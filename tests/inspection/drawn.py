@@ -1,4 +1,4 @@
-"""Lines drawn with known middles and widths, and prints of a plate in silico."""
+"""Lines drawn with known middles and widths, and simulated prints of a plate."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rows on a plate, printed and scanned in silico, and what of them needs open3d."""
+"""Rows on a plate, printed and scanned, in simulation, and what of them needs open3d."""
 
 from __future__ import annotations
 

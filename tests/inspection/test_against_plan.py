@@ -1,4 +1,4 @@
-"""Errors that are put into a print in silico are found in its photograph, where they are and as large as they are."""
+"""Errors that are put into a simulated print are found in its photograph, where they are and as large as they are."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A lens is found from checkerboards and a camera from fiducials, both as an independent camera in silico has them."""
+"""A lens is found from checkerboards and a camera from fiducials, both as an independent simulated camera has them."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """A camera stands where the outline of the part in its photograph says, and is refused where that says too little.
 
-The photographs are of prints in silico, which share no code with the appraisal.
+The photographs are of simulated prints, which share no code with the appraisal.
 """
 
 from __future__ import annotations

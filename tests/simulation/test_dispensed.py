@@ -1,4 +1,4 @@
-"""What a program commands in silico is what lies there: by time or by length, as late as the dispenser is."""
+"""What a program commands in simulation is what lies there: by time or by length, as late as the dispenser is."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A plant in silico lays what its faults leave of the flow: each of them as much as its formula says."""
+"""A simulated plant deposits what its faults leave of the flow: each of them as much as its formula says."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A print in silico as a scanner sees it: no volume is lost, faults are as put in, noise and holes as asked for."""
+"""A simulated print as a scanner sees it: no volume is lost, faults are as put in, noise and holes as asked for."""
 
 from __future__ import annotations
 

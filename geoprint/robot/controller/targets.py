@@ -295,7 +295,7 @@ def _improved(
 def _patterns(course: Course, first: int, last: int, *, within: tuple[int, int]) -> Iterator[IntArray]:
     """Yield rows at even times over a bend, from up to so many steps before its first row to behind its last one.
 
-    They lie in one stretch that is laid without a rest, and moved there, corners keep the tolerance all along.
+    They lie in one stretch that is deposited without a rest, and moved there, corners keep the tolerance all along.
     """
     rests = np.flatnonzero(course.rests)
     low = max(within[0], int(rests[np.searchsorted(rests, first, side="right") - 1]))
@@ -379,7 +379,7 @@ def _leaves(course: Course, parts: tuple[IntArray, IntArray, IntArray], moved: B
 # the place where the one before ends (a run that was split, or a neighbour right beside it), that place is a target
 # once, of the run that begins: no move is shorter than 0.001 mm but for turns on the spot.
 #
-# Where material is laid in bends so tight that moves are still shorter than the period, moves may be longer and the
+# Where bends that deposit are so tight that moves are still shorter than the period, moves may be longer and the
 # targets stand outside of the bend (`fitting`): the controller's rounded corner passes the pose that a target stands
 # for, and stays within `tolerance` of the poses left out. Such bends are listed, and those that stay closer than 12
 # ms.

@@ -1,7 +1,7 @@
 """Clear of the borders of quadrants on deposit: the turn of an axial nozzle, and constant turns of a bent one.
 
 RAPID's configuration data count quarter turns of axes 1, 4 and 6. Where an axis sweeps over a border it crosses it; the
-ladder lets it cross where least is laid. But a path that one constant turn keeps clear is kept clear, whatever the
+ladder lets it cross where least is deposited. But a path that one constant turn keeps clear is kept clear, whatever the
 ladder finds cheaper, as long as the arm is comfortable with that turn.
 """
 

@@ -26,7 +26,7 @@ METRES_PER_MILLIMETRE = 1e-3
 # [m]. A joint at its top speed passes the length about as fast as a tip that prints.
 METRES_PER_RADIAN = 0.01
 
-# Where the tip's travel is at least this share of the length on every step of a leg that lays material, it alone is the
+# Where the tip's travel is at least this share of the length on every step of a leg that deposits, it alone is the
 # length. Then a tip at constant speed is a constant speed along the path, with no share to be off by.
 SMALLEST_TIP_SHARE = 0.01
 
