@@ -1,4 +1,4 @@
-"""Photographs of 21 printed lines, their masks, other lightings of the same, and rows on a plate printed in simulation."""
+"""Photographs of 21 printed lines, their masks, other lightings of the same, and simulated rows on a plate."""
 
 from __future__ import annotations
 
