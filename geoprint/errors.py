@@ -110,14 +110,14 @@ def how_many(count: int, noun: str, plural: str = "") -> str:
 
 
 def percent(share: float, digits: int = 0, *, signed: bool = False) -> str:
-    """Return a share in per cent, as every text writes it: '0.5 %'.
+    """Return a share in per cent, as every text writes it: '0.5 %'; zero has no minus.
 
     Args:
         share: 1 is all.
         digits: behind the point.
         signed: whether a plus stands before what is above 0.
     """
-    return f"{100.0 * share:{'+' if signed else ''}.{digits}f} %"
+    return f"{100.0 * share:{'+' if signed else ''}z.{digits}f} %"
 
 
 @contextmanager

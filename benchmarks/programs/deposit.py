@@ -1,21 +1,22 @@
 """Does a program deposit what was planned, at which speed, and how long does it take?
 
     python -m benchmarks.programs.deposit [FILE ...] [--spacing MM] [--backend NAME ...] [--way NAME ...] [--csv FILE]
-    python -m benchmarks.programs.deposit BODY ... --discs N [--seed N] [...]
+    python -m benchmarks.programs.deposit BODY ... --discs N or FIRST-LAST [--seed N] [...]
     python -m benchmarks.programs.deposit BUNDLE ... [--csv FILE]
 
 Each part is planned with the default settings in the packaged cell and written, or in other ways: another cell, mode or
 pattern, over a table, in layers (`WAYS`; `--way all`). `--discs` cuts discs out of bodies, in turn, about vertices and
-with radii that are drawn. What `geoprint plan` has written is taken as it is. A program's RAPID text is read by this
-script alone: speeds, targets, where the valve switches and what the flow follows (`Program`). It knows no trajectory
-and no joints. Each move takes its length over its speed; from a stop the tip rises evenly to the speed of the next
-move, in the time that the first one takes. A valve lets the flow through that plan.json names for the operator, half of
-it while the arm waits for the flow to settle; an analog output lets through what it is worth by the cell, times the
-length of the moves.
+with radii that are drawn, the same by number whatever range is asked for. What `geoprint plan` has written is taken as
+it is. A program's RAPID text is read by this script alone: speeds, targets, where the valve switches and what the flow
+follows (`Program`). It knows no trajectory and no joints. Each move takes its length over its speed; from a stop the
+tip rises evenly to the speed of the next move, in the time that the first one takes. A valve lets the flow through that
+plan.json names for the operator, half of it while the arm waits for the flow to settle; an analog output lets through
+what it is worth by the cell, times the length of the moves.
 What is wanted is the flow of poses.csv times the length of bead.
 
 The columns: volume of all runs over the wanted one as plan.json says and as the text is read; the least and the most
-that a run gets, likewise; the speed of the print and what was allowed; the share of the length at that speed; length of
+that a run gets, likewise; the least and the most that the first two bead widths of a run get, and the last two, by a
+valve and the text; the speed of the print and what was allowed; the share of the length at that speed; length of
 bead; time on deposit over that length by speed; how far trajectory.csv is from the moves of the text, all along from
 the first to the last, by kinematics of this script (`off_moves`); targets, and how many come too soon; warnings.
 """
@@ -127,6 +128,8 @@ class Measured(NamedTuple):
         whole: volume of all runs over the wanted one, by plan and by text.
         least: of the run that gets least, likewise.
         most: of the run that gets most, likewise.
+        starts: of the first two bead widths of a run, the least and the most, by text; not a number without a valve.
+        ends: of the last two, likewise.
         speed: of the print, and what was allowed [mm/s].
         at_speed: share of the length at that speed.
         bead: length [mm].
@@ -139,6 +142,8 @@ class Measured(NamedTuple):
     whole: tuple[float, float]
     least: tuple[float, float]
     most: tuple[float, float]
+    starts: tuple[float, float]
+    ends: tuple[float, float]
     speed: tuple[float, float]
     at_speed: float
     bead: float
@@ -155,7 +160,7 @@ def main() -> None:
     parser.add_argument("--spacing", type=float, default=1.0, metavar="MM")
     parser.add_argument("--backend", nargs="+", default=BACKENDS, metavar="NAME")
     parser.add_argument("--way", nargs="+", default=["default"], choices=(*WAYS, "all"), metavar="NAME")
-    parser.add_argument("--discs", type=int, metavar="N", help="cut out of the files, which are bodies")
+    parser.add_argument("--discs", type=numbers, metavar="N", help="or FIRST-LAST, cut out of the files: bodies")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of the discs")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="to which the figures are added as well")
     arguments = parser.parse_args()
@@ -168,28 +173,35 @@ def main() -> None:
         parts = discs([file for file in files if not file.is_dir()], arguments.discs, seed=arguments.seed)
     ways = tuple(WAYS) if "all" in arguments.way else arguments.way
     for line in table(
-        "part", "whole: plan / text", "least run", "most run", "mm/s (of)", "at speed", "mm", "time", "off moves",
-        "targets (too soon)", "warnings",
+        "part", "whole: plan / text", "least run", "most run", "first widths", "last widths", "mm/s (of)", "at speed",
+        "mm", "time", "off moves", "targets (too soon)", "warnings",
     ):  # fmt: skip
         print(line, flush=True)
     written = ((str(own.relative_to(folder.parent)), measured(own)) for folder in bundles for own in programs(folder))
     for name, found in chain(written, cases(parts, backends=backends, ways=ways, spacing=spacing)):
         refused = isinstance(found, GeoprintError)
-        print(row(name, *([f"refused: {found}"[:100], *[""] * 9] if refused else _cells(found))), flush=True)
+        print(row(name, *([f"refused: {found}"[:100], *[""] * 11] if refused else _cells(found))), flush=True)
         if arguments.csv is not None:
             with arguments.csv.open("a", encoding="utf-8", newline="") as figures:
                 csv.writer(figures).writerow([name, *([str(found)] if refused else _figures(found))])
 
 
-def discs(bodies: Sequence[Path], count: int, *, seed: int) -> Iterator[Part]:
-    """Yield discs of bodies: about vertices that are drawn, with radii that are drawn evenly."""
+def numbers(text: str) -> range:
+    """Return the numbers that FIRST-LAST names, or N, which are the first N of them, from 1."""
+    first, found, last = text.partition("-")
+    return range(int(first), int(last) + 1) if found else range(1, int(first) + 1)
+
+
+def discs(bodies: Sequence[Path], asked: range, *, seed: int) -> Iterator[Part]:
+    """Yield discs of bodies by number, from 1: about vertices that are drawn, with radii that are drawn evenly."""
     drawn = np.random.default_rng(seed)
     surfaces = {body: load(body, unit=suggested_unit(body)[0]) for body in bodies}
-    for disc in range(count):
-        body = bodies[disc % len(bodies)]
+    for disc in range(1, asked.stop):
+        body = bodies[(disc - 1) % len(bodies)]
         at = drawn.choice(surfaces[body].vertices).tolist()
         radius = round(float(drawn.uniform(*RADII)), 1)
-        yield f"{body.stem} {disc + 1} r{radius:g}", {"surface": body, "patches": [{"at": at, "radius": radius}]}
+        if disc in asked:
+            yield f"{body.stem} {disc} r{radius:g}", {"surface": body, "patches": [{"at": at, "radius": radius}]}
 
 
 def cases(
@@ -243,7 +255,8 @@ def measured(folder: Path) -> Measured:
     trajectory = np.loadtxt(folder / "trajectory.csv", delimiter=",", skiprows=1)
     beads = wanted(folder / "poses.csv")
     assert record.deposition is not None
-    found, off = Deposited(np.array([np.nan]), np.nan), (robot.motion.off_moves_mm, robot.motion.off_moves_deg)
+    found, parts = Deposited(np.array([np.nan]), np.nan), np.full((1, 2), np.nan)
+    width, off = beads.widest / record.settings.layer_height_mm, (robot.motion.off_moves_mm, robot.motion.off_moves_deg)
     if (folder / "rapid").is_dir():
         program = read_program(folder / "rapid")
         found = deposited(
@@ -251,8 +264,10 @@ def measured(folder: Path) -> Measured:
             beads.volumes,
             rate=record.deposition.valve_mm3_s,
             output=output_of(own) if program.flows.any() else 1.0,
-            dot=beads.widest**2 / record.settings.layer_height_mm,
+            dot=beads.widest * width,
         )
+        if not program.flows.any():
+            parts = at_ends(program, beads, rate=record.deposition.valve_mm3_s, width=width)
         off = off_moves(program, trajectory)
     motion, speed, bead = robot.motion, record.settings.speed_mm_s, float(beads.lengths.sum())
     assert motion.deposited is not None
@@ -260,6 +275,8 @@ def measured(folder: Path) -> Measured:
         (motion.deposited.share, found.whole),
         (motion.deposited.least_run, float(found.runs.min())),
         (motion.deposited.most_run, float(found.runs.max())),
+        (float(parts[:, 0].min()), float(parts[:, 0].max())),
+        (float(parts[:, 1].min()), float(parts[:, 1].max())),
         (speed, motion.speed_ceiling_mm_s),
         motion.share_at_speed,
         bead,
@@ -271,7 +288,9 @@ def measured(folder: Path) -> Measured:
 
 
 def _cells(found: Measured) -> Iterator[str]:
-    for shares, digits in ((found.whole, 2), (found.least, 1), (found.most, 1)):
+    for shares, digits in (
+        (found.whole, 2), (found.least, 1), (found.most, 1), (found.starts, 1), (found.ends, 1)
+    ):  # fmt: skip
         yield " / ".join(percent(share, digits) for share in shares)
     yield "{:g} ({:g})".format(*found.speed)
     yield percent(found.at_speed, 1)
@@ -460,6 +479,40 @@ def output_of(bundle: Path) -> float:
     return float(tomllib.loads(cell.read_text("utf-8"))["signals"]["flow_per_mm3_s"])
 
 
+class _Timing(NamedTuple):
+    """When the moves of a program are driven, and when its valve lets something through.
+
+    Attributes:
+        lengths: (n,) of the controller's path along each move [mm]; there is none before the first one.
+        ends: (n,) when each ends, without waits [s].
+        followed: (n,) what an output that follows the speed adds up to until then.
+        opened: move on which each run begins to flow, and when [s].
+        closed: move on which it ends, likewise.
+    """
+
+    lengths: FloatArray
+    ends: FloatArray
+    followed: FloatArray
+    opened: list[tuple[int, float]]
+    closed: list[tuple[int, float]]
+
+    @classmethod
+    def of(cls, program: Program) -> _Timing:
+        """Time the moves of a program, as its text says."""
+        lengths = np.append(np.inf, path_lengths(program))
+        ends = np.cumsum(np.append(0.0, (lengths / program.speeds)[1:]))
+        followed = np.cumsum(np.append(0.0, lengths[1:] * program.flows[1:]))
+        opened, closed = (
+            [
+                (move, _moment(program, move, lengths[move] - off if start else off, lengths, ends))
+                for move, off, start, opens in program.switches
+                if opens == on
+            ]
+            for on in (True, False)
+        )
+        return cls(lengths, ends, followed, opened, closed)
+
+
 def deposited(
     program: Program, volumes: FloatArray, *, rate: float, output: float = 1.0, dot: float = 0.0
 ) -> Deposited:
@@ -472,25 +525,43 @@ def deposited(
         output: for 1 mm3/s, where one does.
         dot: volume that a run counts as at least, for what it gets too much spreads over that [mm3].
     """
-    lengths = np.append(np.inf, path_lengths(program))
-    ends = np.cumsum(np.append(0.0, (lengths / program.speeds)[1:]))
-    followed = np.cumsum(np.append(0.0, lengths[1:] * program.flows[1:]))
-    opened, closed = (
-        [
-            (move, _moment(program, move, lengths[move] - off if start else off, lengths, ends))
-            for move, off, start, opens in program.switches
-            if opens == on
-        ]
-        for on in (True, False)
-    )
-    flowed = np.empty(len(opened))
-    for run, ((first, begun), (last, shut)) in enumerate(zip(opened, closed, strict=True)):
+    timing = _Timing.of(program)
+    flowed = np.empty(len(timing.opened))
+    for run, ((first, begun), (last, shut)) in enumerate(zip(timing.opened, timing.closed, strict=True)):
         if program.flows.any():
             # It is switched at the ends of the run itself.
-            flowed[run] = (followed[last] - followed[first - 1]) / output
+            flowed[run] = (timing.followed[last] - timing.followed[first - 1]) / output
         else:
             flowed[run] = rate * (shut - begun + program.waits[first:last].sum() / 2.0)
     return Deposited(1.0 + (flowed - volumes) / np.maximum(volumes, dot), float(flowed.sum() / volumes.sum()))
+
+
+def at_ends(program: Program, beads: Wanted, *, rate: float, width: float) -> FloatArray:
+    """Return (r, 2) what each run gets along its first and its last two bead widths, over what is wanted there.
+
+    A run that is shorter than four widths is looked at by halves. What a bead spreads along the path is left out.
+
+    Args:
+        program: as its text says; its valve opens and shuts.
+        beads: r runs, as they are wanted.
+        rate: of the open valve [mm3/s].
+        width: of the bead [mm].
+    """
+    timing, stops = _Timing.of(program), np.flatnonzero(program.stops)
+    found = np.empty((len(beads.lengths), 2))
+    for run, ((_, begun), (_, shut)) in enumerate(zip(timing.opened, timing.closed, strict=True)):
+        # A run lies between the stops at which its valve switches, but for ramp and lag.
+        first, last = (int(stops[np.abs(timing.ends[stops] - moment).argmin()]) for moment in (begun, shut))
+        passed = np.cumsum(timing.lengths[first + 1 : last + 1])
+        looked = min(2.0 * width, passed[-1] / 2.0)
+        times: list[float] = []
+        for place in (looked, passed[-1] - looked):
+            move = int(np.searchsorted(passed, place))
+            left = float(passed[move] - place)
+            times.append(_moment(program, first + 1 + move, left, timing.lengths, timing.ends))
+        flowed = rate * np.array([times[0] - begun + program.waits[first] / 2.0, shut - times[1]])
+        found[run] = flowed * passed[-1] / (looked * beads.volumes[run])
+    return found
 
 
 def _moment(program: Program, move: int, left: float, lengths: FloatArray, ends: FloatArray) -> float:

@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 
 
 def in_words(position: Iterable[float]) -> str:
-    """Return a position [mm] as messages show it.
+    """Return a position [mm] as messages show it; zero has no sign.
 
     Examples:
         >>> import numpy as np
-        >>> in_words(np.array([1.0, -2.5, 0.125]))
-        '(1.00, -2.50, 0.12) mm'
+        >>> in_words(np.array([-0.001, -2.5, 0.125]))
+        '(0.00, -2.50, 0.12) mm'
     """
-    return "({:.2f}, {:.2f}, {:.2f}) mm".format(*position)
+    return f"({', '.join(f'{each:z.2f}' for each in position)}) mm"
 
 
 def triple(position: FloatArray) -> tuple[float, ...]:

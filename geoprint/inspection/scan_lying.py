@@ -166,7 +166,7 @@ def _check(nominal: Surface, fitted: FloatArray, seen: BoolArray, *, most: float
     if abs(fitted[worst]) > most:
         x, y, z = nominal.vertices[worst].tolist()
         raise InputError(
-            f"{nominal.name} lies {fitted[worst]:+.3g} mm off its file at ({x:.1f}, {y:.1f}, {z:.1f}) by `{name}`, "
+            f"{nominal.name} lies {fitted[worst]:+.3g} mm off its file at ({x:z.1f}, {y:z.1f}, {z:z.1f}) by `{name}`, "
             f"allowed are {most:.3g} mm. Check that it is this part, or allow more with `--most`.",
             offset_mm=float(fitted[worst]),
         )

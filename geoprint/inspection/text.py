@@ -39,7 +39,7 @@ _NONE = "-"
 # How estimates are written.
 _SHARE: Form = partial(percent, digits=1)
 _MM: Form = "{:.3f}".format
-_SIGNED_MM: Form = "{:+.3f}".format
+_SIGNED_MM: Form = "{:+z.3f}".format
 # Stretches that a line of the table names; the others are counted.
 MOST_NAMED = 3
 PHOTOGRAPH_COLUMNS = ("photograph", "lines", "length px", "width px", "CV", "breaks")
@@ -123,7 +123,7 @@ def plan_sentences(each: PhotographRecord, found: OnPlanRecord) -> list[str]:
         covered = (
             f"{said}. Beads are {found.width_mean_mm:.3f} mm wide (CV {percent(found.width_cv, 1)}), planned "
             f"{found.width_planned_mm:.3f} mm, typical {found.usual:.2f} of that. They lie "
-            f"{found.offset_mean_mm:+.3f} mm to the left of their runs ({found.offset_rms_mm or 0.0:.3f} root mean "
+            f"{found.offset_mean_mm:+z.3f} mm to the left of their runs ({found.offset_rms_mm or 0.0:.3f} root mean "
             "square)"
         )
     apart = f"{each.file}: plan to print and back: {_apart_text(found.apart_mm)} mm"
@@ -154,7 +154,7 @@ def shift_sentences(file: str, shift: ShiftRecord | None) -> list[str]:
     length = float(np.linalg.norm(shift.by_mm))
     said = (
         f"warning: {file}: the whole print lies {length:.2f} mm (+/- {shift.deviation_mm:.2f}) off its plan, by "
-        f"({x:+.2f}, {y:+.2f}, {z:+.2f}) mm in the part's coordinates. Touch the part again: feedback cannot move "
+        f"({x:+z.2f}, {y:+z.2f}, {z:+z.2f}) mm in the part's coordinates. Touch the part again: feedback cannot move "
         "paths"
     )
     return [said]
@@ -348,11 +348,11 @@ def scan_sentences(record: ScanAppraisalRecord) -> list[str]:
     )
     thickness = (
         f"thickness error: {_said(off.mean, _SIGNED_MM)} mm on average, {off.rms_mm:.3f} mm root mean square "
-        f"({off.noise_mm:.3f} mm from the scan), 90 % between {off.p5_mm:+.3f} and {off.p95_mm:+.3f} mm"
+        f"({off.noise_mm:.3f} mm from the scan), 90 % between {off.p5_mm:+z.3f} and {off.p95_mm:+z.3f} mm"
     )
     beads = (
         f"bead width: {record.registration.bead_width:.2f} of flow over layer height; beads lie "
-        f"{record.registration.offset_mm:+.3f} mm to the left of their paths"
+        f"{record.registration.offset_mm:+z.3f} mm to the left of their paths"
     )
     lines = [volume, covered, thickness, *_placed(record.scan, record.registration), beads]
     if record.bare < LEAST_BARE:
@@ -371,8 +371,8 @@ def scan_sentences(record: ScanAppraisalRecord) -> list[str]:
 def lying_text(record: LyingRecord) -> str:
     """Return sentences on a part before it is printed on."""
     lies = (
-        f"{record.part} lies {record.offset_mean_mm:+.3f} mm off its file on average, {record.offset_rms_mm:.3f} mm "
-        f"root mean square. Range: {record.offset_least_mm:+.3f} to {record.offset_most_mm:+.3f} mm (+/- "
+        f"{record.part} lies {record.offset_mean_mm:+z.3f} mm off its file on average, {record.offset_rms_mm:.3f} mm "
+        f"root mean square. Range: {record.offset_least_mm:+z.3f} to {record.offset_most_mm:+z.3f} mm (+/- "
         f"{TWO_SIDED * record.deviation_mm:.3f}), over {percent(record.seen)} of its area; allowed: "
         f"{record.allowed_mm:g} mm"
     )

@@ -117,7 +117,7 @@ def path_on_mesh(
         x, y, z = curves.points[worst].tolist()
         raise FieldError(
             f"the paths lie up to {distances[worst]:.3g} mm off the part, farthest in run "
-            f"{int(curves.runs[worst]) + 1} at ({x:.3f}, {y:.3f}, {z:.3f}) mm, allowed are {allowed:.3g} mm. Give "
+            f"{int(curves.runs[worst]) + 1} at ({x:z.3f}, {y:z.3f}, {z:z.3f}) mm, allowed are {allowed:.3g} mm. Give "
             "them in the part's coordinates and unit, fit them with `--fit`, or allow it with `--offset-up-to "
             f"{1.1 * distances[worst]:.2g}`.",
             distance_mm=float(distances[worst]),

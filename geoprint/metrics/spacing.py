@@ -273,7 +273,7 @@ def outer_distance(
     if short.max(initial=-np.inf) > ROUNDING:
         x, y, z = spatial(mesh, samples.places)[np.argmax(short)]
         raise VerificationError(
-            f"the surface distance at ({x:.3f}, {y:.3f}, {z:.3f}) mm is {short.max():.3g} mm shorter than the "
+            f"the surface distance at ({x:z.3f}, {y:z.3f}, {z:z.3f}) mm is {short.max():.3g} mm shorter than the "
             "straight line. This is a defect of geoprint: report it with the part."
         )
     return OuterDistance(distances, bounds, straight, runs, arcs)

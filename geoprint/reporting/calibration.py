@@ -318,4 +318,4 @@ def _mind(statistics: TouchStatistics, names: tuple[str, ...], warnings: list[st
 
 
 def _listed(values: Iterable[float], decimals: int) -> str:
-    return ", ".join(f"{round(value, decimals) + 0.0:.{decimals}f}" for value in values)
+    return ", ".join(f"{value:z.{decimals}f}" for value in values)

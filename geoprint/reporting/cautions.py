@@ -330,7 +330,7 @@ def _bends(record: RobotRecord) -> Iterator[str]:
         x, y, z = worst.place_mm
         yield (
             f"in {how_many(len(close), 'bend')}, depositing moves are shorter than {record.motion.targets.least_ms:g} "
-            f"ms, the shortest {worst.shortest_ms:.1f} ms in run {worst.run + 1} at ({x:.1f}, {y:.1f}, {z:.1f}) mm."
+            f"ms, the shortest {worst.shortest_ms:.1f} ms in run {worst.run + 1} at ({x:z.1f}, {y:z.1f}, {z:z.1f}) mm."
         )
 
 

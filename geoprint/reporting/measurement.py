@@ -218,8 +218,8 @@ def _minded(row: MeasuredRecord) -> list[str]:
     if row.fit is not None:
         x, y, z = row.fit.translation_mm
         found.append(
-            f"{row.file}: fitted to the part, turned by {row.fit.rotation_deg:.3f} degrees, moved by ({x:.3f}, "
-            f"{y:.3f}, {z:.3f}) mm; residual {row.fit.residual_mm:.3g} mm (root mean square), before "
+            f"{row.file}: fitted to the part, turned by {row.fit.rotation_deg:.3f} degrees, moved by ({x:z.3f}, "
+            f"{y:z.3f}, {z:z.3f}) mm; residual {row.fit.residual_mm:.3g} mm (root mean square), before "
             f"{row.fit.before_mm:.3g} mm"
         )
     found.append(

@@ -253,8 +253,8 @@ def _landmark_lines(record: InspectionRecord) -> Iterator[str]:
     yield "points, as `--at X Y Z` takes them (`--from near:X,Y,Z` with commas), and outward normals:"
     widest = max(len(one.name) for one in shown)
     for letter, one in zip(ascii_uppercase, shown, strict=False):
-        place = " ".join(f"{value:8.2f}" for value in one.place)
-        normal = " ".join(f"{round(value, 2) + 0.0:5.2f}" for value in one.normal)
+        place = " ".join(f"{value:z8.2f}" for value in one.place)
+        normal = " ".join(f"{value:z5.2f}" for value in one.normal)
         yield f"  {letter} {one.name:<{widest}} {place}   {normal}"
     if len(record.landmarks) > len(shown):
         yield f"and {how_many(len(record.landmarks) - len(shown), 'more point')}: `--json` lists all"

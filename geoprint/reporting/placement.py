@@ -248,7 +248,7 @@ def shortfall(error: PlanError) -> str:
     if isinstance(distance, float) and isinstance(wanted, float):
         return f"{details.get('solid')} {max(wanted - distance, 0.0):.2f} mm short"
     if isinstance(room, float):
-        return f"the needle's rim has {room:.2f} mm of room"
+        return f"the needle's rim has {room:z.2f} mm of room"
     lost = details.get("lost")
     return f"the arm loses {percent(lost, 2)} of the deposit" if isinstance(lost, float) else str(error)
 

@@ -513,7 +513,7 @@ def _speed_text(record: MotionRecord, *, speed: float) -> str:
         length = sum(dip.length for dip in record.slowdowns)
         why = f"the {worst.limit} of joint {worst.joint}" if worst.joint else "close targets in a bend"
         x, y, z = worst.place
-        where = f"in run {worst.run + 1} by {why} at ({x:.1f}, {y:.1f}, {z:.1f})"
+        where = f"in run {worst.run + 1} by {why} at ({x:z.1f}, {y:z.1f}, {z:z.1f})"
         line += f"; down to {worst.held_speed:.3g} mm/s over {length:.3g} mm, {where}"
     found = record.deposited
     if found is None:

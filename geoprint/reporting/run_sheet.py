@@ -317,7 +317,7 @@ def _placement(setup: Setup) -> list[str]:
 def _frame(T: FloatArray) -> str:
     x, y, z = T[:3, 3]
     roll, pitch, yaw = Rotation.from_matrix(T[:3, :3]).as_euler("xyz", degrees=True)
-    return f"origin at ({x:.2f}, {y:.2f}, {z:.2f}) mm, turned ({roll:.2f}, {pitch:.2f}, {yaw:.2f}) degrees"
+    return f"origin at ({x:z.2f}, {y:z.2f}, {z:z.2f}) mm, turned ({roll:z.2f}, {pitch:z.2f}, {yaw:z.2f}) degrees"
 
 
 def _extent(setup: Setup, orders: Orders) -> tuple[np.ndarray, np.ndarray]:

@@ -87,7 +87,7 @@ def lifting_normals(places: FloatArray, outward: FloatArray, *, closed: bool, st
         if lengths.min() < SHORTEST_MEAN or deviations.max() > LONGEST_WINDOW * (length + standoff):
             x, y, z = places[stuck[0]]
             raise FieldError(
-                f"around ({x:.2f}, {y:.2f}, {z:.2f}) mm the part is too hollow for a tip {standoff:g} mm above it. "
+                f"around ({x:z.2f}, {y:z.2f}, {z:z.2f}) mm the part is too hollow for a tip {standoff:g} mm above it. "
                 "Cut the hollow out of the part, fill it, or lower the stand-off.",
                 place=(float(x), float(y), float(z)),
             )

@@ -361,7 +361,7 @@ def point_text(scene: PlanScene, place: FloatArray) -> str:
     x, y, z = place.tolist()
     attitude = f"attitude {number + 1}, " if len(plan.streams) > 1 else ""
     lines = [
-        f"**{plan.name}**, {x:.2f}, {y:.2f}, {z:.2f} mm",
+        f"**{plan.name}**, {x:z.2f}, {y:z.2f}, {z:z.2f} mm",
         f"{attitude}run {poses.runs[pose] + 1}, level {poses.levels[pose]}, layer {poses.layers[pose] + 1}",
         scale_of([scene], "thickness").said(thickness),
         "normal " + ", ".join(f"{each:.3f}" for each in poses.normals[pose].tolist())

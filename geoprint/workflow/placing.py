@@ -149,9 +149,9 @@ def higher_home(paths: Plan, room: Room, *, height: float | None) -> str:
         return ""
     x, y, z = best.pose.position
     return (
-        f" below the tip at home, {room.ceiling:.0f} mm high. With a higher home, it is reachable at ({x:.0f}, "
-        f"{y:.0f}, {z:.0f}) mm, yaw {np.degrees(best.pose.rpy[2]):.0f} degrees, {np.degrees(best.margin):.0f} degrees "
-        "inside every limit"
+        f" below the tip at home, {room.ceiling:.0f} mm high. With a higher home, it is reachable at ({x:z.0f}, "
+        f"{y:z.0f}, {z:z.0f}) mm, yaw {np.degrees(best.pose.rpy[2]):.0f} degrees, {np.degrees(best.margin):.0f} "
+        "degrees inside every limit"
     )
 
 

@@ -13,10 +13,12 @@ from benchmarks.programs.deposit import (
     WAYS,
     Deposited,
     Program,
+    at_ends,
     cases,
     deposited,
     discs,
     measured,
+    numbers,
     output_of,
     programs,
     read_program,
@@ -58,6 +60,30 @@ def test_what_the_text_deposits_is_what_the_plan_says(printed: tuple[Path, PlanR
     np.testing.assert_allclose(found.runs, 1.0, atol=0.07)
 
 
+def ends_in_text(folder: Path, record: PlanRecord, program: Program) -> np.ndarray:
+    """Return what the ends of each run of a bundle get, over what is wanted there."""
+    assert record.deposition is not None
+    beads = wanted(folder / "poses.csv")
+    width = beads.widest / record.settings.layer_height_mm
+    return at_ends(program, beads, rate=record.deposition.valve_mm3_s, width=width)
+
+
+def test_runs_begin_and_end_with_the_bead_that_is_wanted(printed: tuple[Path, PlanRecord]) -> None:
+    """The valve opens and shuts in motion: no lead-in is needed for the first two bead widths of a run."""
+    folder, record = printed
+    program = read_program(folder / "rapid")
+    found = ends_in_text(folder, record, program)
+    assert found.shape == (record.paths.runs, 2)
+    # The innermost ring of 2.5 mm is looked at by halves.
+    np.testing.assert_allclose(found[:-1], 1.0, atol=0.02)
+    np.testing.assert_allclose(found[-1], 1.0, atol=0.1)
+    # Where it opens with its move instead, of one run later in the ramp already, the ramp gets more, the end as before.
+    early = [(move, 0.0, True, True) if on else (move, off, start, on) for move, off, start, on in program.switches]
+    sooner = ends_in_text(folder, record, program._replace(switches=early))
+    assert (sooner[:, 0] > found[:, 0] + 0.05).sum() == record.paths.runs - 1
+    np.testing.assert_array_equal(sooner[:, 1], found[:, 1])
+
+
 def test_a_flow_that_settles_and_a_lamp_that_shines_on_are_written_executed_checked_and_counted(tmp_path: Path) -> None:
     """The arm waits where each run begins, and at the last lift: the text says the same volumes as the plan."""
     text = packaged_cell_text("irb120-bent45").replace("# settle_ms = 0\n", "settle_ms = 40\n")
@@ -81,6 +107,11 @@ def test_a_flow_that_settles_and_a_lamp_that_shines_on_are_written_executed_chec
     assert waits.size == record.paths.runs + 1
     ((_, on), off) = planned.robot[0].switching.lamp[-1], planned.robot[0].switching.deposits[-1, 1]
     assert on - off == pytest.approx(20.0, abs=0.03)
+    # What flows meanwhile lies at the start, 20 ms of flow, and so does what the ramp gets too much: 1.5 %.
+    speed = record.settings.speed_mm_s
+    begun, ended = ends_in_text(tmp_path / "out", record, program)[:3].T
+    np.testing.assert_allclose(begun, 1.0 + 0.02 * speed / 4.0 + 0.015, atol=0.005)
+    np.testing.assert_allclose(ended, 1.0, atol=0.005)
     # Without the waits the text deposits what flows in half of each less.
     still = in_text(tmp_path / "out", record, program._replace(waits=np.zeros(program.waits.size)))
     assert still.whole < found.whole - 0.001
@@ -123,9 +154,10 @@ def test_an_output_that_follows_the_speed_deposits_what_poses_csv_asks_for(tmp_p
 def test_discs_are_drawn_alike_and_each_way_is_one_that_geoprint_knows(tmp_path: Path) -> None:
     body = tmp_path / "dome.ply"
     save_ply(spherical_cap(radius=40.0, angle=1.2, rings=24), body)
-    drawn, again = (list(discs([body], 5, seed=3)) for _ in range(2))
+    drawn, again = (list(discs([body], numbers("5"), seed=3)) for _ in range(2))
     assert drawn == again
-    assert drawn != list(discs([body], 5, seed=4))
+    assert drawn != list(discs([body], numbers("5"), seed=4))
+    assert list(discs([body], numbers("2-4"), seed=3)) == drawn[1:4]
     assert all(RADII[0] <= keys["patches"][0]["radius"] <= RADII[1] for _, keys in drawn)
     # A spacing wider than the body is refused before the long work, for the same reason in every way; layers are
     # planned by workers of their own.

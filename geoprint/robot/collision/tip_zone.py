@@ -302,9 +302,10 @@ def _no_room(
     placements: Placements, target: Target, *, row: int, room: float, standoff: float, short: int
 ) -> ClearanceError:
     tip = placements.poses[row, :3, 3]
-    side = "; if this is the wrong side of the part, `--flip` turns it" if room < 0.0 else ""
+    height = f"{room:z.2f}"
+    side = "; if this is the wrong side of the part, `--flip` turns it" if height.startswith("-") else ""
     return ClearanceError(
-        f"{placements.stretch(row)} at tip {in_words(tip)} the needle's rim is {room:.2f} mm above the {target.name} "
+        f"{placements.stretch(row)} at tip {in_words(tip)} the needle's rim is {height} mm above the {target.name} "
         f"(stand-off {standoff:.2f} mm); at least {SMALLEST_ROOM} mm are needed. {short} placements have too little: "
         f"{NO_ROOM_ADVICE}{side}.",
         solid="needle's tip",

@@ -353,8 +353,8 @@ def refuse_uncertain(uncertainty: Uncertainty, *, standoff: float, part: str) ->
     if uncertainty.bound > standoff:
         x, y, z = uncertainty.place
         raise ClearanceError(
-            f"the touched points leave {part} uncertain: {uncertainty.bound:.2f} mm along its normal at ({x:.1f}, "
-            f"{y:.1f}, {z:.1f}) mm in the base frame (95 % bound), allowed are {standoff:g} mm. `geoprint calibrate "
+            f"the touched points leave {part} uncertain: {uncertainty.bound:.2f} mm along its normal at ({x:z.1f}, "
+            f"{y:z.1f}, {z:z.1f}) mm in the base frame (95 % bound), allowed are {standoff:g} mm. `geoprint calibrate "
             "--part` says which point to touch next.",
             bound_mm=uncertainty.bound,
             standoff_mm=standoff,
@@ -478,7 +478,7 @@ def _require_swing(rotations: FloatArray) -> None:
     if swing < SMALLEST_SWING:
         x, y, z = axes[:, 0]
         raise InputError(
-            f"the orientations do not fix the tip along ({x:.2f}, {y:.2f}, {z:.2f}) of the flange: that direction "
+            f"the orientations do not fix the tip along ({x:z.2f}, {y:z.2f}, {z:z.2f}) of the flange: that direction "
             f"varies by only {np.degrees(np.arcsin(swing)):.1f} degrees, needed are "
             f"{np.degrees(np.arcsin(SMALLEST_SWING)):.0f}. Tilt the tool about two axes, by 30 degrees or more.",
             swing_deg=float(np.degrees(np.arcsin(swing))),

@@ -157,6 +157,14 @@ def test_lean_that_leaves_room_passes_with_its_known_margin():
     assert found.tip_margin == pytest.approx(known, abs=1e-9)
 
 
+def test_rim_that_just_touches_is_neither_below_the_part_nor_on_its_wrong_side():
+    with pytest.raises(ClearanceError, match=r"needle's rim is 0\.00 mm above the part plate") as caught:
+        check(run_of(pointing_down(LINE - np.array([0.0, 0.0, STANDOFF + 0.002]))))
+
+    assert caught.value.details["room"] < 0.0
+    assert "--flip" not in str(caught.value)
+
+
 def test_standoff_of_almost_nothing_is_refused():
     with pytest.raises(ClearanceError, match=r"is 0.00 mm above the part plate"):
         check(run_of(pointing_down(LINE - np.array([0.0, 0.0, STANDOFF - 0.003]))))
