@@ -16,9 +16,10 @@ What is wanted is the flow of poses.csv times the length of bead.
 
 The columns: volume of all runs over the wanted one as plan.json says and as the text is read; the least and the most
 that a run gets, likewise; the least and the most that the first two bead widths of a run get, and the last two, by a
-valve and the text; the speed of the print and what was allowed; the share of the length at that speed; length of
-bead; time on deposit over that length by speed; how far trajectory.csv is from the moves of the text, all along from
-the first to the last, by kinematics of this script (`off_moves`); targets, and how many come too soon; warnings.
+valve and the text, of runs that are four widths long; the speed of the print and what was allowed; the share of the
+length at that speed; length of bead; time on deposit over that length by speed; how far trajectory.csv is from the
+moves of the text, all along from the first to the last, by kinematics of this script (`off_moves`); targets, and how
+many come too soon; warnings.
 """
 
 from __future__ import annotations
@@ -128,7 +129,8 @@ class Measured(NamedTuple):
         whole: volume of all runs over the wanted one, by plan and by text.
         least: of the run that gets least, likewise.
         most: of the run that gets most, likewise.
-        starts: of the first two bead widths of a run, the least and the most, by text; not a number without a valve.
+        starts: of the first two bead widths of a run, the least and the most, by text; not a number without a valve, or
+            where no run is four widths long.
         ends: of the last two, likewise.
         speed: of the print, and what was allowed [mm/s].
         at_speed: share of the length at that speed.
@@ -266,8 +268,8 @@ def measured(folder: Path) -> Measured:
             output=output_of(own) if program.flows.any() else 1.0,
             dot=beads.widest * width,
         )
-        if not program.flows.any():
-            parts = at_ends(program, beads, rate=record.deposition.valve_mm3_s, width=width)
+        if not program.flows.any() and (long := beads.lengths >= 4.0 * width).any():
+            parts = at_ends(program, beads, rate=record.deposition.valve_mm3_s, width=width)[long]
         off = off_moves(program, trajectory)
     motion, speed, bead = robot.motion, record.settings.speed_mm_s, float(beads.lengths.sum())
     assert motion.deposited is not None

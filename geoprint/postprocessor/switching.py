@@ -24,13 +24,10 @@ import numpy as np
 from geoprint.errors import UsageError
 from geoprint.model import FloatArray, Signals
 from geoprint.postprocessor.orders import Event, Orders, Output, TipsAt
-from geoprint.robot.timing import ramp_delay
+from geoprint.robot.timing import ramp_delays
 
 # A moment nearer than this to that of a target [s] is that of the target: a tenth of what a controller resolves.
 SAME_MOMENT = 1e-4
-# How long after its start, or before its end, the ramp of a run is looked at, and how often [s].
-RAMP_TIME = 0.15
-RAMP_STEP = 0.004
 
 
 def switching_events(orders: Orders, *, signals: Signals, tips_at: TipsAt, speed: float) -> tuple[Event, ...]:
@@ -103,14 +100,8 @@ def _moments(orders: Orders, signals: Signals, tips_at: TipsAt, *, speed: float)
 
 def _within_ramps(span: tuple[float, float], tips_at: TipsAt, *, speed: float) -> tuple[float, float]:
     """Return when material that flows evenly begins and ends, so that the ramps of a run do not get too much [s]."""
-    start, end = span
-    since = np.arange(0.0, min(RAMP_TIME, (end - start) / 2.0) + RAMP_STEP / 2.0, RAMP_STEP)
-    delays: list[float] = []
-    for moments in (start + since, end - since):
-        tips = tips_at(moments)
-        steps = np.linalg.norm(np.diff(tips, axis=0), axis=1)
-        delays.append(ramp_delay(since, np.append(0.0, np.cumsum(steps)), speed=speed))
-    return start + delays[0], end - delays[1]
+    begins, ends = ramp_delays(span, tips_at, speed=speed)
+    return span[0] + begins, span[1] - ends
 
 
 def _lamp_moments(

@@ -5,6 +5,7 @@ from geoprint.robot.timing.knots import OffMoves as OffMoves, held_straight as h
 from geoprint.robot.timing.moments import joints_at as joints_at, largest_jerk as largest_jerk, tips_at as tips_at
 from geoprint.robot.timing.print_speed import (
     ramp_delay as ramp_delay,
+    ramp_delays as ramp_delays,
     timed_print as timed_print,
     timed_targets as timed_targets,
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import ceil
 from typing import NamedTuple, final
@@ -25,6 +26,7 @@ from geoprint.robot.arm import Arm
 from geoprint.robot.controller import SHORTEST_TIME, written_targets
 from geoprint.robot.reach import bead_steps
 from geoprint.robot.timing.knots import with_bulges
+from geoprint.robot.timing.moments import tips_at
 from geoprint.robot.timing.retiming import Known, retime
 from geoprint.robot.timing.slowdown import EVEN_SHARE
 
@@ -130,6 +132,9 @@ CLOSE_SHARE = 0.04
 LONGEST_WAIT = 1.0
 # A ramp goes on while the speed rises by 1 % in this time [s]; at one acceleration that is so until 0.4 s.
 RISE_TIME = 0.004
+# How long after its start, or before its end, the ramp of a run is looked at, and how often [s].
+RAMP_TIME = 0.15
+RAMP_STEP = 0.004
 
 
 class TimedPrint(NamedTuple):
@@ -250,7 +255,8 @@ class _Search:
         """Return a lower speed that probably fits, or None where this one does."""
         poses = self.joint_path.poses
         width = float(poses.flow.max(initial=0.0)) / self.process.layer_height
-        steps = _Steps.of(poses, trajectory.pose_times, speed=speed, width=width, settle=self.settle)
+        tips = tips_at(trajectory.times, trajectory.joints, self.arm, T_base_work=self.joint_path.T_base_work)
+        steps = _Steps.of(poses, trajectory.pose_times, tips, speed=speed, width=width, settle=self.settle)
         return steps.highest_speed(speed)
 
 
@@ -258,6 +264,28 @@ def _stepped(speed: float) -> float:
     """Return a speed rounded down to a whole number of steps, to one at least [mm/s]."""
     steps = 10.0**SPEED_DECIMALS
     return round(max(float(np.floor(speed * steps)), 1.0) / steps, SPEED_DECIMALS)
+
+
+def ramp_delays(
+    span: tuple[float, float], tips_at: Callable[[FloatArray], FloatArray], *, speed: float
+) -> tuple[float, float]:
+    """Return how much later than its run a material that flows evenly begins, and how much sooner it ends [s].
+
+    What a valve lets through on the ramps of the run is then right in sum.
+
+    Args:
+        span: when the run begins and ends [s].
+        tips_at: from (m,) moments [s] to the (m, 3) places of the tip [mm].
+        speed: of the print [mm/s].
+    """
+    start, end = span
+    since = np.arange(0.0, min(RAMP_TIME, (end - start) / 2.0) + RAMP_STEP / 2.0, RAMP_STEP)
+    delays: list[float] = []
+    for moments in (start + since, end - since):
+        tips = tips_at(moments)
+        steps = np.linalg.norm(np.diff(tips, axis=0), axis=1)
+        delays.append(ramp_delay(since, np.append(0.0, np.cumsum(steps)), speed=speed))
+    return delays[0], delays[1]
 
 
 def ramp_delay(times: FloatArray, lengths: FloatArray, *, speed: float) -> float:
@@ -300,22 +328,31 @@ class _Steps(NamedTuple):
     settled: float = 0.0
 
     @classmethod
-    def of(cls, poses: PoseStream, times: FloatArray, *, speed: float, width: float, settle: float = 0.0) -> _Steps:
+    def of(
+        cls,
+        poses: PoseStream,
+        times: FloatArray,
+        tips_at: Callable[[FloatArray], FloatArray],
+        *,
+        speed: float,
+        width: float,
+        settle: float = 0.0,
+    ) -> _Steps:
         """Return those of a stream whose poses are passed at (p,) times, at a speed of the print [mm/s].
 
-        A flow that rises evenly for `settle` [s] while the tip waits flows at once when it begins to move.
+        The delays of ramps are those by which the valve will switch. A flow that rises evenly for `settle` [s] while
+        the tip waits flows at once when it begins to move.
         """
         rows = np.flatnonzero(poses.deposited)
         # Over a table a run may be printed in several pieces.
         begins = (np.diff(rows) > 1) | (np.diff(poses.runs[rows + 1]) != 0)
         runs = np.append(0, np.cumsum(begins))[: rows.size]
         lengths, took = bead_steps(poses)[rows], np.diff(times)[rows]
-        for own in np.split(np.arange(rows.size), np.flatnonzero(begins) + 1):
-            halfway = float(took[own].sum()) / 2.0
-            for order in (own[::-1],) if settle > 0.0 else (own, own[::-1]):
-                until, passed = (np.append(0.0, np.cumsum(each[order])) for each in (took, lengths))
-                half = slice(0, max(int(np.searchsorted(until, halfway, side="right")), 2))
-                left = ramp_delay(until[half], passed[half], speed=speed)
+        for own in np.split(np.arange(rows.size), np.flatnonzero(begins) + 1) if rows.size else ():
+            span = float(times[rows[own[0]]]), float(times[rows[own[-1]] + 1])
+            begun, ended = ramp_delays(span, tips_at, speed=speed)
+            for delay, order in ((0.0 if settle > 0.0 else begun, own), (ended, own[::-1])):
+                left = delay
                 for step in order:
                     removed = min(left, max(float(took[step]) - float(lengths[step]) / speed, 0.0))
                     took[step] -= removed

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +12,7 @@ from hypothesis import given, settings, strategies as st
 from geoprint.model import FloatArray, JointPath, PoseStream, Process, Trajectory
 from geoprint.robot.arm import Arm
 from geoprint.robot.reach import bead_steps
-from geoprint.robot.timing import print_speed, ramp_delay, retime, timed_print, timed_targets
+from geoprint.robot.timing import print_speed, ramp_delay, ramp_delays, retime, timed_print, timed_targets
 from geoprint.robot.timing.print_speed import TimedPrint, _Steps  # pyright: ignore[reportPrivateUsage]
 from tests.robot.cells import bent_cell
 from tests.robot.joint_paths import arc, arm_of, line, stream
@@ -20,19 +21,33 @@ from tests.robot.timing.test_spacing import hairpin
 CELL = bent_cell()
 ROBOT, ARM, PROCESS = CELL.robot, arm_of(CELL), replace(CELL.process, speed=20.0)
 LENGTH, COUNT = 50.0, 401
+TipsAt = Callable[[FloatArray], FloatArray]
 # Joint 1 turns by 0.2 rad along 50 mm, so that the tip comes up to speed at 3000 mm/s2.
 PULL = float(ROBOT.accelerations[0]) / (0.2 / LENGTH)
 ENDS = np.linspace(0.0, LENGTH, COUNT)
 
 
+def moving(times: FloatArray, tips: FloatArray) -> TipsAt:
+    """Return the motion of a tip that goes evenly from place to place [mm]."""
+    return lambda moments: np.column_stack([np.interp(moments, times, tips[:, axis]) for axis in range(3)])
+
+
 @pytest.fixture(autouse=True)
 def no_arm_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Joints are made up here, so that no arm passes the poses with them: how far it is off them is left out."""
+    """Joints are made up here, so that no arm passes the poses with them: how far it is off them is left out.
+
+    How far the tip has come along its 50 mm is what joint 1 says.
+    """
 
     def unasked(joint_path: JointPath, _arm: Arm, *, process: Process) -> JointPath:  # noqa: ARG001
         return joint_path
 
+    def passed(times: FloatArray, joints: FloatArray, _arm: Arm, **_: object) -> TipsAt:
+        turned = (joints[:, 0] - ROBOT.home[0]) / 0.2 * LENGTH
+        return moving(times, np.column_stack([turned, 0.0 * turned, 0.0 * turned]))
+
     monkeypatch.setattr(print_speed, "with_bulges", unasked)
+    monkeypatch.setattr(print_speed, "tips_at", passed)
 
 
 def ramped(*, speed: float, pull: float, step: float, end: float) -> tuple[FloatArray, FloatArray]:
@@ -182,11 +197,28 @@ def test_the_ramps_at_both_ends_of_a_run_take_nothing_and_a_stop_within_it_does(
     times = np.append(middle, middle[-1] + np.cumsum(np.diff(times)[::-1]))
     lengths = np.append(up, up[-1] + np.cumsum(np.diff(lengths)[::-1]))
     tips = np.column_stack([lengths, 0.0 * lengths, 0.0 * lengths])
-    found = _Steps.of(stream(tips), times, speed=20.0, width=WIDTH)
+    found = _Steps.of(stream(tips), times, moving(times, tips), speed=20.0, width=WIDTH)
     np.testing.assert_allclose(found.lengths, np.diff(lengths))
     assert found.times.sum() == pytest.approx(lengths[-1] / 20.0 + 0.1, abs=0.025 * 20.0 / pull)
     assert (found.times <= np.diff(times) + 1e-12).all()
     assert (found.times >= found.lengths / 20.0 - 1e-9).all()
+
+
+def test_what_a_speed_is_looked_for_with_is_what_the_valve_lets_through() -> None:
+    """The ramp ends where its speed rises by 1 % in 4 ms no more, which poses 2 mm apart do not show."""
+    times, lengths = ramped(speed=9.0, pull=400.0, step=1e-3, end=0.0225)
+    rising = 9.0 + 3.0 * np.arange(0.0, 0.2, 1e-3) / 0.2
+    lengths = np.append(lengths, lengths[-1] + np.cumsum(np.append(rising, np.full(300, 20.0))) * 1e-3)
+    lengths = np.append(lengths, lengths[-1] + np.cumsum(np.diff(lengths)[::-1]))
+    times = 1e-3 * np.arange(lengths.size)
+    places = np.append(np.arange(0.0, lengths[-1], 2.0), lengths[-1])
+    poses = stream(np.column_stack([places, 0.0 * places, 0.0 * places]))
+    passed = np.interp(places, lengths, times)
+    tips = moving(times, np.column_stack([lengths, 0.0 * lengths, 0.0 * lengths]))
+    found = _Steps.of(poses, passed, tips, speed=20.0, width=WIDTH)
+    delays = ramp_delays((0.0, float(times[-1])), tips, speed=20.0)
+    assert delays == pytest.approx((9.0 / 800.0, 9.0 / 800.0), rel=0.1)
+    assert found.times.sum() == pytest.approx(times[-1] - sum(delays), abs=1e-9)
 
 
 @pytest.mark.parametrize("settle", [0.1, 0.4])
@@ -194,7 +226,7 @@ def test_a_flow_that_settles_gives_each_run_half_of_its_wait_and_the_ramp_at_its
     """40 mm at 20 mm/s after a ramp of v / a, which takes v / (2 a) longer than at that speed."""
     times, lengths = ramped(speed=20.0, pull=400.0, step=1e-3, end=2.025)
     tips = np.column_stack([lengths, 0.0 * lengths, 0.0 * lengths])
-    found = _Steps.of(stream(tips), times, speed=20.0, width=WIDTH, settle=settle)
+    found = _Steps.of(stream(tips), times, moving(times, tips), speed=20.0, width=WIDTH, settle=settle)
     assert found.times.sum() - lengths[-1] / 20.0 == pytest.approx(0.025, abs=1e-3)
     # What is too much may be 1.8 % of the length.
     speed = found.highest_speed(20.0)
@@ -212,10 +244,12 @@ def test_only_what_deposits_is_counted_and_runs_have_no_gaps() -> None:
         deposit=np.array([True, True, False, False, True, True]),
         runs=np.array([3, 3, 7, 7, 7, 7]),
     )
-    found = _Steps.of(poses, np.array([0.0, 0.05, 1.0, 2.0, 3.0, 3.05]), speed=20.0, width=WIDTH)
+    times = np.array([0.0, 0.05, 1.0, 2.0, 3.0, 3.05])
+    found = _Steps.of(poses, times, moving(times, poses.tips), speed=20.0, width=WIDTH)
     assert found.runs.tolist() == [0, 1]
     np.testing.assert_allclose(found.times, 0.05)
-    nothing = _Steps.of(replace(poses, deposit=np.zeros(6, np.bool_)), np.arange(6.0), speed=20.0, width=WIDTH)
+    still = replace(poses, deposit=np.zeros(6, np.bool_))
+    nothing = _Steps.of(still, times, moving(times, poses.tips), speed=20.0, width=WIDTH)
     assert nothing.highest_speed(20.0) is None
 
 
