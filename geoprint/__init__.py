@@ -35,7 +35,7 @@ Data flows in one direction, through frozen values (`geoprint.model`) that print
 
 and imports run to the right alone (braces: mutually independent; `lint-imports` checks it):
 
-    {fibers, guide, inspection, process_fitting, sweep, viewer} -> cli -> workflow -> reporting -> results
+    {cad, fibers, guide, inspection, medical, process_fitting, sweep, viewer} -> cli -> workflow -> reporting -> results
         -> toolpath_files -> {config, metrics, postprocessor, simulation} -> layers -> toolpath
         -> {distance, process, robot} -> positioner -> geometry -> transforms -> registry -> model
         -> {features, kernels} -> {errors, lazy, threads}

@@ -18,9 +18,11 @@ from typing import Any, cast, final
 
 from geoprint.errors import UsageError
 
-# The groups under which things are named; a command is a function whose parameters are its options.
-BACKENDS, PATTERNS, COMMANDS, REPORTS, POST_PROCESSORS = (
+# The groups under which things are named; a command is a function whose parameters are its options, readers of meshes
+# and of label volumes have the suffixes of their files as names.
+BACKENDS, PATTERNS, COMMANDS, REPORTS, POST_PROCESSORS, READERS, VOLUMES = (
     "geoprint.backends", "geoprint.patterns", "geoprint.commands", "geoprint.reports", "geoprint.post_processors",
+    "geoprint.readers", "geoprint.volumes",
 )  # fmt: skip
 MANIFEST = "feature.toml"
 PAGE = "guide.md"

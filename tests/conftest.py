@@ -136,7 +136,7 @@ def worker() -> Generator[LastingWorker]:
 @pytest.fixture
 def in_one_process(worker: LastingWorker, monkeypatch: pytest.MonkeyPatch) -> None:
     """Let good files be tessellated, surfaces be laid through points, and scans be registered by one that lasts."""
-    for module in ("geometry.files.cad", "geometry.files.point_clouds", "inspection.scan_registration"):
+    for module in ("cad.tessellation", "geometry.files.point_clouds", "inspection.scan_registration"):
         monkeypatch.setattr(f"geoprint.{module}.run_worker", worker.run)
 
 

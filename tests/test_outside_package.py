@@ -1,4 +1,4 @@
-"""A package outside geoprint brings a backend and a pattern; nothing inside knows their names."""
+"""A package outside geoprint brings a backend, a pattern and a reader; nothing inside knows their names."""
 
 from __future__ import annotations
 
@@ -122,6 +122,26 @@ def test_a_backend_and_a_pattern_of_an_installed_package_are_compared_planned_an
     assert settings["pattern"] == "straight"
     assert settings["options"] == {"edges": {"stretch": 1.05}, "straight": {"angle_deg": 90.0}}
     assert run("check", "planned", path=site) == 0, capsys.readouterr().err
+
+
+def test_a_file_is_read_by_an_installed_package_alone(
+    site: Path, run: Callable[..., int], capsys: pytest.CaptureFixture[str]
+) -> None:
+    (site / "two.tri").write_text("0 0 0 20 0 0 20 20 0\n0 0 0 20 20 0 0 20 0\n")
+    (site / "short.tri").write_text("0 0 0 20 0 0 20 20\n")
+    assert run("inspect", "two.tri", "--unit", "mm", path=site) == 0, capsys.readouterr().err
+    assert "two.tri: 2 faces, 20 x 20 x 0 mm" in capsys.readouterr().out
+    assert run("inspect", "short.tri", "--unit", "mm", path=site) == 3
+    assert "`short.tri` line 1: a triangle has nine coordinates" in capsys.readouterr().err
+    (site / "part.xyzw").write_text("0 0 0\n")
+    assert run("inspect", "part.xyzw", "--unit", "mm", path=site) == 3
+    assert ".igs, .tri, " in capsys.readouterr().err
+    installed(site, name="another", version="0.1", groups={"geoprint.readers": {"tri": "another:read_tri"}})
+    assert run("inspect", "two.tri", "--unit", "mm", path=site) == 2
+    said = capsys.readouterr().err
+    assert "files of `.tri` are read by the package" in said
+    assert "another 0.1" in said
+    assert "keep one" in said
 
 
 def test_a_script_makes_them_known(site: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -126,13 +126,12 @@ class Recipe:
 RECIPES = {
     "reader": Recipe(
         "tri",
-        {"NAME.py": READER},
         {
-            "geoprint/geometry/files/io.py": (
-                (FUTURE, "\nfrom geoprint.geometry.files.tri import read_tri\n"),
-                ("    **MESHES,\n", '    ".tri": read_tri,\n'),
-            )
+            "feature.toml": '["geoprint.readers"]\ntri = "geoprint.tri.reader:read_tri"\n',
+            "__init__.py": '"""Files of triangles."""\n',
+            "reader.py": READER,
         },
+        {},
     ),
     "exporter": Recipe(
         "tips",

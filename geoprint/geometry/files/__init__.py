@@ -1,4 +1,4 @@
-"""Files become meshes: formats of meshes, archives, CAD, label volumes, point clouds."""
+"""Files become meshes: formats of meshes, archives, label volumes, point clouds, and those that features read."""
 
 from geoprint.geometry.files.io import (
     labels_of as labels_of,
@@ -6,6 +6,7 @@ from geoprint.geometry.files.io import (
     load_file as load_file,
     load_likely as load_likely,
     ply_bytes as ply_bytes,
+    read_volume as read_volume,
     rebuilt_in_words as rebuilt_in_words,
     save_ply as save_ply,
     suggested_unit as suggested_unit,
@@ -20,4 +21,3 @@ from geoprint.geometry.files.mesh_file import (
     region_faces as region_faces,
     stored_mesh as stored_mesh,
 )
-from geoprint.geometry.files.optional_readers import read_volume as read_volume

@@ -10,10 +10,11 @@ from dataclasses import replace
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from geoprint import features
 from geoprint.errors import ExportError, GeoprintError, InputError, UsageError, reason_of
 from geoprint.geometry.files.mesh_file import (
     UNITS,
@@ -26,25 +27,19 @@ from geoprint.geometry.files.mesh_file import (
     resolves,
     single_step,
 )
-from geoprint.geometry.files.optional_readers import (
-    read_cad,
-    read_cloud,
-    read_dicom_label,
-    read_labels,
-    read_nifti_label,
-    read_nrrd_label,
-)
+from geoprint.geometry.files.optional_readers import found_labels, read_cloud, volume_mesh
 from geoprint.geometry.files.ply import read_ply
 from geoprint.geometry.files.text_formats import read_obj, read_off, read_stl
 from geoprint.geometry.files.three_mf import only_mesh, read_3mf
 from geoprint.geometry.topology import used_vertices
-from geoprint.model import FloatArray, Reading, Surface
+from geoprint.model import FloatArray, Reading, Surface, reading
 
 if TYPE_CHECKING:
-    from geoprint.geometry.files.optional_readers import LabelVolume
+    from geoprint.geometry.files.labelling import LabelVolume
 
 
-# Which reader reads a file: the registry by suffix, archives, and what no reader of a good file may return.
+# Which reader reads a file: formats by suffix, those of features and installed packages among them, archives, and what
+# no reader of a good file may return.
 
 
 # Largest file that is read [bytes]: 40 million triangles of a binary STL.
@@ -59,17 +54,17 @@ class Reader(Protocol):
         ...
 
 
-class LabelReader(Protocol):
+class VolumeReader(Protocol):
     """A function that reads a format of volumes."""
 
-    def __call__(self, data: bytes, /, *, name: str, choice: Choice) -> MeshFile:
-        """Make a mesh of one label."""
+    def __call__(self, data: bytes, /, *, name: str, choice: Choice) -> LabelVolume:
+        """Return the labels of a file, where it says they lie; what is asked of them may rule where they overlap."""
         ...
 
 
 # Points as lines of text.
 CLOUDS = (".xyz", ".pwn", ".pts", ".asc", ".txt", ".csv")
-# Formats of meshes, which may be zipped, and those of exact geometry and points.
+# Formats of meshes, which may be zipped. Features and installed packages name the readers of others, by suffix.
 MESHES: Mapping[str, Reader] = {
     ".stl": read_stl,
     ".ply": read_ply,
@@ -77,21 +72,29 @@ MESHES: Mapping[str, Reader] = {
     ".off": read_off,
     ".3mf": read_3mf,
 }
-FORMATS: Mapping[str, Reader] = {
-    **MESHES,
-    ".step": partial(read_cad, kind="step"),
-    ".stp": partial(read_cad, kind="step"),
-    ".iges": partial(read_cad, kind="iges"),
-    ".igs": partial(read_cad, kind="iges"),
-    **dict.fromkeys(CLOUDS, read_cloud),
-}
-VOLUMES: Mapping[str, LabelReader] = {
-    ".nii": read_nifti_label,
-    ".nii.gz": read_nifti_label,
-    ".nrrd": read_nrrd_label,
-    ".dcm": read_dicom_label,
-}
-SUFFIXES = (*FORMATS, ".zip", *VOLUMES)
+OWN = (*MESHES, *CLOUDS, ".zip")
+
+
+def suffixes() -> tuple[str, ...]:
+    """Return all suffixes of files that are read."""
+    return (*OWN, *_named(features.READERS), *_named(features.VOLUMES))
+
+
+def _named(group: str) -> tuple[str, ...]:
+    return tuple(f".{point.name}" for point in features.named_points(group))
+
+
+def _reader_of(suffix: str, group: str) -> Any:
+    """Return what a feature or an installed package reads a suffix by.
+
+    Raises:
+        UsageError: two do, or it cannot be loaded; the sentence names both, or package and entry point.
+    """
+    points = [point for point in features.named_points(group) if f".{point.name}" == suffix]
+    if len(points) > 1:
+        both = " and ".join(features.origin_of(point) for point in points)
+        raise UsageError(f"files of `{suffix}` are read by {both}: keep one.")
+    return features.loaded(points[0], "reader")
 
 
 def read_mesh(
@@ -105,7 +108,7 @@ def read_mesh(
     """Read a mesh file by its suffix, or make a mesh of what else it holds.
 
     Args:
-        path: of a file with one of the SUFFIXES; a .zip file holds one of the MESHES.
+        path: of a file with one of the `suffixes`; a .zip file holds one of the MESHES.
         label: of a label volume, which one is meant.
         thin: whether a label as thin as its voxels is taken with their terraces.
         threshold: of a volume of shares or probabilities, from which on a voxel belongs to a label.
@@ -121,36 +124,57 @@ def read_mesh(
         UsageError: a label is given for a file that has none or is missing, or an optional package is not installed.
     """
     suffix = _suffix(path)
+    is_volume = suffix not in OWN and suffix in _named(features.VOLUMES)
     # A mesh that geoprint stored may be of a label.
     asked = {"--thin": thin, "--threshold": threshold is not None, "--label": label is not None and suffix != ".ply"}
-    if suffix not in VOLUMES and any(asked.values()):
+    if not is_volume and any(asked.values()):
         raise _without_labels(path.name, option=next(option for option, given in asked.items() if given))
     data = content_of(path)
     digest = sha256(data).hexdigest()
     if suffix == ".zip":
         suffix, data = only_mesh(data, suffixes=MESHES, name=path.name)
-    if suffix in VOLUMES:
-        choice = Choice(label, thin=thin, threshold=threshold, check=check)
-        reader: Reader = partial(VOLUMES[suffix], choice=choice)
+    if is_volume:
+        reader: Reader = partial(_read_label, choice=Choice(label, thin=thin, threshold=threshold, check=check))
     else:
         reader = _checking(suffix, check)
     file = _read(reader, data, suffix=suffix, name=path.name)
     check_mesh(file, name=path.name)
     if not file.digest:
-        file = replace(file, name=path.name, digest=digest, label=label if suffix in VOLUMES else None)
+        file = replace(file, name=path.name, digest=digest, label=label if is_volume else None)
     _check_label(file, label, name=path.name)
     return file
 
 
 def _suffix(path: Path) -> str:
     """Return the suffix that tells the format of a file."""
-    suffix = ".nii.gz" if path.name.lower().endswith(".nii.gz") else path.suffix.lower()
-    if suffix not in SUFFIXES and not path.is_dir():
+    suffix = _suffix_of(path.name)
+    if suffix not in OWN and suffix not in suffixes() and not path.is_dir():
         raise InputError(
-            f"`{path.name}` has the suffix `{path.suffix}`, but geoprint reads {', '.join(SUFFIXES)}; "
+            f"`{path.name}` has the suffix `{path.suffix}`, but geoprint reads {', '.join(suffixes())}; "
             "export the mesh as one of these."
         )
     return suffix
+
+
+def _suffix_of(name: str) -> str:
+    """Return the suffix of a name: two where a volume has two, such as .nii.gz."""
+    path = Path(name.lower())
+    both = "".join(path.suffixes[-2:])
+    return both if path.suffix not in OWN and both in _named(features.VOLUMES) else path.suffix
+
+
+def _read_label(data: bytes, /, *, name: str, choice: Choice) -> MeshFile:
+    """Make a mesh of one label of a volume."""
+    return volume_mesh(_volume(data, choice, name=name), choice, name=name)
+
+
+def _volume(data: bytes, choice: Choice, *, name: str) -> LabelVolume:
+    """Return the labels of a volume, by the suffix of its name, where it says they lie."""
+    suffix, known = _suffix_of(name), _named(features.VOLUMES)
+    if suffix not in known:
+        raise UsageError(f"`{name}` is not a label volume: its name must end in {', '.join(known)}.")
+    reader: VolumeReader = _reader_of(suffix, features.VOLUMES)
+    return reader(data, name=name, choice=choice)
 
 
 def _read(reader: Reader, data: bytes, *, suffix: str, name: str) -> MeshFile:
@@ -172,7 +196,9 @@ def _checking(suffix: str, check: Check | None) -> Reader:
     """Return the reader of a format that asks whether unit and size can be right where it has much to do."""
     if suffix == ".ply":
         return partial(read_ply, check=check)
-    return partial(read_cloud, check=check) if suffix in CLOUDS else FORMATS[suffix]
+    if suffix in CLOUDS:
+        return partial(read_cloud, check=check)
+    return MESHES[suffix] if suffix in MESHES else _reader_of(suffix, features.READERS)
 
 
 def content_of(path: Path) -> bytes:
@@ -219,7 +245,7 @@ def _check_label(file: MeshFile, label: int | None, *, name: str) -> None:
 
 
 def _without_labels(name: str, *, option: str) -> UsageError:
-    return UsageError(f"`{name}` has no labels, only {', '.join(VOLUMES)} have; leave `{option}` out.")
+    return UsageError(f"`{name}` has no labels, only {', '.join(_named(features.VOLUMES))} have; leave `{option}` out.")
 
 
 # Loading a surface from a file, with its unit, and writing one.
@@ -262,7 +288,7 @@ def load_file(
     that. A unit that cannot be right is refused before points or voxels are made a mesh.
 
     Args:
-        path: of one of `formats.SUFFIXES`.
+        path: of one of the `suffixes`.
         unit: of the file's coordinates, a key of UNITS; None where the file says it, as 3MF does, or where its format
             has one by custom. Of the others, None is answered by an error that shows what the size would be in each.
         label: of a label volume, which one is meant.
@@ -316,12 +342,34 @@ def labels_of(
 
     Raises:
         InputError: it cannot be read.
-        UsageError: as `label_volumes.read_volume`.
+        UsageError: as `read_volume`.
     """
     path = _printable(path)
-    if not path.name.lower().endswith(tuple(VOLUMES)):
+    if _suffix_of(path.name) not in _named(features.VOLUMES):
         return None
-    return read_labels(content_of(path), name=path.name, unit=unit, threshold=threshold)
+    volume = read_volume(content_of(path), name=path.name, unit=unit, threshold=threshold)
+    found = found_labels(volume)
+    used = {"labels": len(found), "voxels of them": sum(one.voxels for one in found)}
+    return found, reading(used=used, skipped=volume.skipped, assumed=volume.assumed), volume
+
+
+def read_volume(data: bytes, /, *, name: str, unit: str | None = None, threshold: float | None = None) -> LabelVolume:
+    """Return the labels of a volume and where they lie [mm]; where it says no unit it is the given one, or mm.
+
+    Args:
+        data: content of the file.
+        name: of the file; its suffix tells the format.
+        unit: of its positions, where it states none.
+        threshold: the share or probability from which on a voxel belongs to a label; None for the usual one.
+
+    Raises:
+        UsageError: its suffix is that of no volume; or as its reader.
+        InputError: as its reader.
+    """
+    volume = _volume(data, Choice(threshold=threshold), name=name)
+    affine = volume.affine.copy()
+    affine[:3] *= UNITS[volume.unit or unit or "mm"]
+    return replace(volume, affine=affine, unit="mm")
 
 
 def _printable(path: Path | str) -> Path:

@@ -17,16 +17,13 @@ import numpy as np
 from scipy import ndimage
 
 from geoprint.errors import InputError, UsageError, percent
-from geoprint.geometry.files.dicom_segmentation import read_dicom
-from geoprint.geometry.files.labelling import LabelVolume, box_of, found_labels, labelled
-from geoprint.geometry.files.mesh_file import UNITS, Choice, LabelFound, MeshFile
-from geoprint.geometry.files.nrrd_files import read_nrrd
-from geoprint.geometry.files.volume_formats import read_nifti
+from geoprint.geometry.files.labelling import LabelVolume, box_of
+from geoprint.geometry.files.mesh_file import UNITS, Choice, MeshFile
 from geoprint.geometry.native import missing
 from geoprint.geometry.operators import signed_volume
 from geoprint.geometry.remeshing import TERRACE_SHARE, TERRACE_WAVELENGTH
 from geoprint.geometry.topology import turned_over
-from geoprint.model import BoolArray, FloatArray, IntArray, Reading, Surface, reading
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface, reading
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -106,58 +103,6 @@ class _Field:
     finer: IntArray
     first: IntArray
     widths: FloatArray
-
-
-def read_nifti_label(data: bytes, /, *, name: str, choice: Choice) -> MeshFile:
-    """Return the surface of one label of a NIfTI file, as `volume_mesh`; raises also as `read_volume`."""
-    return volume_mesh(_labels_of(data, ".nii", choice, name=name), choice, name=name)
-
-
-def read_nrrd_label(data: bytes, /, *, name: str, choice: Choice) -> MeshFile:
-    """Return the surface of one label of a NRRD file, as `volume_mesh`; raises also as `read_volume`."""
-    return volume_mesh(_labels_of(data, ".nrrd", choice, name=name), choice, name=name)
-
-
-def read_dicom_label(data: bytes, /, *, name: str, choice: Choice) -> MeshFile:
-    """Return the surface of one segment of a DICOM file, as `volume_mesh`; raises also as `read_volume`."""
-    return volume_mesh(_labels_of(data, ".dcm", choice, name=name), choice, name=name)
-
-
-def read_volume(data: bytes, /, *, name: str, unit: str | None = None, threshold: float | None = None) -> LabelVolume:
-    """Return the labels of a file and where they lie [mm]; where it says no unit it is the given one, or mm.
-
-    Raises:
-        UsageError: its suffix is that of no volume; as the readers and `labelled`.
-        InputError: as `read_nifti`, `read_nrrd` and `read_dicom`, and as `labelled`.
-    """
-    ends = {".nii": ".nii", ".nii.gz": ".nii", ".nrrd": ".nrrd", ".dcm": ".dcm"}
-    kind = next((kind for end, kind in ends.items() if name.lower().endswith(end)), None)
-    if kind is None:
-        raise UsageError(f"`{name}` is not a label volume: its name must end in .nii, .nii.gz, .nrrd or .dcm.")
-    volume = _labels_of(data, kind, Choice(threshold=threshold), name=name)
-    affine = volume.affine.copy()
-    affine[:3] *= UNITS[volume.unit or unit or "mm"]
-    return replace(volume, affine=affine, unit="mm")
-
-
-def read_labels(
-    data: bytes, /, *, name: str, unit: str | None = None, threshold: float | None = None
-) -> tuple[tuple[LabelFound, ...], Reading, LabelVolume]:
-    """Return all labels of a file, what was used, skipped and assumed, and the volume; raises as `read_volume`."""
-    volume = read_volume(data, name=name, unit=unit, threshold=threshold)
-    found = tuple(found_labels(volume))
-    used = {"labels": len(found), "voxels of them": sum(one.voxels for one in found)}
-    return found, reading(used=used, skipped=volume.skipped, assumed=volume.assumed), volume
-
-
-def _labels_of(data: bytes, kind: str, choice: Choice, *, name: str) -> LabelVolume:
-    """Return the labels of a file of a kind, where it says they lie."""
-    if kind == ".dcm":
-        if choice.threshold is not None:
-            raise UsageError(f"`{name}` holds segments of yes and no, no shares; leave `threshold` out.")
-        return read_dicom(data, label=choice.label, name=name)
-    grid = read_nifti(data, name=name) if kind == ".nii" else read_nrrd(data, name=name)
-    return labelled(grid, label=choice.label, threshold=choice.threshold, name=name)
 
 
 def volume_mesh(volume: LabelVolume, choice: Choice, *, name: str) -> MeshFile:

@@ -16,8 +16,7 @@ import numpy as np
 from scipy import ndimage
 
 from geoprint.errors import InputError, UsageError, how_many
-from geoprint.geometry.files.mesh_file import Contact, LabelFound
-from geoprint.geometry.files.volume_formats import GridFile, Segment
+from geoprint.geometry.files.mesh_file import Choice, Contact, LabelFound
 from geoprint.model import BoolArray, FloatArray, IntArray
 
 if TYPE_CHECKING:
@@ -47,6 +46,40 @@ LEAST_SAME = 0.5
 MOST_NUMBERS = 1_000_000
 # A label that touches another over more than this share of its surface may lie in it.
 INSIDE_SHARE = 0.5
+
+
+class Segment(NamedTuple):
+    """A segment of a file that describes them: the layer in which it lies, its value there, and what it is called."""
+
+    layer: int
+    value: int
+    name: str
+
+
+@final
+@dataclass(frozen=True, slots=True, eq=False)
+class GridFile:
+    """Numbers on a grid, and where the grid lies.
+
+    Attributes:
+        layers: one or several times (i, j, k) numbers as stored; 0 is outside of all labels.
+        affine: (4, 4) turns (i, j, k, 1) of a voxel's centre into its position in the file's unit.
+        unit: of the positions, or None where the file does not say it.
+        usual: the unit that such a file has where it says none, or empty.
+        segments: by the numbers to choose them by; empty where the file describes none.
+        coordinates: what the three are, in words.
+        skipped: what of the header was not used, by kind.
+        assumed: what the file leaves open, and what it was taken for.
+    """
+
+    layers: tuple[NDArray[np.generic], ...]
+    affine: FloatArray
+    unit: str | None
+    usual: str = ""
+    segments: Mapping[int, Segment] = field(default_factory=dict[int, Segment])
+    coordinates: str = "right, anterior, superior"
+    skipped: Mapping[str, int] = field(default_factory=dict[str, int])
+    assumed: tuple[str, ...] = ()
 
 
 @final
@@ -127,23 +160,23 @@ class _Between(NamedTuple):
     sharp: bool
 
 
-def labelled(grid: GridFile, *, label: int | None, threshold: float | None, name: str) -> LabelVolume:
+def labelled(grid: GridFile, choice: Choice, *, name: str) -> LabelVolume:
     """Return the labels of a volume.
 
     Args:
         grid: as read.
-        label: that is meant and wins where segments overlap, or None.
-        threshold: the share or probability from which on a voxel belongs to a label; None for THRESHOLD.
+        choice: its label wins where segments overlap; its threshold is THRESHOLD where it is None.
         name: of the file.
 
     Raises:
         InputError: its numbers are an image, or infinite.
         UsageError: the threshold is not between 0 and 1, or given for a volume of whole numbers.
     """
+    threshold = choice.threshold
     if threshold is not None and not 0.0 < threshold < 1.0:
         raise UsageError(f"`threshold = {threshold:g}` is not a share: give a number above 0 and below 1.")
     if len(grid.layers) > 1:
-        return _of_layers(grid, label=label, threshold=threshold, name=name)
+        return _of_layers(grid, label=choice.label, threshold=threshold, name=name)
     values, outside = _finite(next(iter(grid.layers)), name=name)
     names = {number: segment.name for number, segment in grid.segments.items() if segment.name}
     if values.dtype.kind == "f":

@@ -1,21 +1,13 @@
-"""Readers of CAD files, point clouds and label volumes, imported when such a file is met: nobody else needs them."""
+"""What makes meshes of points and of labels, imported when such a file is met: nobody else needs it."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from geoprint.geometry.files.mesh_file import Check, Choice, LabelFound, MeshFile
-from geoprint.model import Reading
 
 if TYPE_CHECKING:
     from geoprint.geometry.files.labelling import LabelVolume
-
-
-def read_cad(data: bytes, /, *, kind: str, name: str) -> MeshFile:
-    """Tessellate a STEP or IGES file, as `cad.read_cad` does."""
-    from geoprint.geometry.files import cad
-
-    return cad.read_cad(data, kind=kind, name=name)
 
 
 def read_cloud(data: bytes, /, *, name: str, check: Check | None = None) -> MeshFile:
@@ -32,38 +24,15 @@ def read_cloud_ply(data: bytes, /, *, name: str, check: Check | None = None) -> 
     return point_clouds.reconstruct(point_clouds.read_point_ply(data, name=name), name=name, check=check)
 
 
-def read_nifti_label(data: bytes, /, *, name: str, choice: Choice) -> MeshFile:
-    """Read one label of a NIfTI file, as `label_volumes.read_nifti_label` does."""
+def volume_mesh(volume: LabelVolume, choice: Choice, *, name: str) -> MeshFile:
+    """Return the surface of one label of a volume, as `label_volumes.volume_mesh` does."""
     from geoprint.geometry.files import label_volumes
 
-    return label_volumes.read_nifti_label(data, name=name, choice=choice)
+    return label_volumes.volume_mesh(volume, choice, name=name)
 
 
-def read_nrrd_label(data: bytes, /, *, name: str, choice: Choice) -> MeshFile:
-    """Read one label of an NRRD file, as `label_volumes.read_nrrd_label` does."""
-    from geoprint.geometry.files import label_volumes
+def found_labels(volume: LabelVolume) -> tuple[LabelFound, ...]:
+    """Return all labels of a volume in mm, as `labelling.found_labels` does."""
+    from geoprint.geometry.files import labelling
 
-    return label_volumes.read_nrrd_label(data, name=name, choice=choice)
-
-
-def read_dicom_label(data: bytes, /, *, name: str, choice: Choice) -> MeshFile:
-    """Read one label of a DICOM segmentation, as `label_volumes.read_dicom_label` does."""
-    from geoprint.geometry.files import label_volumes
-
-    return label_volumes.read_dicom_label(data, name=name, choice=choice)
-
-
-def read_volume(data: bytes, /, *, name: str) -> LabelVolume:
-    """Read the labels of a volume, as `label_volumes.read_volume` does."""
-    from geoprint.geometry.files import label_volumes
-
-    return label_volumes.read_volume(data, name=name)
-
-
-def read_labels(
-    data: bytes, /, *, name: str, unit: str | None, threshold: float | None
-) -> tuple[tuple[LabelFound, ...], Reading, LabelVolume]:
-    """Read which labels a volume has, as `label_volumes.read_labels` does."""
-    from geoprint.geometry.files import label_volumes
-
-    return label_volumes.read_labels(data, name=name, unit=unit, threshold=threshold)
+    return tuple(labelling.found_labels(volume))

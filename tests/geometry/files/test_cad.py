@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from geoprint.cad import tessellation
 from geoprint.errors import InputError, ResourceError, UsageError
 from geoprint.geometry import closest, describe, face_areas, native, prepare, signed_volume
-from geoprint.geometry.files import cad, load, load_file
+from geoprint.geometry.files import load, load_file
 from tests.shared_data import shared
 
 pytestmark = pytest.mark.needs("cascadio")
@@ -84,8 +85,8 @@ def test_a_heart_patch_is_the_same_from_step_and_iges_and_near_its_mesh() -> Non
 
 def test_the_faces_of_a_solid_become_one_closed_surface_that_faces_out(monkeypatch: pytest.MonkeyPatch) -> None:
     # A thread that is read in processes of its own, as every file is, and coarsely.
-    monkeypatch.setattr(cad, "CHORD_SHARE", 1 / 200)
-    monkeypatch.setattr(cad, "CHORD", 0.2)
+    monkeypatch.setattr(tessellation, "CHORD_SHARE", 1 / 200)
+    monkeypatch.setattr(tessellation, "CHORD", 0.2)
     solid, report = prepare(load(shared("cad/screw.step"), unit=None))
     assert report.topology == "closed, genus 0"
     assert report.repairs.welded_vertices > 0
@@ -135,7 +136,7 @@ def test_faces_that_are_no_numbers_are_refused_in_words(tmp_path: Path, monkeypa
     def answer(*_: object, **__: object) -> bytes:
         return glb
 
-    monkeypatch.setattr(cad, "run_worker", answer)
+    monkeypatch.setattr(tessellation, "run_worker", answer)
     with pytest.raises(InputError, match=r"`plate.igs` cannot be tessellated: its faces reach to infinity"):
         load(tmp_path / "plate.igs", unit=None)
 

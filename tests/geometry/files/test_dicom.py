@@ -13,8 +13,8 @@ from scipy.spatial import KDTree
 from geoprint.errors import InputError, UsageError
 from geoprint.geometry import describe, prepare, signed_volume
 from geoprint.geometry.files import load_file
-from geoprint.geometry.files.dicom_segmentation import read_dicom
-from geoprint.geometry.files.volume_formats import read_nifti
+from geoprint.medical.dicom_segmentation import read_dicom
+from geoprint.medical.nifti_files import read_nifti
 from tests.geometry.files.volumes import affine, ball_labels, dicom_bytes, item, save_nifti, segmentation
 from tests.shared_data import shared
 

@@ -1,1 +1,1 @@
-"""A backend and a pattern for geoprint, from outside."""
+"""A backend, a pattern, a report, a command and a reader for geoprint, from outside."""

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from geoprint.errors import InputError, how_many
-from geoprint.geometry.files.mesh_file import LONGEST_NAME, printable
-from geoprint.geometry.files.volume_formats import GridFile, Segment, checked_shape, grid_of, unpacked
+from geoprint.geometry.files.labelling import GridFile, LabelVolume, Segment, labelled
+from geoprint.geometry.files.mesh_file import LONGEST_NAME, Choice, printable
+from geoprint.medical.nifti_files import checked_shape, grid_of, unpacked
 from geoprint.model import FloatArray
 
 if TYPE_CHECKING:
@@ -92,6 +93,11 @@ class _Header:
     fields: Mapping[str, str]
     lines: Mapping[str, int]
     keys: Mapping[str, str]
+
+
+def nrrd_labels(data: bytes, /, *, name: str, choice: Choice) -> LabelVolume:
+    """Read the labels of an NRRD file; raises as `read_nrrd` and `labelled`."""
+    return labelled(read_nrrd(data, name=name), choice, name=name)
 
 
 def read_nrrd(data: bytes, *, name: str) -> GridFile:

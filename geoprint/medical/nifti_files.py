@@ -1,7 +1,6 @@
-"""Volumes of numbers on a grid, and reading them from NIfTI (.nii, .nii.gz).
+"""Reading numbers on a grid from NIfTI (.nii, .nii.gz), and what of it other formats share.
 
-No reader takes more memory than the header explains; NRRD is read by `nrrd_files`, DICOM by `dicom_segmentation`, and
-`labelling` says which labels the numbers are.
+No reader takes more memory than the header explains.
 """
 
 from __future__ import annotations
@@ -10,19 +9,18 @@ import bz2
 import gzip
 import math
 import zlib
-from dataclasses import dataclass, field
 from io import BytesIO
-from typing import TYPE_CHECKING, NamedTuple, final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from geoprint.errors import InputError, reason_of
+from geoprint.geometry.files.labelling import GridFile, LabelVolume, labelled
+from geoprint.geometry.files.mesh_file import Choice
 from geoprint.geometry.native import missing
 from geoprint.model import FloatArray
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from nibabel import Nifti1Header
     from numpy.typing import NDArray
 
@@ -42,38 +40,9 @@ NIFTI_LENGTHS = 7
 UNITS_BY_CODE = {1: "m", 2: "mm", 3: "um"}
 
 
-class Segment(NamedTuple):
-    """A segment of a file that describes them: the layer in which it lies, its value there, and what it is called."""
-
-    layer: int
-    value: int
-    name: str
-
-
-@final
-@dataclass(frozen=True, slots=True, eq=False)
-class GridFile:
-    """Numbers on a grid, and where the grid lies.
-
-    Attributes:
-        layers: one or several times (i, j, k) numbers as stored; 0 is outside of all labels.
-        affine: (4, 4) turns (i, j, k, 1) of a voxel's centre into its position in the file's unit.
-        unit: of the positions, or None where the file does not say it.
-        usual: the unit that such a file has where it says none, or empty.
-        segments: by the numbers to choose them by; empty where the file describes none.
-        coordinates: what the three are, in words.
-        skipped: what of the header was not used, by kind.
-        assumed: what the file leaves open, and what it was taken for.
-    """
-
-    layers: tuple[NDArray[np.generic], ...]
-    affine: FloatArray
-    unit: str | None
-    usual: str = ""
-    segments: Mapping[int, Segment] = field(default_factory=dict[int, Segment])
-    coordinates: str = "right, anterior, superior"
-    skipped: Mapping[str, int] = field(default_factory=dict[str, int])
-    assumed: tuple[str, ...] = ()
+def nifti_labels(data: bytes, /, *, name: str, choice: Choice) -> LabelVolume:
+    """Read the labels of a NIfTI file; raises as `read_nifti` and `labelled`."""
+    return labelled(read_nifti(data, name=name), choice, name=name)
 
 
 def read_nifti(data: bytes, *, name: str) -> GridFile:

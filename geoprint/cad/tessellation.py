@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
+from geoprint.cad import worker
 from geoprint.errors import InputError
-from geoprint.geometry.files import cad_worker
 from geoprint.geometry.files.mesh_file import MeshFile, single_step
 from geoprint.geometry.native import missing, run_worker
 from geoprint.model import FloatArray, IntArray
@@ -37,12 +37,11 @@ LARGE_NUMBER = re.compile(
 )
 
 
-def read_cad(data: bytes, /, *, kind: str, name: str) -> MeshFile:
-    """Return triangles of all faces of a STEP or IGES file, in mm.
+def read_step(data: bytes, /, *, name: str) -> MeshFile:
+    """Return triangles of all faces of a STEP file, in mm.
 
     Args:
         data: content of the file.
-        kind: a key of MILLIMETRES.
         name: of the file.
 
     Raises:
@@ -50,6 +49,15 @@ def read_cad(data: bytes, /, *, kind: str, name: str) -> MeshFile:
         ResourceError: tessellating takes longer or more memory than allowed.
         UsageError: cascadio is not installed.
     """
+    return _read(data, kind="step", name=name)
+
+
+def read_iges(data: bytes, /, *, name: str) -> MeshFile:
+    """Return triangles of all faces of an IGES file, in mm, as `read_step`."""
+    return _read(data, kind="iges", name=name)
+
+
+def _read(data: bytes, *, kind: str, name: str) -> MeshFile:
     if importlib.util.find_spec("cascadio") is None:
         raise missing("cascadio", extra="cad", work="reading STEP and IGES files")
     _check_numbers(data, kind=kind, name=name)
@@ -69,7 +77,7 @@ def read_cad(data: bytes, /, *, kind: str, name: str) -> MeshFile:
 def _tessellated(data: bytes, *, kind: str, chord: float, relative: bool, name: str) -> tuple[FloatArray, IntArray]:
     """Return what a child process makes of a file, in mm."""
     settings = [kind, repr(chord), repr(ANGLE), "relative" if relative else "absolute"]
-    content = run_worker(Path(cad_worker.__file__), settings, data=data, work="tessellated", name=name)
+    content = run_worker(Path(worker.__file__), settings, data=data, work="tessellated", name=name)
     return _triangles(content, scale=MILLIMETRES[kind], name=name)
 
 

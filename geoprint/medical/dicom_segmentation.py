@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from geoprint.errors import InputError, how_many
+from geoprint.errors import InputError, UsageError, how_many
 from geoprint.geometry.files.labelling import LabelVolume
-from geoprint.geometry.files.mesh_file import LONGEST_NAME, printable
-from geoprint.geometry.files.volume_formats import checked_shape
+from geoprint.geometry.files.mesh_file import LONGEST_NAME, Choice, printable
 from geoprint.geometry.native import missing
+from geoprint.medical.nifti_files import checked_shape
 from geoprint.model import FloatArray, IntArray
 
 if TYPE_CHECKING:
@@ -53,6 +53,18 @@ class _Frames(NamedTuple):
     rows: FloatArray
     columns: FloatArray
     step: float | None
+
+
+def dicom_labels(data: bytes, /, *, name: str, choice: Choice) -> LabelVolume:
+    """Read the segments of a DICOM file as labels.
+
+    Raises:
+        UsageError: a threshold is given; or as `read_dicom`.
+        InputError: as `read_dicom`.
+    """
+    if choice.threshold is not None:
+        raise UsageError(f"`{name}` holds segments of yes and no, no shares; leave `threshold` out.")
+    return read_dicom(data, label=choice.label, name=name)
 
 
 def read_dicom(data: bytes, *, label: int | None, name: str) -> LabelVolume:

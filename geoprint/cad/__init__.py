@@ -1,0 +1,1 @@
+"""CAD files: the faces of STEP and IGES, tessellated."""

@@ -1,0 +1,1 @@
+"""Label volumes of medical imaging: segmentations in NIfTI, NRRD and DICOM files."""
