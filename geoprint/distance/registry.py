@@ -113,6 +113,7 @@ class Piecewise:
                 found.append(build(piece.surface))
         self._backends = tuple(found)
         self._latest: tuple[Source, ScalarField] | None = None
+        self._drawn: tuple[Source, Contours] | None = None
 
     def distance(self, source: Source) -> ScalarField:
         """Return the distance from that part of the source which lies on the same piece, at the vertices [mm].
@@ -133,10 +134,14 @@ class Piecewise:
     def contours(self, source: Source, *, spacing: float) -> Contours:
         """Return the level curves of all pieces at one spacing [mm]; those of a level in the order of the pieces.
 
+        They are kept until others are asked for: those of each treatment of the medial axis are made of the same.
+
         Raises:
             InputError: a piece has no part of the source.
             FieldError: not even the first level lies on a piece.
         """
+        if self._drawn is not None and self._drawn[0] is source and self._drawn[1].spacing == spacing:
+            return self._drawn[1]
         found: list[Contours] = []
         values = np.zeros(self._vertices)
         for name, piece, backend in zip(self._names, self._pieces, self._backends, strict=True):
@@ -146,7 +151,9 @@ class Piecewise:
         levels = np.concatenate([contours.levels for contours in found])
         order = np.argsort(levels, kind="stable")
         whole = [piece.on_whole(contours.curves) for piece, contours in zip(self._pieces, found, strict=True)]
-        return Contours(some_curves(all_curves(whole), order), levels[order], spacing, self._kept(source, values))
+        drawn = Contours(some_curves(all_curves(whole), order), levels[order], spacing, self._kept(source, values))
+        self._drawn = (source, drawn)
+        return drawn
 
     def shown(self, *, spacing: float) -> tuple[Shown, ...]:
         """Return what the backend can show of itself on each piece for a spacing [mm]; nothing of most."""

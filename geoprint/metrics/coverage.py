@@ -255,11 +255,8 @@ def _nearest_two(
     # In random order, so that what a budget leaves out is nowhere in particular.
     order = np.random.default_rng(0).permutation(every.areas.size)
     triangles = every.some(order[:MOST_TRIANGLES])
-    # Where even the straight distance is too large nothing has to be looked for.
-    straight = distance.straight(spatial(mesh, triangles.middles))
     local = spacing * shares_at(mesh, triangles.middles, wanted, spacing=spacing)
-    limits = np.where(straight < REACH * local, REACH * local, 0.0)
-    own = distance(triangles.middles, Ask.anything(limits=limits))
+    own = distance(triangles.middles, distance.narrowed(triangles.middles, Ask.anything(limits=REACH * local)))
     reach = np.maximum(own.distances, OVERLAP_SHARE * local) + triangles.extents
     limits = np.where(np.isfinite(own.distances), reach, 0.0)
     ask = Ask.elsewhere(np.full(limits.size, ANY), own.runs, own.arcs, clear=APART * spacing, limits=limits)

@@ -174,16 +174,20 @@ def measured_covers(
     Raises:
         FieldError: the backend cannot plan on this part.
     """
-    measure = measure or with_figures
+    with stage("contours"):
+        backend = backend or Piecewise(workpiece.surface, backend_of(job))
 
     def measured(middle: str | None, like: Plan | None = None) -> Measured:
         one = job if middle is None else job.model_copy(update={"middle": middle})
         paths = replace(cover(one, workpiece, stage, backend=backend), job=job)
         with stage("evenness"):
-            if like is not None and _same(paths.poses, like.poses):
-                paths = replace(paths, uniformity=like.uniformity)
+            if like is None:
+                paths = (measure or with_figures)(paths, surface_at(paths.contours.spacing))
+            elif _same(paths.poses, like.poses):
+                paths = replace(paths, uniformity=like.uniformity, distance=like.distance)
             else:
-                paths = measure(paths, surface_at(paths.contours.spacing))
+                # Both treatments are of one distance.
+                paths = replace(with_evenness(paths, surface_at(paths.contours.spacing)), distance=like.distance)
         return paths, cast("Uniformity", paths.uniformity)
 
     @cache
@@ -196,10 +200,9 @@ def measured_covers(
     if _covering(plain[1]).fault <= NEGLIGIBLE_FAULT:
         return (plain,)
     try:
-        fitted, fits = measured(FITTED, like=plain[0])
+        return plain, measured(FITTED, like=plain[0])
     except FieldError:
         return (plain,)
-    return plain, (replace(fitted, distance=plain[0].distance), fits)
 
 
 def with_figures(paths: Plan, on: MeasuredSurface) -> Plan:

@@ -11,7 +11,6 @@ from typing import NamedTuple, final
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
-from scipy.spatial import KDTree
 
 from geoprint.errors import FieldError
 from geoprint.geometry import SurfaceLine, half_edges, in_words, part_of
@@ -154,8 +153,7 @@ class GeodesicDistance:
             loops=np.where(path.closed, path.lengths, inf)[runs],
         )
         self._lengths = lengths[order]
-        self._segment_middles = path.middles(mesh)[order]
-        self._middles = KDTree(self._segment_middles)
+        self._middles = path.middles(mesh)[order]
 
     def __call__(self, places: Places, ask: Ask, *, least: FloatArray | None = None) -> Nearest:
         """Return what is nearest to each of k places.
@@ -185,11 +183,6 @@ class GeodesicDistance:
         complete = bounds >= np.minimum(distances, ask.limits)
         return Nearest(distances, bounds, runs, arcs, complete, spent)
 
-    def straight(self, points: FloatArray) -> FloatArray:
-        """Return a lower bound of the straight distance from (k, 3) points to the path [mm]."""
-        away, _ = self._middles.query(points)
-        return np.maximum(away - 0.5 * self._lengths.max(), 0.0)
-
     def narrowed(self, places: Places, ask: Ask) -> Ask:
         """Return the same question with a limit of 0 where nothing that counts lies within the limit in space.
 
@@ -197,17 +190,17 @@ class GeodesicDistance:
 
         Args:
             places: k of them on the mesh.
-            ask: with (k,) finite limits, as `Ask.elsewhere`.
+            ask: with (k,) finite limits, as `Ask.anything` and `Ask.elsewhere`.
         """
         halves = 0.5 * self._lengths
         # Cells as wide as what is looked for is away at most lie in columns along z, the segments sorted by their cell.
         width = float(ask.limits.max(initial=0.0)) * (1.0 + ROUNDING) + float(halves.max()) + ROUNDING
-        low = self._segment_middles.min(axis=0) - width
-        cells = np.floor((self._segment_middles - low) / width).astype(np.int64)
+        low = self._middles.min(axis=0) - width
+        cells = np.floor((self._middles - low) / width).astype(np.int64)
         counts = cells.max(axis=0) + 2
         numbers = (cells[:, 0] * counts[1] + cells[:, 1]) * counts[2] + cells[:, 2]
         order = np.argsort(numbers, kind="stable")
-        grid = _Grid(numbers[order], counts, order, self._segment_middles[order], halves[order])
+        grid = _Grid(numbers[order], counts, order, self._middles[order], halves[order])
         points = spatial(self._mesh, places)
         near = any_within(
             grid, self._segments, points, np.floor((points - low) / width).astype(np.int64),
@@ -274,8 +267,11 @@ def any_within(
 @inner
 def _reached(grid: _Grid, segments: Segments, goal: Goal, x: int, y: int, z: int, limit: float) -> bool:
     """Return whether a segment that counts lies within a limit of the place of a goal, which lies in a cell."""
-    for i in range(max(x - 1, 0), min(x + 2, grid.counts[0])):
-        for j in range(max(y - 1, 0), min(y + 2, grid.counts[1])):
+    # Where it lies itself first.
+    for i in (x, x - 1, x + 1):
+        for j in (y, y - 1, y + 1):
+            if not (0 <= i < grid.counts[0] and 0 <= j < grid.counts[1]):
+                continue
             column = (i * grid.counts[1] + j) * grid.counts[2]
             last = column + min(z + 1, grid.counts[2] - 1)
             first = np.searchsorted(grid.numbers, np.int64(column + max(z - 1, 0)))

@@ -470,7 +470,9 @@ def cross_face(mesh: FlatMesh, horizon: Horizon, segments: Segments, goal: Goal,
     scale = (end - start) / (mesh.corners[following] - mesh.corners[half])
     see(horizon, segments, goal, face, start - scale * mesh.corners[half], scale, right, left, before, item)
     from_right, from_left = cross(right, apex), cross(apex, left)
-    if from_right >= -CONE_TOLERANCE * abs(right) * abs(apex) and from_left >= -CONE_TOLERANCE * abs(left) * abs(apex):
+    if (from_right >= 0.0 or from_right >= -CONE_TOLERANCE * abs(right) * abs(apex)) and (
+        from_left >= 0.0 or from_left >= -CONE_TOLERANCE * abs(left) * abs(apex)
+    ):
         meet(mesh, horizon, goal, number, last, apex, start - apex, before, item)
     if from_right > 0.0:
         look(
@@ -564,11 +566,13 @@ def see(
 ) -> None:  # fmt: skip
     """Keep the nearest segment of a face within a cone; a side of 0 does not bound it."""
     for k in range(segments.first[face], segments.first[face + 1]):
-        if not counts_for(segments, goal, k):
-            continue
         start, along = origin + scale * segments.starts[k], scale * segments.along[k]
-        low, high = within(cross(right, start), cross(right, along), 0.0, 1.0, abs(right) * (abs(start) + abs(along)))
-        low, high = within(cross(start, left), cross(along, left), low, high, abs(left) * (abs(start) + abs(along)))
+        # No place of a segment is nearer than its start less its length, and that is at most the sum of its parts.
+        reach = (horizon.best[0] - before + abs(along.real) + abs(along.imag)) * (1.0 + CONE_TOLERANCE)
+        if start.real**2 + start.imag**2 > reach**2 or not counts_for(segments, goal, k):
+            continue
+        low, high = within(cross(right, start), cross(right, along), 0.0, 1.0, right, start, along)
+        low, high = within(cross(start, left), cross(along, left), low, high, left, start, along)
         if low > high:
             continue
         squared = along.real**2 + along.imag**2
@@ -582,9 +586,13 @@ def see(
 
 
 @inlined
-def within(value: float, slope: float, low: float, high: float, scale: float) -> tuple[float, float]:
+def within(
+    value: float, slope: float, low: float, high: float, side: complex, start: complex, along: complex
+) -> tuple[float, float]:
     """Return the part of [low, high] in which value + slope * t is not negative, up to the tolerance of cones."""
-    allowed = -CONE_TOLERANCE * scale
+    if value + slope * low >= 0.0 and value + slope * high >= 0.0:
+        return low, high
+    allowed = -CONE_TOLERANCE * (abs(side) * (abs(start) + abs(along)))
     if value + slope * low < allowed and value + slope * high < allowed:
         return 1.0, 0.0
     if value + slope * low < allowed:
