@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import final
 
 from benchmarks.whole.costs import INNER
+from tests.shared_data import SHARED_DATA
 
 _PART = ("data/heart_apex_patch.ply", "--unit", "mm", "--spacing", "1.0", "--body", "data/heart.ply", "--place", "demo")
 _SMALL = ("data/plate.ply", "--unit", "mm", "--spacing", "12", "--no-robot")
@@ -48,6 +49,12 @@ def work(count):
     targets = written_targets(path, retime(path, cell.robot, process=cell.process), process=cell.process)
     clearance(controller_path(path, targets, arm), arm, tool=cell.tool, process=cell.process, T_base_work=place,
               poses=path.poses, part=part, body=None, obstacles=cell.obstacles)
+"""
+_WARM = """
+from geoprint import compare, job_of
+least = size
+def work(spacing):
+    compare(job_of(surface=part, unit="mm", spacing=spacing, place="demo", robot=robot))
 """
 _CAP = """
 import numpy as np
@@ -189,6 +196,15 @@ _COMPARE, _PLAN = ("-m", "geoprint", "compare"), ("-m", "geoprint", "plan")
 _OUT = ("--out", "OUT")
 _PATCH = ("SPHERE", "--unit", "mm", "--at", "0", "0", "40", "--radius", "6", "--spacing", "0.5", "--no-robot")
 _CAP_OF_R30 = ("CAP", "--unit", "mm", "--spacing", "0.4", "--place", "demo", "--backend", "heat,lscm,fast-marching")
+_R20, _RECTANGLE = (str(SHARED_DATA / "patches" / f"lv_{name}.ply") for name in ("apex_disc_r20", "lateral_rect_40x30"))
+_AT_1MM = ("--unit", "mm", "--spacing", "1")
+
+
+def _warm(part: str, *, robot: bool) -> tuple[str, ...]:
+    """Return the arguments that time a comparison of a part at 1 mm after one that has called everything."""
+    return inner(f"part, robot = {part!r}, {robot}\n{_WARM}", 1)
+
+
 WORKS = (
     Work("README's comparison", (*_COMPARE, *_PART, *_OUT)),
     Work("plan of the same part", (*_PLAN, *_PART, *_OUT), small=(*_PLAN, *_SMALL, *_OUT)),
@@ -196,6 +212,12 @@ WORKS = (
     Work("inspect a body of 1.3 million faces", ("-m", "geoprint", "inspect", "SPHERE", "--unit", "mm")),
     Work("a patch of 6 mm cut from that, compared", (*_COMPARE, *_PATCH, *_OUT)),
     Work("cap r30 at 0.4 mm, three backends and robot", (*_COMPARE, *_CAP_OF_R30, *_OUT)),
+    Work("warm r20", _warm(_R20, robot=False)),
+    Work("warm r20, robot", _warm(_R20, robot=True)),
+    Work("command r20", (*_COMPARE, _R20, *_AT_1MM, "--no-robot", *_OUT)),
+    Work("warm rectangle", _warm(_RECTANGLE, robot=False)),
+    Work("warm rectangle, robot", _warm(_RECTANGLE, robot=True)),
+    Work("command rectangle", (*_COMPARE, _RECTANGLE, *_AT_1MM, "--no-robot", *_OUT)),
     Work("10k poses to a checked trajectory", inner(_CHAIN, 10_000)),
     Work("100k poses to a checked trajectory", inner(_CHAIN, 100_000)),
 )
