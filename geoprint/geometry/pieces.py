@@ -116,6 +116,8 @@ def _cut(points: FloatArray, *, step: float) -> FloatArray:
     """Return the corners of a polyline with as many points between each two that no piece is longer than a step."""
     sides = np.diff(points, axis=0)
     parts = whole_steps(np.linalg.norm(sides, axis=1), step=step)
+    if (parts == 1).all():
+        return points
     side = np.repeat(np.arange(int(parts.size)), parts)
     shares = (np.arange(side.size) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[side]
     return np.vstack([points[side] + shares[:, None] * sides[side], points[-1:]])

@@ -448,14 +448,14 @@ def _fillet(
     # Arcs that would meet, or begin where the run does, leave a place between them.
     room = min(room, LARGEST_REACH_SHARE * spacing) - 2.0 * CROWDED
     half = min(2.0 * error / float(np.sin(turn / 2.0)), room / 2.0)
-    best: _Arc | None = None
+    near: list[tuple[_Arc, float]] = []
     for arc, share in zip(_arcs(outline, corner, halves=half * np.array(REACHES)), REACHES, strict=True):
         cut = outline.places[(outline.arcs > arc.start) & (outline.arcs < arc.end)]
         if PolylineDistance([arc.places], step=spacing)(cut).max(initial=0.0) > ERROR_ROUNDING * error:
             break
-        radius = _smallest_radius(arc.places, reach=BEND_SHARE * 2.0 * share * half)
-        best = best if radius < smallest_radius else arc
-    return best
+        near.append((arc, BEND_SHARE * 2.0 * share * half))
+    wide = (arc for arc, reach in reversed(near) if _smallest_radius(arc.places, reach=reach) >= smallest_radius)
+    return next(wide, None)
 
 
 def _arcs(outline: _Outline, corner: float, *, halves: FloatArray) -> list[_Arc]:
