@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.sparse import csc_array
+from scipy.sparse import csc_array, csr_array, diags_array
 from scipy.sparse.linalg import splu
 
 from geoprint.config import load_cell
@@ -20,6 +20,7 @@ from geoprint.metrics.coverage import (
 from geoprint.metrics.deposited import Samples
 from geoprint.metrics.executed_flow import deposited_volume, flow_by_length, flow_by_time, flow_of_all
 from geoprint.metrics.oracle import Places
+from geoprint.metrics.thickness import add_polynomials
 from geoprint.model import FloatArray, PoseStream, Process, Surface
 from geoprint.process import following_flow
 from tests.meshes import cylinder_patch, disc, plate, spherical_cap
@@ -444,3 +445,19 @@ def test_beads_that_fade_over_one_another_add_to_one() -> None:
         stream, [(first, fading * first.flow), (first, (1.0 - fading) * first.flow), (second, second.flow)]
     )
     np.testing.assert_allclose(found, 0.4, atol=1e-9)
+
+
+@pytest.mark.parametrize("block", [7, 50, 1024])
+@pytest.mark.parametrize("count", [0, 1, 8, 21])
+def test_polynomials_in_blocks_are_those_of_one_multiplication_after_the_other(block: int, count: int) -> None:
+    rng = np.random.default_rng(1)
+    matrix = csr_array(diags_array([1.0, -2.5, 0.5], offsets=[-7, 0, 6], shape=(211, 211)))
+    before, now, coefficients = rng.random((211, 2)), rng.random((211, 2)), rng.random(count)
+    total = before + now
+    wanted, behind, ahead = total.copy(), before.copy(), now.copy()
+    for coefficient in coefficients:
+        behind, ahead = ahead, matrix @ ahead - behind
+        wanted += coefficient * ahead
+    first, columns = (places.astype(np.uint32) for places in (matrix.indptr, matrix.indices))
+    add_polynomials(first, columns, matrix.data, before, now, total, coefficients, block)
+    np.testing.assert_allclose(total, wanted, rtol=1e-12)

@@ -8,7 +8,6 @@ then that few are shorter than it likes, then that few use the tolerances up, th
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 from typing import final
 
 import numpy as np
@@ -101,10 +100,7 @@ def weighed(
 
 def cheapest_chain(moves: Weighed, required: IntArray) -> IntArray:
     """Return the poses that become targets, the required ones, for which the moves were weighed, among them."""
-    chosen = [required[:1]]
-    for first, last in pairwise(required.tolist()):
-        chosen.append(first + _chain(moves.costs[first : last + 1])[1:])
-    return np.concatenate(chosen)
+    return _chain(moves.costs, required)
 
 
 def chord_shares(tips: FloatArray, chosen: IntArray, *, allowed: FloatArray) -> FloatArray:
@@ -163,27 +159,30 @@ def _farthest(moves: FloatArray, start: int, last: int) -> int:
 
 
 @njit
-def _chain(moves: FloatArray) -> IntArray:
-    """Return the rows of the cheapest chain from the first row to the last."""
-    last = len(moves) - 1
-    costs, before = np.full(last + 1, np.inf), np.zeros(last + 1, np.int64)
-    costs[0] = 0.0
-    for start in range(last):
-        reach = 0
-        for move in range(MOVES - 1):
-            if np.isnan(moves[start, move]):
-                break
-            reach = reach + 1 if reach < NEAREST else 2 * reach
-            end = min(start + reach, last)
-            # What is not a number is not less.
-            if reach == NEAREST and costs[start] + moves[start, MOVES - 1] < costs[last]:
-                costs[last], before[last] = costs[start] + moves[start, MOVES - 1], start
-            if costs[start] + moves[start, move] < costs[end]:
-                costs[end], before[end] = costs[start] + moves[start, move], start
-    chain = [last]
-    while chain[-1] > 0:
-        chain.append(before[chain[-1]])
-    return np.array(chain[::-1])
+def _chain(moves: FloatArray, required: IntArray) -> IntArray:
+    """Return the rows of the cheapest chains from each required row to the next, one after the other."""
+    costs, before = np.full(len(moves), np.inf), np.zeros(len(moves), np.int64)
+    kept = np.zeros(len(moves), np.bool_)
+    kept[required] = True
+    for part in range(len(required) - 1):
+        first, last = required[part], required[part + 1]
+        costs[first] = 0.0
+        for start in range(first, last):
+            reach = 0
+            for move in range(MOVES - 1):
+                if np.isnan(moves[start, move]):
+                    break
+                reach = reach + 1 if reach < NEAREST else 2 * reach
+                end = min(start + reach, last)
+                # What is not a number is not less.
+                if reach == NEAREST and costs[start] + moves[start, MOVES - 1] < costs[last]:
+                    costs[last], before[last] = costs[start] + moves[start, MOVES - 1], start
+                if costs[start] + moves[start, move] < costs[end]:
+                    costs[end], before[end] = costs[start] + moves[start, move], start
+        while last > first:
+            kept[last] = True
+            last = before[last]
+    return np.flatnonzero(kept)
 
 
 @inner

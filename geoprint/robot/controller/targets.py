@@ -133,10 +133,16 @@ class Course:
     tolerance: float
     periods: tuple[float, float]
 
-    def weighed(self, allowed: FloatArray, required: IntArray, *, known: Weighed | None = None) -> Weighed:
-        """Weigh the moves between rows through the required ones, given what each row may be off [mm]."""
+    def weighed(
+        self, allowed: FloatArray, required: IntArray, *, first: int = 0, known: Weighed | None = None
+    ) -> Weighed:
+        """Weigh the moves between rows from the first on through the required ones, given what each may be off [mm].
+
+        Required rows, and those weighed, count from the first.
+        """
+        cut = slice(first, first + allowed.size)
         return weighed(
-            self.tips, self.quaternions, self.times, required, allowed=allowed, turns=self.turns,
+            self.tips[cut], self.quaternions[cut], self.times[cut], required, allowed=allowed, turns=self.turns[cut],
             tolerance=self.tolerance, periods=self.periods, known=known,
         )  # fmt: skip
 
@@ -153,7 +159,10 @@ class Course:
 
     def short(self, rows: IntArray) -> tuple[int, int]:
         """Return how many of these are shorter than the least time, and how many there are."""
-        return self.too_short(rows).size, self.soon(rows).size
+        times = self.times[rows]
+        durations = (times[1:] - times[:-1])[self.deposited[rows[:-1]]]
+        least, wanted = (period * (1.0 - TIME_ROUNDING) for period in (min(self.periods), self.periods[1]))
+        return int(np.count_nonzero(durations < least)), int(np.count_nonzero(durations < wanted))
 
     def too_short(self, rows: IntArray) -> IntArray:
         """Return the moves of a chain that deposit material and are shorter than the least time."""
@@ -284,7 +293,11 @@ def _improved(
     best, score = (part, moved), course.short(part)
     patterns = _patterns(course, *bend, within=(int(part[0]), int(part[-1])))
     for pattern in islice(patterns, MOST_PATTERNS):
-        found, shifted = _through(course, part, moved, pattern)
+        left, right = _free_about(course, part, moved, pattern)
+        # Targets between those that stay and those of the pattern make no fewer moves that come too soon.
+        if course.short(np.concatenate([part[part <= left], pattern, part[part >= right]])) >= score:
+            continue
+        found, shifted = _through(course, part, moved, pattern, within=(left, right))
         if course.short(found) < score and not _leaves(course, (sides[0], found, sides[1]), shifted):
             best, score = (found, shifted), course.short(found)
         if score[1] == 0:
@@ -335,23 +348,23 @@ def _nearest(times: FloatArray, wanted: FloatArray) -> IntArray:
     return above - (wanted - times[above - 1] < times[above] - wanted)
 
 
-def _through(course: Course, part: IntArray, moved: BoolArray, pattern: IntArray) -> tuple[IntArray, BoolArray]:
-    """Return a stretch of a chain that goes through a pattern, and which rows are moved then."""
-    first, last = int(pattern[0]), int(pattern[-1])
-    left, right = int(part[0]), int(part[-1])
+def _free_about(course: Course, part: IntArray, moved: BoolArray, pattern: IntArray) -> tuple[int, int]:
+    """Return the targets of a stretch between which a pattern leaves none: its ends, what is moved, and rests."""
     fixed = part[moved[part] | course.rests[part]]
-    left = int(fixed[fixed < first].max(initial=left))
-    right = int(fixed[fixed > last].min(initial=right))
+    left = int(fixed[fixed < pattern[0]].max(initial=part[0]))
+    right = int(fixed[fixed > pattern[-1]].min(initial=part[-1]))
+    return left, right
+
+
+def _through(
+    course: Course, part: IntArray, moved: BoolArray, pattern: IntArray, *, within: tuple[int, int]
+) -> tuple[IntArray, BoolArray]:
+    """Return a stretch of a chain that goes through a pattern within two of its targets, and which are moved then."""
+    left, right = within
     allowed = course.allowed[left : right + 1].copy()
-    allowed[first - left : last + 1 - left] = WIDEST * course.tolerance
-    cut = slice(left, right + 1)
-    local = replace(
-        course, tips=course.tips[cut], quaternions=course.quaternions[cut], times=course.times[cut],
-        runs=course.runs[cut], rests=course.rests[cut], deposited=course.deposited[left:right],
-        allowed=course.allowed[cut], turns=course.turns[cut],
-    )  # fmt: skip
+    allowed[pattern[0] - left : pattern[-1] + 1 - left] = WIDEST * course.tolerance
     required = np.concatenate([[left], pattern, [right]]) - left
-    rows = left + cheapest_chain(local.weighed(allowed, required), required)
+    rows = left + cheapest_chain(course.weighed(allowed, required, first=left), required)
     shifted = moved.copy()
     shifted[left + 1 : right] = False
     shifted[pattern] = True

@@ -154,3 +154,15 @@ def test_about_a_move_that_is_too_short_poses_count_and_not_what_the_path_bulges
     np.testing.assert_array_equal(rows, rounded_chain(plain)[0])
     assert rounded_deviations(tips, rows, places, zones_of(places, plain.resting(rows))).max() <= 0.01
     assert plain.too_short(_chain(bulged)[0]).size > 0
+
+
+def test_more_targets_between_those_of_a_chain_make_no_fewer_moves_that_come_too_soon() -> None:
+    """What is left out of the chain is not worth weighing where what stays alone is no better than the best."""
+    rng = np.random.default_rng(3)
+    times = np.cumsum(rng.uniform(0.001, 0.01, 200))
+    made = course(np.column_stack([times, np.zeros((200, 2))]), times)
+    made = replace(made, deposited=rng.random(199) > 0.2)
+    for _ in range(50):
+        rows = np.unique(np.concatenate([[0, 199], rng.integers(1, 199, size=20)]))
+        more = np.unique(np.concatenate([rows, rng.integers(1, 199, size=20)]))
+        assert all(few <= many for few, many in zip(made.short(rows), made.short(more), strict=True))
