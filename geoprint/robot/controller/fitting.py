@@ -39,9 +39,10 @@ def zones_of(places: FloatArray, rests: BoolArray, *, moved: BoolArray | None = 
         rests: (t,) where the tool stops.
         moved: (t,) which stand outside of a bend, by what their zones cut off; all of them where it is left out.
     """
-    steps = np.diff(places, axis=0)
+    steps = places[1:] - places[:-1]
     distances = np.linalg.norm(steps, axis=1)
-    nearer = np.minimum(np.append(distances, 0.0), np.append([0.0], distances))
+    nearer = np.zeros(len(places))
+    nearer[1:-1] = np.minimum(distances[1:], distances[:-1])
     zones = np.where(rests | (nearer < COINCIDENT), 0.0, np.minimum(nearer / 2.0, LARGEST_ZONE))
     if moved is not None:
         along = steps / np.maximum(distances[:, None], COINCIDENT)
@@ -58,7 +59,7 @@ def apexes(places: FloatArray, zones: FloatArray) -> FloatArray:
         >>> apexes(np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0]]), np.array([0.0, 1.0, 0.0]))[1]
         array([3.75, 0.25])
     """
-    steps = np.diff(places, axis=0)
+    steps = places[1:] - places[:-1]
     along = steps / np.maximum(np.linalg.norm(steps, axis=1, keepdims=True), COINCIDENT)
     passed = places.copy()
     passed[1:-1] += zones[1:-1, None] / 4.0 * (along[1:] - along[:-1])

@@ -317,8 +317,10 @@ def _patterns(course: Course, first: int, last: int, *, within: tuple[int, int])
         step = periods * course.periods[1]
         begin = course.times[first] - step * (share + EVEN_FURTHER)
         count = int(np.ceil((course.times[last] - begin) / step)) + 1 + EVEN_FURTHER
-        rows = np.unique(_nearest(course.times, begin + step * np.arange(count)))
-        rows = rows[(rows > low) & (rows < high)]
+        rows = _nearest(course.times, begin + step * np.arange(count))
+        inside = (rows > low) & (rows < high)
+        inside[1:] &= rows[1:] > rows[:-1]
+        rows = rows[inside]
         if rows.size < 2:
             continue
         kept = _kept(course, rows)
@@ -344,7 +346,7 @@ def _run_of(flags: BoolArray) -> int:
 
 
 def _nearest(times: FloatArray, wanted: FloatArray) -> IntArray:
-    above = np.clip(np.searchsorted(times, wanted), 1, times.size - 1)
+    above = np.minimum(np.maximum(times.searchsorted(wanted), 1), times.size - 1)
     return above - (wanted - times[above - 1] < times[above] - wanted)
 
 
