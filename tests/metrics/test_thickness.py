@@ -459,5 +459,6 @@ def test_polynomials_in_blocks_are_those_of_one_multiplication_after_the_other(b
         behind, ahead = ahead, matrix @ ahead - behind
         wanted += coefficient * ahead
     first, columns = (places.astype(np.uint32) for places in (matrix.indptr, matrix.indices))
-    add_polynomials(first, columns, matrix.data, before, now, total, coefficients, block)
+    values = np.asarray(matrix.data, dtype=np.float64)
+    add_polynomials(first, columns, values, before, now, total, coefficients, block)
     np.testing.assert_allclose(total, wanted, rtol=1e-12)
