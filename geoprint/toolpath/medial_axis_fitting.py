@@ -11,7 +11,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from geoprint.geometry import all_curves, arc_lengths, closest, some_curves, whole_steps
+from geoprint.geometry import all_curves, arc_lengths, closest, normals, some_curves, whole_steps
 from geoprint.model import (
     BoolArray,
     Contours,
@@ -25,6 +25,7 @@ from geoprint.model import (
 )
 from geoprint.toolpath.corners import BACKTRACK, unfolded
 from geoprint.toolpath.medial_axis import (
+    ALIKE,
     FACING_REACH,
     STEP_SHARE,
     InnerNeighbours,
@@ -499,7 +500,7 @@ def parted(surface: Surface, curves: SurfaceCurves, *, spacing: float) -> tuple[
         was drawn anew.
     """
     found = [
-        _parts(_Part(curves.xyz(surface, curve), bool(curves.closed[curve])), spacing=spacing)
+        _parts(_Part(curves.xyz(surface, curve), bool(curves.closed[curve])), surface, spacing=spacing)
         for curve in range(curves.count)
     ]
     whole = [curve for curve, parts in enumerate(found) if parts is None]
@@ -513,25 +514,25 @@ def parted(surface: Surface, curves: SurfaceCurves, *, spacing: float) -> tuple[
     return some_curves(every, order), origins[order], order >= len(whole)
 
 
-def _parts(curve: _Part, *, spacing: float) -> list[_Part] | None:
+def _parts(curve: _Part, surface: Surface, *, spacing: float) -> list[_Part] | None:
     """Return what a curve becomes; None where it stays as it is."""
     waiting, done = [curve], list[_Part]()
     while waiting:
         part = waiting.pop()
-        pieces = None if part.between else _cut(part, spacing=spacing)
+        pieces = None if part.between else _cut(part, surface, spacing=spacing)
         waiting += pieces or ()
         done += [part] if pieces is None else []
     return None if len(done) == 1 and done[0] is curve else done
 
 
-def _cut(part: _Part, *, spacing: float) -> list[_Part] | None:
+def _cut(part: _Part, surface: Surface, *, spacing: float) -> list[_Part] | None:
     """Return what a curve becomes where it is cut at its longest two sides; None where it has none."""
     arcs = arc_lengths(part.line)
     count = int(whole_steps(arcs[-1], step=STEP * spacing))
     if count < 2:
         return None
     outline = _Outline(part.line, arcs, part.closed, 0.0, count)
-    pairs = _near(outline, spacing=spacing)
+    pairs = _near(outline, surface, spacing=spacing)
     if not len(pairs):
         return None
     if part.closed:
@@ -541,15 +542,19 @@ def _cut(part: _Part, *, spacing: float) -> list[_Part] | None:
     return cut(outline, _longest(pairs), spacing=spacing)
 
 
-def _near(outline: _Outline, *, spacing: float) -> IntArray:
-    """Return the (j, 2) pairs of samples that are near to each other but not along the curve."""
+def _near(outline: _Outline, surface: Surface, *, spacing: float) -> IntArray:
+    """Return the (j, 2) pairs of samples that are near to each other, but not along the curve or through a wall."""
     length, count = float(outline.arcs[-1]), outline.size
     narrow, apart = min(NARROW * spacing, NARROW_SHARE * length), min(APART * spacing, APART_SHARE * length)
     places = outline.at(np.arange(count if outline.closed else count + 1, dtype=np.float64))
     pairs = KDTree(places).query_pairs(narrow, output_type="ndarray")
     along = np.abs(pairs[:, 1] - pairs[:, 0])
     along = np.minimum(along, count - along) if outline.closed else along
-    return pairs[along * outline.step > apart]
+    pairs = pairs[along * outline.step > apart]
+    if not len(pairs):
+        return pairs
+    outward = normals(surface, closest(surface, places)[0])
+    return pairs[np.einsum("jx,jx->j", outward[pairs[:, 0]], outward[pairs[:, 1]]) > ALIKE]
 
 
 def _wide(pairs: IntArray, count: int) -> int:

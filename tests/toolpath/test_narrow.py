@@ -187,6 +187,29 @@ def test_a_part_moved_by_a_billionth_of_a_millimetre_has_the_same_runs(part: Sur
     assert len(found) == 1
 
 
+def hairpin(*, gap: float) -> Surface:
+    """A sheet 40 by 12 bent round x = 20, so that its two halves are a gap apart [mm]."""
+    flat = plate((40.0, 12.0), (160, 24))
+    x, y, _ = flat.vertices.T
+    radius = 0.5 * gap
+    turn = np.clip((x - 20.0) / radius, -0.5 * np.pi, 0.5 * np.pi)
+    along = np.maximum(np.abs(x - 20.0) - 0.5 * np.pi * radius, 0.0)
+    bent = np.column_stack([radius * np.cos(turn) - along, y, radius * np.sin(turn)])
+    return replace(flat, vertices=bent)
+
+
+@pytest.mark.parametrize("middle", ["plain", "fitted"])
+def test_both_sides_of_a_thin_wall_have_their_own_beads(middle: str) -> None:
+    # The halves are 0.4 spacings apart through the wall, where on a flat part one bead would replace two.
+    wall = hairpin(gap=0.4)
+    backend = BACKENDS["heat"](wall)
+    paths = PATTERNS["contours"](middle=middle).paths(wall, boundary_source(wall), backend=backend, spacing=1.0)
+    assert paths.curves.closed.tolist() == [True] * 6
+    lengths = [float(arc_lengths(paths.curves.xyz(wall, ring))[-1]) for ring in range(6)]
+    # Rings at 0.5, 1.5, ... from the rim of a sheet 40 by 12, but for its rounded corners.
+    assert lengths == pytest.approx([2.0 * (40.0 + 12.0) - 8.0 * (level + 0.5) for level in range(6)], rel=0.02)
+
+
 def test_lines_are_none_of_the_curves_own_points_twice() -> None:
     _, found, _ = cut(corners((5.0, 9.8), (25.0, 9.8), (25.0, 10.2), (5.0, 10.2), (5.0, 9.8)))
     (bead,) = lines(found)
