@@ -12,6 +12,7 @@ apex where it has its.
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Final
@@ -48,13 +49,20 @@ def main() -> None:
     arguments = parser.parse_args()
     if arguments.out is None and not arguments.smoke:
         parser.error("--out names the folder")
-    count: int = SMOKE_COUNT if arguments.smoke else arguments.count
+    if arguments.smoke:
+        with tempfile.TemporaryDirectory() as folder:
+            write_hearts(Path(folder), count=SMOKE_COUNT)
+        return
+    write_hearts(arguments.out, count=arguments.count, random_seed=arguments.random_seed)
+
+
+def write_hearts(folder: Path, *, count: int, random_seed: int = 0) -> None:
+    """Write so many hearts of the cohort as PLY files in mm, each with its apex where the template has it."""
     template = load(DATA / "heart.ply", unit="mm")
+    folder.mkdir(parents=True, exist_ok=True)
     for number in range(count):
-        made = at_apex(heart(template, np.random.default_rng([arguments.random_seed, number])), template)
-        if arguments.out is not None:
-            arguments.out.mkdir(parents=True, exist_ok=True)
-            save_ply(made, arguments.out / f"heart_{number:04d}.ply")
+        made = heart(template, np.random.default_rng([random_seed, number]))
+        save_ply(at_apex(made, template), folder / f"heart_{number:04d}.ply")
     print(f"{count} hearts of {len(template.faces)} faces")
 
 
