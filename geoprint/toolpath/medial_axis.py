@@ -153,8 +153,8 @@ FACING_REACH = 2.1
 NEXT_REACH = 1.3
 # Least cosine between the line to a neighbour and the inward direction: it lies ahead.
 AHEAD = 0.8
-# Least cosine between inward directions, or the opposite of one, of strands side by side; and between normals, which
-# differ beyond a thin wall or a sharp fold.
+# Least cosine between inward directions, or the opposite of one, of strands side by side; and between the normals of
+# two that face each other, or are two sides of a finger.
 ALIKE = 0.7
 
 
@@ -201,7 +201,8 @@ def _facing(strands: Strands, *, reach: float) -> tuple[IntArray, FloatArray]:
         length, ahead, behind = _seen(strands, first, second)
         alike = np.einsum("kx,kx->k", strands.inward[first], strands.inward[second])
         facing = (ahead > AHEAD * length) & (behind > AHEAD * length) & (alike < -ALIKE)
-        facing &= _on_one_side(strands, first, second)
+        # Beyond a thin wall or a sharp fold normals differ.
+        facing &= np.einsum("kx,kx->k", strands.normals[first], strands.normals[second]) > ALIKE
         first, second, length = first[facing], second[facing], length[facing]
         # The nearest one of each is written last.
         farthest_first = np.argsort(-length, kind="stable")
@@ -224,7 +225,7 @@ def _inside(strands: Strands) -> tuple[IntArray, FloatArray]:
         first, second = rows[reached], following[np.asarray(nearest, dtype=np.int64)[reached]]
         length, ahead, _ = _seen(strands, first, second)
         alike = np.einsum("kx,kx->k", strands.inward[first], strands.inward[second])
-        beside = (ahead > AHEAD * length) & (alike > ALIKE) & _on_one_side(strands, first, second)
+        beside = (ahead > AHEAD * length) & (alike > ALIKE)
         found[first[beside]], away[first[beside]] = second[beside], length[beside]
     return found, away
 
@@ -234,11 +235,6 @@ def _seen(strands: Strands, first: IntArray, second: IntArray) -> tuple[FloatArr
     line = strands.places[second] - strands.places[first]
     ahead = np.einsum("kx,kx->k", line, strands.inward[first])
     return np.linalg.norm(line, axis=1), ahead, -np.einsum("kx,kx->k", line, strands.inward[second])
-
-
-def _on_one_side(strands: Strands, first: IntArray, second: IntArray) -> BoolArray:
-    """Return which samples are not beyond a wall from each other."""
-    return np.einsum("kx,kx->k", strands.normals[first], strands.normals[second]) > ALIKE
 
 
 # Ridges from end to end: lines of samples, each with the one that faces it, through the tips of the levels between.
