@@ -47,12 +47,12 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=COUNT, metavar="N")
     parser.add_argument("--random-seed", type=int, default=0, metavar="N")
     arguments = parser.parse_args()
-    if arguments.out is None and not arguments.smoke:
-        parser.error("--out names the folder")
     if arguments.smoke:
         with tempfile.TemporaryDirectory() as folder:
             write_hearts(Path(folder), count=SMOKE_COUNT)
         return
+    if arguments.out is None:
+        parser.error("--out names the folder")
     write_hearts(arguments.out, count=arguments.count, random_seed=arguments.random_seed)
 
 

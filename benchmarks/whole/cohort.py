@@ -113,13 +113,18 @@ def _sampled(process: subprocess.Popen[bytes], cells: Path, *, period: float) ->
         try:
             process.wait(max(begun + number * period - time.monotonic(), 0.0))
         except subprocess.TimeoutExpired:
-            held = [each for each in map(_held, _family(process.pid)) if each]
+            held = held_by(process.pid)
         ended = list(cells.iterdir()) if cells.is_dir() else []
         failed = sum(path.name.endswith(REFUSED) for path in ended)
         done = sum(path.is_dir() for path in ended)
         yield Sample(time.monotonic() - begun, done + failed, failed, len(held), sum(held))
         if process.returncode is not None:
             return
+
+
+def held_by(pid: int) -> list[float]:
+    """Return what a process and all that it and its own have started hold, one figure each [MB]."""
+    return [each for each in map(_held, _family(pid)) if each]
 
 
 def _family(pid: int) -> Iterator[int]:
