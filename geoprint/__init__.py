@@ -35,8 +35,8 @@ Data flows in one direction, through frozen values (`geoprint.model`) that print
 
 and imports run to the right alone (braces: mutually independent; `lint-imports` checks it):
 
-    {cad, fibers, guide, inspection, medical, process_fitting, sweep, viewer} -> cli -> workflow -> reporting -> results
-        -> toolpath_files -> {config, metrics, postprocessor, simulation} -> layers -> toolpath
+    {cad, fibers, guide, inspection, layers, medical, process_fitting, sweep, viewer} -> cli -> workflow -> reporting
+        -> results -> toolpath_files -> {config, metrics, postprocessor, simulation} -> toolpath
         -> {distance, process, robot} -> positioner -> geometry -> transforms -> registry -> model
         -> {features, kernels} -> {errors, lazy, threads}
 

@@ -20,9 +20,9 @@ from geoprint.errors import UsageError
 
 # The groups under which things are named; a command is a function whose parameters are its options, readers of meshes
 # and of label volumes have the suffixes of their files as names.
-BACKENDS, PATTERNS, COMMANDS, REPORTS, POST_PROCESSORS, READERS, VOLUMES = (
-    "geoprint.backends", "geoprint.patterns", "geoprint.commands", "geoprint.reports", "geoprint.post_processors",
-    "geoprint.readers", "geoprint.volumes",
+BACKENDS, PATTERNS, COMMANDS, REPORTS, DIVISIONS, POST_PROCESSORS, READERS, VOLUMES = (
+    "geoprint.backends", "geoprint.patterns", "geoprint.commands", "geoprint.reports", "geoprint.divisions",
+    "geoprint.post_processors", "geoprint.readers", "geoprint.volumes",
 )  # fmt: skip
 MANIFEST = "feature.toml"
 PAGE = "guide.md"

@@ -18,26 +18,27 @@ from geoprint.errors import UsageError
 from geoprint.features import loaded, named_points, origin_of
 from geoprint.model import OptionValue
 
+MadeT_co = TypeVar("MadeT_co", covariant=True)
 # Commas part names, and a dot parts a name from its option.
 _NAME = re.compile(r"[a-z][a-z0-9-]*")
 _STRICT = ConfigDict(strict=True, allow_inf_nan=False, arbitrary_types_allowed=True)
 
 
-class Titled(Protocol):
-    """What every entry says of itself."""
+class Factory(Protocol[MadeT_co]):
+    """What every entry is: a class that says what it is, and builds something."""
 
     @property
     def title(self) -> str:
         """A few words that stand beside its name; a `ClassVar` of a class."""
         ...
 
-    def __call__(self, *_: Any, **options: Any) -> object:
-        """Build what the entry stands for."""
+    def __call__(self, *_: Any, **options: Any) -> MadeT_co:
+        """Build it with some of its options; the others have their defaults."""
         ...
 
 
-FactoryT = TypeVar("FactoryT", bound=Titled)
-FactoryT_co = TypeVar("FactoryT_co", bound=Titled, covariant=True)
+FactoryT = TypeVar("FactoryT", bound="Factory[object]")
+FactoryT_co = TypeVar("FactoryT_co", bound="Factory[object]", covariant=True)
 FactT = TypeVar("FactT")
 
 

@@ -157,8 +157,10 @@ def writers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "save_plan": lambda: geoprint.workflow.save_plan(planned, below),
         "staging": lambda: postprocessor.staging(below, overwrite=False).__enter__(),
         "seal": lambda: postprocessor.seal(gone),
-        "plan_stack": lambda: workflow.plan_stack(planned.job.model_copy(update={"thickness": 1.0}), below),
-        "compare_stacks": lambda: workflow.compare_stacks(planned.job.model_copy(update={"thickness": 1.0}), below),
+        "plan_stack": lambda: geoprint.layers.plan_stack(planned.job.model_copy(update={"thickness": 1.0}), below),
+        "compare_stacks": lambda: geoprint.layers.compare_stacks(
+            planned.job.model_copy(update={"thickness": 1.0}), below
+        ),
         "save_comparisons": lambda: geoprint.workflow.save_comparisons([compared], below),
         "write_whole": lambda: write_whole(below, b""),
         "save_table": lambda: geoprint.reporting.save_table(planned.table(), below),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 import pytest
 
 from geoprint.errors import UsageError
-from geoprint.registry import Registry, Titled
+from geoprint.registry import Factory, Registry
 from tests.installed import installed
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ class Odd:
 
 
 @pytest.fixture
-def registry() -> Registry[Titled]:
+def registry() -> Registry[Factory[object]]:
     return Registry("trial", group=GROUP, built_in={"worker": Worker, "eager": Eager}, members=("title", "work"))
 
 
@@ -79,7 +79,7 @@ def install(folder: Path, name: str, **points: str) -> None:
 
 
 def test_names_come_from_geoprint_then_from_scripts_then_from_packages(
-    registry: Registry[Titled], guests: Path
+    registry: Registry[Factory[object]], guests: Path
 ) -> None:
     install(guests, "visitors", zoe="Guest", guest="Guest")
     registry.register("mine", Worker)
@@ -90,7 +90,9 @@ def test_names_come_from_geoprint_then_from_scripts_then_from_packages(
     assert [entry.name for entry in registry.own] == ["worker", "eager", "mine"]
 
 
-def test_an_unknown_name_is_refused_with_all_that_can_be_chosen(registry: Registry[Titled], guests: Path) -> None:
+def test_an_unknown_name_is_refused_with_all_that_can_be_chosen(
+    registry: Registry[Factory[object]], guests: Path
+) -> None:
     install(guests, "visitors", guest="Guest")
     with pytest.raises(UsageError, match="no trial named 'workr'; choose one of: worker, eager, guest"):
         registry.find("workr")
@@ -105,7 +107,7 @@ def test_an_unknown_name_is_refused_with_all_that_can_be_chosen(registry: Regist
     ],
 )
 def test_an_entry_point_that_is_broken_is_named_with_its_package(
-    registry: Registry[Titled], guests: Path, point: str, sentence: str
+    registry: Registry[Factory[object]], guests: Path, point: str, sentence: str
 ) -> None:
     install(guests, "visitors", guest=point)
     assert "guest" in registry.names
@@ -114,7 +116,7 @@ def test_an_entry_point_that_is_broken_is_named_with_its_package(
     assert registry.find("worker").factory is Worker
 
 
-def test_a_name_that_two_claim_is_refused_with_both(registry: Registry[Titled], guests: Path) -> None:
+def test_a_name_that_two_claim_is_refused_with_both(registry: Registry[Factory[object]], guests: Path) -> None:
     install(guests, "visitors", guest="Guest", worker="Guest")
     install(guests, "others", guest="Guest")
     with pytest.raises(UsageError, match=r"more than once, by the package (visitors|others) .* and the package"):
@@ -124,12 +126,12 @@ def test_a_name_that_two_claim_is_refused_with_both(registry: Registry[Titled], 
 
 
 @pytest.mark.parametrize("name", ["worker", "all", "Two", "a.b", "a,b", ""])
-def test_a_name_that_is_taken_or_none_cannot_be_registered(registry: Registry[Titled], name: str) -> None:
+def test_a_name_that_is_taken_or_none_cannot_be_registered(registry: Registry[Factory[object]], name: str) -> None:
     with pytest.raises(UsageError, match=r"choose another name|needs a name"):
         registry.register(name, Worker)
 
 
-def test_options_are_the_keyword_only_arguments_of_the_constructor(registry: Registry[Titled]) -> None:
+def test_options_are_the_keyword_only_arguments_of_the_constructor(registry: Registry[Factory[object]]) -> None:
     entry = registry.find("worker")
     assert entry.options == ("count", "share", "fast", "word")
     given = {"count": 3, "share": 1, "fast": True, "word": "x"}
@@ -149,19 +151,19 @@ def test_options_are_the_keyword_only_arguments_of_the_constructor(registry: Reg
     ],
 )
 def test_options_that_are_unknown_or_of_another_type_are_refused(
-    registry: Registry[Titled], options: dict[str, bool | int | float | str], sentence: str
+    registry: Registry[Factory[object]], options: dict[str, bool | int | float | str], sentence: str
 ) -> None:
     with pytest.raises(UsageError, match=sentence):
         registry.find("worker").checked(options)
 
 
-def test_an_option_without_a_default_has_to_be_given(registry: Registry[Titled]) -> None:
+def test_an_option_without_a_default_has_to_be_given(registry: Registry[Factory[object]]) -> None:
     with pytest.raises(UsageError, match=r"give `--set options.eager.times=VALUE`"):
         registry.find("eager").checked({})
     assert registry.find("eager").checked({"times": 2}) == {"times": 2}
 
 
-def test_facts_and_options_that_make_no_sense_are_refused(registry: Registry[Titled]) -> None:
+def test_facts_and_options_that_make_no_sense_are_refused(registry: Registry[Factory[object]]) -> None:
     registry.register("odd", Odd)
     entry = registry.find("odd")
     with pytest.raises(UsageError, match=r"`summary` of the trial 'odd' that was registered is 3; it must be of"):

@@ -33,14 +33,14 @@ from geoprint.distance import isolines
 from geoprint.geometry import face_normals, mean_normal, remesh, vertex_normals
 from geoprint.geometry.files import load_file, save_ply
 from geoprint.layers import level_surface
+from geoprint.layers.layering import read_stack
+from geoprint.layers.stack_page import sliced_pictures
+from geoprint.layers.stack_thickness import finished_stack, stacked_layer
 from geoprint.model import FloatArray, ScalarField, Surface
 from geoprint.reporting.evenness import record_overhang
-from geoprint.reporting.stack_page import sliced_pictures
 from geoprint.results import Plan
 from geoprint.transforms import angles_between
 from geoprint.workflow import plan
-from geoprint.workflow.stack_thickness import finished_stack, stacked_layer
-from geoprint.workflow.workpiece import read_stack
 from tests.fibers.tetrahedra import Solved, solved
 from tests.shared_data import SHARED_DATA
 

@@ -42,9 +42,9 @@ from geoprint import job_of, load, plan
 from geoprint.config import PACKAGED_CELLS, TILTING_CELL, UR_CELL, packaged_cell_text
 from geoprint.errors import GeoprintError, percent
 from geoprint.geometry.files import suggested_unit
+from geoprint.layers import plan_stack
 from geoprint.model import FloatArray
 from geoprint.reporting import PlanRecord
-from geoprint.workflow import plan_stack
 
 OWN = tuple(DATA / name for name in ("plate.ply", "heart_flat_patch.ply", "heart_apex_patch.ply"))
 BACKENDS = ("lscm", "heat")

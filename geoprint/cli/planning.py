@@ -97,8 +97,8 @@ def plan(
     limit_memory(max_memory)
     out = _stated([job], out, command="plan")
     check_writable(out, overwrite=overwrite)
-    if job.layered and job.layer is None:
-        _plan_stack(job, out, overwrite=overwrite, verbose=verbose, as_json=as_json)
+    if job.divided:
+        _plan_in_turn([job], out, overwrite=overwrite, verbose=verbose, as_json=as_json)
         return
     with watch(expected=planning_stages([job])) as observe, precompiled():
         planned = run(best_placed(job, observe=observe), observe=observe)
@@ -133,17 +133,6 @@ def _stated(jobs: Sequence[Job], out: Path | None, *, command: str) -> Path:
 def _named(keys: Keys) -> list[str]:
     """Return the names of keys that were given, those of `--set` too."""
     return [*(name for name in keys if name != SETTINGS), *(key_at(place) for place, _ in settings_of(keys))]
-
-
-def _plan_stack(job: Job, out: Path, *, overwrite: bool, verbose: bool, as_json: bool) -> None:
-    """Plan every layer of a thickness."""
-    from geoprint.reporting import as_json as json_of, stack_text
-    from geoprint.workflow import best_placed, plan_stack
-
-    with watch() as observe:
-        record = plan_stack(best_placed(job, observe=observe), out, overwrite=overwrite, observe=observe)
-    result(stack_text(record, verbose=verbose), lambda: json_of(record), as_json=as_json)
-    wrote(out, "written and verified")
 
 
 @takes(but=("backend", "feedback"))
@@ -183,12 +172,11 @@ def compare(
         return
     out = _stated(jobs, out, command="compare")
     check_writable(out, overwrite=overwrite)
-    if any(job.layered and job.layer is None for job in jobs):
+    if any(job.divided for job in jobs):
         if samples or figures:
             raise UsageError("`--samples` and `--figures` are of single layers: name one with `--layer`.")
-        _compare_stacks(
-            jobs, out, backends=backends_of(backends), overwrite=overwrite, verbose=verbose, as_json=as_json
-        )
+        compared = backends_of(backends) or compared_backends()
+        _plan_in_turn(jobs, out, compared=compared, overwrite=overwrite, verbose=verbose, as_json=as_json)
         return
     names = backends_of(backends)
     expected = planning_stages(jobs, backends=-(-len(names or compared_backends()) // PROCESSES))
@@ -232,23 +220,25 @@ def _compare_cells(
     wrote(out, "written and verified")
 
 
-def _compare_stacks(
-    jobs: list[Job], out: Path, *, backends: list[str] | None, overwrite: bool, verbose: bool, as_json: bool
+def _plan_in_turn(
+    jobs: Sequence[Job], out: Path, *, compared: Sequence[str] = (), overwrite: bool, verbose: bool, as_json: bool
 ) -> None:
-    """Compare backends over all layers of one thickness."""
-    from geoprint.reporting import as_json as json_of, stack_comparison_text
-    from geoprint.workflow import best_placed, compare_stacks
+    """Plan all that a job prints in turn, with its backend or with those that are compared."""
+    from geoprint.reporting import as_json as json_of
+    from geoprint.reporting.divisions import division_of
+    from geoprint.workflow import best_placed
 
     if len(jobs) > 1:
         raise UsageError(
             f"whole stacks are compared over one part at a time, {len(jobs)} are given: compare them one by one, or "
             "one `--layer` of all."
         )
+    division = division_of(jobs[0])
+    assert division is not None  # noqa: S101  # The job is of several workpieces.
     with watch() as observe:
-        record = compare_stacks(
-            best_placed(jobs[0], observe=observe), out, backends=backends, overwrite=overwrite, observe=observe
-        )
-    text = stack_comparison_text(record, width=columns(), verbose=verbose)
+        placed = best_placed(jobs[0], observe=observe)
+        record = division.plan(placed, out, compared=compared, overwrite=overwrite, observe=observe)
+    text = division.text(record, width=columns(), verbose=verbose)
     result(text, lambda: json_of(record), as_json=as_json)
     wrote(out, "written and verified")
 

@@ -663,6 +663,11 @@ class Job(Table):
         return self.thickness is not None or self.target is not None
 
     @property
+    def divided(self) -> bool:
+        """Whether it is of all layers, which are planned one by one and printed in turn."""
+        return self.layered and self.layer is None
+
+    @property
     def drawings(self) -> tuple[LayerPattern, ...]:
         """The patterns that layers have in turn, from the lowest; one where all have the same.
 

@@ -8,7 +8,6 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from geoprint.errors import percent
-from geoprint.geometry import face_areas, refine
 from geoprint.inspection.print import Appraisal, AppraisedPhotograph, OnPlan
 from geoprint.inspection.scan import AppraisedScan
 from geoprint.inspection.scan_measuring import COVERED_SHARE
@@ -29,22 +28,21 @@ from geoprint.inspection.text import (
     verdict_on_photographs,
 )
 from geoprint.model import FloatArray, IntArray, Surface
-from geoprint.reporting import (
-    FlowView,
-    PathDistances,
-    Picture,
-    StackPaths,
-    StackReport,
-    stack_report,
-    thickness_figure,
-    view_surface,
-)
+from geoprint.reporting import PathDistances, Picture
 from geoprint.reporting.histogram import histograms
 from geoprint.reporting.html import Document, Markup, distance_matrix, element, figure, joined, row_table
 from geoprint.reporting.page import document_page
 from geoprint.reporting.prints import next_print
 from geoprint.reporting.records.inspection import AppraisalRecord, PhotographRecord, ScanAppraisalRecord
-from geoprint.reporting.stack_html import StackWords
+from geoprint.reporting.thickness_page import (
+    FlowView,
+    LayerPaths,
+    ThicknessReport,
+    ThicknessWords,
+    thickness_figure,
+    thickness_report,
+    thickness_view,
+)
 
 # What is wrong in a photographed print, and where: gaps, blobs and thin stretches of runs, or breaks of lines.
 
@@ -231,7 +229,7 @@ def _photograph_settings(
 
 # Measured thickness over the planned one at the ends of the colour scale.
 MEASURED_RANGE = (0.6, 1.4)
-OF_SCAN = StackWords(
+OF_SCAN = ThicknessWords(
     "Print",
     "Run by run",
     "Runs",
@@ -242,8 +240,6 @@ OF_SCAN = StackWords(
     legend="Blue: too thin, red: too thick, white: as planned. Grey: not seen by the scan, or nothing is planned "
     "there.",
 )
-# Faces of the view: finer than can be seen, and every one costs time when the page opens.
-VIEWED_FACES = 60_000
 LABEL = "measured thickness / planned thickness\n(blue: too thin, red: too thick, grey: not seen)"
 
 
@@ -255,9 +251,7 @@ def scan_page(found: AppraisedScan, record: ScanAppraisalRecord) -> bytes:
         record: what appraisal.json says.
     """
     cells = found.held.cells
-    edge = float(np.sqrt(4.0 / np.sqrt(3.0) * face_areas(found.surface).sum() / VIEWED_FACES))
-    fine = refine(found.surface, edge_length=max(edge, 0.5 * found.spacing))
-    drawn = view_surface(fine, faces=VIEWED_FACES).surface
+    drawn = thickness_view(found.surface, edge_length=0.5 * found.spacing).surface
     judged = cells.seen & (cells.planned >= COVERED_SHARE * found.held.height)
     ratios = np.full(len(cells.planned), np.nan)
     ratios[judged] = cells.thickness[judged] / cells.planned[judged]
@@ -265,7 +259,7 @@ def scan_page(found: AppraisedScan, record: ScanAppraisalRecord) -> bytes:
     sentences = [sentence(each, (record.scan.file,)) for each in scan_sentences(record)]
     cautions = [each for each in sentences if each.startswith(("Note", "Warning"))]
     places, offsets = _path(found)
-    report = StackReport(
+    report = ThicknessReport(
         name=record.printed.part,
         verdict=tuple(each for each in sentences if each not in cautions),
         cautions=(*cautions, f"{next_print(record, plan=record.printed.plan, folder='.').capitalize()}."),
@@ -288,7 +282,7 @@ def scan_page(found: AppraisedScan, record: ScanAppraisalRecord) -> bytes:
                 still=_still(drawn, thickness, found, record),
             ),
         ),
-        paths=(StackPaths(places, offsets, np.array([offsets.size - 1])),),
+        paths=(LayerPaths(places, offsets, np.array([offsets.size - 1])),),
         columns=tuple(SCANNED_COLUMNS),
         rows=tuple(scanned_run_rows(record.runs)),
         pages=(),
@@ -296,7 +290,7 @@ def scan_page(found: AppraisedScan, record: ScanAppraisalRecord) -> bytes:
         settings=_settings(found, record),
         inputs=((record.scan.file, record.scan.sha256),),
     )
-    return stack_report(report, title=f"geoprint appraise: {record.scan.file} on {record.printed.part}")
+    return thickness_report(report, title=f"geoprint appraise: {record.scan.file} on {record.printed.part}")
 
 
 def _still(drawn: Surface, thickness: FloatArray, found: AppraisedScan, record: ScanAppraisalRecord) -> Picture:

@@ -1,31 +1,31 @@
-"""Layers: expanded surfaces over a part, each at one distance from it, and how a thickness falls into them.
+"""Layers: a feature that prints a thickness, or what a target shape holds, layer upon layer over a part.
 
-- `feet`: where on the part a place stands, on which side, and how far beyond its rim;
-- `rims`: normals at the rim, right to second order;
-- `creases`: where edges of a level pass one;
-- `folds`: faces that lean from it, and crumbs at its rim;
-- `nets`: triangles about a level of the distance, from cells of a grid;
-- `level_surfaces`: the level surface of the distance, cut along the normals of the rim;
-- `refining`: the same made finer where it must be;
-- `targets`: what layers fill: a closed shape, or a thickness that varies over the part;
-- `cutting`: a level cut by it, and what holds it from below;
-- `slices`: what a plane cuts of layers, and of the paths on them;
-- `stacks`: how many layers of which height make a thickness, and the levels between them.
+Geometry: `feet` (where on the part a place stands, on which side, how far beyond its rim), `level_surfaces` (one
+distance from the part, cut along the normals of the rim), `refining` (the same made finer where it must be), `targets`
+(what layers fill, and a level cut by it), `slices` (what a plane cuts of layers, and of the paths on them).
+
+Planning: `division` is what the core finds; `layering` says in which layers a job falls, `stacking` plans and compares
+them, `stack_thickness` simulates their sum, `check_stack` holds a folder against its bundles; `records`, `stack_text`,
+`stack_comparison`, `stack_page` and `slice_figure` say what came out.
 """
 
 from geoprint.layers.level_surfaces import level_surface as level_surface
+from geoprint.layers.records import StackComparisonRecord as StackComparisonRecord, StackRecord as StackRecord
 from geoprint.layers.slices import (
-    CutPlane as CutPlane,
-    Slice as Slice,
     layer_level as layer_level,
     middle_planes as middle_planes,
     sliced as sliced,
     sliced_layer as sliced_layer,
     whole_layers as whole_layers,
 )
+from geoprint.layers.stack_thickness import FinishedStack as FinishedStack, StackedLayer as StackedLayer
+from geoprint.layers.stacking import (
+    compare_stacks as compare_stacks,
+    plan_layers as plan_layers,
+    plan_stack as plan_stack,
+)
 from geoprint.layers.targets import (
     Columns as Columns,
-    LayerTarget as LayerTarget,
     TargetShape as TargetShape,
     TargetThickness as TargetThickness,
     area_standing_out as area_standing_out,

@@ -1,7 +1,7 @@
 """How even a toolpath is, measured on the path itself and not on any backend's field.
 
 The exact distance over the triangles that this takes gives the shortest line between two places too (`shortest_way`).
-How thick a stack of layers becomes is measured in `stacked`.
+What a program deposits as it was executed is in `executed_flow`.
 """
 
 from geoprint.metrics.agreement import (

@@ -6,7 +6,6 @@ import hashlib
 from collections.abc import Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Protocol
 
 from geoprint import features
 from geoprint.errors import UsageError
@@ -15,23 +14,9 @@ from geoprint.postprocessor.interface import Joining, PostProcessor
 from geoprint.postprocessor.rapid.post_processor import Rapid
 from geoprint.postprocessor.trajectory.post_processor import JointTrajectory
 from geoprint.postprocessor.urscript.post_processor import UrScript
-from geoprint.registry import Registry
+from geoprint.registry import Factory, Registry
 
-
-class PostProcessorFactory(Protocol):
-    """The class of a post-processor; a `ClassVar` has its title."""
-
-    @property
-    def title(self) -> str:
-        """A few words that stand beside its name."""
-        ...
-
-    def __call__(self) -> PostProcessor:
-        """Build it."""
-        ...
-
-
-POST_PROCESSORS: Mapping[str, PostProcessorFactory] = MappingProxyType(
+POST_PROCESSORS: Mapping[str, Factory[PostProcessor]] = MappingProxyType(
     {"rapid": Rapid, "urscript": UrScript, "joint-trajectory": JointTrajectory}
 )
 # Of a cell that names none.
@@ -57,7 +42,7 @@ _KNOWN = Registry(
 )
 
 
-def register(name: str, factory: PostProcessorFactory) -> None:
+def register(name: str, factory: Factory[PostProcessor]) -> None:
     """Register a post-processor under a name until the program ends; a package declares an entry point instead.
 
     Raises:

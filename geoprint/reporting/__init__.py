@@ -59,25 +59,8 @@ from geoprint.reporting.records.comparison import (
 from geoprint.reporting.records.evidence import SeenFile as SeenFile
 from geoprint.reporting.records.plan import PlanRecord as PlanRecord
 from geoprint.reporting.records.rounding import as_json as as_json, read_record as read_record
-from geoprint.reporting.records.stack import StackComparisonRecord as StackComparisonRecord, StackRecord as StackRecord
 from geoprint.reporting.robot_summary import program_digest as program_digest
 from geoprint.reporting.run_sheet import check_summary as check_summary, run_sheet as run_sheet
-from geoprint.reporting.slice_figure import (
-    SlicedView as SlicedView,
-    seams_figure as seams_figure,
-    sliced_figure as sliced_figure,
-    thickness_figure as thickness_figure,
-)
-from geoprint.reporting.stack import stack_text as stack_text
-from geoprint.reporting.stack_comparison import stack_comparison_text as stack_comparison_text
-from geoprint.reporting.stack_html import (
-    OF_BACKENDS as OF_BACKENDS,
-    OF_FLOWS as OF_FLOWS,
-    FlowView as FlowView,
-    StackPaths as StackPaths,
-    StackReport as StackReport,
-    stack_report as stack_report,
-)
 from geoprint.reporting.tables import csv_text as csv_text, save_table as save_table
 from geoprint.reporting.values import (
     GAP as GAP,

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, Protocol
+from typing import Protocol
 
 from geoprint import features
 from geoprint.config import Job
 from geoprint.model import Cell
-from geoprint.registry import Entry, Registry
+from geoprint.registry import Entry, Factory, Registry
 from geoprint.reporting.records.plan import FeatureRecord, FigureRecord as FigureRecord
 from geoprint.reporting.values import Row, Section
 from geoprint.results import Plan
@@ -31,25 +31,12 @@ class Report(Protocol):
         ...
 
 
-class ReportFactory(Protocol):
-    """Builds a report. A report's class is one."""
-
-    @property
-    def title(self) -> str:
-        """What it is, in a few words."""
-        ...
-
-    def __call__(self, **options: Any) -> Report:
-        """Return the report with some of its options; the others have their defaults."""
-        ...
-
-
-_KNOWN: Registry[ReportFactory] = Registry(
+_KNOWN: Registry[Factory[Report]] = Registry(
     "report", group=features.REPORTS, built_in=MappingProxyType({}), members=("title", "figures", "section")
 )
 
 
-def report(name: str) -> Entry[ReportFactory]:
+def report(name: str) -> Entry[Factory[Report]]:
     """Return a report by its name.
 
     Raises:
@@ -97,7 +84,7 @@ def feature_lines(of: Mapping[str, tuple[FeatureRecord, ...]]) -> Iterator[str]:
         yield f"{row.group}: {row.quantity} {', '.join(each)}"
 
 
-def _named(job: Job, cell: Cell) -> Iterator[tuple[Entry[ReportFactory], Report]]:
+def _named(job: Job, cell: Cell) -> Iterator[tuple[Entry[Factory[Report]], Report]]:
     """Yield those reports that a job names, with its options and, where it gives none, those of the cell."""
     for name in report_names() if job.options else ():
         if name in job.options:

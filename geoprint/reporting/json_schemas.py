@@ -13,13 +13,13 @@ import sys
 from pathlib import Path
 
 from geoprint.reporting.check import CheckedComparisonRecord, CheckRecord
+from geoprint.reporting.divisions import division_records
 from geoprint.reporting.records.cells import CellsRecord
 from geoprint.reporting.records.comparison import ComparisonRecord, MeasurementRecord
 from geoprint.reporting.records.evidence import SeenFile
 from geoprint.reporting.records.inspection import AppraisalRecord, LyingRecord, ScanAppraisalRecord, SimulatedRecord
 from geoprint.reporting.records.plan import PlanRecord
 from geoprint.reporting.records.rounding import Record
-from geoprint.reporting.records.stack import StackComparisonRecord, StackRecord
 
 RECORDS = {
     "plan": PlanRecord,
@@ -29,8 +29,7 @@ RECORDS = {
     "check-comparison": CheckedComparisonRecord,
     "evidence": SeenFile,
     "measure": MeasurementRecord,
-    "stack": StackRecord,
-    "stacks": StackComparisonRecord,
+    **division_records(),
     "appraisal": AppraisalRecord,
     "scan": ScanAppraisalRecord,
     "lying": LyingRecord,

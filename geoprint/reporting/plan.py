@@ -157,7 +157,8 @@ def summary(plan: Plan) -> dict[str, Json]:
 
 
 def _input(plan: Plan) -> InputRecord:
-    read, target = plan.workpiece.files, plan.workpiece.target
+    read, place = plan.workpiece.files, plan.workpiece.place
+    target = None if place is None else place.target
     files = [FileRecord.of(file, sha256=file.digest) for file in read]
     return InputRecord(
         **dict(files[0]),

@@ -1,21 +1,16 @@
-"""Results beside a plan: refusals, placements, comparisons, calibrations, measurements, mesh files and stacks."""
+"""Results beside a plan: refusals, placements, comparisons, calibrations, measurements and mesh files."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, final
+from typing import final
 
 from geoprint.config import Job
 from geoprint.geometry import Deviation, Inspection, Landmark, PreparationReport
 from geoprint.geometry.files import LabelFound, MeshFile
-from geoprint.layers import CutPlane, Slice
-from geoprint.lazy import above
 from geoprint.metrics import Printed, RigidFit, Uniformity
-from geoprint.metrics.stack_thickness import ColumnFeet, Finished
 from geoprint.model import (
-    BoolArray,
     Cell,
     FloatArray,
-    IntArray,
     Place,
     Placement,
     Reading,
@@ -30,9 +25,6 @@ from geoprint.results.plan import Plan, Result
 from geoprint.results.workpiece import Workpiece
 from geoprint.robot.placing import FixtureCalibration, FixturePose, TipCalibration, Uncertainty
 from geoprint.robot.reach import Exhausted, Margin, ReachMap
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 # Why a part cannot be printed, and what would change that: what a search at the worst poses and trials found.
 
@@ -465,91 +457,3 @@ class Remeshed:
     steps: tuple[str, ...]
     deviation: Deviation
     allowed: float
-
-
-# What is known of a stack when all of its layers are planned: what each deposits over the part, and how it is sliced.
-
-
-@final
-@frozen
-class StackedLayer:
-    """What is kept of a planned layer: f flows, k columns over the part, r runs.
-
-    Attributes:
-        bottom: height over the part at which it begins [mm].
-        height: its own [mm].
-        spacing: of its paths [mm].
-        deposited: (f, k) its thickness on the columns with constant flow, with the flow that follows width, and where
-            there is a robot as the program was executed [mm].
-        printed: which of these flows is printed.
-        met: (k,) whether a column has met others below its top.
-        within: (k,) whether it is between the sides of the stack in its middle.
-        volumes: (f,) that these flows deposit [mm3].
-        slices: what each of the two middle planes cuts of it.
-        places: (p, 3) its paths, run after run [mm].
-        offsets: (r + 1,) where each run starts among them.
-    """
-
-    bottom: float
-    height: float
-    spacing: float
-    deposited: FloatArray
-    printed: int
-    met: BoolArray
-    within: BoolArray
-    volumes: FloatArray
-    slices: tuple[Slice, ...]
-    places: FloatArray
-    offsets: IntArray
-
-    def __post_init__(self) -> None:
-        freeze_arrays(
-            self, deposited="float: f k", met="bool: k", within="bool: k", volumes="float: f", places="float: p 3",
-            offsets="int: o",
-        )  # fmt: skip
-
-    @property
-    def seams(self) -> FloatArray:
-        """(r, 3) where its runs start [mm]."""
-        return self.places[self.offsets[:-1]]
-
-
-@final
-@frozen
-class FinishedStack:
-    """A whole stack, as it is simulated.
-
-    Attributes:
-        base: the part.
-        inputs: name and SHA-256 of its files.
-        upright: (3, 3) rotation in which its mean normal is up.
-        planes: that slice it open in its middle.
-        ground: the line of the part in each of these: (q, 2) places [mm] and where each line starts.
-        feet: of the columns.
-        wanted: (k,) thickness wanted on these [mm].
-        layers: the lowest first.
-        flows: how the stack comes out with each flow of its layers; None where nothing can be judged.
-        printed: which of these is printed.
-    """
-
-    base: Surface
-    inputs: tuple[tuple[str, str], ...]
-    upright: FloatArray
-    planes: tuple[CutPlane, ...]
-    ground: tuple[tuple[FloatArray, IntArray], ...]
-    feet: ColumnFeet
-    wanted: FloatArray
-    layers: tuple[StackedLayer, ...]
-    flows: tuple[Finished | None, ...]
-    printed: int
-
-    def __post_init__(self) -> None:
-        freeze_arrays(self, upright="float: 3 3", wanted="float: k")
-
-    def figure(self) -> Figure:
-        """Draw it cut across through the middle of the part: all of it, and a piece enlarged.
-
-        Raises:
-            FieldError: the plane through the middle meets no layer.
-        """
-        return above("geoprint.reporting.stack_page", "stack_figure")(self)

@@ -124,6 +124,7 @@ class StackPlace:
         ground: what this layer lies on: the part, or the top of what lies below with its sides.
         standing_out: how much of it stands out over the layer below by more than its own height [mm2].
         left_out: how much of it is in pieces too narrow for a path [mm2].
+        target: what the layers fill, as it was read; None for one thickness everywhere.
     """
 
     number: int
@@ -134,6 +135,7 @@ class StackPlace:
     ground: Surface
     standing_out: float = 0.0
     left_out: float = 0.0
+    target: TargetFile | None = None
 
     @property
     def middle(self) -> float:
@@ -181,7 +183,6 @@ class Workpiece:
         side: which side of the part is printed on, and how that was found.
         body: what the part lies on, which is what it was cut from where the job names no other; or None.
         files: the part's mesh and, where the job names one, the body's, as they were read.
-        target: what layers shall fill, as it was read, or None.
         cell_text: of the cell's file, or None for the cell that comes with geoprint.
         patches: that the part was cut from its body as, none where the file is the part; its pieces are in their order.
         preparations: what preparing changed, patch by patch.
@@ -205,7 +206,6 @@ class Workpiece:
     side: Side
     body: Surface | None
     files: tuple[MeshFile, ...]
-    target: TargetFile | None
     cell_text: str | None
     patches: tuple[Patch, ...]
     preparations: tuple[PreparationReport, ...]

@@ -1,7 +1,7 @@
 """Paths on a surface: patterns, order, corners, resampling and the stream of tool poses."""
 
 from geoprint.toolpath.ordering import Seams as Seams, arrange as arrange, check_sum as check_sum, seams_of as seams_of
-from geoprint.toolpath.pattern import Pattern as Pattern, PatternFactory as PatternFactory
+from geoprint.toolpath.pattern import Pattern as Pattern
 from geoprint.toolpath.poses import (
     CrossedCreases as CrossedCreases,
     PosedSurface as PosedSurface,

@@ -8,7 +8,7 @@ of the place of a layer.
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Protocol
 
 from geoprint.distance import Backend
 from geoprint.model import Paths, ScalarField, Source, Surface
@@ -30,17 +30,4 @@ class Pattern(Protocol):
             UsageError: the pattern cannot follow such a spacing.
             FieldError: not one stroke lies on the surface, or on a piece of it.
         """
-        ...
-
-
-class PatternFactory(Protocol):
-    """Builds a pattern. A pattern's class is one."""
-
-    @property
-    def title(self) -> str:
-        """What it is, in a few words."""
-        ...
-
-    def __call__(self, **options: Any) -> Pattern:
-        """Return the pattern with some of its options; the others have their defaults."""
         ...

@@ -6,20 +6,20 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from geoprint import features
-from geoprint.registry import Entry, Registry
+from geoprint.registry import Entry, Factory, Registry
 from geoprint.toolpath.contours import ContourPattern
 from geoprint.toolpath.guided import GuidedPattern
-from geoprint.toolpath.pattern import PatternFactory
+from geoprint.toolpath.pattern import Pattern
 from geoprint.toolpath.spiral import SpiralPattern
 
-PATTERNS: Mapping[str, PatternFactory] = MappingProxyType(
+PATTERNS: Mapping[str, Factory[Pattern]] = MappingProxyType(
     {"contours": ContourPattern, "spiral": SpiralPattern, "guided": GuidedPattern}
 )
 
 _KNOWN = Registry("pattern", group=features.PATTERNS, built_in=PATTERNS, members=("title", "paths"))
 
 
-def register(name: str, factory: PatternFactory) -> None:
+def register(name: str, factory: Factory[Pattern]) -> None:
     """Register a pattern under a name until the program ends; a package declares an entry point instead.
 
     Raises:
@@ -36,7 +36,7 @@ def register(name: str, factory: PatternFactory) -> None:
     _KNOWN.register(name, factory)
 
 
-def pattern(name: str) -> Entry[PatternFactory]:
+def pattern(name: str) -> Entry[Factory[Pattern]]:
     """Return a pattern by its name.
 
     Raises:
@@ -50,6 +50,6 @@ def pattern_names() -> tuple[str, ...]:
     return _KNOWN.names
 
 
-def runs_beside_line(entry: Entry[PatternFactory]) -> bool:
+def runs_beside_line(entry: Entry[Factory[Pattern]]) -> bool:
     """Return whether the rows of a pattern run beside a line, as it states; most have none."""
     return entry.fact("beside_line", default=False)

@@ -34,6 +34,7 @@ from geoprint.postprocessor import (
 from geoprint.postprocessor.interface import Execution, RobotProgram
 from geoprint.postprocessor.registry import post_processor_of
 from geoprint.reporting import read_record
+from geoprint.reporting.divisions import division_in
 from geoprint.reporting.records.plan import PlanRecord
 from geoprint.reporting.replaying import ArmMotion, PrintMotion, machine, tip_speeds
 from geoprint.reporting.values import COVERED, GAP, OVERLAP, Machine
@@ -42,7 +43,7 @@ from geoprint.robot.collision import mesh_target, obstacle_target, tool_distance
 from geoprint.robot.reach import angle_margins
 from geoprint.robot.timing import tips_at
 from geoprint.workflow.backend_choice import backend_of
-from geoprint.workflow.bundles import STACK, bundles, foreign, listed, program_files, stream_of
+from geoprint.workflow.bundles import COMPARISON, bundles, foreign, listed, program_files, stream_of
 from geoprint.workflow.check_inputs import planned_job
 from geoprint.workflow.sources import sources_of, united_source
 from geoprint.workflow.table_motion import sweep_seconds
@@ -316,7 +317,7 @@ def load_viewed(folder: Path | str) -> Viewed:
     plans = tuple(ViewedPlan(folder / place, place.name or folder.name) for place in found)
     for plan in plans[1:]:
         plan.measure_like(plans[0])
-    stacked = (folder / STACK).is_file()
+    stacked = COMPARISON not in names and division_in(names) is not None
     kind = "plan" if len(plans) == 1 else "stack" if stacked else "comparison"
     return Viewed(plans[0].record.input.name, kind, plans)
 

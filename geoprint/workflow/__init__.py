@@ -21,6 +21,4 @@ from geoprint.workflow.precompile import precompiled as precompiled
 from geoprint.workflow.processes import beside as beside
 from geoprint.workflow.replan import job_file_of as job_file_of, job_from as job_from, written_bundle as written_bundle
 from geoprint.workflow.saving import save as save, save_comparisons as save_comparisons, save_plan as save_plan
-from geoprint.workflow.stack_comparison import compare_stacks as compare_stacks
-from geoprint.workflow.stacking import plan_layers as plan_layers, plan_stack as plan_stack
 from geoprint.workflow.workpiece import check_stated as check_stated

@@ -10,10 +10,10 @@ from geoprint.config import Job, read_field
 from geoprint.distance import Backend, backend, backend_names
 from geoprint.errors import InputError, UsageError
 from geoprint.model import OptionValue, Surface
-from geoprint.registry import Entry, Titled
+from geoprint.registry import Entry, Factory
 from geoprint.reporting.features import report, report_names
 from geoprint.results import StackPlace, Workpiece
-from geoprint.toolpath import Pattern, PatternFactory, pattern, pattern_names, runs_beside_line
+from geoprint.toolpath import Pattern, pattern, pattern_names, runs_beside_line
 
 # The option that the key `middle` stands for, of whichever pattern has it, and the middle that pipeline chooses.
 MIDDLE, BEST_MIDDLE = "middle", "best"
@@ -123,7 +123,7 @@ def with_backend(job: Job, name: str) -> Job:
 
 
 def _lines(
-    job: Job, entry: Entry[PatternFactory], place: StackPlace | None = None
+    job: Job, entry: Entry[Factory[Pattern]], place: StackPlace | None = None
 ) -> dict[str, Callable[[Surface], object]]:
     """Return the lines that a pattern follows as its option; none where it follows none.
 
@@ -149,7 +149,7 @@ def _lines(
     return {FIELD: makes(file, place=place)}
 
 
-def _named(name: str) -> Entry[Titled]:
+def _named(name: str) -> Entry[Factory[object]]:
     if name in backend_names():
         return backend(name)
     if name in pattern_names():
@@ -162,7 +162,7 @@ def _named(name: str) -> Entry[Titled]:
     )
 
 
-def _options(job: Job, entry: Entry[Titled]) -> dict[str, OptionValue]:
+def _options(job: Job, entry: Entry[Factory[object]]) -> dict[str, OptionValue]:
     given = job.options.get(entry.name, {})
     for key in PATTERN_KEYS:
         asked = getattr(job, key)

@@ -51,7 +51,7 @@ from geoprint.workflow.tilting import PART
 
 
 # What stands beside the bundles of a comparison.
-COMPARISON, STACK, STACKS = "compare.json", "stack.json", "stacks.json"
+COMPARISON = "compare.json"
 REPORT = "report.html"
 # Files of a folder, and letters of a name and of each part of it, at most: what file systems take.
 MOST_FILES, LONGEST_NAME, LONGEST_PART = 20_000, 1_000, 200

@@ -45,7 +45,7 @@ def compare_cells(
             f"`--cells {','.join(names)}` names {how_many(len(set(names)), 'cell')}: give two or more that differ, "
             "with commas between them."
         )
-    if not job.robot or (job.layered and job.layer is None):
+    if not job.robot or job.divided:
         raise UsageError("cells are compared by their programs for one skin: omit `--no-robot`, and name a `--layer`.")
     outcomes: list[CellOutcome] = []
     for path in cells:

@@ -1,40 +1,35 @@
-"""`geoprint check` of whatever geoprint wrote: a bundle, or a comparison or a stack with all bundles in it."""
+"""`geoprint check` of whatever geoprint wrote: a bundle, a comparison, or what a division wrote, with all bundles."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path, PurePosixPath
 
 from geoprint.errors import GeoprintError
-from geoprint.postprocessor import EVIDENCE, PLAN, Json
+from geoprint.postprocessor import PLAN, Json
 from geoprint.reporting.check import Checked, CheckedComparison, Finding
+from geoprint.reporting.divisions import division_in
 from geoprint.reporting.records.comparison import ComparisonRecord, PartRecord, PlannedRecord
 from geoprint.reporting.records.plan import PlanRecord
 from geoprint.reporting.records.rounding import as_json, read_record
-from geoprint.reporting.records.stack import RefusedStackRecord, StackComparisonRecord, StackRecord
-from geoprint.reporting.stack_comparison import best_stack, compared_stack, stack_verdict
 from geoprint.reporting.verdict import ranked
-from geoprint.results import Plan, StackedLayer
+from geoprint.results import Plan
 from geoprint.workflow.bundles import (
     COMPARISON,
-    STACK,
-    STACKS,
     bundles,
     changes,
     foreign,
     listed,
     part_folders,
-    read_seen,
 )
 from geoprint.workflow.check_figures import figures
 from geoprint.workflow.check_replan import replanned
-from geoprint.workflow.check_stack import check_stack, finished_findings
 from geoprint.workflow.checking import check_bundle
-from geoprint.workflow.stack_thickness import stacked_layer
 
-# What compare.json and stacks.json say, held against plan.json and stack.json of what they compare.
+# What compare.json says, held against plan.json of what it compares.
 
 
 def comparison_findings(folder: Path, checked: Sequence[tuple[str, Checked]]) -> Iterator[Finding]:
@@ -84,48 +79,13 @@ def _row(plan: PlanRecord) -> Mapping[str, Json]:
     return found
 
 
-def stacks_findings(folder: Path, stacks: Sequence[tuple[str, CheckedComparison]]) -> Iterator[Finding]:
-    """Yield what stacks.json says that the stack.json of each backend does not.
-
-    Args:
-        folder: of the compared stacks.
-        stacks: each of them, by its folder.
-    """
-    try:
-        said = read_record(folder / STACKS, StackComparisonRecord)
-    except GeoprintError as error:
-        yield Finding(STACKS, 1, str(error))
-        return
-    every = {name: None if one.stack is None else one.stack.record for name, one in stacks}
-    record = {name: one for name, one in every.items() if isinstance(one, StackRecord)}
-    planned = [row.backend for row in said.backends if not isinstance(row, RefusedStackRecord)]
-    if sorted(planned) != sorted(record):
-        yield Finding(STACKS, 1, f"it lists {', '.join(planned)}, the stacks are {', '.join(record) or 'none'}")
-        return
-    asked = any(not isinstance(row, RefusedStackRecord) and row.printable is not None for row in said.backends)
-    rows = [
-        row if isinstance(row, RefusedStackRecord) else compared_stack(row.backend, record[row.backend], asked=asked)
-        for row in said.backends
-    ]
-    first = record[planned[0]]
-    found: dict[str, Json] = {
-        "part": first.part,
-        "thickness_mm": first.thickness_mm,
-        "layers": len(first.layers),
-        "verdict": [*stack_verdict(rows, part=said.part)],
-        "best": best_stack(rows)[0].backend,
-        "backends": [as_json(row) for row in rows],
-    }
-    yield from figures(STACKS, "", as_json(said), found)
-
-
 def check_folder(
     folder: Path | str, *, full: bool = False, observe: Callable[[str], None] = lambda _: None
 ) -> Checked | CheckedComparison:
-    """Check a folder that geoprint wrote: a bundle, or a comparison or a stack with all bundles in it.
+    """Check a folder that geoprint wrote: a bundle, a comparison, or what a division wrote, all bundles included.
 
     Args:
-        folder: the folder; of compared stacks, each is checked.
+        folder: the folder.
         full: whether to plan all of it again from the bundle's own files and compare, with collision check and
             evenness.
         observe: called with the name of each stage as it starts.
@@ -142,39 +102,58 @@ def check_folder(
         return _check_plan(folder, full=full, observe=observe)
     if found := foreign(folder, names):
         return CheckedComparison(folder, tuple(found), ())
-    if STACKS in names:
-        return _check_stacks(folder, names, full=full, observe=observe)
+    if COMPARISON not in names and (division := division_in(names)) is not None:
+        return division.check(folder, names, full=full, observe=observe)
     inner = bundles(names)
-    own = _changes_beside(folder, names, inner)
-    if STACK in names:
-        order = sorted(map(str, inner))
-        kept: dict[str, StackedLayer] = {}
-        checked = tuple(
-            (one, _check_inner(folder / one, full=full, kept=kept, name=one)) for one in _observed(order, observe)
-        )
-        found, stack = check_stack(folder, names, checked)
-        found += finished_findings(folder, stack, [kept[one] for one in order if one in kept]) if full else []
-        said = {finding.file for finding in found}
-        own = [*found, *(finding for finding in own if finding.file not in said)]
-        try:
-            stack = replace(stack, seen=read_seen(folder))
-        except GeoprintError as error:
-            own.append(Finding(EVIDENCE, 1, str(error)))
-        return CheckedComparison(folder, tuple(own), checked, stack)
+    own = changes_beside(folder, names, inner)
     order = _order(folder, own)
     best_first = sorted(inner, key=lambda one: order.index(str(one)) if str(one) in order else len(order))
-    checked = tuple((one, _check_inner(folder / one, full=full)) for one in _observed(map(str, best_first), observe))
+    checked = check_inner(folder, map(str, best_first), full=full, observe=observe)
     if COMPARISON in names:
         own += comparison_findings(folder, checked)
     return CheckedComparison(folder, tuple(own), checked)
 
 
-def _observed(names: Iterable[str], observe: Callable[[str], None]) -> Iterator[str]:
-    """Yield the names of bundles, and say which one is checked."""
+def check_inner(
+    folder: Path,
+    names: Iterable[str],
+    *,
+    full: bool,
+    observe: Callable[[str], None],
+    keep: Callable[[str, Plan], object] = lambda _, __: None,
+) -> tuple[tuple[str, Checked], ...]:
+    """Check several bundles, any of whose folders may be gone.
+
+    Args:
+        folder: in which they stand.
+        names: of theirs, in the order of the result.
+        full: as in `check_folder`.
+        observe: called with the one that is checked.
+        keep: called with the name and the plan of each that was planned again.
+
+    Returns:
+        Each by its name.
+    """
+    checked: list[tuple[str, Checked]] = []
     listed_names = [*names]
     for number, name in enumerate(listed_names, start=1):
         observe(f"checking {name}, {number} of {len(listed_names)}")
-        yield name
+        if (folder / name).is_dir():
+            checked.append((name, _check_plan(folder / name, full=full, keep=partial(keep, name))))
+        else:
+            missing = Finding(PLAN, 1, "the folder is missing")
+            checked.append((name, Checked(folder / name, (missing,), None, program=False)))
+    return tuple(checked)
+
+
+def changes_beside(folder: Path, names: Mapping[str, str], inner: Sequence[PurePosixPath]) -> list[Finding]:
+    """Return which files beside the bundles of a folder are not as they were written."""
+    beside = {
+        name: digest
+        for name, digest in names.items()
+        if not any(PurePosixPath(name).is_relative_to(one) for one in inner)
+    }
+    return [Finding(name, 1, reason) for name, reason in changes(folder, beside)]
 
 
 def _check_plan(
@@ -195,43 +174,6 @@ def _check_plan(
     said = {(finding.file, finding.reason) for finding in checked.findings}
     found = tuple(finding for finding in again if (finding.file, finding.reason) not in said)
     return replace(checked, findings=(*checked.findings, *found))
-
-
-def _check_inner(folder: Path, *, full: bool, kept: dict[str, StackedLayer] | None = None, name: str = "") -> Checked:
-    """Check one of several bundles, and keep what a stack takes of it; its folder may be gone."""
-    if not folder.is_dir():
-        return Checked(folder, (Finding(PLAN, 1, "the folder is missing"),), None, program=False)
-
-    def keep(planned: Plan) -> None:
-        if kept is not None:
-            kept[name] = stacked_layer(planned)
-
-    return _check_plan(folder, full=full, keep=keep)
-
-
-def _changes_beside(folder: Path, names: Mapping[str, str], inner: Sequence[PurePosixPath]) -> list[Finding]:
-    """Return which files beside the bundles of a folder are not as they were written."""
-    beside = {
-        name: digest
-        for name, digest in names.items()
-        if not any(PurePosixPath(name).is_relative_to(one) for one in inner)
-    }
-    return [Finding(name, 1, reason) for name, reason in changes(folder, beside)]
-
-
-def _check_stacks(
-    folder: Path, names: Mapping[str, str], *, full: bool, observe: Callable[[str], None]
-) -> CheckedComparison:
-    """Check stacks that were compared: each by itself, and what is said of all of them."""
-    places = sorted(PurePosixPath(name).parent for name in names if PurePosixPath(name).name == STACK)
-    own = _changes_beside(folder, names, places)
-    stacks: list[tuple[str, CheckedComparison]] = []
-    for place in places:
-        checked = check_folder(folder / place, full=full, observe=observe)
-        assert isinstance(checked, CheckedComparison)  # noqa: S101  # It holds stack.json and no plan.json.
-        stacks.append((str(place), checked))
-    own += stacks_findings(folder, stacks)
-    return CheckedComparison(folder, tuple(own), (), stacks=tuple(stacks))
 
 
 def _order(folder: Path, findings: list[Finding]) -> list[str]:

@@ -22,10 +22,10 @@ from geoprint.model import PASCAL_PER_KPA, Cell, Placement
 from geoprint.positioner import table_machine, tilted_placement
 from geoprint.postprocessor import PLAN, Json, Setup, setup_file
 from geoprint.reporting.check import Finding
+from geoprint.reporting.divisions import division_of
 from geoprint.reporting.records.plan import PlanRecord, SettingsRecord
 from geoprint.reporting.records.rounding import as_json
 from geoprint.robot.placing import calibrate_fixture
-from geoprint.workflow.layering import even_stack
 from geoprint.workflow.replan import JOB
 from geoprint.workflow.tilting import attitude_cell
 
@@ -104,9 +104,10 @@ def planned_cell(job: Job, record: PlanRecord) -> Cell:
     cell, fed = job_cell(job), record.feedback
     if fed is not None and fed.speed_mm_s is not None:
         cell = cell.at_speed(min(fed.speed_mm_s, cell.process.speed))
-    if not job.layered:
+    division = division_of(job)
+    if division is None:
         return cell
-    height = record.layers[0].height_mm if job.thickness is None else even_stack(job.thickness, cell).height
+    height = division.height(job, cell) or record.layers[0].height_mm
     return replace(cell, process=replace(cell.process, layer_height=height))
 
 

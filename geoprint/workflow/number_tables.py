@@ -22,7 +22,8 @@ import numpy as np
 
 from geoprint.delimited import Columns, read_columns, refuse
 from geoprint.errors import InputError, how_many
-from geoprint.model import FloatArray, Reading, Robot
+from geoprint.geometry import closest, in_words
+from geoprint.model import FloatArray, Reading, Robot, Surface
 from geoprint.model.values import freeze_arrays
 from geoprint.robot.arm import Arm
 from geoprint.transforms import rigid, rotation_of
@@ -35,6 +36,8 @@ JOINT_COLUMNS = ("j1", "j2", "j3", "j4", "j5", "j6")
 UNIT_TOLERANCE = 1e-3
 # A larger coordinate [mm] is a typing error or another unit: no arm of this kind reaches two metres.
 FARTHEST = 10_000.0
+# Points of a table may lie off the part by this [mm]: what is read off a screen is rounded.
+TABLE_TOLERANCE = 1.0
 
 
 @final
@@ -97,6 +100,22 @@ def read_widths(path: Path | str) -> tuple[FloatArray, FloatArray]:
         x, y, z = places[int(values.argmin())].tolist()
         raise InputError(f"{Path(path).name}: the width at ({x:g}, {y:g}, {z:g}) mm is 0 mm, needed is more.")
     return places, values
+
+
+def check_on_part(places: FloatArray, part: Surface, *, name: str) -> None:
+    """Check that the (k, 3) points of a table lie on a part.
+
+    Raises:
+        InputError: one lies off it; says which.
+    """
+    _, away = closest(part, places)
+    if away.max() > TABLE_TOLERANCE:
+        worst = int(away.argmax())
+        raise InputError(
+            f"{name}: the point {in_words(places[worst])} is {away[worst]:.3g} mm off {part.name}, allowed are "
+            f"{TABLE_TOLERANCE:g} mm: give points on the part, in its coordinates and in mm.",
+            distance=float(away[worst]),
+        )
 
 
 def _lengths_over(path: Path | str, name: str) -> tuple[FloatArray, FloatArray]:

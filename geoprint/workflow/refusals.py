@@ -37,9 +37,9 @@ from geoprint.robot.collision import SMALLEST_ROOM, SinglePoses
 from geoprint.robot.placing import LEAST_MEAN_NORMAL, FixturePose, demo_placement
 from geoprint.robot.reach import COARSE_TURN_STEP, Exhausted, Exhaustion, Grid, Worst, reach
 from geoprint.workflow.covering import cover, taken_job
-from geoprint.workflow.layering import stack_cell
 from geoprint.workflow.placement import Chain, arm_of, leaning_of, placed, pose_stream, room_of, scene_at, with_flow_of
 from geoprint.workflow.stages import Stages
+from geoprint.workflow.workpiece import stack_cell
 
 # What might make a refused part printable: another needle, more lean, the other cell, another place.
 #

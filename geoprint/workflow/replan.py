@@ -148,7 +148,7 @@ def _version(folder: Path) -> str:
 
 def _target_files(workpiece: Workpiece) -> dict[str, bytes]:
     """Return what layers shall fill; nothing where it is one thickness."""
-    target = workpiece.target
+    target = None if workpiece.place is None else workpiece.place.target
     if target is None:
         return {}
     return {TARGET if isinstance(target.content, Surface) else f"{TARGET_FOLDER}/{target.name}": target.stored}

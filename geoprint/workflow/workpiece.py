@@ -37,7 +37,8 @@ from geoprint.geometry.files import MeshFile, load_file, load_likely, unit_readi
 from geoprint.model import Cell, FloatArray, Placement, Surface, TouchedPoints, frozen
 from geoprint.postprocessor.registry import post_processor_of
 from geoprint.process import WidthRule, WidthsAbout, WidthsAlong, WidthsBetween, WidthsOver, strand_diameter
-from geoprint.results import Side, StackPlace, TargetFile, Workpiece
+from geoprint.reporting.divisions import division_of
+from geoprint.results import Side, StackPlace, Workpiece
 from geoprint.robot.arm import Arm, check_load
 from geoprint.robot.collision import link_solids
 from geoprint.robot.placing import (
@@ -53,8 +54,7 @@ from geoprint.robot.placing import (
 from geoprint.transforms import apply
 from geoprint.workflow.backend_choice import backend_of, check_part, follows_field
 from geoprint.workflow.feedback import feedback_text
-from geoprint.workflow.layering import Stack, check_on_part, even_stack, layer_of, read_target, stack_cell, stack_of
-from geoprint.workflow.number_tables import read_widths
+from geoprint.workflow.number_tables import check_on_part, read_widths
 from geoprint.workflow.patches import PreparedPart, prepared_part
 from geoprint.workflow.sources import source_of, with_best_sources
 from geoprint.workflow.stages import Stages
@@ -372,7 +372,6 @@ def workpiece_of(
             side=sided.side,
             body=sided.body,
             files=sided.files,
-            target=sided.target,
             cell_text=None if job.cell is None else cell_text(job.cell),
             patches=sided.prepared.patches,
             preparations=sided.prepared.preparations,
@@ -475,7 +474,6 @@ class SidedPart:
         side: how that was found.
         body: what the part lies on, or None.
         place: of the layer in its stack, or None.
-        target: what layers fill, as it was read, or None.
         widths: how wide fibres are, which the cell can deposit; None where they are one spacing wide.
     """
 
@@ -485,7 +483,6 @@ class SidedPart:
     side: Side
     body: Surface | None
     place: StackPlace | None = None
-    target: TargetFile | None = None
     widths: WidthsOver | None = None
 
     @property
@@ -507,31 +504,30 @@ def read_part(job: Job) -> SidedPart:
 
 def sided_part(job: Job, loaded: MeshFile, cell: Cell) -> SidedPart:
     """Return what `read_part` does of a part that was read."""
-    skin = _skin(job, loaded)
-    place = layer_of(job, cell, skin.part, skin.target)
-    # What the layers below are made of lies between the part and the middle of this one.
-    sided = skin if place is None else replace(skin, part=place[1], body=skin.body or skin.part, place=place[0])
+    sided, division = _skin(job, loaded), division_of(job)
+    if division is not None:
+        place, surface = division.place(job, cell, sided.part)
+        # What the layers below are made of lies between the part and the middle of this one.
+        sided = replace(sided, part=surface, body=sided.body or sided.part, place=place)
     widths = widths_of(job, sided.part, sided.place)
     if widths is not None:
         check_widths(widths, job, cell, sided.place)
     return replace(sided, widths=widths)
 
 
-def read_stack(job: Job) -> Stack:
-    """Return in which layers a job falls; the part is read only where that depends on it.
+def read_skin(job: Job) -> SidedPart:
+    """Return what `read_part` does of the part itself, whatever layers lie on it.
 
     Raises:
-        UsageError: the job has no layers.
-        GeoprintError: as `read_part`, and as `stack_of`.
+        UsageError: as `read_part`.
+        InputError: as `read_part`.
     """
-    cell = job_cell(job)
-    if job.thickness is not None and job.feather is None:
-        return even_stack(job.thickness, cell)
-    skin = _skin(job, load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold))
-    stack = stack_of(job, cell, skin.part, skin.target)
-    if stack is None:
-        raise UsageError("this job has one layer: give `--thickness` in mm, or a `--target`.")
-    return stack
+    return _skin(job, load_file(job.surface, unit=job.unit, label=job.label, threshold=job.threshold))
+
+
+def stack_cell(cell: Cell, place: StackPlace | None) -> Cell:
+    """Return a cell for a layer, with its height; the stand-off stays that from what the layer lies on."""
+    return cell if place is None else replace(cell, process=replace(cell.process, layer_height=place.height))
 
 
 def _skin(job: Job, loaded: MeshFile) -> SidedPart:
@@ -546,7 +542,7 @@ def _skin(job: Job, loaded: MeshFile) -> SidedPart:
         # What stays empty is no part, and still there to be hit.
         body = united([body, prepared.body])
     files = (loaded,) if named is None else (loaded, named)
-    return SidedPart(files, prepared, part, side, body, target=read_target(job))
+    return SidedPart(files, prepared, part, side, body)
 
 
 def require_placement(job: Job, cell: Cell) -> None:

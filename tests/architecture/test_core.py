@@ -72,6 +72,8 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> Alone:
         "compare": ["compare", *part, str(folder / "compared")],
         "plan": ["plan", *part, str(folder / "plan"), "--backend", "fast-marching"],
         "inspect": ["inspect", str(cloud), "--unit", "mm"],
+        "layers": ["plan", *part, str(folder / "layers"), "--thickness", "1"],
+        "check": ["check", str(folder / "compared")],
     }
     given = map(json.dumps, ([*CODE_BASE.optional, *EXTRAS], *commands.values()))
     done = subprocess.run(
@@ -95,6 +97,15 @@ def test_what_is_hidden_is_really_hidden_and_asked_for_by_name(alone: Alone) -> 
     status, said = alone.ends["inspect"]
     assert status != 0
     assert "point_clouds is hidden" in said
+
+
+def test_single_skins_are_checked_and_layers_refused_without_their_feature(alone: Alone) -> None:
+    assert alone.ends["check"] == (0, "")
+    status, said = alone.ends["layers"]
+    assert status == 2
+    assert "the division 'layers'" in said
+    assert "geoprint.layers is hidden" in said
+    assert not (alone.folder / "layers").exists()
 
 
 def test_every_hidden_module_is_there(shared_plans: SharedPlans) -> None:

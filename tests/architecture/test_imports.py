@@ -21,7 +21,7 @@ def test_nothing_imports_upwards(shared_plans: SharedPlans) -> None:
 def test_every_module_is_on_a_layer_or_in_a_feature(shared_plans: SharedPlans) -> None:
     code_base = whole_code_base(shared_plans)
     assert list(code_base.unlisted()) == []
-    assert {"geoprint.fibers", "geoprint.inspection"} < set(code_base.features)
+    assert {"geoprint.fibers", "geoprint.inspection", "geoprint.layers"} < set(code_base.features)
 
 
 def test_contributing_shows_the_imports_and_lists_every_package(shared_plans: SharedPlans) -> None:

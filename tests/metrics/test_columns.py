@@ -9,7 +9,7 @@ from geoprint.geometry import prepare, turned_over
 from geoprint.geometry.files import load
 from geoprint.layers import TargetShape, TargetThickness, layer_level
 from geoprint.layers.feet import Ground
-from geoprint.metrics.stack_thickness import column_feet, deposited_over, have_met, wanted_over, within_sides
+from geoprint.layers.stack_thickness import column_feet, deposited_over, have_met, wanted_over, within_sides
 from geoprint.model import FloatArray, Surface
 from tests import meshes
 from tests.shared_data import shared

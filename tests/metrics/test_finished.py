@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from geoprint.layers.stack_thickness import Finished, finished
 from geoprint.metrics import measure_paths, uniformity
-from geoprint.metrics.stack_thickness import Finished, finished
 from geoprint.model import BoolArray, FloatArray, Polylines, PoseStream
 from tests.meshes import plate
 from tests.metrics.deposits import deposited, straight_line

@@ -6,7 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from geoprint.reporting import OF_BACKENDS, OF_FLOWS, FlowView, Picture, StackPaths, StackReport
+from geoprint.layers.stack_comparison import OF_BACKENDS
+from geoprint.layers.stack_page import OF_FLOWS
+from geoprint.reporting import Picture
+from geoprint.reporting.thickness_page import FlowView, LayerPaths, ThicknessReport
 from tests.reporting.report_cases import PIXEL, RADIUS, SPACING, circles, dome
 
 LAYERS = 3
@@ -27,11 +30,11 @@ def flow(name: str, *, error: float) -> FlowView:
     )
 
 
-def paths(radii: list[float]) -> StackPaths:
+def paths(radii: list[float]) -> LayerPaths:
     """Return circles of these radii in three layers, each a millimetre over the one below."""
     places, offsets = circles(radii)
     shifts = np.arange(LAYERS)[:, None, None] * np.array([0.0, 0.0, 1.0])
-    return StackPaths(
+    return LayerPaths(
         places=(places + shifts).reshape(-1, 3),
         offsets=np.concatenate(
             [offsets[:-1] + layer * len(places) for layer in range(LAYERS)] + [[LAYERS * len(places)]]
@@ -40,9 +43,9 @@ def paths(radii: list[float]) -> StackPaths:
     )
 
 
-def stack(name: str = "dome.ply") -> StackReport:
+def stack(name: str = "dome.ply") -> ThicknessReport:
     """Return a stack of three layers and two flows."""
-    return StackReport(
+    return ThicknessReport(
         name=name,
         verdict=("Finished thickness varies by 1 %.", f"{name}: 3 mm in 3 layers."),
         cautions=("Not checked: hoses.",),
@@ -61,7 +64,7 @@ def stack(name: str = "dome.ply") -> StackReport:
     )
 
 
-def compared_stacks() -> StackReport:
+def compared_stacks() -> ThicknessReport:
     """Return the stacks of two backends, the second with fewer circles."""
     return replace(
         stack(),

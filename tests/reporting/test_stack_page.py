@@ -8,14 +8,12 @@ import numpy as np
 import pytest
 
 from geoprint.config import Job, job_of, load_cell
-from geoprint.layers import middle_planes, sliced, sliced_layer
-from geoprint.metrics.stack_thickness import column_feet, finished
+from geoprint.layers import FinishedStack, StackedLayer, middle_planes, sliced, sliced_layer
+from geoprint.layers.records import FinishedFlowsRecord, StackedLayerRecord, StackRecord
+from geoprint.layers.stack_page import stack_page
+from geoprint.layers.stack_text import finished_record, stack_text, with_cure
+from geoprint.layers.stack_thickness import column_feet, finished
 from geoprint.model import Cell, Flood, Fluid, Material, Surface
-from geoprint.reporting import stack_text
-from geoprint.reporting.records.stack import FinishedFlowsRecord, StackedLayerRecord, StackRecord
-from geoprint.reporting.stack import finished_record, with_cure
-from geoprint.reporting.stack_page import stack_page
-from geoprint.results import FinishedStack, StackedLayer
 from tests.meshes import plate
 from tests.metrics.deposits import deposited, straight_line
 from tests.reporting.test_report_page import Reader

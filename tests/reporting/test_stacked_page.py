@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from geoprint.errors import InputError
-from geoprint.reporting import SlicedView, seams_figure, sliced_figure, stack_report, thickness_figure
+from geoprint.layers.slice_figure import bead_outlines, seams_figure, sliced_figure
+from geoprint.layers.slices import Slice
 from geoprint.reporting.figures import png_bytes
-from geoprint.reporting.slice_figure import bead_outlines
-from geoprint.reporting.stack_html import stack_scene_data
+from geoprint.reporting.thickness_page import thickness_figure, thickness_report, thickness_scene_data
 from tests.reporting.browser import Page
 from tests.reporting.report_cases import circles, dome
 from tests.reporting.stack_cases import LAYERS, RADII, compared_stacks, flow, paths, stack
@@ -26,7 +26,7 @@ SLIDER = "[name=part0-layers]"
 @pytest.fixture(scope="module")
 def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("stack") / "report.html"
-    path.write_bytes(stack_report(stack(HOSTILE), title=HOSTILE))
+    path.write_bytes(thickness_report(stack(HOSTILE), title=HOSTILE))
     return path
 
 
@@ -46,8 +46,8 @@ def slid(page: Page, layers: int) -> None:
 
 
 def test_the_page_is_the_same_again_and_says_what_it_was_given() -> None:
-    page = stack_report(stack(), title="A stack")
-    assert page == stack_report(stack(), title="A stack")
+    page = thickness_report(stack(), title="A stack")
+    assert page == thickness_report(stack(), title="A stack")
     text = " ".join(Reader(page).text.split())
     for said in (
         "Finished thickness varies by 1 %.",
@@ -61,7 +61,7 @@ def test_the_page_is_the_same_again_and_says_what_it_was_given() -> None:
 
 
 def test_the_layers_of_the_scene_end_where_their_runs_do() -> None:
-    data = json.loads(json.dumps(stack_scene_data(stack())))
+    data = json.loads(json.dumps(thickness_scene_data(stack())))
     # Five circles of 120 points a layer, a break between two.
     assert data["layers"] == [5 * 120 + 4, 10 * 120 + 9, 15 * 120 + 14]
 
@@ -116,7 +116,7 @@ def test_where_there_is_room_for_one_flow_it_is_the_printed_one_and_so_when_it_i
 
 def test_compared_stacks_each_have_their_own_paths_and_page(browser: Page, tmp_path: Path) -> None:
     path = tmp_path / "report.html"
-    path.write_bytes(stack_report(compared_stacks(), title="Two"))
+    path.write_bytes(thickness_report(compared_stacks(), title="Two"))
     page = opened(browser, path, width=1440)
     seen = settled(page)
     slid(page, 2)
@@ -150,19 +150,13 @@ def test_beads_are_as_wide_and_as_high_as_they_are_and_lie_along_their_layer() -
 def test_figures_are_the_same_again_and_differ_where_what_is_drawn_does() -> None:
     line = np.column_stack([np.linspace(0.0, 10.0, 30), np.zeros(30)])
     beads = np.column_stack([np.linspace(0.5, 9.5, 10), np.full(10, 0.2)])
-    view = SlicedView(
-        ground=line,
-        ground_offsets=np.array([0, 30]),
-        lines=(line + np.array([0.0, 0.2]),),
-        offsets=(np.array([0, 30]),),
-        beads=(beads,),
-        along=(np.tile([1.0, 0.0], (10, 1)),),
-        widths=(np.ones(10),),
-        heights=(0.4,),
+    offsets = np.array([0, 30])
+    layer = Slice(line + np.array([0.0, 0.2]), offsets, beads, np.tile([1.0, 0.0], (10, 1)), np.ones(10))
+    narrower = replace(layer, widths=np.full(10, 0.5))
+    drawn, same, other = (
+        png_bytes(sliced_figure((line, offsets), [each], [0.4], title="cut")) for each in (layer, layer, narrower)
     )
-    drawn = png_bytes(sliced_figure(view, title="cut"))
-    assert drawn == png_bytes(sliced_figure(view, title="cut"))
-    assert drawn != png_bytes(sliced_figure(replace(view, widths=(np.full(10, 0.5),)), title="cut"))
+    assert drawn == same != other
     surface, starts = dome(rings=12), circles([15.0], points=8)[0]
     maps = [
         thickness_figure(surface, flow("", error=error).thickness, R_view_work=np.eye(3), title="some")

@@ -14,7 +14,7 @@ from typing import Any, Self, final
 
 import pytest
 
-from geoprint.workflow import stacking
+from geoprint.layers import stacking
 
 
 @contextmanager

@@ -11,10 +11,11 @@ import geoprint
 from geoprint.config import job_of
 from geoprint.errors import UsageError
 from geoprint.geometry.files import save_ply
+from geoprint.layers import compare_stacks, plan_stack
 from geoprint.reporting import CheckedComparison
 from geoprint.reporting.check_text import check_text
 from geoprint.results import Plan
-from geoprint.workflow import check_folder, compare_stacks, plan, plan_stack, save_plan
+from geoprint.workflow import check_folder, plan, save_plan
 from tests.meshes import plate
 from tests.shared_plans import SharedPlans
 from tests.workflow.edits import FULL, STACK, TABLE, VALVE, Edit, key, rehashed

@@ -14,10 +14,12 @@ import geoprint
 from geoprint.config import job_of, packaged_cell_text
 from geoprint.errors import UsageError
 from geoprint.geometry.files import save_ply
+from geoprint.layers import plan_stack
+from geoprint.layers.stack_text import stack_text
 from geoprint.model import FloatArray
-from geoprint.reporting import outcome_text, record_plan, stack_text
+from geoprint.reporting import outcome_text, record_plan
 from geoprint.results import Plan
-from geoprint.workflow import compare, plan, plan_stack, save_plan
+from geoprint.workflow import compare, plan, save_plan
 from geoprint.workflow.backend_choice import check_options
 from geoprint.workflow.covering import cover
 from geoprint.workflow.stages import Stages

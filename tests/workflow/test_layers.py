@@ -16,16 +16,18 @@ import pytest
 
 from geoprint.config import job_of
 from geoprint.errors import ClearanceError
+from geoprint.layers import StackRecord, plan_stack
+from geoprint.layers.check_stack import layer_moves, own_programs
+from geoprint.layers.stack_text import stack_text
 from geoprint.model import Surface
 from geoprint.postprocessor import read_setup
-from geoprint.reporting import StackRecord, check_summary, check_text, stack_text
+from geoprint.reporting import check_summary, check_text
 from geoprint.reporting.check import CheckedComparison
 from geoprint.reporting.records.plan import PlanRecord
 from geoprint.reporting.records.rounding import read_record
 from geoprint.robot.arm import Arm
-from geoprint.workflow import check_bundle, check_folder, plan_stack, table_motion
+from geoprint.workflow import check_bundle, check_folder, table_motion
 from geoprint.workflow.check_full import _table_findings  # pyright: ignore[reportPrivateUsage]
-from geoprint.workflow.check_stack import layer_moves, own_programs
 from geoprint.workflow.replan import job_from
 from geoprint.workflow.workpiece import read_part
 from tests.workflow.edits import rehashed

@@ -11,10 +11,10 @@ from geoprint import cli
 from geoprint.config import job_of
 from geoprint.errors import FieldError, UsageError
 from geoprint.geometry.files import save_ply
-from geoprint.reporting import StackComparisonRecord, stack_comparison_text
-from geoprint.reporting.records.stack import ComparedStackRecord, FinishedRecord, RefusedStackRecord
-from geoprint.reporting.stack_comparison import best_stack, stack_verdict
-from geoprint.workflow import check_folder, compare_stacks
+from geoprint.layers import StackComparisonRecord, compare_stacks
+from geoprint.layers.records import ComparedStackRecord, FinishedRecord, RefusedStackRecord
+from geoprint.layers.stack_comparison import best_stack, stack_comparison_text, stack_verdict
+from geoprint.workflow import check_folder
 from tests.commands import printed_with
 from tests.meshes import plate, sphere
 from tests.workflow.layers_here import planning_here

@@ -20,10 +20,11 @@ import pytest
 
 from geoprint.config import job_of
 from geoprint.geometry.files import save_ply
+from geoprint.layers import plan_stack
 from geoprint.metrics.oracle import geodesic, tracing
 from geoprint.robot.controller import choice, fitting
 from geoprint.robot.reach import ladder
-from geoprint.workflow import plan, plan_stack, precompile, precompiled
+from geoprint.workflow import plan, precompile, precompiled
 from geoprint.workflow.processes import FORSAKEN as ABANDONED, ended_at_once
 from tests.meshes import plate, spherical_cap
 from tests.workflow.layers_here import planning_here

@@ -18,17 +18,19 @@ from geoprint.config import Job, job_of, load_cell, packaged_cell_text
 from geoprint.errors import FieldError, GeoprintError, ResourceError, UsageError, VerificationError
 from geoprint.geometry import closest, face_areas
 from geoprint.geometry.files import load, save_ply
+from geoprint.layers import StackRecord, plan_stack, stacking
+from geoprint.layers.check_stack import own_programs, stack_program
+from geoprint.layers.records import StackedLayerRecord
+from geoprint.layers.stack_text import stack_text
+from geoprint.layers.stack_thickness import stacked_layer
 from geoprint.model import Surface
 from geoprint.postprocessor import read_setup
-from geoprint.reporting import StackRecord, check_summary, check_text, outcome_text, record_plan, stack_text
+from geoprint.reporting import check_summary, check_text, outcome_text, record_plan
 from geoprint.reporting.records.plan import PlanRecord
 from geoprint.reporting.records.rounding import read_record
-from geoprint.reporting.records.stack import StackedLayerRecord
 from geoprint.results import Plan
-from geoprint.workflow import check_bundle, check_folder, compare, plan, plan_stack, record_seen, stacking
+from geoprint.workflow import check_bundle, check_folder, compare, plan, record_seen
 from geoprint.workflow.bundles import stream_of
-from geoprint.workflow.check_stack import own_programs, stack_program
-from geoprint.workflow.stack_thickness import stacked_layer
 from tests.meshes import plate, sphere, spherical_cap
 from tests.workflow.layers_here import planning_here
 

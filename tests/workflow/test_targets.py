@@ -12,12 +12,11 @@ from geoprint.config import Job, job_of
 from geoprint.errors import FieldError, GeoprintError, InputError, MeshError, UsageError
 from geoprint.geometry import closest, face_areas, part_of, turned_over
 from geoprint.geometry.files import save_ply
-from geoprint.layers import TargetShape, TargetThickness
+from geoprint.layers import TargetShape, TargetThickness, plan_stack
+from geoprint.layers.layering import read_stack, read_target, target_over
 from geoprint.model import Surface
-from geoprint.workflow import plan, plan_stack, save_plan
-from geoprint.workflow.layering import read_target, target_over
+from geoprint.workflow import plan, save_plan
 from geoprint.workflow.number_tables import read_thicknesses
-from geoprint.workflow.workpiece import read_stack
 from tests.meshes import blocks, plate, sphere, wedge
 from tests.workflow.layers_here import planning_here
 

@@ -15,10 +15,10 @@ from geoprint.fibers import DirectionField, WallVoxels
 from geoprint.fibers.field_lines import lines_of
 from geoprint.geometry import face_areas, face_normals, remesh
 from geoprint.geometry.files import load_file, read_volume, save_ply
+from geoprint.layers.stacking import plan_stack
 from geoprint.model import FloatArray, Surface
 from geoprint.reporting.plan import record_plan
 from geoprint.workflow import plan, save_plan
-from geoprint.workflow.stacking import plan_stack
 from geoprint.workflow.stages import Stages
 from geoprint.workflow.workpiece import prepare_workpiece
 from tests.fibers.hollow_ball import ball_voxels, skin

@@ -8,7 +8,7 @@ import geoprint
 
 patch = {"at": [42.0, 4.0, -6.0], "radius": 7.8}
 part = {"surface": "data/heart_flat_patch.ply", "unit": "mm", "patch": patch, "robot": False}
-stack = geoprint.workflow.plan_layers(geoprint.job_of(**part, spacing=1.5, thickness=2.0))
+stack = geoprint.layers.plan_layers(geoprint.job_of(**part, spacing=1.5, thickness=2.0))
 finished = stack.flows[stack.printed]
 print(f"{len(stack.layers)} layers, {len(stack.layers[0].seams)} runs in the first")
 print(f"finished thickness {100 * finished.mean:.1f} % of what is wanted, varies by {100 * finished.cv:.1f} %")

@@ -1,26 +1,33 @@
-"""What stack.json and a person's terminal say of a stack of layers, cure included."""
+"""What stack.json, terminal and run sheet say of a stack of layers, cure included."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from pathlib import PurePosixPath
 
 import numpy as np
 
 from geoprint.errors import how_many, percent
-from geoprint.model import Cell, Material
-from geoprint.process import bottom_doses, cured_depth
-from geoprint.reporting.records.plan import PlanRecord
-from geoprint.reporting.records.stack import (
+from geoprint.layers.records import (
     CureRecord,
     FinishedFlowsRecord,
     FinishedRecord,
     LayerCureRecord,
     StackedLayerRecord,
+    StackProgramRecord,
     StackRecord,
 )
-from geoprint.reporting.stack_sheet import behind_layer, stack_steps
+from geoprint.layers.stack_thickness import FinishedStack
+from geoprint.layers.targets import LayerTarget
+from geoprint.model import Cell, Material
+from geoprint.postprocessor import StackSettings
+from geoprint.postprocessor.interface import Joining
+from geoprint.postprocessor.registry import post_processor
+from geoprint.process import bottom_doses, cured_depth
+from geoprint.reporting.check import CheckedParts
+from geoprint.reporting.records.plan import PlanRecord
+from geoprint.reporting.run_sheet import entry
 from geoprint.reporting.tables import marked_lines
-from geoprint.results import FinishedStack, StackedLayer
 
 # What is said of the light within a stack: the dose at the bottom of each layer, and what nobody knows of it.
 
@@ -42,8 +49,8 @@ def with_cure(record: StackRecord, cell: Cell) -> StackRecord:
     heights = np.array([layer.height_mm for layer in record.layers])
     own, whole = bottom_doses(np.array(doses), heights, penetration=penetration)
     layers = tuple(
-        _lit(layer, *pair)
-        for layer, pair in zip(record.layers, zip(own.tolist(), whole.tolist(), strict=True), strict=True)
+        layer.model_copy(update={"cure": LayerCureRecord(own_mj_cm2=low, whole_mj_cm2=high)})
+        for layer, low, high in zip(record.layers, own.tolist(), whole.tolist(), strict=True)
     )
     cure = CureRecord(
         needed_mj_cm2=needed,
@@ -52,10 +59,6 @@ def with_cure(record: StackRecord, cell: Cell) -> StackRecord:
         flood_s=None if cell.flood is None else cell.flood.duration,
     )
     return record.model_copy(update={"layers": layers, "cure": cure})
-
-
-def _lit(layer: StackedLayerRecord, own: float, whole: float) -> StackedLayerRecord:
-    return layer.model_copy(update={"cure": LayerCureRecord(own_mj_cm2=own, whole_mj_cm2=whole)})
 
 
 def _lacking(material: Material | None) -> list[str]:
@@ -74,32 +77,36 @@ def _lacking(material: Material | None) -> list[str]:
 
 def layer_record(
     record: PlanRecord,
-    kept: StackedLayer,
     *,
     folder: str,
+    bottom: float,
+    height: float,
     area: float,
     pattern: str,
     speed: float,
+    deposited: float,
     not_printable: str | None,
 ) -> StackedLayerRecord:
     """Return what is said of a planned layer.
 
     Args:
         record: what its plan.json says.
-        kept: what is kept of it.
         folder: of its bundle.
+        bottom: height over the part at which it begins [mm].
+        height: its own [mm].
         area: of the surface in its middle [mm2].
         pattern: that its paths have.
         speed: at which it prints, before its missing volume is made up [mm/s].
+        deposited: volume [mm3].
         not_printable: why the robot cannot print it, or None.
     """
-    even, robots, deposited = record.uniformity, record.robot, record.deposition
-    followed = deposited is not None and deposited.flow != "constant"
-    layer = None if even is None or deposited is None else even.following if followed else even.thickness
+    even, robots, planned = record.uniformity, record.robot, record.deposition
+    followed = planned is not None and planned.flow != "constant"
+    layer = None if even is None or planned is None else even.following if followed else even.thickness
     return StackedLayerRecord(
         folder=folder,
-        bottom_mm=kept.bottom,
-        height_mm=kept.height,
+        bottom_mm=bottom,
+        height_mm=height,
         area_mm2=area,
         pattern=pattern,
         runs=record.paths.runs,
@@ -109,23 +116,29 @@ def layer_record(
         thickness_cv=None if layer is None else layer.cv,
         helix_deg=None if record.paths.fibres is None else record.paths.fibres.helix_mean_deg,
         speed_mm_s=speed,
-        laid_mm3=float(kept.volumes[kept.printed]),
-        wanted_mm3=area * kept.height,
-        print_s=_seconds(record),
+        laid_mm3=deposited,
+        wanted_mm3=area * height,
+        print_s=layer_seconds(record),
         attitudes=len(robots) if any(robot.table is not None for robot in robots) else None,
         clearance_mm=min((robot.clearance.smallest_mm for robot in robots), default=None),
         not_printable=not_printable,
-        dose_mj_cm2=None if deposited is None or deposited.light is None else deposited.light.all_passes,
+        dose_mj_cm2=None if planned is None or planned.light is None else planned.light.all_passes,
         warnings=record.warnings,
         not_checked=tuple(dict.fromkeys(text for robot in robots for text in robot.clearance.not_checked)),
     )
 
 
-def _seconds(record: PlanRecord) -> float | None:
-    """Return how long a layer prints, with the motions of a table; None without a robot [s]."""
+def layer_seconds(record: PlanRecord) -> float | None:
+    """Return how long a layer prints by its plan.json, with the motions of a table; None without a robot [s]."""
     if record.joined is not None:
         return record.joined.print_s
     return sum(robot.motion.duration_s for robot in record.robot) if record.robot else None
+
+
+def wanted_volume(target: LayerTarget | None, layers: Sequence[StackedLayerRecord]) -> float:
+    """Return the volume that a stack shall have [mm3]: that of its target where a formula has it."""
+    volume = None if target is None else target.volume
+    return sum(layer.wanted_mm3 for layer in layers) if volume is None else volume
 
 
 def finished_record(stack: FinishedStack, *, wanted: float) -> FinishedFlowsRecord:
@@ -208,6 +221,115 @@ def _remedy(cure: CureRecord, layer: StackedLayerRecord, dose: float) -> str:
         else f"or rely on the final exposure of {cure.flood_s:g} s, which is not counted"
     )
     return f"{slower}{thinner}, {flooded}"
+
+
+# The run sheet of a whole stack: its layers in order, where it pauses, where it can be stopped and begun again.
+
+
+# Label of the lines of the layers.
+LAYERS = "layers"
+
+
+def stack_sheet(record: StackRecord, program: CheckedParts) -> list[tuple[str, list[str]]]:
+    """Return label and texts of what the page says of the program; none without one.
+
+    Args:
+        record: what stack.json says.
+        program: how it is set to run.
+    """
+    if record.program is None:
+        return []
+    return [
+        ("program", _program(record.program, record.layers)),
+        (LAYERS, [_layer(number, layer, record) for number, layer in enumerate(record.layers, start=1)]),
+        *_handling(record.program, record.layers, program.settings),
+    ]
+
+
+def stack_steps(record: StackRecord) -> list[str]:
+    """Return the lines of that page behind those of the layers: what to load, to set and to do.
+
+    Args:
+        record: what stack.json says.
+    """
+    rows = (row for row in stack_sheet(record, CheckedParts()) if row[0] != LAYERS)
+    return [line for label, texts in rows for line in entry(label, texts, width=None)]
+
+
+def behind_layer(number: int, record: StackRecord) -> str:
+    """Return what stands behind what a layer takes: its attitudes of a table, and a pause where one comes.
+
+    Args:
+        number: of the layer, from 1.
+        record: what stack.json says.
+    """
+    pause = 0.0 if record.program is None else record.program.pause_s
+    waits = f"; then {pause:g} s at home" if pause and number < len(record.layers) else ""
+    attitudes = attitudes_of(number, record.layers)
+    return (f", attitudes {attitudes}" if attitudes else "") + waits
+
+
+def attitudes_of(number: int, layers: Sequence[StackedLayerRecord]) -> str:
+    """Return in which attitudes of a table a layer is printed, counted on from layer to layer; nothing without one.
+
+    Args:
+        number: of the layer, from 1.
+        layers: of the stack, the lowest first.
+    """
+    own = layers[number - 1].attitudes
+    if own is None:
+        return ""
+    first = 1 + sum(layer.attitudes or 0 for layer in layers[: number - 1])
+    return str(first) if own == 1 else f"{first} to {first + own - 1}"
+
+
+def printed_parts(layers: Sequence[StackedLayerRecord]) -> tuple[str, int]:
+    """Return what the program loads one after another, and how many: layers, or attitudes of a table.
+
+    Args:
+        layers: of the stack, the lowest first.
+    """
+    attitudes = sum(layer.attitudes or 0 for layer in layers)
+    return ("attitude", attitudes) if attitudes else ("layer", len(layers))
+
+
+def _handling(
+    program: StackProgramRecord, layers: Sequence[StackedLayerRecord], settings: StackSettings | None
+) -> list[tuple[str, list[str]]]:
+    """Return how it is set, printed, stopped and begun again."""
+    one, count = printed_parts(layers)
+    table = "table" if one == "attitude" else ""
+    return _joining(program).handling(one, count, settings, dry_only=program.runs_dry_only, table=table)
+
+
+def _joining(program: StackProgramRecord) -> Joining:
+    """Return how its parts became one program: the folder of the program is named after what wrote it."""
+    joining = post_processor(PurePosixPath(program.file).parts[0]).joining
+    assert joining is not None  # noqa: S101  # There is such a program.
+    return joining
+
+
+def _program(program: StackProgramRecord, layers: Sequence[StackedLayerRecord]) -> list[str]:
+    count = len(layers)
+    pauses = f", {count - 1} pauses of {program.pause_s:g} s included" if program.pause_s and count > 1 else ""
+    dry = "; RUNS DRY ONLY" if program.runs_dry_only else ""
+    first, last = layers[0].folder, layers[-1].folder
+    folders = f"the folder {first}" if count == 1 else f"the folders {first} to {last}"
+    runs, (one, parts) = sum(layer.runs for layer in layers), printed_parts(layers)
+    tilted = f" and {parts} attitudes of the table" if one == "attitude" else ""
+    return [
+        (
+            f"{how_many(runs, 'run')} in {how_many(count, 'layer')}{tilted}, {program.print_s:.0f} s at full "
+            f"speed{pauses}{dry}"
+        ),
+        _joining(program).loading(f"{folders} of {PurePosixPath(program.file).parts[0]}/", program.file),
+    ]
+
+
+def _layer(number: int, layer: StackedLayerRecord, record: StackRecord) -> str:
+    """Return the line of one layer: what it takes, and what comes behind it."""
+    took = f"{how_many(layer.runs, 'run')}, {layer.print_s or 0.0:.0f} s, {layer.laid_mm3 / 1000.0:.3g} cm3"
+    return f"{number}  {took}{behind_layer(number, record)}"
 
 
 # What a person reads of a stack: a line a layer, and the whole.

@@ -14,32 +14,45 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
+from shutil import rmtree
 from typing import TypeAlias
 
 from geoprint.config import Job, job_cell
+from geoprint.distance import compared_backends
 from geoprint.errors import FieldError, ResourceError, UsageError, how_many, naming
 from geoprint.geometry import face_areas
+from geoprint.layers.check_stack import layer_moves, own_programs, stack_program
+from geoprint.layers.layering import EMPTY, Stack, read_stack
+from geoprint.layers.records import (
+    STACK,
+    STACKS,
+    LeftOutRecord,
+    StackComparisonRecord,
+    StackedLayerRecord,
+    StackProgramRecord,
+    StackRecord,
+)
+from geoprint.layers.stack_comparison import compared_stack, compared_stacks_page, comparison_record
+from geoprint.layers.stack_page import stack_page
+from geoprint.layers.stack_text import finished_record, layer_record, wanted_volume, with_cure
+from geoprint.layers.stack_thickness import FinishedStack, StackedLayer, finished_stack, stacked_layer
 from geoprint.postprocessor import json_bytes, seal, staging
 from geoprint.postprocessor.bundle import add_files
-from geoprint.reporting.records.rounding import Record, as_json, stamp, verify_record
-from geoprint.reporting.records.stack import LeftOutRecord, StackedLayerRecord, StackProgramRecord, StackRecord
-from geoprint.reporting.stack import finished_record, layer_record, with_cure
-from geoprint.reporting.stack_page import stack_page
-from geoprint.results import FinishedStack, StackedLayer, Workpiece
-from geoprint.workflow.backend_choice import check_lines, check_options
-from geoprint.workflow.bundles import REPORT, STACK
-from geoprint.workflow.check_stack import layer_moves, own_programs, stack_program
+from geoprint.reporting.records.rounding import as_json, stamp, verify_record
+from geoprint.results import Workpiece
+from geoprint.workflow.backend_choice import check_lines, check_options, with_backend
+from geoprint.workflow.bundles import REPORT
 from geoprint.workflow.feedback import check_single
-from geoprint.workflow.layering import EMPTY, Stack
 from geoprint.workflow.planning import compared_workpiece, plan
 from geoprint.workflow.processes import layer_processes, stopped_later
 from geoprint.workflow.saving import save_plan
-from geoprint.workflow.stack_thickness import finished_stack, stacked_layer
 from geoprint.workflow.stages import Stages
-from geoprint.workflow.workpiece import prepare_workpiece, read_stack
+from geoprint.workflow.workpiece import prepare_workpiece
 
 # What is said and kept of a layer, or why there is nothing to print in it.
 _Found: TypeAlias = "tuple[StackedLayerRecord, StackedLayer] | LeftOutRecord"
+# What is said of a backend's stack and how it comes out, or why it cannot plan a layer.
+_Compared: TypeAlias = "tuple[StackRecord, FinishedStack] | str"
 # Speeds of layers [mm/s] that are equal to so many digits are one.
 SPEED_DECIMALS = 6
 
@@ -68,7 +81,8 @@ def plan_stack(
     check_options(job, [job.backend])
     with staging(directory, overwrite=overwrite) as folder:
         record, _ = stack_into(job, folder, observe=observe)
-        seal_record(folder / STACK, record)
+        seal(folder)
+        verify_record(folder / STACK, record)
     return record
 
 
@@ -95,13 +109,60 @@ def plan_layers(job: Job, *, observe: Callable[[str], None] = lambda _: None) ->
     return finished_stack(job, stack, layers)
 
 
+def compare_stacks(
+    job: Job,
+    directory: Path | str,
+    *,
+    backends: Sequence[str] | None = None,
+    overwrite: bool = False,
+    observe: Callable[[str], None] = lambda _: None,
+) -> StackComparisonRecord:
+    """Plan every layer of a thickness with several backends; write stacks, stacks.json and report.html: all or nothing.
+
+    As in `compare`, all of them plan a layer on the same surface, and what the robot cannot print is planned, too.
+
+    Args:
+        job: with a thickness, without a layer; its backend is ignored.
+        directory: where the folder shall stand; the stack of a backend is in a folder of its name.
+        backends: which to compare, a name that comes twice counts once; those that say so of themselves by default.
+        overwrite: whether an existing result may be replaced.
+        observe: called with what is being done.
+
+    Returns:
+        What stacks.json says.
+
+    Raises:
+        UsageError: as `plan_stack`.
+        FieldError: no backend can plan all layers; that of the first one.
+        GeoprintError: as `plan_stack`.
+    """
+    check_stacked(job)
+    names = compared_backends() if backends is None else tuple(dict.fromkeys(backends))
+    check_options(job, names)
+    with staging(directory, overwrite=overwrite) as folder:
+        found = [(name, _stack(with_backend(job, name), names, folder / name, observe)) for name in names]
+        stacks = {name: stack for name, stack in found if not isinstance(stack, str)}
+        if not stacks:
+            raise FieldError(next(recorded for _, recorded in found if isinstance(recorded, str)))
+        rows = [
+            compared_stack(name, stack if isinstance(stack, str) else stack[0], asked=job.robot)
+            for name, stack in found
+        ]
+        record = comparison_record(rows, next(stack for stack, _ in stacks.values()))
+        page = compared_stacks_page(stacks, record, job, page=REPORT)
+        add_files(folder, {STACKS: json_bytes(as_json(record)), REPORT: page})
+        seal(folder)
+        verify_record(folder / STACKS, record)
+    return record
+
+
 def check_stacked(job: Job) -> None:
     """Check that a job is of all layers.
 
     Raises:
         UsageError: it is not, or names feedback, which is of one plan.
     """
-    if not job.layered or job.layer is not None:
+    if not job.divided:
         raise UsageError("a stack needs a thickness or a target and no layer: `plan` plans one of them.")
     check_single(job)
 
@@ -133,21 +194,6 @@ def stack_into(job: Job, folder: Path, *, observe: Callable[[str], None]) -> tup
     return recorded, finished
 
 
-def seal_record(path: Path, record: Record) -> None:
-    """List what was written into a folder that nobody sees yet, and read its record back before it appears.
-
-    Args:
-        path: of the record's file in the folder that is staged.
-        record: that must read back.
-
-    Raises:
-        ExportError: the list cannot be written.
-        VerificationError: the record does not read back.
-    """
-    seal(path.parent)
-    verify_record(path, record)
-
-
 def _printed(found: Iterable[_Found]) -> list[tuple[StackedLayerRecord, StackedLayer]]:
     """Return those of the planned layers in which something is printed."""
     return [layer for layer in found if not isinstance(layer, LeftOutRecord)]
@@ -166,18 +212,12 @@ def _finished(
         thickness_mm=stack.thickness,
         target=None if job.target is None else job.target.name,
         target_mm3=None if stack.target is None else stack.target.volume,
-        finished=finished_record(finished, wanted=_wanted(stack, layers)),
+        finished=finished_record(finished, wanted=wanted_volume(stack.target, layers)),
         layers=layers,
         program=program,
         left_out=tuple(layer for layer in found if isinstance(layer, LeftOutRecord)),
     )
     return with_cure(untold, job_cell(job)), finished
-
-
-def _wanted(stack: Stack, layers: Sequence[StackedLayerRecord]) -> float:
-    """Return the volume that a stack shall have [mm3]: that of its target where a formula has it."""
-    volume = None if stack.target is None else stack.target.volume
-    return sum(layer.wanted_mm3 for layer in layers) if volume is None else volume
 
 
 def _planned(job: Job, folder: Path, observe: Callable[[str], None]) -> list[_Found]:
@@ -282,10 +322,25 @@ def _layer(job: Job, number: int, folder: Path) -> _Found:
     share = workpiece.cell.process.speed / planned.robot[0].ceiling if planned.robot else 1.0
     return layer_record(
         record,
-        kept,
         folder=folder.name,
+        bottom=kept.bottom,
+        height=kept.height,
         area=float(face_areas(workpiece.part).sum()),
         pattern=str(planned.job.drawing),
         speed=round(asked * share, SPEED_DECIMALS),
+        deposited=float(kept.volumes[kept.printed]),
         not_printable=planned.not_printable,
     ), kept
+
+
+def _stack(job: Job, compared: Sequence[str], folder: Path, observe: Callable[[str], None]) -> _Compared:
+    """Return what is said of the stack of a compared backend and how it comes out, or why it cannot plan a layer."""
+    try:
+        return stack_into(
+            job.model_copy(update={"compared": [*compared]}),
+            folder,
+            observe=lambda stage: observe(f"{job.backend}: {stage}"),
+        )
+    except FieldError as error:
+        rmtree(folder, ignore_errors=True)
+        return str(error)

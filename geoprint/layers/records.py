@@ -9,6 +9,9 @@ from pydantic import Field
 from geoprint.model import Count, Rounded
 from geoprint.reporting.records.rounding import Record
 
+# The files beside the bundles of the layers of one stack, and beside several stacks that are compared.
+STACK, STACKS = "stack.json", "stacks.json"
+
 # The schema of stack.json: what is said of the layers of a thickness, each of which has a bundle of its own.
 #
 # Units and counting are those of plan.json.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -11,26 +11,33 @@ from scipy.spatial import KDTree
 
 from geoprint.config import Job, job_cell
 from geoprint.errors import FieldError, percent
-from geoprint.geometry import closest, face_areas, in_words, normals, refine
-from geoprint.metrics.stack_thickness import Finished
+from geoprint.geometry import closest, in_words, normals
+from geoprint.layers.records import FinishedRecord, StackedLayerRecord, StackRecord
+from geoprint.layers.slice_figure import seams_figure, sliced_figure
+from geoprint.layers.stack_text import attitudes_of, finished_sentences, stack_sentence, stack_warnings
+from geoprint.layers.stack_thickness import Finished, FinishedStack, StackedLayer
 from geoprint.model import FloatArray
 from geoprint.reporting.figures import png_bytes
 from geoprint.reporting.part_report import settings_facts
 from geoprint.reporting.records.rounding import listed
-from geoprint.reporting.records.stack import FinishedRecord, StackedLayerRecord, StackRecord
-from geoprint.reporting.slice_figure import SlicedView, seams_figure, sliced_figure, thickness_figure
-from geoprint.reporting.stack import finished_sentences, stack_sentence, stack_warnings
-from geoprint.reporting.stack_html import OF_FLOWS, FlowView, StackPaths, StackReport, stack_report
-from geoprint.reporting.stack_sheet import attitudes_of
+from geoprint.reporting.thickness_page import (
+    FlowView,
+    LayerPaths,
+    ThicknessReport,
+    ThicknessWords,
+    thickness_figure,
+    thickness_report,
+    thickness_view,
+)
 from geoprint.reporting.values import Picture
-from geoprint.reporting.view import ViewSurface, view_surface
-from geoprint.results import FinishedStack, StackedLayer
+from geoprint.reporting.view import ViewSurface
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Faces in all views: finer than can be seen, and every one costs time when the page opens.
-VIEWED_FACES = 60_000
+OF_FLOWS = ThicknessWords(
+    "Flow", "Layer by layer", "Layers", "printed", "what is printed; shown where there is room for only one"
+)
 PLANES = ("across", "along")
 # A layer deposits more than it should at a place from this share of its height on.
 MORE = 1.05
@@ -42,11 +49,6 @@ ENDS, CLOSER, TURNS = (
     f"a run turns by more than {np.degrees(TURN):.0f} degrees",
 )  # fmt: skip
 CAUSES = (ENDS, CLOSER, TURNS)
-COLUMNS = (
-    "layer", "from [mm]", "height [mm]", "area [mm2]", "runs", "path [mm]", "missed", "covered twice",
-    "thickness CV", "fibres [degrees]", "deposited / volume", "seams apart [mm]", "time [s]", "attitudes",
-    "clearance [mm]",
-)  # fmt: skip
 _NONE = "-"
 
 
@@ -68,14 +70,18 @@ def stack_page(stack: FinishedStack, record: StackRecord, job: Job) -> bytes:
         job: that was planned.
     """
     flows = _flows(stack, record)
-    view = base_view(stack, faces=VIEWED_FACES // len(flows))
+    view = base_view(stack, count=len(flows))
     table = _table(stack, record)
     how = [each.strip() for each in finished_sentences(record)]
     said = [*(each[0].upper() + each[1:] for each in how), *_thickest(stack), stack_sentence(record)]
-    page = StackReport(
+    page = ThicknessReport(
         name=record.part,
         verdict=tuple(f"{each}." for each in said),
-        cautions=_cautions(record),
+        cautions=cautions_of(
+            stack_warnings(record),
+            (text for layer in record.layers for text in layer.not_checked),
+            left_out=(each.reason for each in record.left_out),
+        ),
         surface=view.surface,
         R_view_work=stack.upright,
         spacing=stack.layers[0].spacing,
@@ -89,7 +95,7 @@ def stack_page(stack: FinishedStack, record: StackRecord, job: Job) -> bytes:
         settings=(*thickness_settings(job, record), ("backend", job.backend)),
         inputs=stack.inputs,
     )
-    return stack_report(page, title=f"geoprint plan: {record.part}, {record.thickness_mm:g} mm")
+    return thickness_report(page, title=f"geoprint plan: {record.part}, {record.thickness_mm:g} mm")
 
 
 def sliced_pictures(stack: FinishedStack) -> list[Picture]:
@@ -119,28 +125,16 @@ def stack_figure(stack: FinishedStack) -> Figure:
 
 def _sliced(stack: FinishedStack) -> Iterator[tuple[str, Figure]]:
     """Yield the name of each middle plane that meets the stack, and what it cuts."""
-    for number, (name, (ground, offsets)) in enumerate(zip(PLANES, stack.ground, strict=True)):
+    heights = [layer.height for layer in stack.layers]
+    for number, (name, ground) in enumerate(zip(PLANES, stack.ground, strict=True)):
         slices = [layer.slices[number] for layer in stack.layers]
-        if not ground.size or not any(one.line.size for one in slices):
-            continue
-        view = SlicedView(
-            ground=ground,
-            ground_offsets=offsets,
-            lines=tuple(one.line for one in slices),
-            offsets=tuple(one.offsets for one in slices),
-            beads=tuple(one.beads for one in slices),
-            along=tuple(one.along for one in slices),
-            widths=tuple(one.widths for one in slices),
-            heights=tuple(layer.height for layer in stack.layers),
-        )
-        yield name, sliced_figure(view, title=f"cut {name} through the middle")
+        if ground[0].size and any(one.line.size for one in slices):
+            yield name, sliced_figure(ground, slices, heights, title=f"cut {name} through the middle")
 
 
-def base_view(stack: FinishedStack, *, faces: int) -> ViewSurface:
-    """Return the part as fine as the thickness over it varies, as far as so many faces allow."""
-    # Of as many equilateral triangles as there may be.
-    edge = float(np.sqrt(4.0 / np.sqrt(3.0) * face_areas(stack.base).sum() / faces))
-    return view_surface(refine(stack.base, edge_length=max(edge, stack.layers[0].spacing)), faces=faces)
+def base_view(stack: FinishedStack, *, count: int = 1) -> ViewSurface:
+    """Return the part as fine as the thickness over it varies, as far as so many views of it allow."""
+    return thickness_view(stack.base, edge_length=stack.layers[0].spacing, count=count)
 
 
 def _flows(stack: FinishedStack, record: StackRecord) -> list[_Flow]:
@@ -210,10 +204,10 @@ def _causes(layer: StackedLayer, place: FloatArray) -> set[str]:
     return found
 
 
-def stack_paths(stack: FinishedStack) -> StackPaths:
+def stack_paths(stack: FinishedStack) -> LayerPaths:
     """Return the paths of all layers."""
     lengths = np.concatenate([np.diff(layer.offsets) for layer in stack.layers])
-    return StackPaths(
+    return LayerPaths(
         places=np.concatenate([layer.places for layer in stack.layers]),
         offsets=np.concatenate([[0], np.cumsum(lengths)]),
         layers=np.cumsum([layer.offsets.size - 1 for layer in stack.layers]),
@@ -265,28 +259,29 @@ def _table(stack: FinishedStack, record: StackRecord) -> list[tuple[str, tuple[s
         _row(number, layer, moved[number - 1], attitudes_of(number, record.layers) or _NONE)
         for number, layer in enumerate(record.layers, start=1)
     ]
-    columns = zip(COLUMNS, zip(*rows, strict=True), strict=True)
+    columns = [(name, tuple(row[name] for row in rows)) for name in rows[0]]
     return [(name, cells) for name, cells in columns if any(cell != _NONE for cell in cells)]
 
 
-def _row(number: int, layer: StackedLayerRecord, moved: str, attitudes: str) -> tuple[str, ...]:
-    return (
-        str(number),
-        f"{layer.bottom_mm:.3g}",
-        f"{layer.height_mm:.3g}",
-        f"{layer.area_mm2:.1f}",
-        str(layer.runs),
-        f"{layer.deposit_mm:.0f}",
-        _percent(layer.gap),
-        _percent(layer.overlap),
-        _percent(layer.thickness_cv),
-        _NONE if layer.helix_deg is None else f"{layer.helix_deg:+.1f}",
-        percent(layer.laid_mm3 / layer.wanted_mm3, 2),
-        moved,
-        _NONE if layer.print_s is None else f"{layer.print_s:.0f}",
-        attitudes,
-        _NONE if layer.clearance_mm is None else f"{layer.clearance_mm:.2f}",
-    )
+def _row(number: int, layer: StackedLayerRecord, moved: str, attitudes: str) -> dict[str, str]:
+    """Return the cell of a layer under each heading."""
+    return {
+        "layer": str(number),
+        "from [mm]": f"{layer.bottom_mm:.3g}",
+        "height [mm]": f"{layer.height_mm:.3g}",
+        "area [mm2]": f"{layer.area_mm2:.1f}",
+        "runs": str(layer.runs),
+        "path [mm]": f"{layer.deposit_mm:.0f}",
+        "missed": _percent(layer.gap),
+        "covered twice": _percent(layer.overlap),
+        "thickness CV": _percent(layer.thickness_cv),
+        "fibres [degrees]": _NONE if layer.helix_deg is None else f"{layer.helix_deg:+.1f}",
+        "deposited / volume": percent(layer.laid_mm3 / layer.wanted_mm3, 2),
+        "seams apart [mm]": moved,
+        "time [s]": _NONE if layer.print_s is None else f"{layer.print_s:.0f}",
+        "attitudes": attitudes,
+        "clearance [mm]": _NONE if layer.clearance_mm is None else f"{layer.clearance_mm:.2f}",
+    }
 
 
 def _percent(share: float | None) -> str:
@@ -309,12 +304,13 @@ def _seams(stack: FinishedStack, view: ViewSurface) -> Picture:
     )
 
 
-def _cautions(record: StackRecord) -> tuple[str, ...]:
-    unchecked = dict.fromkeys(text for layer in record.layers for text in layer.not_checked)
+def cautions_of(warnings: Iterable[str], unchecked: Iterable[str], *, left_out: Iterable[str] = ()) -> tuple[str, ...]:
+    """Return what nobody may overlook, as a page says it; what was not checked once each."""
+    listed_once = "; ".join(dict.fromkeys(unchecked))
     return (
-        *(f"Warning: {text}" for text in stack_warnings(record)),
-        *(f"Left out: {each.reason}" for each in record.left_out),
-        *([f"Not checked: {'; '.join(unchecked)}."] if unchecked else []),
+        *(f"Warning: {text}" for text in warnings),
+        *(f"Left out: {text}" for text in left_out),
+        *([f"Not checked: {listed_once}."] if listed_once else []),
     )
 
 

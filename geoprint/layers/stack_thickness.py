@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-from typing import final
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from geoprint.geometry import closest, face_areas, normals, positions
-from geoprint.layers import LayerTarget
+from geoprint.config import Job
+from geoprint.geometry import closest, face_areas, normals, positions, upright_of
 from geoprint.layers.feet import Ground
+from geoprint.layers.layering import Stack
+from geoprint.layers.slices import CutPlane, Slice, middle_planes, sliced, sliced_layer
+from geoprint.layers.targets import LayerTarget
+from geoprint.lazy import above
+from geoprint.metrics import LevelledLayer, Levelling, stretches_of_poses
+from geoprint.metrics.executed_flow import deposited_volume, executed_flow, flow_of_all
 from geoprint.model import (
     BoolArray,
     FloatArray,
@@ -18,6 +26,11 @@ from geoprint.model import (
     freeze_arrays,
     frozen,
 )
+from geoprint.results import Plan
+from geoprint.workflow.workpiece import read_skin
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # Columns over a part: they stand on places of it, upright, and meet a layer where that has the height of its middle.
 #
@@ -129,8 +142,8 @@ def wanted_over(feet: ColumnFeet, target: LayerTarget, *, height: float) -> Floa
     """
     step = LOOKED_AT_SHARE * height
     inside = np.zeros(len(feet.places))
-    for above in step * np.arange(1, int(np.ceil(target.thickness / step)) + 1):
-        inside = np.where(target.depth(feet.at(above)) >= 0.0, above, inside)
+    for over in step * np.arange(1, int(np.ceil(target.thickness / step)) + 1):
+        inside = np.where(target.depth(feet.at(over)) >= 0.0, over, inside)
     low, high = inside, np.where(inside > 0.0, inside + step, 0.0)
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
@@ -223,3 +236,200 @@ def finished(
         creased=float((asked & creased).sum() / asked.sum()),
         under_sides=float((asked & under_sides & ~creased).sum() / asked.sum()),
     )
+
+
+# What is known of a stack when all of its layers are planned: what each deposits over the part, and how it is sliced.
+
+
+@final
+@frozen
+class StackedLayer:
+    """What is kept of a planned layer: f flows, k columns over the part, r runs.
+
+    Attributes:
+        bottom: height over the part at which it begins [mm].
+        height: its own [mm].
+        spacing: of its paths [mm].
+        deposited: (f, k) its thickness on the columns with constant flow, with the flow that follows width, and where
+            there is a robot as the program was executed [mm].
+        printed: which of these flows is printed.
+        met: (k,) whether a column has met others below its top.
+        within: (k,) whether it is between the sides of the stack in its middle.
+        volumes: (f,) that these flows deposit [mm3].
+        slices: what each of the two middle planes cuts of it.
+        places: (p, 3) its paths, run after run [mm].
+        offsets: (r + 1,) where each run starts among them.
+    """
+
+    bottom: float
+    height: float
+    spacing: float
+    deposited: FloatArray
+    printed: int
+    met: BoolArray
+    within: BoolArray
+    volumes: FloatArray
+    slices: tuple[Slice, ...]
+    places: FloatArray
+    offsets: IntArray
+
+    def __post_init__(self) -> None:
+        freeze_arrays(
+            self, deposited="float: f k", met="bool: k", within="bool: k", volumes="float: f", places="float: p 3",
+            offsets="int: o",
+        )  # fmt: skip
+
+    @property
+    def seams(self) -> FloatArray:
+        """(r, 3) where its runs start [mm]."""
+        return self.places[self.offsets[:-1]]
+
+
+@final
+@frozen
+class FinishedStack:
+    """A whole stack, as it is simulated.
+
+    Attributes:
+        base: the part.
+        inputs: name and SHA-256 of its files.
+        upright: (3, 3) rotation in which its mean normal is up.
+        planes: that slice it open in its middle.
+        ground: the line of the part in each of these: (q, 2) places [mm] and where each line starts.
+        feet: of the columns.
+        wanted: (k,) thickness wanted on these [mm].
+        layers: the lowest first.
+        flows: how the stack comes out with each flow of its layers; None where nothing can be judged.
+        printed: which of these is printed.
+    """
+
+    base: Surface
+    inputs: tuple[tuple[str, str], ...]
+    upright: FloatArray
+    planes: tuple[CutPlane, ...]
+    ground: tuple[tuple[FloatArray, IntArray], ...]
+    feet: ColumnFeet
+    wanted: FloatArray
+    layers: tuple[StackedLayer, ...]
+    flows: tuple[Finished | None, ...]
+    printed: int
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, upright="float: 3 3", wanted="float: k")
+
+    def figure(self) -> Figure:
+        """Draw it cut across through the middle of the part: all of it, and a piece enlarged.
+
+        Raises:
+            FieldError: the plane through the middle meets no layer.
+        """
+        return above("geoprint.layers.stack_page", "stack_figure")(self)
+
+
+# How a stack comes out: each layer is simulated where it is planned, and their sum.
+
+
+# Columns over a part: of a thickness that varies by 2 % they tell the mean to 0.01 %.
+COLUMNS = 40_000
+
+
+def stacked_layer(planned: Plan) -> StackedLayer:
+    """Return what is kept of a planned layer.
+
+    Args:
+        planned: with a place in a stack, and with the flow chosen.
+    """
+    place, deposited, poses = planned.workpiece.place, planned.deposited, planned.poses
+    assert place is not None  # noqa: S101  # A stack's job names the layer.
+    assert deposited is not None  # noqa: S101  # A whole plan has its flow.
+    points, widths = poses.surface_points, planned.workpiece.widths
+    nominal = place.height * (planned.contours.spacing if widths is None else widths(points))
+    constant = np.where(poses.deposit, nominal, 0.0) if deposited.mode == "analog" else poses.flow
+    # Constant, following, and as executed.
+    flows = [constant, _at(planned, deposited.following_flow)]
+    flows += [_executed(planned)] if planned.robot else []
+    printed = 2 if planned.robot else int(deposited.mode == "analog")
+    spacing = planned.contours.spacing
+    pieces = stretches_of_poses(poses, spacing=spacing)
+    levelling = Levelling(planned.workpiece.part, spacing=spacing, wanted=widths)
+    layer = LevelledLayer(levelling, pieces.places)
+    fields = layer.fields(np.column_stack([pieces.volumes(flow) for flow in flows])).T
+    ground, feet = Ground(place.base), column_feet(place.base, count=COLUMNS)
+    shown = replace(poses, flow=flows[printed])
+    rows = np.flatnonzero(poses.deposit)
+    return StackedLayer(
+        bottom=place.bottom,
+        height=place.height,
+        spacing=spacing,
+        deposited=deposited_over(feet, ground, levelling.surface, fields, bottom=place.bottom, height=place.height),
+        printed=printed,
+        met=have_met(feet, ground, height=place.bottom + place.height),
+        within=within_sides(feet, ground, height=place.middle),
+        volumes=np.array([deposited_volume(poses, flow) for flow in flows]),
+        slices=tuple(
+            sliced_layer(planned.workpiece.part, shown, plane, height=place.height)
+            for plane in middle_planes(place.base, upright_of(place.base))
+        ),
+        places=points[rows],
+        offsets=np.append(np.flatnonzero(np.diff(poses.runs[rows], prepend=-1)), rows.size),
+    )
+
+
+def _executed(planned: Plan) -> FloatArray:
+    """Return the flow at the poses of a plan that its robot's parts deposit together, as they were executed."""
+    cell = planned.workpiece.cell
+    deposited = [
+        (
+            robot.joint_path.poses,
+            executed_flow(robot.joint_path.poses, robot.trajectory.pose_times, robot.switching.material, cell=cell),
+        )
+        for robot in planned.robot
+    ]
+    # Over a table each part has poses of its own, for travel and attitude depend on how the part stands.
+    return deposited[0][1] if planned.tilting is None else flow_of_all(planned.poses, deposited)
+
+
+def finished_stack(job: Job, stack: Stack, layers: Sequence[StackedLayer]) -> FinishedStack:
+    """Return how a stack comes out of its layers, the lowest first.
+
+    Args:
+        job: that was planned; its part is read once more.
+        stack: in which layers it falls.
+        layers: those in which something is printed.
+
+    Raises:
+        GeoprintError: as `read_skin`.
+    """
+    read = read_skin(job)
+    base = read.part
+    feet, upright = column_feet(base, count=COLUMNS), upright_of(base)
+    planes = middle_planes(base, upright)
+    wanted = (
+        np.full(COLUMNS, stack.thickness)
+        if stack.target is None
+        else wanted_over(feet, stack.target, height=stack.height)
+    )
+    met, within = (np.stack(each) for each in zip(*((layer.met, layer.within) for layer in layers), strict=True))
+    bottoms = np.array([layer.bottom for layer in layers])
+    return FinishedStack(
+        base=base,
+        inputs=tuple((file.name, file.digest) for file in read.files),
+        upright=upright,
+        planes=planes,
+        ground=tuple(sliced(base, plane) for plane in planes),
+        feet=feet,
+        wanted=wanted,
+        layers=tuple(layers),
+        flows=tuple(
+            finished(np.stack(deposited), wanted, met=met, within=within, bottoms=bottoms, height=stack.height)
+            for deposited in zip(*(layer.deposited for layer in layers), strict=True)
+        ),
+        printed=layers[0].printed,
+    )
+
+
+def _at(planned: Plan, flow: FloatArray) -> FloatArray:
+    """Return a flow at the poses of a plan that was chosen when other travel led between the same deposits."""
+    found = np.zeros(planned.poses.count)
+    found[planned.poses.deposit] = flow[flow > 0.0]
+    return found

@@ -8,22 +8,22 @@ import numpy as np
 
 from geoprint.config import Job
 from geoprint.errors import percent
-from geoprint.metrics import EVEN_ENOUGH, MOST_MISSED, Covering, equally_good, ranked
-from geoprint.reporting.cautions import said_once
-from geoprint.reporting.records.rounding import listed
-from geoprint.reporting.records.stack import ComparedStackRecord, RefusedStackRecord, StackComparisonRecord, StackRecord
-from geoprint.reporting.stack import stack_warnings
-from geoprint.reporting.stack_html import OF_BACKENDS, StackReport, stack_report
-from geoprint.reporting.stack_page import (
-    VIEWED_FACES,
+from geoprint.layers.records import ComparedStackRecord, RefusedStackRecord, StackComparisonRecord, StackRecord
+from geoprint.layers.stack_page import (
     base_view,
+    cautions_of,
     printed_view,
     sliced_pictures,
     stack_paths,
     thickness_settings,
 )
+from geoprint.layers.stack_text import stack_warnings
+from geoprint.layers.stack_thickness import FinishedStack
+from geoprint.metrics import EVEN_ENOUGH, MOST_MISSED, Covering, equally_good, ranked
+from geoprint.reporting.cautions import said_once
+from geoprint.reporting.records.rounding import listed, stamp
 from geoprint.reporting.tables import Cells, fitting, grid, left_out, marked_lines
-from geoprint.results import FinishedStack
+from geoprint.reporting.thickness_page import ThicknessReport, ThicknessWords, thickness_report
 
 # What is said of whole stacks that several backends planned: a row each, the best, and in words what it means.
 
@@ -61,6 +61,26 @@ def compared_stack(backend: str, record: StackRecord | str, *, asked: bool) -> C
         not_printable=refused[0] if refused else None,
         warnings=tuple(stack_warnings(record)),
         not_checked=tuple(dict.fromkeys(text for layer in layers for text in layer.not_checked)),
+    )
+
+
+def comparison_record(
+    rows: Sequence[ComparedStackRecord | RefusedStackRecord], first: StackRecord
+) -> StackComparisonRecord:
+    """Return what stacks.json says.
+
+    Args:
+        rows: a backend each, at least one that planned.
+        first: what stack.json of one of these says.
+    """
+    return StackComparisonRecord(
+        **stamp(StackComparisonRecord),
+        part=first.part,
+        thickness_mm=first.thickness_mm,
+        layers=len(first.layers),
+        verdict=stack_verdict(rows, part=first.part),
+        best=best_stack(rows)[0].backend,
+        backends=tuple(rows),
     )
 
 
@@ -192,6 +212,15 @@ def stack_cells(row: ComparedStackRecord | RefusedStackRecord) -> Cells:
 # The report page of compared stacks: how that of each backend comes out, side by side.
 
 
+OF_BACKENDS = ThicknessWords(
+    "Backend",
+    "Backend by backend",
+    "Backends",
+    "best",
+    "covers the layers best; shown where there is room for only one",
+)
+
+
 def compared_stacks_page(
     stacks: Mapping[str, tuple[StackRecord, FinishedStack]], recorded: StackComparisonRecord, job: Job, *, page: str
 ) -> bytes:
@@ -205,11 +234,15 @@ def compared_stacks_page(
     """
     names = [recorded.best, *(name for name in stacks if name != recorded.best)]
     record, first = stacks[recorded.best]
-    view = base_view(first, faces=VIEWED_FACES // len(names))
-    shown = StackReport(
+    planned = [row for row in recorded.backends if isinstance(row, ComparedStackRecord)]
+    view = base_view(first, count=len(names))
+    shown = ThicknessReport(
         name=recorded.part,
         verdict=recorded.verdict,
-        cautions=_cautions(recorded),
+        cautions=cautions_of(
+            said_once({row.backend: row.warnings for row in planned}),
+            (text for row in planned for text in row.not_checked),
+        ),
         surface=view.surface,
         R_view_work=first.upright,
         spacing=first.layers[0].spacing,
@@ -223,13 +256,4 @@ def compared_stacks_page(
         settings=thickness_settings(job, record),
         inputs=first.inputs,
     )
-    return stack_report(shown, title=f"geoprint compare: {recorded.part}, {recorded.thickness_mm:g} mm")
-
-
-def _cautions(record: StackComparisonRecord) -> tuple[str, ...]:
-    planned = [row for row in record.backends if isinstance(row, ComparedStackRecord)]
-    unchecked = dict.fromkeys(text for row in planned for text in row.not_checked)
-    return (
-        *(f"Warning: {text}" for text in said_once({row.backend: row.warnings for row in planned})),
-        *([f"Not checked: {'; '.join(unchecked)}."] if unchecked else []),
-    )
+    return thickness_report(shown, title=f"geoprint compare: {recorded.part}, {recorded.thickness_mm:g} mm")

@@ -1,4 +1,4 @@
-"""Figures of a stack: sliced open, its finished thickness over the part, and where its runs start."""
+"""Figures of a stack: sliced open, and where its runs start over the part."""
 
 # matplotlib leaves the keyword arguments of its methods untyped.
 # pyright: reportUnknownMemberType=false
@@ -7,31 +7,29 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, final
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from scipy.spatial import KDTree
 
-from geoprint.model import FloatArray, IntArray, Surface, frozen
+from geoprint.layers.slices import Slice
+from geoprint.model import FloatArray, IntArray, Surface
 from geoprint.reporting.figures import (
     COVERAGE_DOTS,
-    PANEL_INCHES,
-    SIDE_INCHES,
-    UNMEASURED,
     add_ruler,
     add_title,
     draw_part,
     png_bytes,
-    polygons,
 )
-from geoprint.reporting.stack_html import THICKNESS_RANGE
-from geoprint.reporting.view import views
+from geoprint.reporting.thickness_page import LOWEST, side_panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
+# Places, line after line, and where each line starts.
+Lines: TypeAlias = tuple[FloatArray, IntArray]
 # Layers in turns; of Okabe and Ito, safe for colour-blind readers.
 LAYER_COLOURS = ("#56b4e9", "#e69f00")
 GROUND, LINE = "#cfd6dc", "#1c2730"
@@ -43,52 +41,30 @@ ENLARGED, ENLARGED_BEADS = 4.0, 8.0
 ENLARGED_AT = 0.3
 # From where to where it reaches, over the thickness of the stack, from the part upwards.
 ENLARGED_DOWN, ENLARGED_UP = 0.5, 1.4
-# The least height of a panel over its width.
-LOWEST = 0.16
 WIDTH_INCHES, FRAME_SHARE = 9.0, 0.04
 # As much of the part is drawn below the stack, over the width of the enlarged piece.
 BELOW_SHARE = 0.12
-# Colours of the map of thickness: blue is too thin, as on the page.
-THICKNESS_COLOURS, SEAM_COLOURS = "RdBu_r", "viridis"
-FINISHED_LABEL = "finished thickness / target thickness\n(blue: too thin, red: too thick, grey: not judged)"
+SEAM_COLOURS = "viridis"
 SEAM_SIZE = 10.0
 
 
-@final
-@frozen
-class SlicedView:
-    """What a plane cuts of a stack, in the plane: x to the right, y up [mm].
+def sliced_figure(ground: Lines, slices: Sequence[Slice], heights: Sequence[float], *, title: str) -> Figure:
+    """Draw a stack sliced open: all of it, and an enlarged piece.
 
-    Attributes:
-        ground: (q, 2) of the part, line after line.
-        ground_offsets: (c + 1,) where each line starts.
-        lines: (q, 2) of each layer in its middle.
-        offsets: (c + 1,) where each of these lines starts.
-        beads: (b, 2) middles of the beads of each layer.
-        along: (b, 2) unit vectors along the layer there.
-        widths: (b,) of the beads.
-        heights: of each layer.
+    Args:
+        ground: places of the part in the plane, line after line, and where each line starts.
+        slices: what the plane cuts of each layer, the lowest first.
+        heights: of the layers [mm].
+        title: above everything.
     """
-
-    ground: FloatArray
-    ground_offsets: IntArray
-    lines: tuple[FloatArray, ...]
-    offsets: tuple[IntArray, ...]
-    beads: tuple[FloatArray, ...]
-    along: tuple[FloatArray, ...]
-    widths: tuple[FloatArray, ...]
-    heights: tuple[float, ...]
-
-
-def sliced_figure(view: SlicedView, *, title: str) -> Figure:
-    """Draw a stack sliced open: all of it, and an enlarged piece."""
     from matplotlib.figure import Figure
 
-    low, high = _extent(view)
+    low, high = _extent(ground, slices, heights)
     size = high - low
-    thickness = sum(view.heights)
-    bead = float(np.median(np.concatenate(view.widths))) if any(some.size for some in view.widths) else 0.0
-    middle, half = _enlarged(view), 0.5 * min(max(ENLARGED * thickness, ENLARGED_BEADS * bead), float(size[0]))
+    thickness = sum(heights)
+    widths = np.concatenate([one.widths for one in slices])
+    bead = float(np.median(widths)) if widths.size else 0.0
+    middle, half = _enlarged(ground), 0.5 * min(max(ENLARGED * thickness, ENLARGED_BEADS * bead), float(size[0]))
     part = np.clip((ENLARGED_DOWN + ENLARGED_UP) * thickness / (2.0 * half), LOWEST, 1.0)
     whole = np.clip(size[1] / size[0], LOWEST, 1.0)
     figure = Figure(
@@ -96,7 +72,7 @@ def sliced_figure(view: SlicedView, *, title: str) -> Figure:
     )
     axes = figure.subplots(2, 1, height_ratios=(whole, part))
     for axis in axes:
-        _draw(axis, view)
+        _draw(axis, ground, slices, heights)
         axis.set_aspect("equal")
         axis.axis("off")
     edge = FRAME_SHARE * float(size[0])
@@ -109,48 +85,6 @@ def sliced_figure(view: SlicedView, *, title: str) -> Figure:
     axes[1].set_title("detail, enlarged", fontsize=10, loc="left")
     add_title(figure, title)
     return figure
-
-
-def thickness_figure(
-    surface: Surface,
-    thickness: FloatArray,
-    *,
-    R_view_work: FloatArray,
-    title: str,
-    ends: tuple[float, float] = THICKNESS_RANGE,
-    label: str = FINISHED_LABEL,
-) -> bytes:
-    """Draw the finished thickness over a part, from enough sides.
-
-    Args:
-        surface: to draw on, n vertices.
-        thickness: (n,) over the wanted one; NaN where it is not judged, drawn grey.
-        R_view_work: (3, 3) rotation to the first side.
-        title: above everything.
-        ends: of the colour scale.
-        label: of it.
-
-    Returns:
-        The PNG's bytes; the same for the same input.
-    """
-    from matplotlib import colormaps
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
-
-    figure, axes, sides = _panels(surface, R_view_work)
-    scale = Normalize(*ends)
-    shades = colormaps[THICKNESS_COLOURS].with_extremes(bad=UNMEASURED)
-    colours = shades(scale(np.ma.masked_invalid(thickness[surface.faces].mean(axis=1))))
-    for axis, R_side_work in zip(axes, sides, strict=True):
-        draw_part(axis, surface, R_side_work)
-        corners = (surface.vertices @ R_side_work.T)[surface.faces]
-        order = np.argsort(corners[..., 2].mean(axis=1))
-        painted = colours[order]
-        axis.add_collection(polygons(corners[order, :, :2], faces=painted, edges=painted, width=0.4))
-    bar = figure.colorbar(ScalarMappable(scale, THICKNESS_COLOURS), ax=axes, shrink=0.8, pad=0.01, extend="both")
-    bar.set_label(label, fontsize=9)
-    add_title(figure, title)
-    return png_bytes(figure)
 
 
 def seams_figure(surface: Surface, seams: Sequence[FloatArray], *, R_view_work: FloatArray, title: str) -> bytes:
@@ -168,7 +102,7 @@ def seams_figure(surface: Surface, seams: Sequence[FloatArray], *, R_view_work: 
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import BoundaryNorm
 
-    figure, axes, sides = _panels(surface, R_view_work)
+    figure, axes, sides = side_panels(surface, R_view_work)
     count = len(seams)
     scale = BoundaryNorm(np.arange(count + 1) + 0.5, 256)
     number = np.repeat(np.arange(1, count + 1), [len(some) for some in seams])
@@ -187,20 +121,20 @@ def seams_figure(surface: Surface, seams: Sequence[FloatArray], *, R_view_work: 
     return png_bytes(figure)
 
 
-def _draw(axis: Axes, view: SlicedView) -> None:
+def _draw(axis: Axes, ground: Lines, slices: Sequence[Slice], heights: Sequence[float]) -> None:
     """Draw the part in grey, the beads of each layer in its colour, and the lines of the layers over them."""
     from matplotlib.collections import LineCollection, PolyCollection
 
-    depth = BELOW_SHARE * ENLARGED * sum(view.heights)
-    for line in _split(view.ground, view.ground_offsets):
-        strip = _strip(line, view.lines[0], depth=depth)
+    depth = BELOW_SHARE * ENLARGED * sum(heights)
+    for line in _split(*ground):
+        strip = _strip(line, slices[0].line, depth=depth)
         axis.fill(strip[:, 0], strip[:, 1], color=GROUND, linewidth=0)
         axis.plot(line[:, 0], line[:, 1], color=LINE, linewidth=1.2)
-    for number, height in enumerate(view.heights):
-        beads = bead_outlines(view.beads[number], view.along[number], view.widths[number], height=height)
+    for number, (one, height) in enumerate(zip(slices, heights, strict=True)):
+        beads = bead_outlines(one.beads, one.along, one.widths, height=height)
         colour = LAYER_COLOURS[number % len(LAYER_COLOURS)]
         axis.add_collection(PolyCollection(list(beads), facecolors=colour, edgecolors=LINE, linewidths=0.15))
-        lines = _split(view.lines[number], view.offsets[number])
+        lines = _split(one.line, one.offsets)
         axis.add_collection(LineCollection(lines, colors=LINE, linewidths=0.3, alpha=0.5))
 
 
@@ -223,16 +157,16 @@ def bead_outlines(places: FloatArray, along: FloatArray, widths: FloatArray, *, 
     return places[:, None] + wide[..., None] * along[:, None] + high[..., None] * up[:, None]
 
 
-def _extent(view: SlicedView) -> tuple[FloatArray, FloatArray]:
+def _extent(ground: Lines, slices: Sequence[Slice], heights: Sequence[float]) -> tuple[FloatArray, FloatArray]:
     """Return the lower left and the upper right corner of what is drawn [mm]."""
-    half = 0.5 * max(view.heights)
-    everything = np.concatenate([view.ground, *view.lines])
+    half = 0.5 * max(heights)
+    everything = np.concatenate([ground[0], *(one.line for one in slices)])
     return everything.min(axis=0) - half, everything.max(axis=0) + half
 
 
-def _enlarged(view: SlicedView) -> FloatArray:
+def _enlarged(ground: Lines) -> FloatArray:
     """Return the place of the part about which a piece is enlarged [mm]."""
-    lines = _split(view.ground, view.ground_offsets)
+    lines = _split(*ground)
     line = max(lines, key=lambda each: float(np.linalg.norm(np.diff(each, axis=0), axis=1).sum()))
     return line[int(ENLARGED_AT * len(line))]
 
@@ -250,15 +184,3 @@ def _strip(line: FloatArray, over: FloatArray, *, depth: float) -> FloatArray:
         _, nearest = KDTree(over).query(line)
         up *= np.sign(np.einsum("qx,qx->", over[np.asarray(nearest)] - line, up)) or 1.0
     return np.concatenate([line, (line - depth * up)[::-1]])
-
-
-def _panels(surface: Surface, R_view_work: FloatArray) -> tuple[Figure, list[Axes], tuple[FloatArray, ...]]:
-    """Return a figure with an axis for each side from which a part is seen, and these sides."""
-    from matplotlib.figure import Figure
-
-    sides = views(surface, R_view_work)
-    sizes = [np.ptp(surface.vertices @ R.T, axis=0) for R in sides]
-    tall = max(float(np.clip(size[1] / size[0], LOWEST, 1.0)) for size in sizes)
-    inches = PANEL_INCHES if len(sides) == 1 else SIDE_INCHES
-    figure = Figure(figsize=(inches * len(sides) + 1.2, inches * tall + 0.8), dpi=COVERAGE_DOTS, layout="constrained")
-    return figure, list(figure.subplots(1, len(sides), squeeze=False)[0]), sides

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from importlib.metadata import version
 from itertools import pairwise
@@ -13,32 +13,122 @@ import numpy as np
 
 from geoprint.config import Job, job_cell, job_of
 from geoprint.errors import GeoprintError, naming
+from geoprint.layers.layering import read_stack
+from geoprint.layers.records import (
+    STACK,
+    STACKS,
+    RefusedStackRecord,
+    StackComparisonRecord,
+    StackedLayerRecord,
+    StackProgramRecord,
+    StackRecord,
+)
+from geoprint.layers.stack_comparison import compared_stack, comparison_record
+from geoprint.layers.stack_text import (
+    finished_record,
+    layer_record,
+    layer_seconds,
+    printed_parts,
+    stack_sheet,
+    wanted_volume,
+    with_cure,
+)
+from geoprint.layers.stack_thickness import StackedLayer, finished_stack, stacked_layer
 from geoprint.metrics.executed_flow import deposited_volume
 from geoprint.model import PoseStream, frozen
 from geoprint.positioner import table_machine
-from geoprint.postprocessor import Json, OwnProgram, read_setup
+from geoprint.postprocessor import EVIDENCE, Json, OwnProgram, StackProof, read_setup
 from geoprint.postprocessor.registry import joined_file, joining_of, post_processor_name
-from geoprint.reporting.check import Checked, CheckedParts, CheckedStack, Finding
+from geoprint.reporting.check import Checked, CheckedComparison, CheckedParts, CheckedStack, Finding
 from geoprint.reporting.records.plan import PlanRecord
 from geoprint.reporting.records.rounding import as_json, read_record
-from geoprint.reporting.records.stack import StackedLayerRecord, StackProgramRecord, StackRecord
-from geoprint.reporting.stack import finished_record, with_cure
-from geoprint.reporting.stack_sheet import printed_parts, stack_sheet
-from geoprint.results import StackedLayer
-from geoprint.workflow.bundles import (
-    STACK,
-    check_parts,
-    own_program,
-    stream_of,
-)
+from geoprint.results import Plan
+from geoprint.workflow.bundles import bundles, check_parts, own_program, read_seen, stream_of
 from geoprint.workflow.check_figures import VOLUME_SHARE, controller_files_findings, figures, joined_header_findings
+from geoprint.workflow.check_folder import changes_beside, check_folder, check_inner
 from geoprint.workflow.check_inputs import planned_cell, planned_job
 from geoprint.workflow.check_replan import record_findings
 from geoprint.workflow.replan import JOB
-from geoprint.workflow.stack_thickness import finished_stack
 from geoprint.workflow.table_motion import move_clearance, sweep_seconds
 from geoprint.workflow.tilting import part_folder
-from geoprint.workflow.workpiece import read_part, read_stack
+from geoprint.workflow.workpiece import read_part
+
+# A folder with a stack, or with several that are compared.
+
+
+def check_stacks(
+    folder: Path, names: Mapping[str, str], *, full: bool, observe: Callable[[str], None]
+) -> CheckedComparison:
+    """Check a stack with the bundles of its layers; or stacks that were compared, each by itself and all of them.
+
+    Args:
+        folder: with stack.json or stacks.json.
+        names: hash of each file there.
+        full: as in `check_folder`.
+        observe: called with the name of each stage as it starts.
+    """
+    if STACKS not in names:
+        return _checked_layers(folder, names, full=full, observe=observe)
+    places = sorted(PurePosixPath(name).parent for name in names if PurePosixPath(name).name == STACK)
+    own = changes_beside(folder, names, places)
+    stacks: list[tuple[str, CheckedComparison]] = []
+    for place in places:
+        checked = check_folder(folder / place, full=full, observe=observe)
+        assert isinstance(checked, CheckedComparison)  # noqa: S101  # It holds stack.json and no plan.json.
+        stacks.append((str(place), checked))
+    own += stacks_findings(folder, stacks)
+    return CheckedComparison(folder, tuple(own), (), stacks=tuple(stacks))
+
+
+def _checked_layers(
+    folder: Path, names: Mapping[str, str], *, full: bool, observe: Callable[[str], None]
+) -> CheckedComparison:
+    """Check a stack, the lowest layer first."""
+    inner, kept = bundles(names), dict[str, StackedLayer]()
+    order = sorted(map(str, inner))
+
+    def keep(name: str, planned: Plan) -> None:
+        kept[name] = stacked_layer(planned)
+
+    changed = changes_beside(folder, names, inner)
+    checked = check_inner(folder, order, full=full, observe=observe, keep=keep)
+    found, stack = check_stack(folder, names, checked)
+    found += finished_findings(folder, stack, [kept[one] for one in order if one in kept]) if full else []
+    said = {finding.file for finding in found}
+    own = [*found, *(finding for finding in changed if finding.file not in said)]
+    try:
+        stack = replace(stack, seen=read_seen(folder))
+    except GeoprintError as error:
+        own.append(Finding(EVIDENCE, 1, str(error)))
+    return CheckedComparison(folder, tuple(own), checked, stack)
+
+
+def stacks_findings(folder: Path, stacks: Sequence[tuple[str, CheckedComparison]]) -> Iterator[Finding]:
+    """Yield what stacks.json says that the stack.json of each backend does not.
+
+    Args:
+        folder: of the compared stacks.
+        stacks: each of them, by its folder.
+    """
+    try:
+        said = read_record(folder / STACKS, StackComparisonRecord)
+    except GeoprintError as error:
+        yield Finding(STACKS, 1, str(error))
+        return
+    every = {name: None if one.stack is None else one.stack.record for name, one in stacks}
+    record = {name: one for name, one in every.items() if isinstance(one, StackRecord)}
+    planned = [row.backend for row in said.backends if not isinstance(row, RefusedStackRecord)]
+    if sorted(planned) != sorted(record):
+        yield Finding(STACKS, 1, f"it lists {', '.join(planned)}, the stacks are {', '.join(record) or 'none'}")
+        return
+    asked = any(not isinstance(row, RefusedStackRecord) and row.printable is not None for row in said.backends)
+    rows = [
+        row if isinstance(row, RefusedStackRecord) else compared_stack(row.backend, record[row.backend], asked=asked)
+        for row in said.backends
+    ]
+    found = comparison_record(rows, record[planned[0]]).model_copy(update={"version": said.version})
+    yield from figures(STACKS, "", as_json(said), as_json(found))
+
 
 # The table's motion from one layer to the next: from the last attitude of the one to the first of the other.
 #
@@ -139,67 +229,41 @@ def stack_findings(
     held = cast("Sequence[PlanRecord]", plans)
     jobs = [planned_job(one.folder, names[name]) for name, one in layers]
     for number, (of, plan, (_, one), job) in enumerate(zip(record.layers, held, layers, jobs, strict=True)):
-        yield from figures(STACK, f"layers.{number}", as_json(of), _layer(plan, one, job), near=SPEED)
+        yield from figures(STACK, f"layers.{number}", as_json(of), _layer(of, plan, one, job), near=SPEED)
         yield from _volume(of, plan, one, number=number)
     yield from figures(STACK, "", as_json(record), _whole(record, held, jobs))
     yield from _finished_volume(record)
-    untold = record.model_copy(
-        update={
-            "cure": None,
-            "not_checked": (),
-            "layers": tuple(layer.model_copy(update={"cure": None}) for layer in record.layers),
-        }
-    )
-    lit = with_cure(untold, job_cell(jobs[0]))
+    lit = with_cure(record.model_copy(update={"cure": None, "not_checked": ()}), job_cell(jobs[0]))
     for key in ("cure", "not_checked"):
         yield from figures(STACK, "", {key: as_json(record).get(key)}, {key: as_json(lit).get(key)})
-    program = None if record.program is None else as_json(record.program)
+    program, proof = record.program, stack.program.proof
     if (program is None) is not (not own):
         yield Finding(STACK, 1, f"it lists {'no' if program is None else 'a'} program of all layers")
-    if program is not None and own:
-        yield from figures(STACK, "program", program, _program(stack, held, own, moves))
+    if program is not None and own and proof is not None:
+        found = _program(own, moves, proof, [layer_seconds(plan) for plan in held])
+        # How near the table comes is checked by itself, less closely.
+        found = found.model_copy(update={"table_kept_mm": program.table_kept_mm})
+        yield from figures(STACK, "program", as_json(program), as_json(found))
 
 
-def _layer(plan: PlanRecord, one: Checked, job: Job) -> dict[str, Json]:
-    """Return what is said of a layer, by its own bundle."""
+def _layer(of: StackedLayerRecord, plan: PlanRecord, one: Checked, job: Job) -> dict[str, Json]:
+    """Return what is said of a layer, by its own bundle, but for its volume."""
     (layer,) = plan.layers
-    even, deposited, robots = plan.uniformity, plan.deposition, plan.robot
-    thickness = (
-        None
-        if even is None or deposited is None
-        else even.thickness
-        if deposited.flow == "constant"
-        else even.following
-    )
-    seconds = plan.joined.print_s if plan.joined is not None else sum(one.motion.duration_s for one in robots)
-    found: dict[str, Json] = {
-        "bottom_mm": layer.bottom_mm,
-        "height_mm": layer.height_mm,
-        "area_mm2": plan.surface.area_mm2,
-        "pattern": str(job.drawing),
-        "runs": plan.paths.runs,
-        "deposit_mm": plan.paths.deposit_mm,
-        "gap": None if even is None else even.gap,
-        "overlap": None if even is None else even.overlap,
-        "thickness_cv": None if thickness is None else thickness.cv,
-        "helix_deg": None if plan.paths.fibres is None else plan.paths.fibres.helix_mean_deg,
-        "wanted_mm3": plan.surface.area_mm2 * layer.height_mm,
-        "print_s": seconds if robots else None,
-        "attitudes": len(robots) if any(robot.table is not None for robot in robots) else None,
-        "clearance_mm": min((robot.clearance.smallest_mm for robot in robots), default=None),
-        "not_printable": plan.not_printable,
-        "dose_mj_cm2": None if deposited is None or deposited.light is None else deposited.light.all_passes,
-        "warnings": [*plan.warnings],
-        "not_checked": list(dict.fromkeys(text for robot in robots for text in robot.clearance.not_checked)),
-    }
     # What a layer is slowed down by is its own missing volume: the rest is the speed of all layers.
     asked = planned_cell(job, plan).process.speed
-    share = one.setup.cell.process.speed / robots[0].motion.speed_ceiling_mm_s if robots and one.setup else 1.0
-    found["speed_mm_s"] = asked * share
-    if "pattern" in found and found["pattern"] == "contours":
-        # Left out where it is that.
-        del found["pattern"]
-    return {key: value for key, value in found.items() if value is not None}
+    share = one.setup.cell.process.speed / plan.robot[0].motion.speed_ceiling_mm_s if plan.robot and one.setup else 1.0
+    found = layer_record(
+        plan,
+        folder=of.folder,
+        bottom=layer.bottom_mm,
+        height=layer.height_mm,
+        area=plan.surface.area_mm2,
+        pattern=str(job.drawing),
+        speed=asked * share,
+        deposited=of.laid_mm3,
+        not_printable=plan.not_printable,
+    )
+    return as_json(found)
 
 
 def _volume(of: StackedLayerRecord, plan: PlanRecord, one: Checked, *, number: int) -> Iterator[Finding]:
@@ -241,25 +305,6 @@ def _finished_volume(record: StackRecord) -> Iterator[Finding]:
         yield from figures(STACK, "finished.printed", as_json(finished), volume)
 
 
-def _program(
-    stack: CheckedStack, plans: Sequence[PlanRecord], own: Sequence[OwnProgram], moves: Sequence[LayerMove]
-) -> dict[str, Json]:
-    """Return what is said of the program of all layers, as it was executed in this check."""
-    pause = own[0].cell.process.layer_pause
-    printing = sum(
-        plan.joined.print_s if plan.joined is not None else sum(one.motion.duration_s for one in plan.robot)
-        for plan in plans
-    )
-    moving = sum(move.seconds - move.from_rest for move in moves)
-    return {
-        "file": joined_file(own[0].cell),
-        "pause_s": pause,
-        "print_s": printing + moving + pause * (len(plans) - 1),
-        "runs_dry_only": bool(own[0].placement.missing),
-        **stack.program.proven(),
-    }
-
-
 def finished_findings(folder: Path, stack: CheckedStack, kept: Sequence[StackedLayer]) -> list[Finding]:
     """Return what is said of the finished thickness that its layers, planned again, do not leave.
 
@@ -277,12 +322,10 @@ def finished_findings(folder: Path, stack: CheckedStack, kept: Sequence[StackedL
         finished = finished_stack(job, whole, kept)
     except GeoprintError as error:
         return [Finding(STACK, 1, f"simulated again: {error}")]
-    target = None if whole.target is None else whole.target.volume
-    wanted = sum(layer.wanted_mm3 for layer in record.layers) if target is None else target
     again: dict[str, Json] = {
-        "finished": as_json(finished_record(finished, wanted=wanted)),
+        "finished": as_json(finished_record(finished, wanted=wanted_volume(whole.target, record.layers))),
         "thickness_mm": whole.thickness,
-        "target_mm3": target,
+        "target_mm3": None if whole.target is None else whole.target.volume,
     }
     said: dict[str, Json] = {**as_json(record)}
     return [*record_findings(STACK, {key: said.get(key) for key in again}, again)]
@@ -335,12 +378,19 @@ def stack_program(
     modules, beside, proof = joining_of(own[0].cell).join(own, part_name=part_name)
     folder = post_processor_name(own[0].cell)
     files = {f"{folder}/{name}": text.encode("ascii") for name, text in (modules | beside).items()}
-    pause = own[0].cell.process.layer_pause
-    printing = sum(layer.print_s or 0.0 for layer in layers) + sum(move.seconds - move.from_rest for move in moves)
-    return files, StackProgramRecord(
-        file=joined_file(own[0].cell),
-        pause_s=pause,
-        print_s=printing + pause * (len(layers) - 1),
+    return files, _program(own, moves, proof, [layer.print_s for layer in layers])
+
+
+def _program(
+    own: Sequence[OwnProgram], moves: Sequence[LayerMove], proof: StackProof, seconds: Sequence[float | None]
+) -> StackProgramRecord:
+    """Return what is said of the program of layers, each of which takes so many seconds."""
+    cell = own[0].cell
+    printing = sum(each or 0.0 for each in seconds) + sum(move.seconds - move.from_rest for move in moves)
+    return StackProgramRecord(
+        file=joined_file(cell),
+        pause_s=cell.process.layer_pause,
+        print_s=printing + cell.process.layer_pause * (len(seconds) - 1),
         table_kept_mm=_kept(moves),
         runs_dry_only=bool(own[0].placement.missing),
         scenarios=proof.scenarios,

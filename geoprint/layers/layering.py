@@ -8,34 +8,32 @@ from typing import final
 
 import numpy as np
 
-from geoprint.config import Job
+from geoprint.config import Job, job_cell
 from geoprint.distance import Piecewise, most_accurate_backend
 from geoprint.errors import FieldError, InputError, UsageError, how_many
-from geoprint.geometry import boundary_source, closest, in_words, prepare, refine
+from geoprint.geometry import boundary_source, prepare, refine
 from geoprint.geometry.files import load_file, stored_mesh
-from geoprint.layers import (
+from geoprint.layers.slices import layer_level, whole_layers
+from geoprint.layers.targets import (
     Columns,
     LayerTarget,
     TargetShape,
     TargetThickness,
     area_standing_out,
     cut,
-    layer_level,
-    whole_layers,
     with_sides,
     without_crumbs,
 )
 from geoprint.model import Cell, FloatArray, Surface
 from geoprint.process import between
 from geoprint.results import StackPlace, TargetFile
-from geoprint.workflow.number_tables import read_thicknesses
+from geoprint.workflow.number_tables import check_on_part, read_thicknesses
+from geoprint.workflow.workpiece import read_skin
 
 # What the layers of a job fill: read from a mesh or a table, and laid over the part.
 
 
 TABLE = ".csv"
-# Points of a table may lie off the part by this [mm]: what is read off a screen is rounded.
-TABLE_TOLERANCE = 1.0
 # A thickness is linear in triangles of this many across the part, and of as many up a feathered rim.
 ACROSS, UP_A_RIM = 100, 6
 # But in no more across the part than this.
@@ -94,22 +92,6 @@ def target_over(job: Job, file: TargetFile | None, part: Surface) -> LayerTarget
     return TargetThickness(fine, thickness)
 
 
-def check_on_part(places: FloatArray, part: Surface, *, name: str) -> None:
-    """Check that the (k, 3) points of a table lie on a part.
-
-    Raises:
-        InputError: one lies off it; says which.
-    """
-    _, away = closest(part, places)
-    if away.max() > TABLE_TOLERANCE:
-        worst = int(away.argmax())
-        raise InputError(
-            f"{name}: the point {in_words(places[worst])} is {away[worst]:.3g} mm off {part.name}, allowed are "
-            f"{TABLE_TOLERANCE:g} mm: give points on the part, in its coordinates and in mm.",
-            distance=float(away[worst]),
-        )
-
-
 def _from_rim(part: Surface) -> FloatArray:
     """Return (n,) the distance of the vertices from the rim along the surface [mm].
 
@@ -162,8 +144,8 @@ def even_stack(thickness: float, cell: Cell) -> Stack:
     return Stack(thickness, *whole_layers(thickness, height=cell.process.layer_height), None)
 
 
-def stack_of(job: Job, cell: Cell, part: Surface, file: TargetFile | None) -> Stack | None:
-    """Return in which layers a job falls; None of a single skin.
+def stack_of(job: Job, cell: Cell, part: Surface, file: TargetFile | None) -> Stack:
+    """Return in which layers a job falls.
 
     Args:
         job: its thickness or its target.
@@ -172,22 +154,23 @@ def stack_of(job: Job, cell: Cell, part: Surface, file: TargetFile | None) -> St
         file: the target as read, or None.
 
     Raises:
-        UsageError: a feather makes no sense.
+        UsageError: the job has no layers, or a feather makes no sense.
         InputError: there are too many layers, or as `target_over`.
     """
     target = target_over(job, file, part)
     thickness = job.thickness if target is None else target.thickness
-    return None if thickness is None else replace(even_stack(thickness, cell), target=target)
+    if thickness is None:
+        raise UsageError("this job has one layer: give `--thickness` in mm, or a `--target`.")
+    return replace(even_stack(thickness, cell), target=target)
 
 
-def layer_of(job: Job, cell: Cell, part: Surface, file: TargetFile | None) -> tuple[StackPlace, Surface] | None:
-    """Return where the layer of a job lies in its stack and the surface in its middle; None of a single skin.
+def layer_of(job: Job, cell: Cell, part: Surface) -> tuple[StackPlace, Surface]:
+    """Return where the layer of a job lies in its stack, and the surface in its middle.
 
     Args:
         job: as `stack_of`, with its layer.
         cell: as `stack_of`.
         part: as `stack_of`.
-        file: as `stack_of`.
 
     Raises:
         UsageError: no layer is named, there are not so many, or the stand-off ends within the layer.
@@ -195,14 +178,8 @@ def layer_of(job: Job, cell: Cell, part: Surface, file: TargetFile | None) -> tu
         FieldError: nothing of the part's outer side is so far away, or nothing of the target, or nothing lies below.
         MeshError: sheets of a level lie too close together.
     """
-    turns = len(job.drawings) > 1
-    given = {f"--layer {job.layer}": job.layer, "--set feather": job.feather, f"--pattern {job.pattern}": turns or None}
-    stray = [option for option, value in given.items() if value is not None]
-    if stray and not job.layered:
-        raise UsageError(f"`{stray[0]}` needs a thickness: give `--thickness` in mm or a `--target` too, or omit it.")
+    file = read_target(job)
     stack = stack_of(job, cell, part, file)
-    if stack is None:
-        return None
     number = _asked(job, cell, stack)
     target, over, height = stack.target, stack.middle(number), stack.height
     left_out, standing_out = 0.0, 0.0
@@ -213,12 +190,20 @@ def layer_of(job: Job, cell: Cell, part: Surface, file: TargetFile | None) -> tu
         standing_out = area_standing_out(part, surface, target, below=stack.middle(number - 1), height=height)
     ground = part if number == 1 else _below(stack, part, number=number)
     bottom = (number - 1) * height
-    return StackPlace(number, stack.count, bottom, height, part, ground, standing_out, left_out), surface
+    return StackPlace(number, stack.count, bottom, height, part, ground, standing_out, left_out, file), surface
 
 
-def stack_cell(cell: Cell, place: StackPlace | None) -> Cell:
-    """Return a cell for a layer, with its height; the stand-off stays that from what the layer lies on."""
-    return cell if place is None else replace(cell, process=replace(cell.process, layer_height=place.height))
+def read_stack(job: Job) -> Stack:
+    """Return in which layers a job falls; the part is read only where that depends on it.
+
+    Raises:
+        UsageError: the job has no layers.
+        GeoprintError: as `read_skin`, and as `stack_of`.
+    """
+    cell = job_cell(job)
+    if job.thickness is not None and job.feather is None:
+        return even_stack(job.thickness, cell)
+    return stack_of(job, cell, read_skin(job).part, read_target(job))
 
 
 def _asked(job: Job, cell: Cell, stack: Stack) -> int:

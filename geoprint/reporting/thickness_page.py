@@ -1,15 +1,32 @@
-"""The report page of stacks as HTML, with the data of its scene."""
+"""The report page of a thickness over a part: in 3D, with the layers that make it, and as a map.
+
+Stacks of layers are shown so, and prints that were scanned.
+"""
+
+# matplotlib leaves the keyword arguments of its methods untyped.
+# pyright: reportUnknownMemberType=false
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
 from geoprint.errors import InputError, how_many
+from geoprint.geometry import face_areas, refine
 from geoprint.model import FloatArray, IntArray, Surface, freeze_arrays, frozen
 from geoprint.reporting.colouring import Scale, thickness_scale
+from geoprint.reporting.figures import (
+    COVERAGE_DOTS,
+    PANEL_INCHES,
+    SIDE_INCHES,
+    UNMEASURED,
+    add_title,
+    draw_part,
+    png_bytes,
+    polygons,
+)
 from geoprint.reporting.histogram import histograms
 from geoprint.reporting.html import (
     Document,
@@ -26,17 +43,29 @@ from geoprint.reporting.html import (
 from geoprint.reporting.page import ONLY, document_page
 from geoprint.reporting.scene import numbers, scale_data, step, thinned, turned, with_breaks
 from geoprint.reporting.values import Picture
+from geoprint.reporting.view import ViewSurface, view_surface, views
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 # What the page of a stack, or of several that are compared, shows as plain frozen values; no stage is known here.
 
 
 # Finished thickness over the wanted one at the ends of the colour scale.
 THICKNESS_RANGE = (0.9, 1.1)
+# Colours of the map of thickness: blue is too thin, as on the page.
+THICKNESS_COLOURS = "RdBu_r"
+FINISHED_LABEL = "finished thickness / target thickness\n(blue: too thin, red: too thick, grey: not judged)"
+# Faces in all views: finer than can be seen, and every one costs time when the page opens.
+VIEWED_FACES = 60_000
+# The least height of a panel over its width.
+LOWEST = 0.16
 
 
 @final
 @frozen
-class StackPaths:
+class LayerPaths:
     """The paths of all layers of a stack.
 
     Attributes:
@@ -61,7 +90,7 @@ class StackPaths:
 
 @final
 @frozen
-class StackWords:
+class ThicknessWords:
     """What a page calls that which its views show.
 
     Attributes:
@@ -97,18 +126,6 @@ class StackWords:
         return thickness_scale(*self.ends, what=self.what, of=self.of, legend=self.legend)
 
 
-OF_FLOWS = StackWords(
-    "Flow", "Layer by layer", "Layers", "printed", "what is printed; shown where there is room for only one"
-)
-OF_BACKENDS = StackWords(
-    "Backend",
-    "Backend by backend",
-    "Backends",
-    "best",
-    "covers the layers best; shown where there is room for only one",
-)
-
-
 @final
 @frozen
 class FlowView:
@@ -133,7 +150,7 @@ class FlowView:
 
 @final
 @frozen
-class StackReport:
+class ThicknessReport:
     """Everything the page says of a stack, or of several over one part.
 
     Attributes:
@@ -160,9 +177,9 @@ class StackReport:
     surface: Surface
     R_view_work: FloatArray
     spacing: float
-    words: StackWords
+    words: ThicknessWords
     flows: tuple[FlowView, ...]
-    paths: tuple[StackPaths, ...]
+    paths: tuple[LayerPaths, ...]
     columns: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     pages: tuple[tuple[str, str], ...]
@@ -187,7 +204,7 @@ class StackReport:
 # The page of a stack as HTML: verdict, the thickness in 3D with the layers that make it, and every layer.
 
 
-def stack_document(stack: StackReport, *, key: str) -> Document:
+def thickness_document(stack: ThicknessReport, *, key: str) -> Document:
     """Return what the page says of a stack.
 
     Args:
@@ -218,7 +235,7 @@ def stack_document(stack: StackReport, *, key: str) -> Document:
     )
 
 
-def _scene(stack: StackReport, key: str) -> Markup:
+def _scene(stack: ThicknessReport, key: str) -> Markup:
     """Return the views of the flows side by side, and how many layers of paths are shown on them."""
     names = [(str(place), flow.name) for place, flow in enumerate(stack.flows)]
     count = max(paths.layers.size for paths in stack.paths)
@@ -245,17 +262,82 @@ def _scene(stack: StackReport, key: str) -> Markup:
     return scene_block(key, views, controls)
 
 
-def _pages(stack: StackReport) -> Markup:
+def _pages(stack: ThicknessReport) -> Markup:
     if not stack.pages:
         return Markup("")
     links = joined(*(element("li", element("a", name, href=address)) for name, address in stack.pages))
     return element("p", "Each of them, layer by layer:", element("ul", links), class_="note")
 
 
+# The map of a thickness over a part, from enough sides: stands in where no 3D is drawn.
+
+
+def thickness_view(part: Surface, *, edge_length: float, count: int = 1) -> ViewSurface:
+    """Return a part to show a thickness on, with triangles as long as this [mm], as far as so many views allow."""
+    faces = VIEWED_FACES // count
+    # Of as many equilateral triangles as there may be.
+    least = float(np.sqrt(4.0 / np.sqrt(3.0) * face_areas(part).sum() / faces))
+    return view_surface(refine(part, edge_length=max(least, edge_length)), faces=faces)
+
+
+def thickness_figure(
+    surface: Surface,
+    thickness: FloatArray,
+    *,
+    R_view_work: FloatArray,
+    title: str,
+    ends: tuple[float, float] = THICKNESS_RANGE,
+    label: str = FINISHED_LABEL,
+) -> bytes:
+    """Draw the finished thickness over a part, from enough sides.
+
+    Args:
+        surface: to draw on, n vertices.
+        thickness: (n,) over the wanted one; NaN where it is not judged, drawn grey.
+        R_view_work: (3, 3) rotation to the first side.
+        title: above everything.
+        ends: of the colour scale.
+        label: of it.
+
+    Returns:
+        The PNG's bytes; the same for the same input.
+    """
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    figure, axes, sides = side_panels(surface, R_view_work)
+    scale = Normalize(*ends)
+    shades = colormaps[THICKNESS_COLOURS].with_extremes(bad=UNMEASURED)
+    colours = shades(scale(np.ma.masked_invalid(thickness[surface.faces].mean(axis=1))))
+    for axis, R_side_work in zip(axes, sides, strict=True):
+        draw_part(axis, surface, R_side_work)
+        corners = (surface.vertices @ R_side_work.T)[surface.faces]
+        order = np.argsort(corners[..., 2].mean(axis=1))
+        painted = colours[order]
+        axis.add_collection(polygons(corners[order, :, :2], faces=painted, edges=painted, width=0.4))
+    bar = figure.colorbar(ScalarMappable(scale, THICKNESS_COLOURS), ax=axes, shrink=0.8, pad=0.01, extend="both")
+    bar.set_label(label, fontsize=9)
+    add_title(figure, title)
+    return png_bytes(figure)
+
+
+def side_panels(surface: Surface, R_view_work: FloatArray) -> tuple[Figure, list[Axes], tuple[FloatArray, ...]]:
+    """Return a figure with an axis for each side from which a part is seen, and these sides."""
+    from matplotlib.figure import Figure
+
+    sides = views(surface, R_view_work)
+    sizes = [np.ptp(surface.vertices @ R.T, axis=0) for R in sides]
+    tall = max(float(np.clip(size[1] / size[0], LOWEST, 1.0)) for size in sizes)
+    inches = PANEL_INCHES if len(sides) == 1 else SIDE_INCHES
+    figure = Figure(figsize=(inches * len(sides) + 1.2, inches * tall + 0.8), dpi=COVERAGE_DOTS, layout="constrained")
+    return figure, list(figure.subplots(1, len(sides), squeeze=False)[0]), sides
+
+
 # The report of stacks: one HTML file of the same form as that of a comparison, and the data of its scene.
 
 
-def stack_report(stack: StackReport, *, title: str) -> bytes:
+def thickness_report(stack: ThicknessReport, *, title: str) -> bytes:
     """Return report.html of a stack: verdict, finished thickness in a 3D scene, and every layer.
 
     Args:
@@ -265,10 +347,10 @@ def stack_report(stack: StackReport, *, title: str) -> bytes:
     Returns:
         UTF-8 HTML; the same for the same input.
     """
-    return document_page(title, stack_document(stack, key=ONLY), scene=stack_scene_data(stack))
+    return document_page(title, thickness_document(stack, key=ONLY), scene=thickness_scene_data(stack))
 
 
-def stack_scene_data(stack: StackReport) -> Json:
+def thickness_scene_data(stack: ThicknessReport) -> Json:
     """Return everything page.js needs to draw a stack: as `scene_data`, with the flows as backends.
 
     Returns:
@@ -291,7 +373,7 @@ def stack_scene_data(stack: StackReport) -> Json:
     }
 
 
-def _path(paths: StackPaths, upright: Callable[[FloatArray], FloatArray]) -> dict[str, Json]:
+def _path(paths: LayerPaths, upright: Callable[[FloatArray], FloatArray]) -> dict[str, Json]:
     kept, offsets = thinned(paths.offsets, step=step(len(paths.places)))
     return {
         "path": numbers(with_breaks(upright(paths.places)[kept], offsets).T),
