@@ -136,6 +136,11 @@ def test_a_file_is_read_by_an_installed_package_alone(
     (site / "part.xyzw").write_text("0 0 0\n")
     assert run("inspect", "part.xyzw", "--unit", "mm", path=site) == 3
     assert ".igs, .tri, " in capsys.readouterr().err
+    (site / "broken.py").write_text("def read(data, *, name, choice):\n    raise KeyError(name)\n")
+    (site / "one.vol").write_text("0")
+    installed(site, name="broken", version="0.2", groups={"geoprint.volumes": {"vol": "broken:read"}})
+    assert run("inspect", "one.vol", "--unit", "mm", path=site) == 3
+    assert "`one.vol` cannot be read as .vol" in capsys.readouterr().err
     installed(site, name="another", version="0.1", groups={"geoprint.readers": {"tri": "another:read_tri"}})
     assert run("inspect", "two.tri", "--unit", "mm", path=site) == 2
     said = capsys.readouterr().err

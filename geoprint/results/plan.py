@@ -69,8 +69,8 @@ class Result:
         """
         return above("geoprint.reporting.notebook", "result_figure")(self)
 
-    def save(self, directory: Path | str, *, overwrite: bool = False) -> None:
-        """Write it as the command that makes it does: complete and verified, or not at all.
+    def save(self, directory: Path | str, *, overwrite: bool = False) -> Any:
+        """Write it as the command that makes it does, complete and verified, or not at all; return its record.
 
         Args:
             directory: where it shall stand; `geoprint.check` reads a plan or a comparison back.
@@ -81,7 +81,7 @@ class Result:
             ExportError: nothing can be written there.
             VerificationError: what was written reads back otherwise.
         """
-        above("geoprint.workflow", "save")(self, directory, overwrite=overwrite)
+        return above("geoprint.workflow", "save")(self, directory, overwrite=overwrite)
 
 
 # What a plan keeps of a table that tilts the part.

@@ -18,7 +18,7 @@ from geoprint.config.job_file import FILES
 from geoprint.config.strict import Table, describe, line_of, parsed_toml, text_of
 from geoprint.distance import compared_backends
 from geoprint.errors import InputError, UsageError, how_many, reason_of
-from geoprint.geometry.files.io import suffixes
+from geoprint.geometry.files.io import is_read
 from geoprint.model import frozen
 
 # Cells of one study: more are several studies.
@@ -153,7 +153,7 @@ def _parts(asked: StudyFile, folder: Path) -> list[Path]:
         if Path(name).is_absolute() and not path.exists():
             raise InputError(f"parts: {name} does not exist; patterns of names are found from the study's folder.")
         some = sorted(path.iterdir()) if path.is_dir() else [path] if path.is_file() else _matching(folder, name)
-        some = [one for one in some if path.is_file() or one.suffix.lower() in suffixes()]
+        some = [one for one in some if path.is_file() or is_read(one.name)]
         if not some:
             raise InputError(f"parts: no part is found under {name!r} in {folder}; name a file, a folder or a pattern.")
         found += some

@@ -8,6 +8,7 @@ from geoprint.workflow.calibrating import (
     check_cell_writable as check_cell_writable,
     save_calibrated as save_calibrated,
 )
+from geoprint.workflow.cell_comparison import compare_cells as compare_cells
 from geoprint.workflow.check_folder import check_folder as check_folder
 from geoprint.workflow.checking import check_bundle as check_bundle
 from geoprint.workflow.comparison import compare as compare, compare_parts as compare_parts

@@ -8,7 +8,7 @@ from functools import partial
 from importlib.metadata import version
 from pathlib import Path, PurePosixPath
 
-from geoprint.errors import GeoprintError
+from geoprint.errors import GeoprintError, UsageError
 from geoprint.postprocessor import PLAN, Json
 from geoprint.reporting.check import Checked, CheckedComparison, Finding
 from geoprint.reporting.divisions import division_in
@@ -95,6 +95,7 @@ def check_folder(
 
     Raises:
         InputError: geoprint did not write the folder.
+        UsageError: a feature wrote it that is not here.
     """
     folder = Path(folder)
     names = listed(folder)
@@ -105,6 +106,11 @@ def check_folder(
     if COMPARISON not in names and (division := division_in(names)) is not None:
         return division.check(folder, names, full=full, observe=observe)
     inner = bundles(names)
+    if COMPARISON not in names and inner:
+        raise UsageError(
+            f"{folder} holds workpieces that one program prints in turn, and this geoprint lacks the feature that "
+            "wrote it: install all of geoprint."
+        )
     own = changes_beside(folder, names, inner)
     order = _order(folder, own)
     best_first = sorted(inner, key=lambda one: order.index(str(one)) if str(one) in order else len(order))

@@ -68,7 +68,7 @@ def save(result: object, directory: Path | str, *, overwrite: bool = False) -> R
 def written(result: object, directory: Path | str, *, overwrite: bool) -> Record:  # noqa: ARG001  (of those registered)
     """Write a result as `save` does; what makes a kind of result registers how it is written."""
     kind = type(result).__name__
-    raise UsageError(f"{directory}: a {kind} is no result; give what `plan`, `compare` or `measure_files` returned.")
+    raise UsageError(f"{directory}: `{kind}` is no result that is written; give what `plan` or `compare` returned.")
 
 
 def save_plan(plan: Plan, directory: Path | str, *, overwrite: bool = False, report: bool = False) -> PlanRecord:

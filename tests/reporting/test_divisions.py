@@ -11,6 +11,7 @@ from geoprint.config import Job
 from geoprint.errors import UsageError
 from geoprint.layers.division import Layers
 from geoprint.reporting.divisions import division_in, division_of, division_records
+from geoprint.workflow import check_folder
 from geoprint.workflow.workpiece import read_part
 
 PLATE = Path(__file__).parents[2] / "data" / "plate.ply"
@@ -41,7 +42,9 @@ def test_keys_of_layers_without_layers_are_refused(keys: dict[str, object], said
         division_of(asked(**keys))
 
 
-def test_without_the_feature_single_skins_are_read_and_layers_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_the_feature_single_skins_are_read_and_layers_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def nothing(_group: str) -> EntryPoints:
         return EntryPoints([])
 
@@ -51,3 +54,6 @@ def test_without_the_feature_single_skins_are_read_and_layers_refused(monkeypatc
         read_part(asked(thickness=1.0, layer=1))
     assert division_in(["stack.json"]) is None
     assert division_records() == {}
+    (tmp_path / "manifest.json").write_text('{"sha256": {"stack.json": "0", "layer-1/plan.json": "0"}}')
+    with pytest.raises(UsageError, match="lacks the feature that wrote it"):
+        check_folder(tmp_path)

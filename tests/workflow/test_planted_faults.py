@@ -59,7 +59,7 @@ FAULTS: dict[str, tuple[Fault, ...]] = {
         # Where outputs switch.
         ("postprocessor.switching", "switching_events", "_placed(orders, moment,", "_placed(orders, moment - 0.02,"),
         ("postprocessor.switching", "_moments", "start - signals.valve_open", "start + signals.valve_open"),
-        ("postprocessor.switching", "_within_ramps", "start + delays[0]", "start"),
+        ("postprocessor.switching", "_within_ramps", "span[0] + begins", "span[0]"),
         ("postprocessor.switching", "_lamp_moments", "max(start, before)", "start + 0.5"),
         ("postprocessor.switching", "_placed", "min(distance, length)", "max(distance - 0.3, 0.0)"),
         ("rapid.writing", "triggers_of", '"geoOn" if event.on', '"1" if event.on'),

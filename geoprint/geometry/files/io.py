@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 import secrets
 import stat
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
 
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 # no reader of a good file may return.
 
 
+_T = TypeVar("_T")
 # Largest file that is read [bytes]: 40 million triangles of a binary STL.
 LARGEST_FILE = 1 << 31
 
@@ -77,20 +78,27 @@ OWN = (*MESHES, *CLOUDS, ".zip")
 
 def suffixes() -> tuple[str, ...]:
     """Return all suffixes of files that are read."""
-    return (*OWN, *_named(features.READERS), *_named(features.VOLUMES))
+    return tuple(dict.fromkeys([*OWN, *_named(features.READERS), *_named(features.VOLUMES)]))
 
 
-def _named(group: str) -> tuple[str, ...]:
-    return tuple(f".{point.name}" for point in features.named_points(group))
+def is_read(name: str) -> bool:
+    """Return whether files of such a name are read."""
+    suffix = _suffix_of(name)
+    return suffix in OWN or suffix in suffixes()
 
 
-def _reader_of(suffix: str, group: str) -> Any:
+def _named(*groups: str) -> tuple[str, ...]:
+    return tuple(f".{point.name.lower()}" for group in groups for point in features.named_points(group))
+
+
+def _reader_of(suffix: str) -> Any:
     """Return what a feature or an installed package reads a suffix by.
 
     Raises:
         UsageError: two do, or it cannot be loaded; the sentence names both, or package and entry point.
     """
-    points = [point for point in features.named_points(group) if f".{point.name}" == suffix]
+    groups = (features.READERS, features.VOLUMES)
+    points = [each for group in groups for each in features.named_points(group) if f".{each.name.lower()}" == suffix]
     if len(points) > 1:
         both = " and ".join(features.origin_of(point) for point in points)
         raise UsageError(f"files of `{suffix}` are read by {both}: keep one.")
@@ -147,20 +155,20 @@ def read_mesh(
 
 def _suffix(path: Path) -> str:
     """Return the suffix that tells the format of a file."""
-    suffix = _suffix_of(path.name)
-    if suffix not in OWN and suffix not in suffixes() and not path.is_dir():
+    if not is_read(path.name) and not path.is_dir():
         raise InputError(
             f"`{path.name}` has the suffix `{path.suffix}`, but geoprint reads {', '.join(suffixes())}; "
             "export the mesh as one of these."
         )
-    return suffix
+    return _suffix_of(path.name)
 
 
 def _suffix_of(name: str) -> str:
-    """Return the suffix of a name: two where a volume has two, such as .nii.gz."""
+    """Return the suffix of a name: both where a reader has two, such as .nii.gz."""
     path = Path(name.lower())
     both = "".join(path.suffixes[-2:])
-    return both if path.suffix not in OWN and both in _named(features.VOLUMES) else path.suffix
+    double = path.suffix not in OWN and both in _named(features.READERS, features.VOLUMES)
+    return both if double else path.suffix
 
 
 def _read_label(data: bytes, /, *, name: str, choice: Choice) -> MeshFile:
@@ -172,12 +180,13 @@ def _volume(data: bytes, choice: Choice, *, name: str) -> LabelVolume:
     """Return the labels of a volume, by the suffix of its name, where it says they lie."""
     suffix, known = _suffix_of(name), _named(features.VOLUMES)
     if suffix not in known:
-        raise UsageError(f"`{name}` is not a label volume: its name must end in {', '.join(known)}.")
-    reader: VolumeReader = _reader_of(suffix, features.VOLUMES)
-    return reader(data, name=name, choice=choice)
+        ends = f"its name must end in {', '.join(known)}" if known else "this geoprint lacks readers of such"
+        raise UsageError(f"`{name}` is not a label volume: {ends}.")
+    reader: VolumeReader = _reader_of(suffix)
+    return _read(partial(reader, choice=choice), data, suffix=suffix, name=name)
 
 
-def _read(reader: Reader, data: bytes, *, suffix: str, name: str) -> MeshFile:
+def _read(reader: Callable[..., _T], data: bytes, *, suffix: str, name: str) -> _T:
     """Read a file; whatever its reader raises names it."""
     try:
         return reader(data, name=name)
@@ -198,7 +207,7 @@ def _checking(suffix: str, check: Check | None) -> Reader:
         return partial(read_ply, check=check)
     if suffix in CLOUDS:
         return partial(read_cloud, check=check)
-    return MESHES[suffix] if suffix in MESHES else _reader_of(suffix, features.READERS)
+    return MESHES[suffix] if suffix in MESHES else _reader_of(suffix)
 
 
 def content_of(path: Path) -> bytes:
@@ -245,7 +254,8 @@ def _check_label(file: MeshFile, label: int | None, *, name: str) -> None:
 
 
 def _without_labels(name: str, *, option: str) -> UsageError:
-    return UsageError(f"`{name}` has no labels, only {', '.join(_named(features.VOLUMES))} have; leave `{option}` out.")
+    known = ", ".join(_named(features.VOLUMES))
+    return UsageError(f"`{name}` has no labels{f', only {known} have' if known else ''}; leave `{option}` out.")
 
 
 # Loading a surface from a file, with its unit, and writing one.
