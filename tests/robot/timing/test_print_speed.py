@@ -210,7 +210,7 @@ def test_what_a_speed_is_looked_for_with_is_what_the_valve_lets_through() -> Non
     rising = 9.0 + 3.0 * np.arange(0.0, 0.2, 1e-3) / 0.2
     lengths = np.append(lengths, lengths[-1] + np.cumsum(np.append(rising, np.full(300, 20.0))) * 1e-3)
     lengths = np.append(lengths, lengths[-1] + np.cumsum(np.diff(lengths)[::-1]))
-    times = 1e-3 * np.arange(lengths.size)
+    times: FloatArray = 1e-3 * np.arange(lengths.size, dtype=np.float64)
     places = np.append(np.arange(0.0, lengths[-1], 2.0), lengths[-1])
     poses = stream(np.column_stack([places, 0.0 * places, 0.0 * places]))
     passed = np.interp(places, lengths, times)
