@@ -22,7 +22,7 @@ from geoprint.results import Comparison, Measurement, Plan
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Drawn: TypeAlias = Plan | Comparison | Measurement
+Result: TypeAlias = Plan | Comparison | Measurement
 
 # The five figures beside the picture; what a print is expected to have stands behind the first.
 METRICS = (THICKNESS, COVERED_ONCE, GAP, OVERLAP)
@@ -55,7 +55,7 @@ class NotebookView:
         )  # fmt: skip
 
 
-def result_figure(result: Drawn) -> Figure:
+def result_figure(result: Result) -> Figure:
     """Draw the paths of a result as beads coloured by the spacing to the next path.
 
     Raises:
@@ -64,7 +64,7 @@ def result_figure(result: Drawn) -> Figure:
     return measure_figure(result) if isinstance(result, Measurement) else figure(result)
 
 
-def notebook_view(result: Drawn) -> NotebookView:
+def notebook_view(result: Result) -> NotebookView:
     """Return the report page of a result as a notebook shows it."""
     if isinstance(result, Plan):
         return NotebookView(plan_report(result)[2])
@@ -74,7 +74,7 @@ def notebook_view(result: Drawn) -> NotebookView:
     return NotebookView(comparison_report([result], recorded_comparison([result]), pictures=[pictures]))
 
 
-def notebook_html(result: Drawn) -> str:
+def notebook_html(result: Result) -> str:
     """Return what a notebook shows of a result: the picture of its paths and five figures, a row each way."""
     if isinstance(result, Measurement):
         record = record_measurement(result)

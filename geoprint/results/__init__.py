@@ -26,7 +26,6 @@ from geoprint.results.plan import (
     Layer as Layer,
     Order as Order,
     Plan as Plan,
-    Result as Result,
     RobotPlan as RobotPlan,
     Tilting as Tilting,
     TriedMedialAxis as TriedMedialAxis,

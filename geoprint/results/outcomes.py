@@ -21,7 +21,7 @@ from geoprint.model import (
     frozen,
     recorded,
 )
-from geoprint.results.plan import Plan, Result
+from geoprint.results.plan import Plan, result_figure, result_html, result_view, save_result
 from geoprint.results.workpiece import Workpiece
 from geoprint.robot.placing import FixtureCalibration, FixturePose, TipCalibration, Uncertainty
 from geoprint.robot.reach import Exhausted, Margin, ReachMap
@@ -202,7 +202,7 @@ class Refused:
 
 @final
 @frozen
-class Comparison(Result):
+class Comparison:
     """The outcomes of several backends on one workpiece.
 
     Attributes:
@@ -214,6 +214,8 @@ class Comparison(Result):
     job: Job
     workpiece: Workpiece
     outcomes: tuple[tuple[str, Planned | Refused], ...]
+
+    _repr_html_, view, figure, save = result_html, result_view, result_figure, save_result
 
     @property
     def plans(self) -> dict[str, Plan]:
@@ -351,7 +353,7 @@ class MeasuredFile:
 
 @final
 @frozen
-class Measurement(Result):
+class Measurement:
     """Files of toolpaths, measured side by side on one part.
 
     Attributes:
@@ -371,6 +373,8 @@ class Measurement(Result):
     files: tuple[MeasuredFile, ...]
     cell: str
     own_errors: bool = False
+
+    _repr_html_, view, figure, save = result_html, result_view, result_figure, save_result
 
     def __post_init__(self) -> None:
         freeze_arrays(self, upright="float: 3 3")

@@ -46,42 +46,42 @@ from geoprint.robot.timing import OffMoves
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# What every result answers, by what is made of results.
+# What a plan, a comparison and measured toolpaths answer alike, by what is made of results: they are methods of each.
 
 
-class Result:
-    """What a plan, a comparison and measured toolpaths answer alike: how they look, and how they are written."""
+def result_html(self: object) -> str:
+    """Return what a notebook shows of it."""
+    return above("geoprint.reporting.notebook", "notebook_html")(self)
 
-    __slots__ = ()
 
-    def _repr_html_(self) -> str:
-        return above("geoprint.reporting.notebook", "notebook_html")(self)
+def result_view(self: object) -> Any:
+    """Return its report page as a notebook shows it: it turns in 3D and has every figure, without a server."""
+    return above("geoprint.reporting.notebook", "notebook_view")(self)
 
-    def view(self) -> Any:
-        """Return its report page as a notebook shows it: it turns in 3D and has every figure, without a server."""
-        return above("geoprint.reporting.notebook", "notebook_view")(self)
 
-    def figure(self) -> Figure:
-        """Draw the paths, as beads or halves coloured by the distance to the next path, with what no path covers.
+def result_figure(self: object) -> Figure:
+    """Draw the paths, as beads or halves coloured by the distance to the next path, with what no path covers.
 
-        Raises:
-            FieldError: nobody has measured how even the paths are.
-        """
-        return above("geoprint.reporting.notebook", "result_figure")(self)
+    Raises:
+        FieldError: nobody has measured how even the paths are.
+    """
+    return above("geoprint.reporting.notebook", "result_figure")(self)
 
-    def save(self, directory: Path | str, *, overwrite: bool = False) -> Any:
-        """Write it as the command that makes it does, complete and verified, or not at all; return its record.
 
-        Args:
-            directory: where it shall stand; `geoprint.check` reads a plan or a comparison back.
-            overwrite: whether what geoprint wrote there before may be replaced.
+def save_result(self: object, directory: Path | str, *, overwrite: bool = False) -> Any:
+    """Write it as the command that makes it does, complete and verified, or not at all; return its record.
 
-        Raises:
-            UsageError: the folder exists already.
-            ExportError: nothing can be written there.
-            VerificationError: what was written reads back otherwise.
-        """
-        return above("geoprint.workflow", "save")(self, directory, overwrite=overwrite)
+    Args:
+        self: the result.
+        directory: where it shall stand; `geoprint.check` reads a plan or a comparison back.
+        overwrite: whether what geoprint wrote there before may be replaced.
+
+    Raises:
+        UsageError: the folder exists already.
+        ExportError: nothing can be written there.
+        VerificationError: what was written reads back otherwise.
+    """
+    return above("geoprint.workflow", "save")(self, directory, overwrite=overwrite)
 
 
 # What a plan keeps of a table that tilts the part.
@@ -262,7 +262,7 @@ class JoinedProgram:
 
 @final
 @frozen
-class Plan(Result):
+class Plan:
     """A plan: everything from the mesh to the program.
 
     Attributes:
@@ -310,6 +310,8 @@ class Plan(Result):
     fed: Fed | None = None
     tilting: Tilting | None = None
     joined: JoinedProgram | None = None
+
+    _repr_html_, view, figure, save = result_html, result_view, result_figure, save_result
 
     @property
     def paths(self) -> list[FloatArray]:

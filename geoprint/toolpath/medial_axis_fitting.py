@@ -553,8 +553,10 @@ def _near(outline: _Outline, surface: Surface, *, spacing: float) -> IntArray:
     pairs = pairs[along * outline.step > apart]
     if not len(pairs):
         return pairs
-    outward = normals(surface, closest(surface, places)[0])
-    return pairs[np.einsum("jx,jx->j", outward[pairs[:, 0]], outward[pairs[:, 1]]) > ALIKE]
+    # Few samples of a curve are near to others.
+    samples, ends = np.unique(pairs, return_inverse=True)
+    outward = normals(surface, closest(surface, places[samples])[0])[ends.reshape(pairs.shape)]
+    return pairs[np.einsum("jx,jx->j", outward[:, 0], outward[:, 1]) > ALIKE]
 
 
 def _wide(pairs: IntArray, count: int) -> int:

@@ -5,7 +5,7 @@ Where fronts meet plain contours and fitted ones are measured, and the better on
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import fields, replace
 from functools import cache
 from typing import TypeAlias, cast, final
@@ -155,7 +155,7 @@ def measured_covers(
     *,
     on: MeasuredSurface | None = None,
     backend: Piecewise | None = None,
-    measure: Callable[[Plan, MeasuredSurface], Plan] | None = None,
+    distance: bool = True,
 ) -> tuple[Measured, ...]:
     """Cover a workpiece and measure how evenly; where the best middle is sought, with each of them.
 
@@ -165,7 +165,7 @@ def measured_covers(
         stage: names and times the work.
         on: its `shared_surface`, if there is any.
         backend: as for `cover`.
-        measure: returns paths with their evenness, and what else is wanted of them; by default `with_figures`.
+        distance: whether the errors of the distance are measured too.
 
     Returns:
         What was asked for alone; or plain contours, and fitted ones where plain ones miss or cover twice more than next
@@ -181,13 +181,12 @@ def measured_covers(
         one = job if middle is None else job.model_copy(update={"middle": middle})
         paths = replace(cover(one, workpiece, stage, backend=backend), job=job)
         with stage("evenness"):
-            if like is None:
-                paths = (measure or with_figures)(paths, surface_at(paths.contours.spacing))
-            elif _same(paths.poses, like.poses):
-                paths = replace(paths, uniformity=like.uniformity, distance=like.distance)
-            else:
-                # Both treatments are of one distance.
-                paths = replace(with_evenness(paths, surface_at(paths.contours.spacing)), distance=like.distance)
+            surface = surface_at(paths.contours.spacing)
+            same = like is not None and _same(paths.poses, like.poses)
+            paths = replace(paths, uniformity=like.uniformity if like and same else evenness_of(paths, surface))
+            # Both treatments are of one distance.
+            if like is not None or distance:
+                paths = replace(paths, distance=like.distance if like else distance_errors_of(paths, surface))
         return paths, cast("Uniformity", paths.uniformity)
 
     @cache
@@ -203,16 +202,6 @@ def measured_covers(
         return plain, measured(FITTED, like=plain[0])
     except FieldError:
         return (plain,)
-
-
-def with_figures(paths: Plan, on: MeasuredSurface) -> Plan:
-    """Return a plan of paths with its evenness and the errors of its distance."""
-    return replace(with_evenness(paths, on), distance=distance_errors_of(paths, on))
-
-
-def with_evenness(paths: Plan, on: MeasuredSurface) -> Plan:
-    """Return a plan of paths with its evenness."""
-    return replace(paths, uniformity=evenness_of(paths, on))
 
 
 def _same(poses: PoseStream, others: PoseStream) -> bool:

@@ -24,7 +24,6 @@ from geoprint.workflow.covering import (
     measured_covers,
     measured_surface,
     taken_alike,
-    with_evenness,
 )
 from geoprint.workflow.planning import plan_measured
 from geoprint.workflow.stages import Stages
@@ -168,7 +167,7 @@ class Planner:
         on = None if job.spacing is None else self._measured_on(workpiece, spacing=job.spacing)
         return self._covers(
             (job, workpiece),
-            lambda: measured_covers(whole, workpiece, stage, on=on, backend=backend, measure=with_evenness),
+            lambda: measured_covers(whole, workpiece, stage, on=on, backend=backend, distance=False),
         )
 
     def _measured_on(self, workpiece: Workpiece, *, spacing: float) -> MeasuredSurface:

@@ -12,7 +12,7 @@ import pytest
 import geoprint
 from geoprint.geometry.files import save_ply
 from geoprint.reporting.notebook import NotebookView, notebook_html
-from geoprint.results import Measurement, Plan, Result
+from geoprint.results import Measurement, Plan
 from tests.meshes import spherical_cap
 from tests.reporting.browser import Page
 from tests.shared_plans import SharedPlans
@@ -40,7 +40,7 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> Measurement:
 def shown(result: Plan | Measurement) -> tuple[list[str], list[list[str]], str]:
     """Return heads and rows of the table that a notebook shows, and all of it."""
     text = notebook_html(result)
-    assert vars(Result)["_repr_html_"](result) == text
+    assert vars(type(result))["_repr_html_"](result) == text
     assert text.count("<img") == text.count('src="data:image/') == 1
     assert "http" not in text
     text = text.replace("&nbsp;", " ")
