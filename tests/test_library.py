@@ -157,6 +157,7 @@ def writers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "save_plan": lambda: geoprint.workflow.save_plan(planned, below),
         "staging": lambda: postprocessor.staging(below, overwrite=False).__enter__(),
         "seal": lambda: postprocessor.seal(gone),
+        "compare_cells": lambda: workflow.compare_cells(planned.job, [gone, f"{gone}2"]),
         "plan_stack": lambda: geoprint.layers.plan_stack(planned.job.model_copy(update={"thickness": 1.0}), below),
         "compare_stacks": lambda: geoprint.layers.compare_stacks(
             planned.job.model_copy(update={"thickness": 1.0}), below

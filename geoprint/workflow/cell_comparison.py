@@ -23,7 +23,7 @@ CELLS = "cells.json"
 
 
 def compare_cells(
-    job: Job, cells: Sequence[Path], *, observe: Callable[[str], None] = lambda _: None
+    job: Job, cells: Sequence[Path | str], *, observe: Callable[[str], None] = lambda _: None
 ) -> CellComparison:
     """Plan a part on several cells, each by itself.
 
@@ -48,7 +48,7 @@ def compare_cells(
     if not job.robot or job.divided:
         raise UsageError("cells are compared by their programs for one skin: omit `--no-robot`, and name a `--layer`.")
     outcomes: list[CellOutcome] = []
-    for path in cells:
+    for path in map(Path, names):
         try:
             outcomes.append(_planned(job, path, lambda stage, path=path: observe(f"{path.name}: {stage}")))
         except (PlanError, UsageError) as error:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
 from collections.abc import Callable
@@ -163,8 +164,10 @@ def test_parts_of_a_comparison_are_in_folders_of_their_own(compared: Path, tmp_p
         for backend in ("lscm", "heat"):
             shutil.copytree(compared / backend, whole / place / backend)
     every = {f"{place}/{name}": digest for place in ("plate-2", "plate") for name, digest in names.items()}
+    several = json.dumps({**record, "parts": record["parts"] * 2}).encode()
+    (whole / "compare.json").write_bytes(several)
+    every |= {"compare.json": hashlib.sha256(several).hexdigest()}
     (whole / "manifest.json").write_text(json.dumps({"sha256": every}))
-    (whole / "compare.json").write_text(json.dumps({**record, "parts": record["parts"] * 2}))
     checked = check_folder(whole)
     assert isinstance(checked, CheckedComparison)
     assert checked.findings == ()
