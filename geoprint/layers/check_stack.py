@@ -438,12 +438,12 @@ def check_stack(
 
 def _checked(record: StackRecord | None, program: CheckedParts) -> CheckedStack:
     """Return what is said of a stack by its record, None where that cannot be read, and what its program did."""
-    heading = "layers, the lowest first"
+    listed = "layer", "the lowest first"
     if record is None:
-        return CheckedStack(None, heading)
+        return CheckedStack(None, listed)
     sheet = tuple((label, tuple(texts)) for label, texts in stack_sheet(record, program))
     one, _ = printed_parts(record.layers)
-    return CheckedStack(record, heading, f"{record.part}, layer upon layer", sheet, one, program)
+    return CheckedStack(record, listed, f"{record.part}, layer upon layer", sheet, one, program)
 
 
 def _below(names: Iterable[str], folder: str) -> dict[str, str]:

@@ -132,7 +132,7 @@ class CheckedStack:
 
     Attributes:
         record: what is said of all of them in the file beside them, or None where it cannot be read.
-        heading: what they are, and in which order they are listed.
+        listed: what each is, and in which order they are listed.
         title: what is printed.
         sheet: label and texts of what the run sheet says of their program; none where there is no such program.
         one: what the program calls each: 'layer', or 'attitude' of a table.
@@ -141,7 +141,7 @@ class CheckedStack:
     """
 
     record: Record | None
-    heading: str
+    listed: tuple[str, str]
     title: str = ""
     sheet: tuple[tuple[str, tuple[str, ...]], ...] = ()
     one: str = "layer"

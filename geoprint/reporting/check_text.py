@@ -62,8 +62,9 @@ def _comparison(checked: CheckedComparison, *, width: int | None) -> str:
     longest = max((len(name) for name, _ in checked.bundles), default=0)
     count = len(checked.bundles)
     stack = checked.stack
-    word, what = ("STACK", stack.heading) if stack else ("COMPARISON", "bundles, the best of a part first")
-    lines = [f"{word}  {checked.folder.name}: {count} {what}", ""]
+    word, one, order = ("STACK", *stack.listed) if stack else ("COMPARISON", "bundle", "the best of a part first")
+    listed = f"{how_many(count, one)}, {order}" if count > 1 else how_many(count, one)
+    lines = [f"{word}  {checked.folder.name}: {listed}", ""]
     lines += [f"  {_line(one)}" for one in checked.own]
     for name, bundle in checked.bundles:
         lines.append(f"{name:<{longest}}  {_outcome(bundle)}")
