@@ -115,7 +115,7 @@ class Printed:
 
     @property
     def largest_error(self) -> str | None:
-        """The error to mend first; None where there is none, or the plan itself makes most of the variance."""
+        """The error to fix first; None where there is none, or the plan itself makes most of the variance."""
         shares = self.shares
         largest = max(shares, key=shares.__getitem__)
         return None if largest == "plan" or shares[largest] == 0.0 else largest

@@ -100,7 +100,7 @@ def _levels(found: LevelSpacings, *, spacing: float) -> LevelSpacingsRecord:
     )
 
 
-# What is said of thickness in print: its expected variation, which plans cannot be told apart, what to mend first.
+# What is said of thickness in print: its expected variation, which plans cannot be told apart, what to fix first.
 
 
 # What each error is in words, by its key in the cell without the unit.
@@ -181,7 +181,7 @@ def expected_rows(every: Sequence[PrintedRecord | None]) -> list[Row]:
 
 
 def in_print(order: Sequence[PlannedRecord], apart: Sequence[PrintedApartRecord]) -> tuple[str, ...]:
-    """Return sentences on what the cell makes of paths: who cannot be told apart, and what to mend first.
+    """Return sentences on what the cell makes of paths: who cannot be told apart, and what to fix first.
 
     Args:
         order: backends, the best first.

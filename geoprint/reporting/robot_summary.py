@@ -45,7 +45,7 @@ from geoprint.robot.arm import (
     unconfirmed_kinematics,
 )
 from geoprint.robot.controller import LIFT, SHORTEST_TIME, close_targets
-from geoprint.robot.reach import laying
+from geoprint.robot.reach import depositing
 from geoprint.robot.timing import largest_jerk, slowed_shares, unconfirmed_speeds
 
 # A nozzle that leans less than this from the attitude of the path does not lean [rad].
@@ -117,7 +117,7 @@ def record_switching(switching: Timeline) -> SwitchingRecord:
 
 def record_quadrants(path: JointPath, targets: Targets, arm: Arm) -> tuple[QuadrantRecord, ...]:
     """Return how near axes 1, 4 and 6 come to borders of quadrants, if they have any; nothing without deposit."""
-    rows = targets.poses[laying(path.poses)[targets.poses]]
+    rows = targets.poses[depositing(path.poses)[targets.poses]]
     if not (rows.size and bordered_joints(arm)):
         return ()
     distances = border_distances(path.joints[rows])

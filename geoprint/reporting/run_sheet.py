@@ -387,9 +387,9 @@ def _pressure(process: Process, flow: DepositionRecord, robots: Sequence[RobotRe
 
 def _limits(setup: Setup, motion: MotionRecord) -> list[str]:
     process = setup.cell.process
-    laying = f"prints at {process.speed:g} mm/s (slowest {motion.slowest_deposit_mm_s:.1f})"
+    printing = f"prints at {process.speed:g} mm/s (slowest {motion.slowest_deposit_mm_s:.1f})"
     joints = f"joint moves from and to home at {percent(process.joint_speed_share)} speed"
-    return [f"{laying}, travels at {process.travel_speed:g} mm/s; {joints}"]
+    return [f"{printing}, travels at {process.travel_speed:g} mm/s; {joints}"]
 
 
 def _targets(motion: MotionRecord) -> list[str]:

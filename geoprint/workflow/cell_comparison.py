@@ -13,7 +13,7 @@ from geoprint.reporting.records.cells import CellsRecord
 from geoprint.reporting.records.rounding import save_record
 from geoprint.results import CellComparison, CellOutcome, Plan
 from geoprint.robot.arm import Arm
-from geoprint.robot.reach import Margin, laying, smallest_margin
+from geoprint.robot.reach import Margin, depositing, smallest_margin
 from geoprint.workflow.bundles import REPORT
 from geoprint.workflow.placing import best_placed
 from geoprint.workflow.planning import plan
@@ -79,7 +79,7 @@ def _margin(found: Plan) -> Margin:
     cell = found.workpiece.cell
     arm = Arm(cell.robot, T_flange_tool=cell.tool.T_flange_tool)
     paths = [robot.joint_path for robot in found.robot]
-    margins = [smallest_margin(path.joints, arm, deposit=laying(path.poses)) for path in paths]
+    margins = [smallest_margin(path.joints, arm, deposit=depositing(path.poses)) for path in paths]
     return min(margins, key=lambda margin: margin.angle)
 
 

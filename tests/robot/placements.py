@@ -29,9 +29,9 @@ def line(start: tuple[float, float, float], end: tuple[float, float, float], *, 
 
 def run_of(poses: FloatArray, *, deposit: BoolArray | None = None) -> Placements:
     """Return placements of one run that lays material throughout, unless told where."""
-    laying = np.ones(len(poses), dtype=np.bool_) if deposit is None else deposit
-    laying[-1] = False
-    return Placements(poses, runs=np.zeros(len(poses), dtype=np.int64), deposit=laying, corners=poses)
+    depositing = np.ones(len(poses), dtype=np.bool_) if deposit is None else deposit
+    depositing[-1] = False
+    return Placements(poses, runs=np.zeros(len(poses), dtype=np.int64), deposit=depositing, corners=poses)
 
 
 def block(low: tuple[float, float, float], high: tuple[float, float, float], *, name: str = "block") -> Surface:

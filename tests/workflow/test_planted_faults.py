@@ -144,7 +144,7 @@ CHOICES: dict[str, tuple[Fault, ...]] = {
     "valve": (
         ("robot.timing.print_speed", "timed_print", "search.highest_of_joints())", "5.0)"),
         ("robot.timing.retiming", "retime", "found.share_at_speed", "1.0"),
-        ("robot.timing.slowdown", "pace", "at_speed / total", "0.5 * at_speed / total"),
+        ("robot.timing.slowdown", "speed_profile", "at_speed / total", "0.5 * at_speed / total"),
         ("robot.timing.moments", "largest_jerk", "JERK_TIME**3", "(2.0 * JERK_TIME) ** 3"),
         ("robot.timing.knots", "off_moves", "OffMoves(float(max(tip_off", "OffMoves(0.5 * float(max(tip_off"),
     ),

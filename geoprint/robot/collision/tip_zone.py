@@ -232,9 +232,9 @@ def refuse_rim(
     Each placement stands for half of the step before it and half of the step behind it: its circle is widened so that
     it holds the needle in both, and by the rounding of a corner anywhere in them; the tip may be as much lower there.
     """
-    laying = placements.deposit.copy()
-    laying[1:] |= placements.deposit[:-1]
-    rows = np.flatnonzero(laying)
+    depositing = placements.deposit.copy()
+    depositing[1:] |= placements.deposit[:-1]
+    rows = np.flatnonzero(depositing)
     if not len(rows):
         raise InputError("the path has no deposit under the needle's rim to check.")
     tips = placements.poses[:, :3, 3]

@@ -536,7 +536,7 @@ def _repeated(poses: PoseStream) -> BoolArray:
 
 
 def _switches(poses: PoseStream) -> BoolArray:
-    """Tell at which poses laying begins or ends."""
+    """Tell at which poses depositing begins or ends."""
     deposited = np.concatenate([[False], poses.deposited, [False]])
     return deposited[1:] != deposited[:-1]
 

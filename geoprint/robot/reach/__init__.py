@@ -24,6 +24,6 @@ from geoprint.robot.reach.keyframes import (
     tool_poses as tool_poses,
     turns as turns,
 )
-from geoprint.robot.reach.lean_room import Leaning as Leaning, NozzleRoom as NozzleRoom, laying as laying
+from geoprint.robot.reach.lean_room import Leaning as Leaning, NozzleRoom as NozzleRoom, depositing as depositing
 from geoprint.robot.reach.quadrants import frame_room as frame_room
 from geoprint.robot.reach.reach_map import ReachMap as ReachMap, lost_shares as lost_shares

@@ -30,7 +30,7 @@ from geoprint.robot.reach.keyframes import (
     tool_poses,
 )
 from geoprint.robot.reach.ladder import Rungs, climb, turning
-from geoprint.robot.reach.lean_room import Leaning, candidate_leans, laying, lean_costs
+from geoprint.robot.reach.lean_room import Leaning, candidate_leans, depositing, lean_costs
 from geoprint.robot.reach.quadrants import still_turns
 
 # Turns of the coarse ladder, rungs on which the middle of their range is judged, and those that rank the branches.
@@ -144,7 +144,7 @@ def leaning_attitudes(
         refused: (p,) where the arm cannot follow those.
     """
     Ts_base_tool = tool_poses(poses, T_base_work=T_base_work)
-    lacking = leaning.room.lacking(Ts_base_tool, deposit=laying(poses))
+    lacking = leaning.room.lacking(Ts_base_tool, deposit=depositing(poses))
     wanted = lacking | refused
     if not wanted.any():
         return

@@ -19,7 +19,7 @@ from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, comparab
 from geoprint.robot.arm import BRANCHES, JOINTS, Arm, about_nozzle
 from geoprint.robot.collision import SinglePoses
 from geoprint.robot.reach.keyframes import MINIMUM_WRIST_ANGLE, path_lengths, tool_poses, usable
-from geoprint.robot.reach.lean_room import laying
+from geoprint.robot.reach.lean_room import depositing
 
 # Steps of the grid over directions and turns [degrees]: that of the proof, and a coarse one that finds where to look.
 LEAN_STEP, TURN_STEP = 1.0, 5.0
@@ -172,7 +172,7 @@ class Exhaustion:
         self, poses: PoseStream, arm: Arm, *, around: SinglePoses, T_base_work: FloatArray, turned: bool
     ) -> None:
         self._poses, self._arm, self._around, self._turned = poses, arm, around, turned
-        self._deposit = laying(poses)
+        self._deposit = depositing(poses)
         self._normals = poses.normals @ T_base_work[:3, :3].T
         self._Ts_base_tool = tool_poses(poses, T_base_work=T_base_work)
 

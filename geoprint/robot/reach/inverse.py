@@ -30,7 +30,7 @@ from geoprint.robot.reach.keyframes import (
     tool_poses,
     usable,
 )
-from geoprint.robot.reach.lean_room import Leaning, laying
+from geoprint.robot.reach.lean_room import Leaning, depositing
 from geoprint.robot.reach.quadrants import axial_rotation, axial_weights, near_border
 from geoprint.robot.reach.reach_map import ReachMap, mapped
 
@@ -65,7 +65,7 @@ class ConstantTurns:
         commanded = tool_poses(poses, T_base_work=T_base_work)[rows] @ about_nozzle(turns)[:, None]
         joints = arm.solutions(commanded.reshape(-1, 4, 4)).reshape(TURNS, rows.size, BRANCHES, JOINTS)
         each = np.swapaxes(joints, 1, 2)
-        holds = usable(each, arm, deposit=laying(poses)[rows], minimum_wrist_angle=minimum_wrist_angle)
+        holds = usable(each, arm, deposit=depositing(poses)[rows], minimum_wrist_angle=minimum_wrist_angle)
         away = np.linalg.norm(transforms.wrapped(each - arm.robot.home), axis=3)
         # No solution is farther from home than this; so the share of served poses counts first.
         farthest = np.pi * np.sqrt(JOINTS)
@@ -340,7 +340,7 @@ def _joint_path(motion: _StreamMotion, *, T_base_work: FloatArray) -> JointPath:
 
 def _lacking(motion: _StreamMotion, leaning: Leaning, *, T_base_work: FloatArray) -> int:
     commanded = tool_poses(motion.poses, T_base_work=T_base_work)
-    return int(leaning.room.lacking(commanded, deposit=laying(motion.poses)).sum())
+    return int(leaning.room.lacking(commanded, deposit=depositing(motion.poses)).sum())
 
 
 def _mapped(motion: _StreamMotion, arm: Arm, *, minimum_wrist_angle: float) -> ReachMap:
@@ -390,8 +390,8 @@ def _confirm_cone(path: JointPath, poses: PoseStream, *, leaning: Leaning | None
     """Refuse a lean on deposit that leaves the cone, or makes worse what the path itself has outside."""
     max_tilt = max(leaning.max_tilt if leaning else 0.0, easing.largest_lean if easing else 0.0)
     excess = tilts(path.poses) - np.maximum(max_tilt, tilts(poses))
-    worst = int(np.where(laying(poses), excess, -np.inf).argmax())
-    if laying(poses)[worst] and excess[worst] > ROTATION_TOLERANCE:
+    worst = int(np.where(depositing(poses), excess, -np.inf).argmax())
+    if depositing(poses)[worst] and excess[worst] > ROTATION_TOLERANCE:
         raise VerificationError(
             f"run {poses.runs[worst] + 1}, pose {worst}: the nozzle leans {np.degrees(excess[worst]):.3g} degrees "
             f"beyond the {np.degrees(max_tilt):g} allowed; please report this as a defect of geoprint.",

@@ -107,7 +107,7 @@ def candidate_leans(max_tilt: float) -> FloatArray:
     return np.concatenate([np.zeros((1, 2)), *rings])
 
 
-def laying(poses: PoseStream) -> BoolArray:
+def depositing(poses: PoseStream) -> BoolArray:
     """Return (p,) whether material is deposited before or behind a pose."""
     return np.append(poses.deposited, False) | np.append(False, poses.deposited)
 
@@ -141,7 +141,7 @@ def lean_costs(
     """
     near = np.abs(places[:, None] - rungs).min(axis=1) < SPLINE_REACH
     rows = np.flatnonzero(near)
-    deposited = laying(poses)[rows]
+    deposited = depositing(poses)[rows]
     lacking, outside = np.empty((2, rows.size, len(leans)), dtype=np.bool_)
     for column, lean in enumerate(leans):
         turn = transforms.rigid(Rotation.from_rotvec([*lean, 0.0]).as_matrix(), np.zeros(3))

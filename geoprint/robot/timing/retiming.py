@@ -25,7 +25,7 @@ from geoprint.model import BoolArray, FloatArray, IntArray, JointPath, PoseStrea
 from geoprint.robot.reach import bead_steps, tip_lengths, turns
 from geoprint.robot.timing.confirmation import is_installed
 from geoprint.robot.timing.knots import COINCIDENT_JOINTS, MOST_TURNED, Knots, path_knots
-from geoprint.robot.timing.slowdown import Pace, lowered, pace
+from geoprint.robot.timing.slowdown import SpeedProfile, lowered, speed_profile
 from geoprint.robot.timing.topp import Motion, confirm_motion, fastest_motion, straight_motion
 
 # Whether a trajectory keeps what it promises, judged by its written rows alone.
@@ -244,14 +244,14 @@ def retime(
 
 def _timed(
     knots: Knots, timer: _LegTimer, *, process: Process, slower: tuple[Slowdown, ...]
-) -> tuple[Knots, list[Motion], Pace]:
+) -> tuple[Knots, list[Motion], SpeedProfile]:
     """Return the knots with the ceilings kept, the motions of the legs, and how evenly they deposit."""
     first_time = not timer.known
     knots = lowered(knots, slower)
     legs = [timer(knots, first, last) for first, last in knots.legs]
     if first_time and legs and is_installed():
         _confirm_longest(knots, legs, robot=timer.robot)
-    return knots, legs, pace(knots, legs, robot=timer.robot, process=process)
+    return knots, legs, speed_profile(knots, legs, robot=timer.robot, process=process)
 
 
 def _confirm_longest(knots: Knots, legs: list[Motion], *, robot: Robot) -> None:

@@ -33,7 +33,7 @@ JOINTS = 6
 
 @final
 @dataclass(frozen=True, slots=True)
-class Pace:
+class SpeedProfile:
     """How evenly the bead is deposited.
 
     Attributes:
@@ -91,7 +91,7 @@ def lowered(knots: Knots, places: tuple[Slowdown, ...]) -> Knots:
     return replace(knots, ceilings=ceilings)
 
 
-def pace(knots: Knots, motions: list[Motion], *, robot: Robot, process: Process) -> Pace:
+def speed_profile(knots: Knots, motions: list[Motion], *, robot: Robot, process: Process) -> SpeedProfile:
     """Measure how evenly the bead is deposited.
 
     Args:
@@ -107,13 +107,13 @@ def pace(knots: Knots, motions: list[Motion], *, robot: Robot, process: Process)
     ]
     total = sum(float(profile.lengths.sum()) for profile in profiles)
     if not profiles or total == 0.0:
-        return Pace(process.speed, (), 1.0, 0.0)
+        return SpeedProfile(process.speed, (), 1.0, 0.0)
     at_speed = sum(float(profile.lengths @ profile.above(EVEN_SHARE * process.speed)) for profile in profiles)
     on_ramps = sum(
         float((profile.lengths * (1.0 - profile.above(EVEN_SHARE * profile.wanted)))[~profile.inner].sum())
         for profile in profiles
     )
-    return Pace(
+    return SpeedProfile(
         slowest=min(profile.slowest for profile in profiles),
         dips=tuple(dip for profile in profiles for dip in profile.dips(robot=robot, set_speed=process.speed)),
         share_at_speed=at_speed / total,

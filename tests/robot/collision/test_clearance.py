@@ -295,17 +295,17 @@ def printed_line() -> tuple[ControllerPath, Arm, PoseStream]:
 
 def stream_of(tips: FloatArray) -> PoseStream:
     count = len(tips)
-    laying = (np.arange(count) > 0) & (np.arange(count) < count - 2)
+    depositing = (np.arange(count) > 0) & (np.arange(count) < count - 2)
     quaternions = np.tile(transforms.quaternion_of(DOWN), (count, 1))
     return PoseStream(
         tips=tips,
         quaternions=quaternions,
         normals=np.tile([0.0, 0.0, 1.0], (count, 1)),
         runs=np.zeros(count, dtype=np.int64),
-        levels=np.where(laying, 0, -1),
+        levels=np.where(depositing, 0, -1),
         layers=np.zeros(count, dtype=np.int64),
-        deposit=laying,
-        stops=~laying,
+        deposit=depositing,
+        stops=~depositing,
         arcs=np.zeros(count),
         flow=np.zeros(count),
         standoff=STANDOFF,

@@ -77,9 +77,9 @@ def test_the_room_under_the_rim_counts_what_a_rounded_corner_may_bring_the_rim_o
 
 @pytest.mark.parametrize(("row", "counts"), [(0, False), (4, False), (5, True), (8, True), (9, True), (10, False)])
 def test_the_tip_zone_is_lengthened_by_corners_where_travel_begins_goes_on_and_ends(*, row: int, counts: bool) -> None:
-    laying = np.ones(20, dtype=np.bool_)
-    laying[5:9] = False
-    placements = shifted(run_of(pointing_down(LINE[:20]), deposit=laying), [row], (0.0, 0.0, 0.2))
+    depositing = np.ones(20, dtype=np.bool_)
+    depositing[5:9] = False
+    placements = shifted(run_of(pointing_down(LINE[:20]), deposit=depositing), [row], (0.0, 0.0, 0.2))
 
     found = rounding_on_travel(placements, TIP)
 

@@ -132,7 +132,7 @@ def test_travel_and_deposit_differ_for_what_is_not_inflated_downwards() -> None:
                 reach_below=0.0)  # fmt: skip
     inflated = InflatedSolids((tip,), kept=(0.0,))
     points = np.array([[0.0, 0.0], [1.9, 0.0], [3.8, 0.0]])
-    for x, laying, found in (
+    for x, depositing, found in (
         (0.9, (False, False), True), (2.8, (False, False), True), (0.9, (True, True), False),
         (2.8, (True, True), False),
         (0.6, (False, True), True), (3.2, (False, True), False), (3.2, (True, False), True),
@@ -140,8 +140,8 @@ def test_travel_and_deposit_differ_for_what_is_not_inflated_downwards() -> None:
     ):  # fmt: skip
         post = block((x - HALF, -HALF, 8.0), (x + HALF, HALF, 12.0), name="post")
         world = CollisionWorld(inflated, targets=(mesh_target(post, role="body"),))
-        hits = find_hits(world, moving(points, deposit=np.array([*laying, False])))
-        assert (hits is not None) == found, (x, laying)
+        hits = find_hits(world, moving(points, deposit=np.array([*depositing, False])))
+        assert (hits is not None) == found, (x, depositing)
 
 
 def test_a_cut_path_rounds_its_corners_in_between_by_the_mean_of_both_ends() -> None:

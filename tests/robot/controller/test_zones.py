@@ -166,12 +166,13 @@ def test_room_under_the_rim_shrinks_by_what_a_corner_may_be_lower():
 
 def over_a_bump(higher: float) -> Clearance:
     """Check a tip that travels just over a bump, and is there higher than the corner that it rounds."""
-    laying = np.arange(len(LINE)) < 3
-    corners = pointing_down(np.where(laying[:, None], LINE, LINE + np.array([0.0, 0.0, 0.7])))
+    depositing = np.arange(len(LINE)) < 3
+    corners = pointing_down(np.where(depositing[:, None], LINE, LINE + np.array([0.0, 0.0, 0.7])))
     poses = corners.copy()
     poses[30, 2, 3] += higher
     return check(
-        placements_of(poses, corners, deposit=laying), body=block((19.0, 19.0, 0.0), (21.0, 21.0, 0.98), name="bump")
+        placements_of(poses, corners, deposit=depositing),
+        body=block((19.0, 19.0, 0.0), (21.0, 21.0, 0.98), name="bump"),
     )
 
 

@@ -34,7 +34,7 @@ from geoprint.robot.reach.costs import (
 )
 from geoprint.robot.reach.keyframes import MINIMUM_WRIST_ANGLE, limit_margins, tool_poses
 from geoprint.robot.reach.ladder import Rungs, climb
-from geoprint.robot.reach.lean_room import laying
+from geoprint.robot.reach.lean_room import depositing
 from geoprint.robot.timing import retime
 from tests.meshes import plate
 from tests.robot.cells import bent_cell, straight_cell
@@ -229,7 +229,7 @@ def test_wall_beside_the_path_is_passed_by_a_lean_within_the_cone(cell: Cell, he
     far = np.abs(path.poses.tips[:, 0] - (LOW[0] + HIGH[0]) / 2.0) > 6.0 + LEAN_LENGTH + 20.0
     assert np.degrees(leans.max()) > 3.0
     assert leans[far].max() == 0.0
-    assert tilts(path.poses)[laying(poses)].max() <= MAX_TILT
+    assert tilts(path.poses)[depositing(poses)].max() <= MAX_TILT
     steepest = float(np.degrees(np.abs(np.diff(path.leans, axis=0)).max()))
     assert steepest < 2.0
 

@@ -142,7 +142,7 @@ def test_twice_the_ideal_ramp_at_each_stop_is_no_dip_and_neither_is_the_first_or
 def test_what_is_laid_along_a_leg_begins_where_the_deposit_does_and_lies_where_the_tip_is(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Half of a straight leg of 40 mm in unequal steps is laid, without a stop where laying begins."""
+    """Half of a straight leg of 40 mm in unequal steps is laid, without a stop where depositing begins."""
     caught: list[_Profile] = []
     of = _Profile.of
 

@@ -90,10 +90,10 @@ def test_speeds_and_accelerations_of_the_rows_stay_within_the_limits(trajectory:
 
 def test_the_tip_runs_at_its_set_speed_and_never_faster(trajectory: Trajectory) -> None:
     speeds = tip_speeds(trajectory)
-    laying = trajectory.deposit[:-1]
-    travelling = (trajectory.runs[:-1] >= 0) & ~laying & ~trajectory.deposit[1:]
-    assert np.median(speeds[laying]) == pytest.approx(PROCESS.speed, rel=1e-3)
-    assert speeds[laying].max() < 1.001 * PROCESS.speed
+    depositing = trajectory.deposit[:-1]
+    travelling = (trajectory.runs[:-1] >= 0) & ~depositing & ~trajectory.deposit[1:]
+    assert np.median(speeds[depositing]) == pytest.approx(PROCESS.speed, rel=1e-3)
+    assert speeds[depositing].max() < 1.001 * PROCESS.speed
     assert 0.9 * PROCESS.travel_speed < speeds[travelling].max() < 1.001 * PROCESS.travel_speed
     assert trajectory.slowest_deposit == pytest.approx(PROCESS.speed, rel=1e-3)
 
