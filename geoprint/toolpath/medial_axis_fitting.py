@@ -235,6 +235,8 @@ CLEAR_SHARE = 0.9
 WINDOW = 0.75
 # A stretch of ridge shorter than this is not worth a start [spacings].
 LEAST_LENGTH = 2.0
+# What other strands leave clear for a bead along a ridge is no run of its own where it is shorter than this [spacings].
+LEAST_CLEAR = 1.0
 # A closed curve that is narrower than this on average is a sliver [spacings].
 SLIVER_WIDTH = 0.2
 # Without slivers the strands about them face each other across so many spacings.
@@ -248,7 +250,7 @@ SAME_PLACE = 0.5
 @final
 @frozen
 class _Ridge:
-    """One ridge: n samples along it, and how many beads lie across at each."""
+    """One ridge: n samples along it, and how many beads share the width at each, 0 where none of them moves."""
 
     rows: IntArray
     counts: IntArray
@@ -256,27 +258,38 @@ class _Ridge:
     def __post_init__(self) -> None:
         freeze_arrays(self, rows="int: n", counts="int: n")
 
-    def beads(self, places: FloatArray, beside: InnerNeighbours, *, spacing: float) -> list[DepositedLine]:
-        """Return the beads that lie on the ridge itself, where their number across it is odd.
+    def without(self, stretch: IntArray) -> _Ridge:
+        """Return the ridge with a stretch where strands stay as they were traced."""
+        counts = self.counts.copy()
+        counts[stretch] = 0
+        return _Ridge(self.rows, counts)
+
+    def odd(self) -> list[IntArray]:
+        """Return the stretches of samples where one bead lies on the ridge itself."""
+        return stretches(self.counts % 2 == 1, closed=False)
+
+    def bead(
+        self, stretch: IntArray, places: FloatArray, tree: KDTree, beside: InnerNeighbours, *, spacing: float
+    ) -> DepositedLine | None:
+        """Return the bead that lies on such a stretch; None where it is not worth a start.
 
         Args:
+            stretch: one of `odd`.
             places: (k, 3) of all samples now [mm].
+            tree: of them.
             beside: their neighbours.
             spacing: of the levels [mm].
         """
-        tree = KDTree(places)
-        found = list[DepositedLine]()
-        for stretch in stretches(self.counts % 2 == 1, closed=False):
-            rows, line = self.rows[stretch], middles(self.rows[stretch], places, beside)
-            half = 0.5 * np.linalg.norm(places[rows] - places[beside.facing[rows]], axis=1)
-            # At either end a third strand may be nearer than the two that face each other.
-            clear = np.flatnonzero(tree.query(line)[0] > CLEAR_SHARE * half)
-            if clear.size > 1:
-                # Pieces of a ridge overlap where they were joined: the bead does not go back for that.
-                onwards = line[clear[0] : clear[-1] + 1]
-                onwards = onwards[unfolded(onwards, turn=BACKTRACK, error=OVERLAPPING * spacing)]
-                found.append(DepositedLine(onwards, int(self.counts[stretch[0]] - 1) // 2))
-        return found
+        rows, line = self.rows[stretch], middles(self.rows[stretch], places, beside)
+        half = 0.5 * np.linalg.norm(places[rows] - places[beside.facing[rows]], axis=1)
+        # At either end a third strand may be nearer than the two that face each other.
+        clear = np.flatnonzero(tree.query(line)[0] > CLEAR_SHARE * half)
+        onwards = line[clear[0] : clear[-1] + 1] if clear.size else line[:0]
+        if len(onwards) < 2 or float(arc_lengths(onwards)[-1]) < LEAST_CLEAR * spacing:
+            return None
+        # Pieces of a ridge overlap where they were joined: the bead does not go back for that.
+        onwards = onwards[unfolded(onwards, turn=BACKTRACK, error=OVERLAPPING * spacing)]
+        return DepositedLine(onwards, int(self.counts[stretch[0]] - 1) // 2)
 
 
 def fitted(surface: Surface, contours: Contours) -> Paths:
@@ -312,10 +325,20 @@ def _fit(surface: Surface, contours: Contours, *, reach: float) -> _Fit:
     strands = strands_of(surface, contours)
     beside = neighbours(strands, reach=reach)
     found = [_counted(rows, strands, beside) for rows in ridges(strands, beside)]
-    counts = _on_both_sides(found, strands, beside)
-    shared = strands.places + _moves(counts, strands, beside)
-    beads = [bead for ridge in found for bead in ridge.beads(shared, beside, spacing=contours.spacing)]
-    return _Fit(strands, beside, counts, shared, beads)
+    while True:
+        counts = _on_both_sides(found, strands, beside)
+        shared = strands.places + _moves(counts, strands, beside)
+        tree, beads, lost = KDTree(shared), list[DepositedLine](), False
+        for at, ridge in enumerate(found):
+            for stretch in ridge.odd():
+                bead = ridge.bead(stretch, shared, tree, beside, spacing=contours.spacing)
+                if bead is not None:
+                    beads.append(bead)
+                else:
+                    # No strand makes way for a bead that does not come.
+                    found[at], lost = found[at].without(stretch), True
+        if not lost:
+            return _Fit(strands, beside, counts, shared, beads)
 
 
 def _without_slivers(surface: Surface, contours: Contours) -> Contours:

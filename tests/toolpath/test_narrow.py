@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial import KDTree
 
 from benchmarks.parts.surfaces import Shape, rectangle, triangulated
+from geoprint import measure_paths
 from geoprint.distance import BACKENDS
 from geoprint.geometry import arc_lengths, boundary_source, closest, positions
 from geoprint.model import FloatArray, Surface, SurfaceCurves
@@ -229,3 +230,23 @@ def test_a_last_level_that_errors_of_the_distance_make_is_one_bead(backend: str,
     bead = paths.curves.xyz(strip, 4)
     assert np.abs(bead[:, 1] - width / 2.0).max() < 0.1
     assert np.ptp(bead[:, 0]) == pytest.approx(20.0 - width, abs=0.3)
+
+
+@pytest.mark.parametrize("backend", ["heat", "fast-marching"])
+def test_rings_make_way_only_for_a_bead_that_comes(backend: str) -> None:
+    # By heat, the innermost ring, about 2.5 across, leaves too little clear for a bead along the middle.
+    turns: FloatArray = np.linspace(0.0, 2.0 * np.pi, 360, endpoint=False)
+    border = np.column_stack([8.8 * np.cos(turns), 8.4 * np.sin(turns)])
+    flat = Shape((border,), lambda points: np.column_stack([points, np.zeros(len(points))]))
+    oval = triangulated(flat, name="oval", faces=4000)
+
+    def hole(middle: str) -> float:
+        paths = PATTERNS["contours"](middle=middle).paths(
+            oval, boundary_source(oval), backend=BACKENDS[backend](oval), spacing=1.0
+        )
+        lines = [paths.curves.xyz(oval, run) for run in range(paths.curves.count)]
+        return measure_paths(oval, lines, spacing=1.0).hole
+
+    # In square spacings; 1.18 was left where rings moved apart for it.
+    assert hole("fitted") < 1.05 * hole("plain")
+    assert hole("plain") < 0.8
