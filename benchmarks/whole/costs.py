@@ -70,7 +70,9 @@ def costs_of(codes: Sequence[str], tree: Path) -> list[Cost]:
 def _run(arguments: Sequence[str], tree: Path, *, fresh: bool) -> tuple[Cost, list[Cost]]:
     """Run a piece of work, and return what the process took and what it said itself."""
     with TemporaryDirectory() as folder:
-        environment = os.environ | {"PYTHONPATH": str(tree), FOLDER: folder_of_parts().name}
+        # What Python compiles stays beside the sources, as it does for people.
+        environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+        environment |= {"PYTHONPATH": str(tree), FOLDER: folder_of_parts().name}
         environment |= {"NUMBA_CACHE_DIR": folder} if fresh else {}
         places = {"OUT": f"{folder}/out"} | {name: str(part_file(name)) for name in PARTS if name in arguments}
         command = [sys.executable, *(places.get(each, each) for each in arguments)]
