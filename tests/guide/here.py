@@ -1,6 +1,6 @@
 """Commands that do all of their work in this process: what starts beside it imports for seconds, and finds the same.
 
-tests/workflow/test_stack_processes.py and tests/workflow/test_beside.py ask the processes themselves, and
+tests/layers/test_stack_processes.py and tests/workflow/test_beside.py ask the processes themselves, and
 tests/architecture/test_core.py runs a comparison with the one beside it.
 """
 
@@ -11,7 +11,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from tests.workflow.layers_here import planning_here
+from tests.layers.layers_here import planning_here
 
 
 @contextmanager

@@ -16,10 +16,10 @@ from geoprint.reporting import CheckedComparison
 from geoprint.reporting.check_text import check_text
 from geoprint.results import Plan
 from geoprint.workflow import check_folder, plan, save_plan
+from tests.layers.layers_here import planning_here
 from tests.meshes import plate
 from tests.shared_plans import SharedPlans
 from tests.workflow.edits import FULL, STACK, TABLE, VALVE, Edit, key, rehashed
-from tests.workflow.layers_here import planning_here
 from tests.workflow.test_checking import cell_text, shared_bundle
 from tests.workflow.test_printing import plan_of_the_arch
 

@@ -31,8 +31,8 @@ from geoprint.reporting.records.rounding import read_record
 from geoprint.results import Plan
 from geoprint.workflow import check_bundle, check_folder, compare, plan, record_seen
 from geoprint.workflow.bundles import stream_of
+from tests.layers.layers_here import planning_here
 from tests.meshes import plate, sphere, spherical_cap
-from tests.workflow.layers_here import planning_here
 
 # Of the cap [mm].
 RADIUS = 20.0

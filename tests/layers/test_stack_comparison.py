@@ -16,8 +16,8 @@ from geoprint.layers.records import ComparedStackRecord, FinishedRecord, Refused
 from geoprint.layers.stack_comparison import best_stack, stack_comparison_text, stack_verdict
 from geoprint.workflow import check_folder
 from tests.commands import printed_with
+from tests.layers.layers_here import planning_here
 from tests.meshes import plate, sphere
-from tests.workflow.layers_here import planning_here
 
 FINISHED = FinishedRecord(
     mean=1.001,

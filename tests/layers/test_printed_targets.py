@@ -17,8 +17,8 @@ from geoprint.layers.layering import read_stack, read_target, target_over
 from geoprint.model import Surface
 from geoprint.workflow import plan, save_plan
 from geoprint.workflow.number_tables import read_thicknesses
+from tests.layers.layers_here import planning_here
 from tests.meshes import blocks, plate, sphere, wedge
-from tests.workflow.layers_here import planning_here
 
 PART = plate((20.0, 12.0), (10, 6))
 SMALL = plate((10.0, 6.0), (5, 3))

@@ -30,8 +30,8 @@ from geoprint.workflow import check_bundle, check_folder, table_motion
 from geoprint.workflow.check_full import _table_findings  # pyright: ignore[reportPrivateUsage]
 from geoprint.workflow.replan import job_from
 from geoprint.workflow.workpiece import read_part
+from tests.layers.layers_here import planning_here
 from tests.workflow.edits import rehashed
-from tests.workflow.layers_here import planning_here
 from tests.workflow.test_printing import cell, part
 
 PAUSE = 20.0

@@ -24,8 +24,8 @@ from geoprint.workflow.backend_choice import check_options
 from geoprint.workflow.covering import cover
 from geoprint.workflow.stages import Stages
 from geoprint.workflow.workpiece import prepare_workpiece
+from tests.layers.layers_here import planning_here
 from tests.meshes import cylinder_patch, disc, plate
-from tests.workflow.layers_here import planning_here
 
 MATERIAL = """
 [material]

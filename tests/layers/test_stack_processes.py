@@ -26,8 +26,8 @@ from geoprint.robot.controller import choice, fitting
 from geoprint.robot.reach import ladder
 from geoprint.workflow import plan, precompile, precompiled
 from geoprint.workflow.processes import FORSAKEN as ABANDONED, ended_at_once
+from tests.layers.layers_here import planning_here
 from tests.meshes import plate, spherical_cap
-from tests.workflow.layers_here import planning_here
 
 # Processes that a script starts run its beginning, too.
 ALONE = """

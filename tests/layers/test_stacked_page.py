@@ -14,9 +14,9 @@ from geoprint.layers.slice_figure import bead_outlines, seams_figure, sliced_fig
 from geoprint.layers.slices import Slice
 from geoprint.reporting.figures import png_bytes
 from geoprint.reporting.thickness_page import thickness_figure, thickness_report, thickness_scene_data
+from tests.layers.stack_cases import LAYERS, RADII, compared_stacks, flow, paths, stack
 from tests.reporting.browser import Page
 from tests.reporting.report_cases import circles, dome
-from tests.reporting.stack_cases import LAYERS, RADII, compared_stacks, flow, paths, stack
 from tests.reporting.test_browser import CHANGED, HOSTILE, changed, coloured, settled
 from tests.reporting.test_report_page import Reader
 
