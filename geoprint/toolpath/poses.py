@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Literal, final
 
@@ -273,6 +274,30 @@ class Terrain:
         """Highest coordinate of all points along `up` [mm]."""
         return float((self.points @ self.up).max())
 
+    def under(self, line: FloatArray, axes: FloatArray) -> Terrain:
+        """Return what a tool may meet that goes up somewhere over a line; elsewhere no point counts.
+
+        Whatever is in reach of the leaning tool at some height is kept: so far beside the line as the barrel reaches
+        with the distance to keep, and as the lean carries it aside up to that height.
+
+        Args:
+            line: (k, 3) tips from end to end of a straight line [mm].
+            axes: (k, 3) unit vectors from the tip into the tool there.
+        """
+        upright = float((axes @ self.up).min())
+        if upright < LEAST_UPRIGHT or not np.isfinite(self.kept):
+            return self
+        reach = self.barrel_radius + self.kept
+        heights = self.points @ self.up
+        above = np.maximum(heights - float((line @ self.up).min()), 0.0) + reach
+        # On the ground, from the start of the line.
+        ground = self.points - line[0] - (heights - float(line[0] @ self.up))[:, None] * self.up
+        ahead = line[-1] - line[0] - float((line[-1] - line[0]) @ self.up) * self.up
+        shares = np.clip(ground @ ahead / max(float(ahead @ ahead), np.finfo(np.float64).tiny), 0.0, 1.0)
+        aside = np.linalg.norm(ground - shares[:, None] * ahead, axis=1)
+        near = aside <= reach + above * np.sqrt(1.0 - min(upright, 1.0) ** 2) / upright
+        return replace(self, points=self.points[near])
+
     def lift(self, tip: FloatArray, axis: FloatArray) -> float:
         """Return how far a tip has to go up so that needle, cone and barrel keep their distance [mm], or less than 0.
 
@@ -343,7 +368,8 @@ def crossing(start: FloatArray, end: FloatArray, *, axes: FloatArray, terrain: T
     top = terrain.top
     most = np.array([over(tip, up=terrain.up, retract=retract, top=top) for tip in line])
     highest = (most - line) @ terrain.up
-    lifts = np.array([terrain.lift(tip, axis) for tip, axis in zip(line, turned, strict=True)])
+    met = terrain.under(line, turned)
+    lifts = np.array([met.lift(tip, axis) for tip, axis in zip(line, turned, strict=True)])
     # In the middle between opposite attitudes the tool may lie in any direction.
     lifts = np.where(lengths > LEAST_LENGTH, np.minimum(lifts, highest), highest)
     lifts[[0, -1]] = 0.0

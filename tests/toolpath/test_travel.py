@@ -119,6 +119,28 @@ def test_higher_ground_never_lowers_the_travel(rise: float):
     assert higher >= lower - 1e-9
 
 
+@given(seed=st.integers(0, 2**32 - 1))
+@settings(max_examples=100, deadline=None)
+def test_points_that_are_left_out_lift_no_tool_however_it_leans(seed: int):
+    random = np.random.default_rng(seed)
+    everything = ground(random.uniform(-60.0, 60.0, (400, 3)))
+    ends = random.uniform(-20.0, 20.0, (2, 3))
+    lean, turn = random.uniform(0.0, 1.2, 2), random.uniform(0.0, 2.0 * np.pi, 2)
+    axes = np.column_stack([np.sin(lean) * np.cos(turn), np.sin(lean) * np.sin(turn), np.cos(lean)])
+    shares: FloatArray = np.linspace(0.0, 1.0, 15)[:, None]
+    line, turned = ends[0] + shares * (ends[1] - ends[0]), axes[0] + shares * (axes[1] - axes[0])
+    turned /= np.linalg.norm(turned, axis=1, keepdims=True)
+    under = everything.under(line, turned)
+    for tip, axis in zip(line, turned, strict=True):
+        assert max(under.lift(tip, axis), 0.0) == max(everything.lift(tip, axis), 0.0)
+
+
+def test_of_a_large_part_few_points_count():
+    sheet = terrain_points([plate((1000.0, 1000.0), (10, 10))]) - [500.0, 500.0, 0.0]
+    line = np.array([[-300.0, 0.0, 5.0], [300.0, 0.0, 5.0]])
+    assert len(ground(sheet).under(line, UPRIGHT).points) < 0.05 * len(sheet)
+
+
 def test_terrain_covers_large_faces_of_part_and_body():
     body = block((-20.0, -20.0, -30.0), (60.0, 50.0, -1.0), name="body")
     found: Terrain = terrain(terrain_points([plate(), body]), beside=np.empty((0, 3)), tool=TOOL, up=UP, kept=KEPT)
