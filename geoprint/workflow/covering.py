@@ -38,7 +38,7 @@ from geoprint.model import (
 )
 from geoprint.results import Layer, Plan, TriedMedialAxis, Workpiece
 from geoprint.robot.placing import calibrate_fixture, position_uncertainty, turn_uncertainty
-from geoprint.toolpath import arrange, seams_of
+from geoprint.toolpath import PosedSurface, arrange, posed_surface, seams_of
 from geoprint.transforms import apply
 from geoprint.workflow.backend_choice import backend_of, pattern_of, seeks_middle
 from geoprint.workflow.placement import pose_stream
@@ -47,7 +47,14 @@ from geoprint.workflow.stages import Stages
 # A workpiece covered with paths, and these turned into poses; the robot does not count yet.
 
 
-def cover(job: Job, workpiece: Workpiece, stage: Stages, *, backend: Piecewise | None = None) -> Plan:
+def cover(
+    job: Job,
+    workpiece: Workpiece,
+    stage: Stages,
+    *,
+    backend: Piecewise | None = None,
+    known: PosedSurface | None = None,
+) -> Plan:
     """Cover the workpiece with paths and turn them into poses; evenness and the robot are left out.
 
     Args:
@@ -55,10 +62,11 @@ def cover(job: Job, workpiece: Workpiece, stage: Stages, *, backend: Piecewise |
         workpiece: to cover.
         stage: names and times the work.
         backend: that of the job on the surface of the workpiece; None builds it.
+        known: of its surface and body, so that nothing is prepared twice.
     """
     drawn = drawn_runs(job, workpiece, stage, backend=backend)
     with stage("path"):
-        stream = pose_stream(drawn.toolpath, workpiece, max_tilt_deg=job.max_tilt)
+        stream = pose_stream(drawn.toolpath, workpiece, max_tilt_deg=job.max_tilt, known=known)
     place, height = workpiece.place, workpiece.cell.process.layer_height
     layers = (Layer(workpiece.surface, 0 if place is None else place.number - 1, height),)
     return Plan(
@@ -179,7 +187,7 @@ def measured_covers(
 
     def measured(middle: str | None, like: Plan | None = None) -> Measured:
         one = job if middle is None else job.model_copy(update={"middle": middle})
-        paths = replace(cover(one, workpiece, stage, backend=backend), job=job)
+        paths = replace(cover(one, workpiece, stage, backend=backend, known=known()), job=job)
         with stage("evenness"):
             surface = surface_at(paths.contours.spacing)
             same = like is not None and _same(paths.poses, like.poses)
@@ -188,6 +196,11 @@ def measured_covers(
             if like is not None or distance:
                 paths = replace(paths, distance=like.distance if like else distance_errors_of(paths, surface))
         return paths, cast("Uniformity", paths.uniformity)
+
+    @cache
+    def known() -> PosedSurface:
+        with stage("path"):
+            return posed_surface(workpiece.surface, workpiece.body)
 
     @cache
     def surface_at(spacing: float) -> MeasuredSurface:
