@@ -157,7 +157,6 @@ def writers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "save_plan": lambda: geoprint.workflow.save_plan(planned, below),
         "staging": lambda: postprocessor.staging(below, overwrite=False).__enter__(),
         "seal": lambda: postprocessor.seal(gone),
-        "compare_cells": lambda: workflow.compare_cells(planned.job, [gone, f"{gone}2"]),
         "plan_stack": lambda: geoprint.layers.plan_stack(planned.job.model_copy(update={"thickness": 1.0}), below),
         "compare_stacks": lambda: geoprint.layers.compare_stacks(
             planned.job.model_copy(update={"thickness": 1.0}), below
@@ -238,6 +237,7 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "read_urdf_file": lambda: read_urdf_file(gone, flange="tool0"),
         "read_record": lambda: reporting.read_record(gone, PlanRecord),
         "read_setup": lambda: postprocessor.read_setup(gone),
+        "compare_cells": lambda: workflow.compare_cells(planned.job, [gone, f"{gone}2"]),
         "read_poses_table": lambda: geoprint.postprocessor.read_poses_table(gone),
         "read_trajectory_table": lambda: geoprint.postprocessor.read_trajectory_table(gone),
         "verify_poses_table": lambda: postprocessor.verify_poses_table(gone, planned.poses),

@@ -235,7 +235,7 @@ CLEAR_SHARE = 0.9
 WINDOW = 0.75
 # A stretch of ridge shorter than this is not worth a start [spacings].
 LEAST_LENGTH = 2.0
-# What other strands leave clear for a bead along a ridge is no run of its own where it is shorter than this [spacings].
+# A bead along a ridge is left out where other strands leave less than this clear for it [spacings].
 LEAST_CLEAR = 1.0
 # A closed curve that is narrower than this on average is a sliver [spacings].
 SLIVER_WIDTH = 0.2
@@ -250,7 +250,7 @@ SAME_PLACE = 0.5
 @final
 @frozen
 class _Ridge:
-    """One ridge: n samples along it, and how many beads share the width at each, 0 where none of them moves."""
+    """One ridge: n samples along it, and how many beads share the width at each, 0 where no bead found room."""
 
     rows: IntArray
     counts: IntArray
@@ -259,7 +259,7 @@ class _Ridge:
         freeze_arrays(self, rows="int: n", counts="int: n")
 
     def without(self, stretch: IntArray) -> _Ridge:
-        """Return the ridge with a stretch where strands stay as they were traced."""
+        """Return the ridge without the beads of a stretch, where strands stay as they were traced."""
         counts = self.counts.copy()
         counts[stretch] = 0
         return _Ridge(self.rows, counts)
@@ -400,7 +400,10 @@ def _counted(rows: IntArray, strands: Strands, beside: InnerNeighbours) -> _Ridg
 
 
 def _on_both_sides(found: list[_Ridge], strands: Strands, beside: InnerNeighbours) -> IntArray:
-    """Return the (k,) beads across the ridge at each sample that lies on one, 0 elsewhere."""
+    """Return the (k,) beads across the ridge at each sample that lies on one, 0 elsewhere and where strands stay.
+
+    Samples that no ridge counts take the number of one on the same place, also next to a stretch where strands stay.
+    """
     counts = np.zeros(strands.levels.size, dtype=np.int64)
     for ridge in found:
         counts[ridge.rows] = ridge.counts

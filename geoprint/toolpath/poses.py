@@ -275,10 +275,10 @@ class Terrain:
         return float((self.points @ self.up).max())
 
     def under(self, line: FloatArray, axes: FloatArray) -> Terrain:
-        """Return what a tool may meet that goes up somewhere over a line; elsewhere no point counts.
+        """Return the same with those points alone that can lift a tool on its way along a line, and some more.
 
-        Whatever is in reach of the leaning tool at some height is kept: so far beside the line as the barrel reaches
-        with the distance to keep, and as the lean carries it aside up to that height.
+        Kept is every point as near to the line on the ground as the barrel and the distance to keep, and farther by as
+        much as the most leaning axis goes aside up to the height of the point.
 
         Args:
             line: (k, 3) tips from end to end of a straight line [mm].
@@ -295,7 +295,7 @@ class Terrain:
         ahead = line[-1] - line[0] - float((line[-1] - line[0]) @ self.up) * self.up
         shares = np.clip(ground @ ahead / max(float(ahead @ ahead), np.finfo(np.float64).tiny), 0.0, 1.0)
         aside = np.linalg.norm(ground - shares[:, None] * ahead, axis=1)
-        near = aside <= reach + above * np.sqrt(1.0 - min(upright, 1.0) ** 2) / upright
+        near = aside <= ROUNDING + reach + above * np.sqrt(1.0 - min(upright, 1.0) ** 2) / upright
         return replace(self, points=self.points[near])
 
     def lift(self, tip: FloatArray, axis: FloatArray) -> float:

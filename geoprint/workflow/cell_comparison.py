@@ -39,7 +39,8 @@ def compare_cells(
         UsageError: fewer than two cells are given, one comes twice, or the job leaves the robot out.
         GeoprintError: the part can be printed on none of them; that of the last one.
     """
-    names = [str(path) for path in cells]
+    paths = [Path(cell) for cell in cells]
+    names = [str(path) for path in paths]
     if len(set(names)) < max(len(names), 2):
         raise UsageError(
             f"`--cells {','.join(names)}` names {how_many(len(set(names)), 'cell')}: give two or more that differ, "
@@ -48,7 +49,7 @@ def compare_cells(
     if not job.robot or job.divided:
         raise UsageError("cells are compared by their programs for one skin: omit `--no-robot`, and name a `--layer`.")
     outcomes: list[CellOutcome] = []
-    for path in map(Path, names):
+    for path in paths:
         try:
             outcomes.append(_planned(job, path, lambda stage, path=path: observe(f"{path.name}: {stage}")))
         except (PlanError, UsageError) as error:

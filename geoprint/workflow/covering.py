@@ -5,7 +5,7 @@ Where fronts meet plain contours and fitted ones are measured, and the better on
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from functools import cache
 from typing import TypeAlias, cast, final
@@ -53,7 +53,7 @@ def cover(
     stage: Stages,
     *,
     backend: Piecewise | None = None,
-    known: PosedSurface | None = None,
+    known: Callable[[], PosedSurface] | None = None,
 ) -> Plan:
     """Cover the workpiece with paths and turn them into poses; evenness and the robot are left out.
 
@@ -62,11 +62,11 @@ def cover(
         workpiece: to cover.
         stage: names and times the work.
         backend: that of the job on the surface of the workpiece; None builds it.
-        known: of its surface and body, so that nothing is prepared twice.
+        known: returns what poses need of its surface and body, so that nothing is prepared twice.
     """
     drawn = drawn_runs(job, workpiece, stage, backend=backend)
     with stage("path"):
-        stream = pose_stream(drawn.toolpath, workpiece, max_tilt_deg=job.max_tilt, known=known)
+        stream = pose_stream(drawn.toolpath, workpiece, max_tilt_deg=job.max_tilt, known=known and known())
     place, height = workpiece.place, workpiece.cell.process.layer_height
     layers = (Layer(workpiece.surface, 0 if place is None else place.number - 1, height),)
     return Plan(
@@ -187,7 +187,7 @@ def measured_covers(
 
     def measured(middle: str | None, like: Plan | None = None) -> Measured:
         one = job if middle is None else job.model_copy(update={"middle": middle})
-        paths = replace(cover(one, workpiece, stage, backend=backend, known=known()), job=job)
+        paths = replace(cover(one, workpiece, stage, backend=backend, known=known), job=job)
         with stage("evenness"):
             surface = surface_at(paths.contours.spacing)
             same = like is not None and _same(paths.poses, like.poses)
@@ -199,8 +199,7 @@ def measured_covers(
 
     @cache
     def known() -> PosedSurface:
-        with stage("path"):
-            return posed_surface(workpiece.surface, workpiece.body)
+        return posed_surface(workpiece.surface, workpiece.body)
 
     @cache
     def surface_at(spacing: float) -> MeasuredSurface:

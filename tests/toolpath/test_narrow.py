@@ -247,6 +247,7 @@ def test_rings_make_way_only_for_a_bead_that_comes(backend: str) -> None:
         lines = [paths.curves.xyz(oval, run) for run in range(paths.curves.count)]
         return measure_paths(oval, lines, spacing=1.0).hole
 
-    # In square spacings; 1.18 was left where rings moved apart for it.
-    assert hole("fitted") < 1.05 * hole("plain")
-    assert hole("plain") < 0.8
+    # In square spacings; by heat 1.18 was left where rings moved apart for it.
+    plain = hole("plain")
+    assert hole("fitted") < 1.05 * plain
+    assert plain < 0.8

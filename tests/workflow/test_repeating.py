@@ -6,6 +6,7 @@ import hashlib
 import json
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ import geoprint
 from geoprint.errors import InputError, VerificationError
 from geoprint.reporting import Checked, CheckedComparison, check_summary
 from geoprint.reporting.check_text import check_text
+from geoprint.results import Plan
 from geoprint.workflow import check_bundle, check_folder, plan, save_plan
 from tests.commands import called
 
@@ -172,6 +174,8 @@ def test_parts_of_a_comparison_are_in_folders_of_their_own(compared: Path, tmp_p
     assert isinstance(checked, CheckedComparison)
     assert checked.findings == ()
     assert [name.partition("/")[0] for name, _ in checked.bundles] == ["plate"] * 2 + ["plate-2"] * 2
+    assert check_text(checked).startswith("COMPARISON  several: 4 bundles, the best of a part first\n")
+    assert check_text(replace(checked, bundles=checked.bundles[:1])).startswith("COMPARISON  several: 1 bundle\n")
 
 
 # A bundle is all that is needed to make it again: the same bytes, or a sentence why not.
@@ -194,12 +198,14 @@ def test_a_bundle_is_planned_again_to_the_same_bytes_without_the_files_that_it_w
     assert json.loads(written["plan.json"])["input"]["name"] == "plate.obj"
 
 
-def test_seconds_stand_beside_the_manifest(printed: Path) -> None:
+def test_seconds_stand_beside_the_manifest(printed: Path, printed_plan: Plan) -> None:
     listed = json.loads((printed / "manifest.json").read_text())["sha256"]
     assert "timings.json" not in listed
     assert "plan.json" in listed
     timings = json.loads((printed / "timings.json").read_text())
     assert set(timings) == {"timings_s", "peak_memory_mb"}
+    assert [name for name, _ in printed_plan.timings].count("path") > 1
+    assert sum(timings["timings_s"].values()) == pytest.approx(sum(took for _, took in printed_plan.timings), abs=1e-3)
     assert "timings_s" not in json.loads((printed / "plan.json").read_text())
 
 

@@ -228,7 +228,7 @@ def _refuse_incomplete(joint_path: JointPath, targets: Targets, *, step: float) 
     if missing.size:
         raise InputError(
             f"the targets leave out pose {missing[0]} (run {joint_path.poses.runs[missing[0]] + 1}), where the tool "
-            "stops or depositing begins or ends; thin the stream again.",
+            "stops, or where the deposit begins or ends; thin the stream again.",
             pose=int(missing[0]),
         )
 
