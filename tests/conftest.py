@@ -113,6 +113,18 @@ def shared_plans(tmp_path_factory: pytest.TempPathFactory, request: pytest.Fixtu
     return SharedPlans(folder / "shared-plans", _CLOCK)
 
 
+# The browser of a worker, from the first test that asks for it.
+_PAGES: list[Page] = []
+
+
+@pytest.fixture(scope="module", autouse=True)
+def no_page_left() -> Generator[None]:
+    """Leave the last page of a module: one that goes on drawing keeps a processor from all tests that follow."""
+    yield
+    for page in _PAGES:
+        page.driver.get("about:blank")
+
+
 @pytest.fixture(scope="session")
 def browser() -> Generator[Page]:
     """A browser for all tests of a worker; whoever changes its size or colours says so itself."""
@@ -120,7 +132,9 @@ def browser() -> Generator[Page]:
     from tests.reporting.browser import opened_browser
 
     with ExitStack() as opened:
-        yield opened.enter_context(opened_browser())
+        _PAGES.append(opened.enter_context(opened_browser()))
+        yield _PAGES[0]
+        _PAGES.clear()
         # What it took is known when it ends, in whatever test is the worker's last.
         with _CLOCK.charging("the end of the browser", used=False):
             opened.close()
