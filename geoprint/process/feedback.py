@@ -31,7 +31,7 @@ from geoprint.threads import single_threaded_blas
 # take out.
 
 
-# Less volume than this, over the wanted one, is a gap: no flow mends a valve that is clogged.
+# Less volume than this, over the wanted one, is a gap: no flow fixes a valve that is clogged.
 MISSING = 0.25
 
 
@@ -234,7 +234,7 @@ CauseName: TypeAlias = Literal["constant", "drift", "along runs", "opening", "sh
 CONSTANT, DRIFT, ALONG, OPENING, SHUTTING = "constant", "drift", "along runs", "opening", "shutting"
 # What differs from part to part by chance: the next print has its own, and to take that of the last out doubles it.
 SCATTER = "scatter"
-# What a flow mends, and what the times of a valve do.
+# What a flow corrects, and what the times of a valve do.
 FLOW_CAUSES, VALVE_CAUSES = (CONSTANT, DRIFT, ALONG), (OPENING, SHUTTING)
 
 
@@ -410,7 +410,7 @@ class Correction:
         opening: by how much earlier than the cell says the valve opens [mm].
         shutting: by how much earlier it shuts [mm].
         changes: causes that are taken out; none where nothing is significant.
-        gaps: parts with hardly any material, which no flow mends.
+        gaps: parts with hardly any material, which no flow fixes.
         bounded: parts at which a bound holds the flow.
         found: root mean square error of the volume that was measured, over the wanted one.
         expected: what of that is expected of the next print, by the causes that are known.

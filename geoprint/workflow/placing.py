@@ -68,7 +68,7 @@ def propose_placement(
             refused.append(str(error))
             continue
         return _proposal(paths, poses, planned, pose=pose, room=room, refused=tuple(refused))
-    # A candidate that the arm reaches is refused for another reason, which a higher home does not help.
+    # A candidate that the arm reaches is refused for another reason, with which a higher home does not help.
     higher = higher_home(paths, room, height=height) if candidates[0].margin <= 0.0 else ""
     raise PlanError(
         f"{workpiece.name} has no placement in {workpiece.cell.name}{higher}; the best of {len(candidates)} "

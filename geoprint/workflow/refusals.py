@@ -53,7 +53,7 @@ NEEDLE, STANDOFF, LEAN, CELL, PLACE = "needle", "stand-off", "lean", "cell", "pl
 THINNER = 21
 # Leans that are tried where the nozzle may not lean so far [degrees].
 LARGER_TILTS = (20.0, 25.0, 30.0, 45.0)
-# A stand-off is told in steps of this, and raised by no more altogether [mm]: what falls far lies where it likes.
+# A stand-off is stated in steps of this, and raised by no more altogether [mm]: what falls far lies where it likes.
 STANDOFF_STEP = 0.1
 LARGEST_RAISE = 0.5
 # How far a demonstration is moved: along x, towards the arm and away from it, and upwards [mm].

@@ -1,7 +1,7 @@
 """Layers planned in this process: what starts for each of them takes longer than to plan a small one.
 
 What is asked and what is found, refusals too, is handed over by pickle as between processes. That real ones find the
-same bytes, and how they end, is told in tests/layers/test_stack_processes.py.
+same bytes, and how they end, is tested in tests/layers/test_stack_processes.py.
 """
 
 from __future__ import annotations

@@ -58,7 +58,7 @@ def fit_touched_points(points: TouchedPoints) -> Placement:
 
     Raises:
         InputError: fewer than four points, points on a line, points listed mirrored, or one that does not fit to
-            where the others put it; if exchanging two points mends it, the sentence names them.
+            where the others put it; if exchanging two points fixes it, the sentence names them.
 
     Examples:
         The paper touches the corners of a square pedestal of edge 100 mm, centred at (300, 0, 0):

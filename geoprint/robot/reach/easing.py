@@ -264,7 +264,7 @@ BUSY_SHARE = 0.98
 # ... to this one: what is solved is linear, and the motion between the poses is not.
 WANTED_SHARE = 0.94
 # Where the bend of the tip alone takes this share of an acceleration, and so far about it [mm], no turn of the tool
-# mends what is missing.
+# fixes what is missing.
 BENT_SHARE = 0.6
 BENT_REACH = 1.0
 # So far before and behind such a place the tool may turn [mm].
