@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-import os
+import subprocess
+import sys
 from pathlib import Path
+
+import pytest
 
 from benchmarks.parts.hearts import write_hearts
 from benchmarks.whole.cohort import SPACING, STUDY, Sample, held_by, said
@@ -31,7 +34,15 @@ def test_a_heart_of_the_cohort_is_a_cell_of_the_study(tmp_path: Path) -> None:
 
 
 def test_what_a_process_holds_counts_what_it_has_written() -> None:
-    before = sum(held_by(os.getpid()))
-    kept = bytearray(os.urandom(30_000_000))
-    assert 20.0 < sum(held_by(os.getpid())) - before < 60.0
-    assert len(kept) == 30_000_000
+    # Processes of their own: what this one has freed before, it would take again.
+    def held(size: int) -> float:
+        code = f"import os; kept = os.urandom({size}); print(len(kept), flush=True); input()"
+        with subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as child:
+            assert child.stdin is not None
+            assert child.stdout is not None
+            assert int(child.stdout.readline()) == size
+            found = sum(held_by(child.pid))
+            child.stdin.write(b"\n")
+        return found
+
+    assert held(30_000_000) - held(0) == pytest.approx(30_000_000 / 2.0**20, abs=3.0)
