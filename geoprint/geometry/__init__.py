@@ -16,6 +16,7 @@ from geoprint.geometry.clipping import (
     with_vertex as with_vertex,
 )
 from geoprint.geometry.deviation import Deviation as Deviation, Distances as Distances, deviation as deviation
+from geoprint.geometry.facets import smooth_normals as smooth_normals
 from geoprint.geometry.files.mesh_file import Notes as Notes
 from geoprint.geometry.operators import (
     corner_cotangents as corner_cotangents,

@@ -9,8 +9,9 @@ from geoprint.geometry.topology import boundary_loops, connected_nodes, half_edg
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 
 # Faces whose normals differ by more meet in a crease, and a curve that turns by more has a corner [rad]: smooth scans
-# of hearts bend less from face to face, machined edges more.
+# of hearts bend less from face to face, machined edges more. Rounding does not make one of an edge that bends so much.
 SHARP = float(np.radians(40.0))
+ROUNDING = 1e-9
 # Rims keep as many edges: with three a hole would read as a missing triangle, with eight it stays as round as it was.
 LEAST_RIM = 8
 # Kinds of vertices: inside, on a curve that is kept, and an end, a junction or a sharp turn of curves.
@@ -36,7 +37,7 @@ def creases(surface: Surface, *, shortest: float) -> tuple[BoolArray, IntArray]:
     normals = face_normals(surface)
     beside = np.where(rim, np.arange(other.size), other) // 3
     bend = np.einsum("hx,hx->h", np.repeat(normals, 3, axis=0), normals[beside])
-    sharp = _large(surface.vertices, sides, bend < np.cos(SHARP), shortest=shortest)
+    sharp = _large(surface.vertices, sides, bend < np.cos(SHARP) - ROUNDING, shortest=shortest)
     curves = rim | sharp
     once = curves & (rim | (np.arange(other.size) < other))
     kinds = _kinds(surface.vertices, sides[once])

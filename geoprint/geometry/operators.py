@@ -57,7 +57,20 @@ def vertex_normals(surface: Surface) -> FloatArray:
         MeshError: the mean vanishes somewhere: a vertex without faces, or faces folded back on each other.
     """
     doubled = doubled_area_vectors(surface.vertices, surface.faces)
-    total = np.column_stack([sum_around_vertices(surface, doubled[:, axis]) for axis in range(3)])
+    return mean_directions(surface, np.repeat(doubled, 3, axis=0))
+
+
+def mean_directions(surface: Surface, at_corners: FloatArray) -> FloatArray:
+    """Return the (n, 3) unit vector along the sum of what the corners of faces have at each vertex.
+
+    Args:
+        surface: n vertices, m faces.
+        at_corners: (3 m, 3) normals times areas, face by face.
+
+    Raises:
+        MeshError: the sum vanishes somewhere.
+    """
+    total = np.column_stack([_sum_at_corners(surface, at_corners[:, axis]) for axis in range(3)])
     lengths = np.linalg.norm(total, axis=1)
     if not lengths.all():
         vertex = int(np.argmin(lengths))

@@ -417,7 +417,8 @@ def evener_backends(record: PlanRecord) -> Iterator[str]:
 
 def _creases(plan: Plan) -> Iterator[str]:
     """Say where the tip cannot follow a crease, and where it comes nearest to the surface."""
-    found, standoff = creases(plan.poses, plan.toolpath, plan.workpiece.surface), plan.poses.standoff
+    workpiece, standoff = plan.workpiece, plan.poses.standoff
+    found = creases(plan.poses, plan.toolpath, workpiece.surface, workpiece.part)
     if not found.count:
         return
     nearest = int(found.distances.argmin())

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from geoprint.errors import FieldError
-from geoprint.geometry import arc_lengths, closest, normals, positions, vertex_normals, whole_steps
+from geoprint.geometry import arc_lengths, closest, normals, positions, smooth_normals, whole_steps
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, Tool, Toolpath, freeze_arrays, frozen
 from geoprint.toolpath.resample import ROUNDING
 from geoprint.transforms import interpolate_poses, quaternion_of, rigid, rotation_of, same_sign, smallest_rotation
@@ -113,16 +113,17 @@ def advances(places: FloatArray, outward: FloatArray, *, standoff: float) -> Flo
     return np.where(squares > SHORTEST**2, shares, 1.0)
 
 
-def creases(poses: PoseStream, toolpath: Toolpath, surface: Surface) -> CrossedCreases:
+def creases(poses: PoseStream, toolpath: Toolpath, surface: Surface, part: Surface) -> CrossedCreases:
     """Return where a stream left the normals of the surface, and measure the tip's distance there.
 
     Args:
         poses: made of the toolpath.
         toolpath: on the surface.
         surface: what is printed on.
+        part: that it was refined from.
     """
-    rows = np.flatnonzero(poses.deposit)
-    rows = rows[(poses.normals[rows] != normals(surface, toolpath.curves.points)).any(axis=1)]
+    rows, at_vertices = np.flatnonzero(poses.deposit), smooth_normals(surface, part)
+    rows = rows[(poses.normals[rows] != normals(surface, toolpath.curves.points, at_vertices=at_vertices)).any(axis=1)]
     if rows.size == 0:
         return CrossedCreases(rows, np.zeros(0), 0)
     apart = (np.diff(poses.runs[rows]) > 0) | (np.diff(poses.arcs[rows]) > poses.standoff)
@@ -463,10 +464,12 @@ class PosedSurface:
     """What poses on a surface need of it however it stands.
 
     Attributes:
-        normals: (n, 3) of its vertices.
+        surface: n vertices.
+        normals: (n, 3) of its vertices, smooth across the facets of the part.
         points: (m, 3) of it, and of the body that it lies on, over which travel passes [mm].
     """
 
+    surface: Surface
     normals: FloatArray
     points: FloatArray
 
@@ -486,18 +489,24 @@ class _Stretch:
     run: int
 
 
-def posed_surface(surface: Surface, body: Surface | None) -> PosedSurface:
+def posed_surface(surface: Surface, *, part: Surface, body: Surface | None) -> PosedSurface:
     """Prepare a surface and the body that it lies on for several streams of poses.
+
+    Args:
+        surface: what runs lie on.
+        part: that it was refined from.
+        body: what the part lies on, or None.
 
     Raises:
         MeshError: a vertex has no normal.
     """
-    return PosedSurface(vertex_normals(surface), terrain_points([surface] if body is None else [surface, body]))
+    points = terrain_points([surface] if body is None else [surface, body])
+    return PosedSurface(surface, smooth_normals(surface, part), points)
 
 
 def poses(
     toolpath: Toolpath,
-    surface: Surface,
+    posed: PosedSurface,
     *,
     R_base_work: FloatArray,
     standoff: float,
@@ -505,40 +514,36 @@ def poses(
     layer_height: float,
     max_tilt: float,
     tool: Tool,
-    body: Surface | None,
     beside: FloatArray = NOTHING,
     travel: Literal["low", "high"] = "low",
-    known: PosedSurface | None = None,
 ) -> PoseStream:
     """Orient the tool along a toolpath and join the runs by travel.
 
-    On deposit the tip stands `standoff` above the surface along its normal, or in a crease too narrow for that along
-    one that `lifting_normals` smoothed; the nozzle points against the further smoothed normal, and leans from the one
-    along which it is lifted by no more than `max_tilt`. Between runs the tool lifts off along the nozzle, crosses as
-    low as part and body allow, and comes down along the nozzle of the next run.
+    On deposit the tip stands `standoff` above the surface along its smooth normal, or in a crease too narrow for that
+    along one that `lifting_normals` smoothed; the nozzle points against the further smoothed normal, and leans from
+    the one along which it is lifted by no more than `max_tilt`. Between runs the tool lifts off along the nozzle,
+    crosses as low as part and body allow, and comes down along the nozzle of the next run.
 
     Args:
         toolpath: runs in printing order.
-        surface: what they lie on.
+        posed: the surface that they lie on.
         R_base_work: (3, 3) how the part stands; `tool_quaternions` says what depends on it.
         standoff: height of the tip over the surface on deposit [mm].
         retract: lift between runs [mm].
         layer_height: bead height that sets the flow: the spacing of a point times layer height [mm].
         max_tilt: largest angle between nozzle and surface normal on deposit [rad].
         tool: that has to pass while it crosses.
-        body: what the part lies on, or None.
         beside: (b, 3) corners of what else the tool passes over, on its motion from home: a table's solids [mm].
         travel: "high" crosses over everything, for where low travel turns out not to be clear.
-        known: of this surface and body, so that nothing is prepared twice.
 
     Returns:
         The stream in the work frame; it starts and ends above the whole part, and above what stands beside it.
     """
     up = R_base_work[2]
-    ready, kept = known or posed_surface(surface, body), KEPT_SHARE * retract if travel == "low" else np.inf
-    ground = terrain(ready.points, beside=beside, tool=tool, up=up, kept=kept)
+    surface, kept = posed.surface, KEPT_SHARE * retract if travel == "low" else np.inf
+    ground = terrain(posed.points, beside=beside, tool=tool, up=up, kept=kept)
     top = float((np.concatenate([surface.vertices, beside]) @ up).max())
-    straight = normals(surface, toolpath.curves.points, at_vertices=ready.normals)
+    straight = normals(surface, toolpath.curves.points, at_vertices=posed.normals)
     runs = _run_stretches(toolpath, surface, straight, R_base_work=R_base_work, standoff=standoff, max_tilt=max_tilt)
     first = _approach(runs[0], up=up, retract=retract, top=top)
     last = _retreat(runs[-1], up=up, retract=retract, top=top)

@@ -38,10 +38,10 @@ from geoprint.model import (
 )
 from geoprint.results import Layer, Plan, TriedMedialAxis, Workpiece
 from geoprint.robot.placing import calibrate_fixture, position_uncertainty, turn_uncertainty
-from geoprint.toolpath import PosedSurface, arrange, posed_surface, seams_of
+from geoprint.toolpath import PosedSurface, arrange, seams_of
 from geoprint.transforms import apply
 from geoprint.workflow.backend_choice import backend_of, pattern_of, seeks_middle
-from geoprint.workflow.placement import pose_stream
+from geoprint.workflow.placement import pose_stream, posed
 from geoprint.workflow.stages import Stages
 
 # A workpiece covered with paths, and these turned into poses; the robot does not count yet.
@@ -199,7 +199,7 @@ def measured_covers(
 
     @cache
     def known() -> PosedSurface:
-        return posed_surface(workpiece.surface, workpiece.body)
+        return posed(workpiece)
 
     @cache
     def surface_at(spacing: float) -> MeasuredSurface:

@@ -30,7 +30,7 @@ from geoprint.robot.placing import (
     search_orientation,
 )
 from geoprint.robot.reach import Leaning, NozzleRoom
-from geoprint.toolpath import PosedSurface, poses
+from geoprint.toolpath import PosedSurface, posed_surface, poses
 from geoprint.transforms import apply, inverse
 from geoprint.workflow.stages import Stages
 
@@ -165,23 +165,26 @@ def pose_stream(
 ) -> PoseStream:
     """Return the poses of a toolpath on a workpiece, as it stands; the nozzle leans by at most so many degrees.
 
-    What travel and what is known mean is said by `toolpath.poses`.
+    What travel means is said by `toolpath.poses`; what is known, if anything, is what `posed` returns.
     """
     process = workpiece.cell.process
     return poses(
         toolpath,
-        workpiece.surface,
+        known or posed(workpiece),
         R_base_work=workpiece.upright,
         standoff=workpiece.standoff,
         retract=process.retract,
         layer_height=process.layer_height,
         max_tilt=float(np.radians(max_tilt_deg)),
         tool=workpiece.cell.tool,
-        body=workpiece.body,
         beside=_table(workpiece),
         travel=travel,
-        known=known,
     )
+
+
+def posed(workpiece: Workpiece) -> PosedSurface:
+    """Return what poses on a workpiece need of its surface however it stands."""
+    return posed_surface(workpiece.surface, part=workpiece.part, body=workpiece.body)
 
 
 def _table(workpiece: Workpiece) -> FloatArray:

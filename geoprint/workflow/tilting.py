@@ -31,9 +31,9 @@ from geoprint.postprocessor import OwnProgram
 from geoprint.postprocessor.registry import joining_of
 from geoprint.results import JoinedProgram, Order, Plan, RobotPlan, Tilting
 from geoprint.robot.placing import FixturePose
-from geoprint.toolpath import PosedSurface, check_sum, posed_surface
+from geoprint.toolpath import PosedSurface, check_sum
 from geoprint.transforms import angles_between
-from geoprint.workflow.placement import Chain, pose_stream
+from geoprint.workflow.placement import Chain, pose_stream, posed
 from geoprint.workflow.refusals import proven
 from geoprint.workflow.stages import Stages
 from geoprint.workflow.table_motion import sweep_clearance, sweep_seconds
@@ -348,7 +348,7 @@ def poses_at_rest(paths: Plan, placement: Placement) -> PoseStream:
     critical = paths.workpiece.cell.critical_overhang
     divided = portions(tilting.attitudes, deposited(paths), overlap=0.0, critical=critical)
     Ts_table_plate = machine.plates(np.stack([one.up for one in tilting.attitudes]) @ plate_turn(paths, machine).T)
-    known = posed_surface(paths.workpiece.surface, paths.workpiece.body)
+    known = posed(paths.workpiece)
     streams: list[PoseStream] = []
     for number, (portion, pose) in enumerate(zip(divided, Ts_table_plate, strict=True), start=1):
         stands = tilted_placement(machine, placement, T_table_plate=pose, number=number)
@@ -448,7 +448,7 @@ def with_attitudes(paths: Plan, placement: Placement, stage: Stages, *, chain: C
     machine, within = table_machine(table), up_range(paths, table_machine(table))
     overlap = table.overlap if paths.workpiece.cell.signals.mode == "analog" else 0.0
     divided = portions(tilting.attitudes, deposited(paths), overlap=overlap, critical=within.critical)
-    known = posed_surface(paths.workpiece.surface, paths.workpiece.body)
+    known = posed(paths.workpiece)
     asked = [
         _Asked(number, len(divided), attitude, portion, _aims(paths, portion, tilting, within), known)
         for number, (attitude, portion) in enumerate(zip(tilting.attitudes, divided, strict=True), start=1)

@@ -14,7 +14,7 @@ from geoprint.distance.isolines import isolines
 from geoprint.errors import FieldError, VerificationError
 from geoprint.geometry import boundary_source, closest, positions
 from geoprint.model import FloatArray, IntArray, Paths, PoseStream, ScalarField, Surface, SurfaceCurves, Toolpath
-from geoprint.toolpath import PATTERNS, arrange, check_sum, largest_lean, mean_lean, poses, seams_of
+from geoprint.toolpath import PATTERNS, arrange, check_sum, largest_lean, mean_lean, posed_surface, poses, seams_of
 from geoprint.toolpath.medial_axis import bead_counts
 from geoprint.toolpath.poses import smoothed_axes, tool_quaternions
 from geoprint.transforms import rotation_of
@@ -29,8 +29,8 @@ def planned(surface: Surface, *, spacing: float) -> tuple[Toolpath, PoseStream]:
     paths = PATTERNS["contours"]().paths(surface, boundary_source(surface), backend=Heat(surface), spacing=spacing)
     toolpath = arrange(paths, surface, speed=SPEED)
     stream = poses(
-        toolpath, surface, R_base_work=np.eye(3), standoff=STANDOFF, retract=RETRACT, layer_height=0.5,
-        max_tilt=MAX_TILT, tool=straight_cell().tool, body=None,
+        toolpath, posed_surface(surface, part=surface, body=None), R_base_work=np.eye(3), standoff=STANDOFF,
+        retract=RETRACT, layer_height=0.5, max_tilt=MAX_TILT, tool=straight_cell().tool,
     )  # fmt: skip
     return toolpath, stream
 

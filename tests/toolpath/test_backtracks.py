@@ -125,6 +125,6 @@ def test_the_tip_turns_back_nowhere_in_the_groove_between_the_ventricles() -> No
         assert np.degrees(turns(stream.tips[rows]).max()) < 90.0
         assert advances(stream.surface_points[rows], stream.normals[rows], standoff=STANDOFF).min() >= 0.5 - 1e-6
     # The needle's tip keeps three quarters of its 0.3 mm, and the plan says where it is nearest.
-    found = creases(stream, plan.toolpath, plan.workpiece.surface)
+    found = creases(stream, plan.toolpath, plan.workpiece.surface, plan.workpiece.part)
     assert found.distances.min() > 0.225
     assert any("runs cross " in note and "at least 0.2" in note for note in record_plan(plan).notes)

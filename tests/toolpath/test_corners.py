@@ -11,7 +11,7 @@ from hypothesis import given, settings, strategies as st
 from geoprint.distance.heat import Heat
 from geoprint.geometry import PolylineDistance, boundary_source, closest, positions
 from geoprint.model import FloatArray, SurfacePoints
-from geoprint.toolpath import PATTERNS, arrange, poses
+from geoprint.toolpath import PATTERNS, arrange, posed_surface, poses
 from geoprint.toolpath.corners import Rounded, faired, round_corners
 from tests.meshes import plate
 from tests.robot.cells import straight_cell
@@ -229,8 +229,8 @@ def test_nothing_is_laid_at_rest_on_a_plate_and_every_corner_is_told() -> None:
     paths = PATTERNS["contours"]().paths(surface, boundary_source(surface), backend=Heat(surface), spacing=4.0)
     toolpath = arrange(paths, surface, speed=SPEED)
     stream = poses(
-        toolpath, surface, R_base_work=np.eye(3), standoff=0.3, retract=5.0, layer_height=0.5, max_tilt=0.2,
-        tool=straight_cell().tool, body=None,
+        toolpath, posed_surface(surface, part=surface, body=None), R_base_work=np.eye(3), standoff=0.3, retract=5.0,
+        layer_height=0.5, max_tilt=0.2, tool=straight_cell().tool,
     )  # fmt: skip
     assert stream.stops_while_laying == 0
     assert len(toolpath.splits) == 0

@@ -9,7 +9,7 @@ from hypothesis import given, settings, strategies as st
 from geoprint.errors import FieldError
 from geoprint.geometry import closest, normals, positions
 from geoprint.model import FloatArray, Surface, SurfaceCurves, Toolpath
-from geoprint.toolpath import creases, poses
+from geoprint.toolpath import creases, posed_surface, poses
 from geoprint.toolpath.poses import (
     Terrain,
     advances,
@@ -301,10 +301,10 @@ def test_creases_of_a_stream_are_counted_and_measured(slope_deg: float, count: i
     one = np.array([0])
     toolpath = Toolpath(runs, one, one, 1.0, 0, 0.0, 0.0, nothing, nothing, np.zeros(801), np.ones(801))
     stream = poses(
-        toolpath, surface, R_base_work=np.eye(3), standoff=STANDOFF, retract=5.0, layer_height=0.5, max_tilt=0.2,
-        tool=straight_cell().tool, body=None,
+        toolpath, posed_surface(surface, part=surface, body=None), R_base_work=np.eye(3), standoff=STANDOFF,
+        retract=5.0, layer_height=0.5, max_tilt=0.2, tool=straight_cell().tool,
     )  # fmt: skip
-    found = creases(stream, toolpath, surface)
+    found = creases(stream, toolpath, surface, surface)
     assert found.count == count
     assert (np.abs(stream.tips[found.poses, 1] - 15.0) < 1.0).all()
     if nearest is not None:

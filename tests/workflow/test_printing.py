@@ -25,9 +25,9 @@ from geoprint.reporting.replaying import replay
 from geoprint.results import Plan
 from geoprint.robot.arm import Arm
 from geoprint.simulation import Break, Faults
-from geoprint.toolpath import check_sum, posed_surface
+from geoprint.toolpath import check_sum
 from geoprint.workflow.checking import check_bundle
-from geoprint.workflow.placement import pose_stream
+from geoprint.workflow.placement import pose_stream, posed
 from geoprint.workflow.saving import save_plan
 from tests.meshes import cylinder_patch
 from tests.shared_plans import SharedPlans
@@ -184,7 +184,7 @@ def test_the_replay_moves_part_and_table_on_the_course_that_is_proven_and_in_its
 
 def test_poses_on_a_surface_that_was_prepared_before_are_the_same(planned: Plan) -> None:
     workpiece = planned.workpiece
-    known = posed_surface(workpiece.surface, workpiece.body)
+    known = posed(workpiece)
     once, again = (
         pose_stream(planned.toolpath, workpiece, max_tilt_deg=planned.job.max_tilt, known=each)
         for each in (None, known)
