@@ -24,7 +24,7 @@ from geoprint.postprocessor.execution import (
     StackSettings as StackSettings,
     Switched as Switched,
 )
-from geoprint.postprocessor.expected_switching import (
+from geoprint.postprocessor.expected import (
     expected_events as expected_events,
     expected_waits as expected_waits,
 )

@@ -21,7 +21,7 @@ from geoprint.geometry.files import load, load_file
 from geoprint.model import PASCAL_PER_KPA, Cell, FloatArray, PoseStream, Surface
 from geoprint.positioner import table_machine
 from geoprint.postprocessor import PLAN, TIMINGS, Json, Orders, Setup, TrajectoryTable, read_trajectory_table
-from geoprint.postprocessor.expected_targets import LIFT
+from geoprint.postprocessor.expected import LIFT
 from geoprint.postprocessor.interface import CONTROLLER_FOLDER
 from geoprint.postprocessor.registry import joining_of, post_processor_name, post_processor_of
 from geoprint.process import bore_of, exposure, pressure_for

@@ -16,7 +16,7 @@ from geoprint import transforms
 from geoprint.errors import VerificationError
 from geoprint.model import BoolArray, FloatArray, PoseStream, Process, Robot
 from geoprint.postprocessor import Orders, PosesTable, TipsAt, TrajectoryTable
-from geoprint.postprocessor.expected_targets import (
+from geoprint.postprocessor.expected import (
     LIFT,
     TURN_ON_THE_SPOT,
     corner_middles,

@@ -25,7 +25,7 @@ from geoprint.model import (
     Tool,
     Trajectory,
 )
-from geoprint.postprocessor.expected_switching import expected_events
+from geoprint.postprocessor.expected import expected_events
 from geoprint.postprocessor.ordering import orders_of
 from geoprint.postprocessor.orders import Event, Orders, TipsAt
 from geoprint.postprocessor.rapid.executed import Proof

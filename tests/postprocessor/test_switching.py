@@ -13,10 +13,10 @@ from hypothesis import given, settings, strategies as st
 from geoprint.errors import UsageError, VerificationError
 from geoprint.model import Cell, FloatArray, Hexapod, PoseStream, Purge, Signals, TiltTurn
 from geoprint.postprocessor import Event, Orders, Setup, Timeline, TipsAt, check_timeline, timeline as timeline_of
+from geoprint.postprocessor.rapid.dispensing import switched_of
 from geoprint.postprocessor.rapid.guard import resident_module
 from geoprint.postprocessor.rapid.language.parsing import parse_module
 from geoprint.postprocessor.rapid.made import Made, dry, make, printing, task_of
-from geoprint.postprocessor.rapid.timeline import switched_of
 from geoprint.postprocessor.rapid.verify import read_back
 from geoprint.postprocessor.setup_file import read_setup, setup_file
 from geoprint.postprocessor.switching import switching_events

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from geoprint import transforms
 from geoprint.errors import VerificationError
 from geoprint.model import BoolArray, Cell, FloatArray, IntArray
-from geoprint.postprocessor.expected_targets import JOINT_TOLERANCE, LIFT, joint_tolerances
+from geoprint.postprocessor.expected import JOINT_TOLERANCE, LIFT, joint_tolerances
 from geoprint.postprocessor.orders import Orders
 from geoprint.postprocessor.rapid.made import Made
 from geoprint.postprocessor.tables import TrajectoryTable

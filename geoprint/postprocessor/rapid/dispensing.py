@@ -15,11 +15,13 @@ import numpy as np
 from geoprint import transforms
 from geoprint.errors import VerificationError, how_many
 from geoprint.model import Dispensing, FloatArray, IntArray, Placement, Signals
+from geoprint.postprocessor.execution import Switched
 from geoprint.postprocessor.orders import Orders, TipsAt, dispensing_along
 from geoprint.postprocessor.rapid.executed import move_times
 from geoprint.postprocessor.rapid.language.syntax import Place, refuse
 from geoprint.postprocessor.rapid.machine import Switching
 from geoprint.postprocessor.rapid.made import Made
+from geoprint.postprocessor.timeline import moment_on
 
 # The motion is looked at so often [s].
 _STEP = 0.001
@@ -67,6 +69,35 @@ def dispensing_of(made: Made, orders: Orders, *, signals: Signals, placement: Pl
     valve = sorted((moment(each), each.value > 0.0) for each in made.execution.switchings if each.signal == valve_name)
     flow = sorted(_flows(made, moment, signals=signals, until=float(times[-1])))
     return dispensing_along(orders, times=times, tips=tips, moves=moves, runs=runs, valve=valve, flow=flow)
+
+
+def switched_of(made: Made, orders: Orders, *, tips_at: TipsAt) -> tuple[Switched, ...]:
+    """Return what a program switches along its path, target by target; flows are left out.
+
+    The machine says at which place of which move an output switches; no speed data hold the ramps of the tip, which the
+    planned motion has.
+
+    Args:
+        made: what it did, printing.
+        orders: times of the targets.
+        tips_at: the tip's motion as it was timed.
+    """
+    moves = made.execution.moves
+    # What switches at a move's start does so behind the wait before it, of which the motion's own time knows nothing.
+    waited = np.append(0.0, moves.begins[made.rows[1:]] - moves.ends[made.rows[:-1]])
+    return tuple(
+        Switched(
+            moment_on(target, each.distance, orders, tips_at, from_start=each.from_start)
+            + float(waited[target]) * each.from_start,
+            each.signal,
+            each.value > 0.0,
+            each.file,
+            each.line,
+        )
+        for target, some in sorted(made.switchings.items())
+        for each in some
+        if not each.flow
+    )
 
 
 def _moments(times: FloatArray) -> tuple[IntArray, FloatArray]:

@@ -8,24 +8,29 @@ from typing import ClassVar, final
 from geoprint.errors import VerificationError
 from geoprint.model import Cell, ControllerPath, Dispensing, JointPath, Placement, Program, Targets
 from geoprint.postprocessor.execution import OwnProgram, Settings, StackProof, StackSettings
-from geoprint.postprocessor.expected_switching import expected_events
+from geoprint.postprocessor.expected import expected_events
 from geoprint.postprocessor.interface import CONTROLLER_FOLDER, Execution, Handling, Joining, RobotProgram
 from geoprint.postprocessor.orders import Orders
 from geoprint.postprocessor.rapid.cell_module import check_cell
 from geoprint.postprocessor.rapid.configuration import check_configuration, check_frame, check_lifted
 from geoprint.postprocessor.rapid.controller_files import controller_files
-from geoprint.postprocessor.rapid.dispensing import dispensing_of
+from geoprint.postprocessor.rapid.dispensing import dispensing_of, switched_of
 from geoprint.postprocessor.rapid.executed import Proof, check_times
 from geoprint.postprocessor.rapid.guard import RESIDENT, check_resident
 from geoprint.postprocessor.rapid.handling import handling, parts_handling, parts_loading
-from geoprint.postprocessor.rapid.headers import header_findings, joined_header_findings
 from geoprint.postprocessor.rapid.language.symbols import read_task
 from geoprint.postprocessor.rapid.program import written_program
+from geoprint.postprocessor.rapid.settings import as_written
 from geoprint.postprocessor.rapid.stack_verifying import judge_stack
 from geoprint.postprocessor.rapid.stack_writing import STACK_LIST, together
-from geoprint.postprocessor.rapid.switches import as_written
-from geoprint.postprocessor.rapid.timeline import switched_of
-from geoprint.postprocessor.rapid.verify import judge_program, program_settings, read_back, verify_program
+from geoprint.postprocessor.rapid.verify import (
+    header_findings,
+    joined_header_findings,
+    judge_program,
+    program_settings,
+    read_back,
+    verify_program,
+)
 from geoprint.postprocessor.rapid.verify_controller import controller_findings
 from geoprint.postprocessor.tables import TrajectoryTable
 from geoprint.robot.arm import Arm, require_abb_conventions

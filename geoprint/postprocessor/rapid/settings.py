@@ -1,20 +1,31 @@
 """The switches that a person sets before a run, as the run sheet asks for: three in GeoCell, five in GeoStack.
 
 They are as they were written in a new program: dry, at a quarter of the speed, from the first run on. Whoever prints
-changes them, so that other values within their ranges are no damage.
+changes them, so that other values within their ranges are no damage, and make no other file.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 
 from geoprint.model import Placement
 from geoprint.postprocessor.execution import Settings, StackSettings
 from geoprint.postprocessor.rapid.expected import declared
 from geoprint.postprocessor.rapid.language.syntax import Place, refuse
 from geoprint.postprocessor.rapid.reader import Listed, RapidText
-from geoprint.postprocessor.rapid.switches import CELL_MODULE, NEW, STACK_MODULE
 
+# Modules that hold switches.
+CELL_MODULE, STACK_MODULE = "GeoCell.mod", "GeoStack.mod"
+# Type and value of each switch in a new program.
+NEW: Mapping[str, tuple[str, str]] = {
+    "geoDryRun": ("bool", "TRUE"),
+    "geoSpeedPct": ("num", "25"),
+    "geoFirstRun": ("num", "1"),
+}
+# What GeoStack declares besides; the program itself moves the first two on. geoLastLayer is the uppermost in a new one.
+NEW_STACK: Mapping[str, tuple[str, str]] = {"geoFirst{}": ("num", "1"), "geo{}Begun": ("num", "0")}
+_PARTS = re.compile(r"(?m)^  CONST num nGeo(Layer|Attitude)s:=(\d+);$")
 _CELL, _STACK = Place(CELL_MODULE, 1), Place(STACK_MODULE, 1)
 
 
@@ -57,6 +68,45 @@ def read_settings(text: RapidText, *, runs: int) -> Settings:
     return Settings(dry_run, speed_pct, _whole(text, "geoFirstRun", most=runs, of="a run of this program", place=_CELL))
 
 
+def as_written(name: str, text: str) -> str:
+    """Return a file of a program with its switches as in a new program.
+
+    Args:
+        name: of the file; it may hold switches or not.
+        text: of it.
+    """
+    return as_new(text) if name in {CELL_MODULE, STACK_MODULE} else text
+
+
+def as_new(text: str) -> str:
+    """Return the text of GeoCell or GeoStack with its switches as they were written, where they are plain values.
+
+    Examples:
+        >>> as_new("  PERS num geoFirstRun:=7;")
+        '  PERS num geoFirstRun:=1;'
+    """
+    parts, switches = _PARTS.search(text), {**NEW}
+    if parts is not None:
+        switches |= {name.format(parts[1]): new for name, new in NEW_STACK.items()}
+        switches[f"geoLast{parts[1]}"] = ("num", parts[2])
+    for name, (kind, value) in switches.items():
+        text = re.sub(rf"(?m)^(  PERS {kind} {name}:=)[A-Z0-9.]+;$", rf"\g<1>{value};", text)
+    return text
+
+
+def check_new(text: RapidText) -> None:
+    """Check that a program is set as a new one must be.
+
+    Raises:
+        VerificationError: it is not.
+    """
+    for name, (kind, value) in NEW.items():
+        datum = declared(text, name, kind=kind, storage="PERS", place=_CELL)
+        found = _shown(datum.value)
+        if found != value:
+            refuse(datum.place, f"{name} must be declared {value} in a new program, found {found}")
+
+
 def _pace(text: RapidText, place: Place) -> tuple[bool, float]:
     """Return whether a program runs dry, and at which speed [%]."""
     dry_run, speed_pct = (
@@ -87,16 +137,3 @@ def _whole(text: RapidText, name: str, *, most: int, of: str, place: Place, leas
 def _shown(value: Listed) -> str:
     """Return a value as it is written."""
     return f"{value:g}" if isinstance(value, float) else str(value).upper()
-
-
-def check_new(text: RapidText) -> None:
-    """Check that a program is set as a new one must be.
-
-    Raises:
-        VerificationError: it is not.
-    """
-    for name, (kind, value) in NEW.items():
-        datum = declared(text, name, kind=kind, storage="PERS", place=_CELL)
-        found = _shown(datum.value)
-        if found != value:
-            refuse(datum.place, f"{name} must be declared {value} in a new program, found {found}")

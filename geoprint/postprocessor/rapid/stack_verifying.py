@@ -19,9 +19,8 @@ from geoprint.postprocessor.rapid.language.symbols import examine
 from geoprint.postprocessor.rapid.language.syntax import Module, Place, refusal, refuse
 from geoprint.postprocessor.rapid.made import signals_of
 from geoprint.postprocessor.rapid.reader import check_line, read_program_file, read_text
-from geoprint.postprocessor.rapid.settings import read_stack_settings, unit_of
+from geoprint.postprocessor.rapid.settings import CELL_MODULE, STACK_MODULE, as_new, read_stack_settings, unit_of
 from geoprint.postprocessor.rapid.stack_running import StackRun
-from geoprint.postprocessor.rapid.switches import CELL_MODULE, STACK_MODULE, as_new
 
 _LIST, _PRINT = "GeoStack.pgf", "GeoPrint.mod"
 _ENTRY = re.compile(r"  PROC (Geo(?:Layer|Attitude)\d+_(\d+))\(\)")

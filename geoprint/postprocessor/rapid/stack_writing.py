@@ -16,8 +16,8 @@ from geoprint.postprocessor.interface import CONTROLLER_FOLDER
 from geoprint.postprocessor.rapid import writing
 from geoprint.postprocessor.rapid.cell_module import guard_module, program_file
 from geoprint.postprocessor.rapid.controller_files import controller_files
+from geoprint.postprocessor.rapid.settings import CELL_MODULE, STACK_MODULE
 from geoprint.postprocessor.rapid.stack_verifying import verify_stack
-from geoprint.postprocessor.rapid.switches import CELL_MODULE, STACK_MODULE
 from geoprint.postprocessor.rapid.templates import conditions, filled, unit_words
 
 # The RAPID program of a stack: GeoStack, whose main loads one layer after the other, and the layers' own modules.

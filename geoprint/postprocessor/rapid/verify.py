@@ -1,16 +1,20 @@
-"""Compares a RAPID program, read from its text and executed, with the orders that it should carry out."""
+"""Compares a RAPID program, read from its text and executed, with the orders that it should carry out.
+
+The comment at the head of a module is held against the sentences that it must say.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import takewhile
 from typing import cast
 
 import numpy as np
 
 from geoprint.errors import VerificationError
 from geoprint.model import BoolArray, Cell, FloatArray, Placement, Program
-from geoprint.postprocessor.execution import Settings
-from geoprint.postprocessor.expected_switching import expected_waits
+from geoprint.postprocessor.execution import Settings, refusal
+from geoprint.postprocessor.expected import expected_waits
 from geoprint.postprocessor.orders import Event, Orders
 from geoprint.postprocessor.rapid.configuration import configurations
 from geoprint.postprocessor.rapid.executed import Proof, prove, verify_flow, verify_switching
@@ -30,8 +34,7 @@ from geoprint.postprocessor.rapid.reader import (
     read_program_file,
     read_text,
 )
-from geoprint.postprocessor.rapid.settings import check_new, read_settings
-from geoprint.postprocessor.rapid.switches import CELL_MODULE
+from geoprint.postprocessor.rapid.settings import CELL_MODULE, STACK_MODULE, check_new, read_settings
 from geoprint.postprocessor.rapid.verify_cell import verify_data, verify_header, verify_names
 from geoprint.robot.arm import Arm
 
@@ -57,6 +60,14 @@ DRY_HEIGHT = 20.0
 _FRAME_PLACE, _FRAME_TURN = 1e-3, 1e-6
 _LIST = "GeoPrint.pgf"
 _ENTRY = Place("GeoPrint.mod", 1)
+# What every program is held against, and what a controller has to keep for it.
+_COMPARED = "Checked: the text matches the plan: targets, speeds, zones, outputs, frames."
+_RESIDENT = "It needs GeoResident.sys, which shuts outputs off at stops: controller/first_load.md."
+# How sentences of headers begin; each begins in a line of its own.
+_BEGINS = (
+    "Written by ", "Fixture ", "PLACEMENT ", "Not stated: ", "Surface ", "Part: ", "Cell: ", "Spacing: ", "Layer ",
+    "Checked: ", "Not checked: ", "It needs ", "A person sets ",
+)  # fmt: skip
 
 
 def verify_program(
@@ -176,6 +187,33 @@ def program_settings(modules: tuple[tuple[str, str], ...], *, runs: int) -> Sett
             refuses.
     """
     return read_settings(_cell(modules), runs=runs)
+
+
+def header_findings(files: Mapping[str, str], sentences: Sequence[str]) -> Iterator[VerificationError]:
+    """Yield where a header of a program does not say what it must, or claims another check.
+
+    Args:
+        files: text of each file of the program.
+        sentences: that it must say, besides what a controller has to keep for it.
+    """
+    wanted = [*sentences, _COMPARED, _RESIDENT]
+    for name in sorted(files.keys() & {CELL_MODULE, "GeoPrint.mod"}):
+        found = _header(files[name])
+        for sentence in wanted:
+            if not any(_says(each, sentence) for each in found):
+                yield refusal(name, 2, f"the header must say {sentence[:100]!r}, as plan.json does")
+        for each in found:
+            judged = each.startswith(("Checked:", "Notchecked:"))
+            if judged and not any(_says(each, sentence) for sentence in wanted):
+                yield refusal(name, 2, f"the header says {each[:100]!r}, plan.json does not")
+
+
+def joined_header_findings(files: Mapping[str, str], sentences: Sequence[str]) -> Iterator[VerificationError]:
+    """Yield where the header of a program of several does not say what it must: as `header_findings`."""
+    found = _header(files.get(STACK_MODULE, ""))
+    for sentence in [*sentences, _RESIDENT]:
+        if not any(_says(each, sentence) for each in found):
+            yield refusal(STACK_MODULE, 2, f"the header must say {sentence!r}")
 
 
 def _parsed_modules(modules: tuple[tuple[str, str], ...]) -> tuple[list[Module], list[VerificationError]]:
@@ -368,3 +406,21 @@ def _turned(found: FloatArray, planned: FloatArray) -> BoolArray:
     nearest = np.minimum(np.linalg.norm(found - planned, axis=1), np.linalg.norm(found + planned, axis=1))
     angle_deg = np.degrees(4.0 * np.arcsin(np.minimum(nearest / 2.0, 1.0)))
     return (np.abs(lengths - 1.0) > 2.0 * UNIT_TOLERANCE) | (angle_deg > _TURN_TOLERANCE_DEG)
+
+
+def _header(text: str) -> list[str]:
+    """Return the sentences in the comment at the beginning of a module, without spaces: lines break anywhere."""
+    lines = takewhile(lambda line: line.startswith("  ! "), text.split("\n")[1:])
+    sentences: list[str] = []
+    for line in lines:
+        bare = line.removeprefix("  ! ")
+        if not sentences or bare.startswith(_BEGINS) or bare[:1].isdigit():
+            sentences.append("")
+        sentences[-1] += "".join(bare.split())
+    return sentences
+
+
+def _says(found: str, wanted: str) -> bool:
+    """Return whether a sentence of a header, without spaces, is one that it must have; a long one is cut."""
+    plain = "".join("".join(letter if " " <= letter <= "~" else "?" for letter in wanted).split())
+    return found == plain or (found.endswith("...") and plain.startswith(found.removesuffix("...")))

@@ -16,8 +16,7 @@ from geoprint.postprocessor.rapid.expected import POSITION_TOLERANCE, compare, c
 from geoprint.postprocessor.rapid.language.syntax import Call, FunctionCall, Name, Place, Statement, each_kind, refuse
 from geoprint.postprocessor.rapid.made import Made
 from geoprint.postprocessor.rapid.reader import Declaration, Listed, RapidText
-from geoprint.postprocessor.rapid.settings import read_settings
-from geoprint.postprocessor.rapid.switches import CELL_MODULE
+from geoprint.postprocessor.rapid.settings import CELL_MODULE, read_settings
 
 _ANGLE_TOLERANCE_DEG = 1e-5
 _LOAD_TOLERANCE = 1e-4

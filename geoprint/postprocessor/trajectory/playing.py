@@ -11,7 +11,7 @@ from geoprint import transforms
 from geoprint.errors import VerificationError, how_many
 from geoprint.model import Cell, FloatArray, IntArray
 from geoprint.postprocessor.execution import Executed, Switched, refusal
-from geoprint.postprocessor.expected_switching import expected_waits
+from geoprint.postprocessor.expected import expected_waits
 from geoprint.postprocessor.interface import Execution, RobotProgram
 from geoprint.postprocessor.orders import Event, Orders, TipsAt
 from geoprint.postprocessor.timeline import moment_on

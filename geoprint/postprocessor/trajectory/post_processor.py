@@ -18,7 +18,7 @@ from geoprint.model import (
     Targets,
 )
 from geoprint.postprocessor.execution import Settings, refusal
-from geoprint.postprocessor.expected_switching import expected_events, expected_waits
+from geoprint.postprocessor.expected import expected_events, expected_waits
 from geoprint.postprocessor.interface import Execution, Handling, RobotProgram
 from geoprint.postprocessor.orders import Orders, dispensing_along
 from geoprint.postprocessor.tables import TrajectoryTable

@@ -7,7 +7,7 @@ import numpy as np
 from geoprint import transforms
 from geoprint.errors import VerificationError
 from geoprint.model import Cell, Dispensing
-from geoprint.postprocessor.expected_targets import LIFT
+from geoprint.postprocessor.expected import LIFT
 from geoprint.postprocessor.interface import RobotProgram
 from geoprint.postprocessor.orders import dispensing_along
 from geoprint.postprocessor.urscript.executed import printing

@@ -14,8 +14,7 @@ from geoprint import transforms
 from geoprint.errors import VerificationError, how_many, percent
 from geoprint.model import BoolArray, Cell, FloatArray, Placement
 from geoprint.postprocessor.execution import Executed, NotExecuted, Switched, refusal
-from geoprint.postprocessor.expected_switching import expected_waits
-from geoprint.postprocessor.expected_targets import LIFT, largest_zones
+from geoprint.postprocessor.expected import LIFT, expected_waits, largest_zones
 from geoprint.postprocessor.interface import Execution, RobotProgram
 from geoprint.postprocessor.orders import Event
 from geoprint.postprocessor.timeline import moment_on

@@ -11,7 +11,7 @@ import numpy as np
 from geoprint.errors import Faults, UsageError, VerificationError
 from geoprint.model import Cell, ControllerPath, Dispensing, JointPath, Placement, Program, Targets
 from geoprint.postprocessor.execution import Settings, refusal
-from geoprint.postprocessor.expected_switching import expected_events
+from geoprint.postprocessor.expected import expected_events
 from geoprint.postprocessor.interface import Execution, Handling, RobotProgram
 from geoprint.postprocessor.orders import Orders
 from geoprint.postprocessor.tables import TrajectoryTable

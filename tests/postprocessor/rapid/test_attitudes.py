@@ -19,9 +19,9 @@ from geoprint.postprocessor.rapid.guard import resident_module
 from geoprint.postprocessor.rapid.language.parsing import parse_module
 from geoprint.postprocessor.rapid.machine import Execution, execute
 from geoprint.postprocessor.rapid.made import printing, task_of
+from geoprint.postprocessor.rapid.settings import as_new
 from geoprint.postprocessor.rapid.stack_running import StackRun
 from geoprint.postprocessor.rapid.stack_verifying import judge_stack, verify_stack
-from geoprint.postprocessor.rapid.switches import as_new
 from geoprint.robot.arm import Arm
 from tests.positioner.tables import hexapod_noun, tilt_turn_noun
 from tests.postprocessor.export_cases import CELL, PLACEMENT, orders, proven_program, stream, tips_of

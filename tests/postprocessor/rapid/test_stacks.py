@@ -20,10 +20,10 @@ from geoprint.postprocessor.rapid.guard import resident_module
 from geoprint.postprocessor.rapid.language.parsing import parse_module
 from geoprint.postprocessor.rapid.machine import Controller, Execution, Scenario, compile_task, execute
 from geoprint.postprocessor.rapid.made import printing, signals_of, task_of
+from geoprint.postprocessor.rapid.settings import as_new
 from geoprint.postprocessor.rapid.stack_running import StackRun, compare_part, parts_of
 from geoprint.postprocessor.rapid.stack_verifying import judge_stack, verify_stack
 from geoprint.postprocessor.rapid.stack_writing import stack_files, stacked_layer
-from geoprint.postprocessor.rapid.switches import as_new
 from geoprint.robot.arm import Arm
 from tests.postprocessor.export_cases import CELL, DEMONSTRATION, PLACEMENT, orders, proven_program, stream, tips_of
 from tests.postprocessor.rapid.test_lint import errors

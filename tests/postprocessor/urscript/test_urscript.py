@@ -19,7 +19,7 @@ from geoprint.errors import UsageError
 from geoprint.geometry.files import save_ply
 from geoprint.model import Cell, Flood, Purge
 from geoprint.postprocessor.execution import Settings
-from geoprint.postprocessor.expected_switching import expected_events
+from geoprint.postprocessor.expected import expected_events
 from geoprint.postprocessor.interface import Execution, RobotProgram
 from geoprint.postprocessor.registry import is_as_written, post_processor
 from geoprint.postprocessor.setup_file import read_setup
