@@ -30,8 +30,16 @@ from geoprint.postprocessor.urscript.forms import (
 )
 from geoprint.postprocessor.urscript.guard import output_of
 from geoprint.postprocessor.urscript.language import Script
-from geoprint.postprocessor.urscript.log import FRAME, Scenario, Switch
-from geoprint.postprocessor.urscript.made import Made, durations, lengths, pieces_by_move, tip_at
+from geoprint.postprocessor.urscript.log import (
+    FRAME,
+    Made,
+    Scenario,
+    Switch,
+    durations,
+    lengths,
+    pieces_by_move,
+    tip_at,
+)
 from geoprint.postprocessor.urscript.motion import Arc, Line, Piece, Rest
 from geoprint.postprocessor.urscript.poses import Pose, angle_between, pose_of_matrix, position, product, turn
 from geoprint.robot.arm import Arm

@@ -1,9 +1,13 @@
-"""URScript as a post-processor: what writes, reads and executes it, under the names that all dialects share."""
+"""URScript as a post-processor: what writes, reads and executes it, under the names that all dialects share.
+
+What a run sheet says of a script, and the page about the controller before the first load, are written here.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from importlib import resources
 from typing import ClassVar, final
 
 import numpy as np
@@ -19,7 +23,6 @@ from geoprint.postprocessor.urscript.dispensing import dispensing_of
 from geoprint.postprocessor.urscript.executed import execution_of
 from geoprint.postprocessor.urscript.forms import read_script
 from geoprint.postprocessor.urscript.guard import output_of
-from geoprint.postprocessor.urscript.handling import first_load, handling
 from geoprint.postprocessor.urscript.writing import written_script
 from geoprint.robot.arm import Arm
 from geoprint.robot.controller import controller_path
@@ -95,7 +98,7 @@ class UrScript:
     ) -> dict[str, str]:
         """Return the page about what the controller must be set to, and what to try before the first print."""
         del names, folders
-        return {_PAGE: first_load(cell, placement)}
+        return {_PAGE: _first_load(cell, placement)}
 
     def kept_findings(
         self,
@@ -110,7 +113,7 @@ class UrScript:
         del names, folders
         for name in sorted(files.keys() - {_PAGE}):
             yield refusal(f"controller/{name}", 1, "this file belongs to no URScript program")
-        found, wanted = files.get(_PAGE, "").split("\n"), first_load(cell, placement).split("\n")
+        found, wanted = files.get(_PAGE, "").split("\n"), _first_load(cell, placement).split("\n")
         for number, line in enumerate(wanted, start=1):
             if number > len(found) or found[number - 1] != line:
                 yield refusal(f"controller/{_PAGE}", number, f"it must say {line[:60]!r} here")
@@ -162,8 +165,65 @@ class UrScript:
         self, orders: Orders, cell: Cell, *, placement: Placement, names: Sequence[str], settings: Settings | None
     ) -> Handling:
         """Return how the script is loaded, set by its three settings, and started."""
-        return handling(orders, cell, placement=placement, names=names, settings=settings)
+        del orders
+        outputs = [cell.signals.dispenser, cell.signals.uv_lamp, cell.signals.vacuum]
+        named = ", ".join(name for name in outputs if name)
+        steps = [
+            "1. before the first load on a controller, follow urscript/controller/first_load.md: required",
+            f"   outputs {named} go low at the end and at every stop of the program",
+            "2. run it as written: dry, 20 mm higher, at 25 % (geo_dry_run True, geo_speed_pct 25)",
+            "3. speed: movep keeps the tool's speed where the arm can; in blends and on short moves nobody promises it",
+        ]
+        if not placement.missing:
+            steps.append(
+                "4. to print: set geo_dry_run False and geo_speed_pct 100, speed slider 100 %; to resume at run k: "
+                "clean the nozzle, set geo_first_run k, start anew"
+            )
+        return Handling(
+            loading=(f"load {names[0]} as a Script node of kind File, and call geoprint() in a Script line behind it",),
+            settings=() if settings is None else (_set_to(placement, settings),),
+            steps=tuple(steps),
+        )
 
 
 def _ascii(text: str) -> str:
     return "".join(letter if " " <= letter <= "~" else "?" for letter in text)
+
+
+def _set_to(placement: Placement, settings: Settings) -> str:
+    """Say how the program would run now, by its three settings."""
+    if settings.dry_run or placement.missing:
+        return f"run dry at {settings.speed_pct:g} % speed (geo_dry_run {settings.dry_run})"
+    if settings.speed_pct != 100.0:
+        return "it will refuse to print: printing needs geo_speed_pct 100"
+    return f"PRINT at 100 % speed, from run {settings.first_run} (geo_dry_run False)"
+
+
+def _first_load(cell: Cell, placement: Placement) -> str:
+    """Return the page about what a controller must be set to, and what to try before the first print.
+
+    Args:
+        cell: its outputs.
+        placement: whether all of it was stated.
+    """
+    signals = cell.signals
+    words = {
+        "<ARM>": cell.robot.model,
+        "<VALVE>": signals.dispenser,
+        "<LAMP>": signals.uv_lamp,
+        "<VACUUM>": signals.vacuum or "",
+    }
+    holds = {"known": not placement.missing, "unknown": bool(placement.missing), "vacuum": signals.vacuum is not None}
+    lines: list[str] = []
+    text = resources.files("geoprint.postprocessor.urscript").joinpath("first_load.md").read_text(encoding="ascii")
+    for line in text.split("\n"):
+        condition, _, rest = line.partition("|")
+        if condition.startswith("@") and condition[1:] in holds:
+            if holds[condition[1:]]:
+                lines.append(rest)
+        else:
+            lines.append(line)
+    page = "\n".join(lines)
+    for word, value in words.items():
+        page = page.replace(word, value)
+    return page
