@@ -16,7 +16,7 @@ import numpy as np
 
 from geoprint.errors import InputError, MeshError, UsageError
 from geoprint.geometry.halfedges import BORDER, matched, next_half, previous_half
-from geoprint.geometry.triangle_sizes import side_lengths
+from geoprint.geometry.operators import side_lengths
 from geoprint.kernels import inner, njit
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface, freeze_arrays, frozen
 

@@ -1,13 +1,10 @@
 """Direction fields on a surface: vectors, lines or crosses, with given singularities or with those that suit them.
 
-- `connection`: how a direction passes from face to face, and the curvature of vertices;
-- `direction_field`: a field, and what is measured of it;
+- `fields`: a field, how a direction passes from face to face, and a field on a surface that lies over its own;
 - `preferences`: strokes, a direction, the rim and principal curvature, that a field leans to;
-- `prescribed`: the field with given singularities and no others, of `potential`, `cycles` and `rotation`;
-- `smoothest`: the field of least gradient, with singularities of its own choice;
-- `carrying`: a field on a surface that lies over its own;
-- `helix`: the fibres of a ventricle's wall, by rule;
-- `wall_voxels`: what is harmonic in a wall of labelled voxels, and `wall`: the fibres on surfaces within it.
+- `prescribed`: the field with given singularities and no others, and the one of least gradient;
+- `wall`: the fibres of a ventricle's wall by rule, on surfaces within labelled voxels;
+- `pattern`: the lines that a field file says, and paths along them as `stripes` or as `streamlines`.
 """
 
 from geoprint.fibers.fields import (

@@ -1,22 +1,38 @@
-"""The `fibres` pattern: paths along a designed field of lines, as stripes or as streamlines."""
+"""The `fibres` pattern: paths along the lines that a field file says, as stripes or as streamlines."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import radians
+from pathlib import Path
 from typing import ClassVar, final
 
 import numpy as np
 
+from geoprint.config import FieldFile, PreferenceTable, ThroughTable, WallTable
 from geoprint.distance import Backend
 from geoprint.errors import FieldError, InputError, UsageError, how_many
-from geoprint.fibers.field_lines import LINES, lines_of
-from geoprint.fibers.fields import DirectionField
+from geoprint.fibers.fields import DirectionField, carried_field
 from geoprint.fibers.net import LineNet, net_of, places_of, surface_points
 from geoprint.fibers.placement import SHORTEST, DepositedStroke, deposited_strokes, first_place
-from geoprint.fibers.preferences import AlongRim
-from geoprint.fibers.prescribed import smoothest_field
+from geoprint.fibers.preferences import AlongCurvature, AlongDirection, AlongRim, AlongStroke, Preference
+from geoprint.fibers.prescribed import prescribed_field, singularities_near, smoothest_field
 from geoprint.fibers.stripes import stripes
-from geoprint.geometry import Piece, PolylineDistance, all_curves, boundary_half_edges, boundary_loops, pieces
+from geoprint.fibers.wall import HelixRule, WallCoordinates, WallVoxels
+from geoprint.geometry import (
+    Piece,
+    PolylineDistance,
+    all_curves,
+    boundary_half_edges,
+    boundary_loops,
+    closest,
+    edge_lengths,
+    even_points,
+    on_surface,
+    pieces,
+    refine,
+)
+from geoprint.geometry.files import read_volume
 from geoprint.model import (
     BoolArray,
     FloatArray,
@@ -28,12 +44,43 @@ from geoprint.model import (
     Surface,
     SurfaceCurves,
 )
+from geoprint.results import StackPlace
 
 # Gaps are looked for at places about so many spacings apart.
 SPREAD_SHARE = 0.25
 # How paths are deposited; the first is what a job has that says nothing.
 STRIPES, STREAMLINES = "stripes", "streamlines"
 LAYINGS = (STRIPES, STREAMLINES)
+# Fibres are lines without a sense: who prints one may begin at either end.
+LINES = 2
+
+
+def lines_of(file: FieldFile, *, place: StackPlace | None = None) -> Callable[[Surface], DirectionField]:
+    """Return what makes the lines of a field file on a surface.
+
+    Args:
+        file: what was read.
+        place: of the layer whose middle the surface is: its lines are those of the part, carried up and turned, but
+            for a wall's, which has its own as far as it goes; None of a single skin.
+
+    What is returned raises:
+        FieldError: indices do not add up to what the surface demands, a place lies off it, or it has nothing of what
+            is preferred; or it lies off the wall, or labels make none.
+        InputError: two singularities have one vertex, or the volume of a wall cannot be read.
+    """
+
+    def lines(surface: Surface) -> DirectionField:
+        if file.wall is not None:
+            return _in_wall(file.wall, surface, part=None if place is None else place.base)
+        if place is None:
+            return _designed(file, surface)
+        # As fine as the layer, so that lines are as smooth there as on a single skin.
+        below = refine(place.base, edge_length=float(np.median(edge_lengths(surface))))
+        feet, heights = closest(below, surface.vertices[surface.faces].mean(axis=1))
+        turned = _turned(file.through, place, heights)
+        return carried_field(_designed(file, below), surface, feet=feet, turned=turned)
+
+    return lines
 
 
 def lines_along_rim(surface: Surface) -> DirectionField:
@@ -183,3 +230,59 @@ def _curve(net: LineNet, stroke: DepositedStroke) -> SurfaceCurves:
     places = np.append(stroke.starts, last[1])
     points = surface_points(net, np.append(stroke.faces, last[0]), places)
     return SurfaceCurves(points, np.array([0, places.size]), np.array([stroke.closed]))
+
+
+def _designed(file: FieldFile, surface: Surface) -> DirectionField:
+    """Return the lines on the part itself."""
+    if file.helix is not None:
+        axis, angle = np.array(file.helix.axis), radians(file.helix.angle)
+        heights = surface.vertices @ (axis / np.linalg.norm(axis))
+        return HelixRule(angle, angle).field(surface, heights=heights, depths=np.zeros(heights.size))
+    preferences = [_preference(table, surface) for table in file.preferences]
+    if not file.singularities:
+        return smoothest_field(surface, symmetry=LINES, preferences=preferences)
+    places = np.array([table.place for table in file.singularities])
+    on_surface(surface, places, what="the singularity {} of the field")
+    indices = np.array([table.index for table in file.singularities])
+    return prescribed_field(
+        surface,
+        symmetry=LINES,
+        singularities=singularities_near(surface, places, indices=indices),
+        preferences=preferences,
+    )
+
+
+def _in_wall(table: WallTable, surface: Surface, *, part: Surface | None) -> DirectionField:
+    """Return the fibres of a wall on a surface within it, or on a layer over a part that is."""
+    path = Path(table.volume)
+    volume = read_volume(path.read_bytes(), name=path.name)
+    wall, cavity, base = (np.isin(volume.labels, labels) for labels in (table.labels, table.cavity, table.base))
+    rule = HelixRule(radians(table.epicardial_deg), radians(table.endocardial_deg))
+    coordinates = WallCoordinates(WallVoxels(wall, cavity, base, volume.affine, path.name))
+    return coordinates.field(surface, rule, part=part)
+
+
+def _turned(table: ThroughTable | None, place: StackPlace, heights: FloatArray) -> FloatArray:
+    """Return by what lines of a layer are turned at (m,) heights over the part [mm], counter-clockwise [rad]."""
+    if table is None:
+        return np.zeros(heights.size)
+    if table.inner_deg is None or table.outer_deg is None:
+        return np.radians(table.turn_deg_per_mm or 0.0) * heights
+    share = (place.number - 0.5) / place.count
+    return np.full(heights.size, radians(table.inner_deg + share * (table.outer_deg - table.inner_deg)))
+
+
+def _preference(table: PreferenceTable, surface: Surface) -> Preference:
+    """Return what a table prefers on a surface."""
+    weighted = {} if table.weight is None else {"weight": table.weight}
+    if table.direction is not None:
+        return AlongDirection(np.array(table.direction), **weighted)
+    if table.curvature is not None:
+        return AlongCurvature(table.curvature, **weighted)
+    if table.stroke is not None:
+        corners = np.array(table.stroke)
+        on_surface(surface, corners, what="the point of a stroke {} of the field")
+        drawn = even_points(corners, step=float(np.median(edge_lengths(surface))))
+        points, _ = closest(surface, drawn)
+        return AlongStroke(SurfaceCurves(points, np.array([0, len(drawn)]), np.array([False])), **weighted)
+    return AlongRim(**weighted)

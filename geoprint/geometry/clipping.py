@@ -10,10 +10,9 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
 from geoprint.errors import InputError
-from geoprint.geometry.operators import doubled_area_vectors, face_areas
+from geoprint.geometry.operators import doubled_area_vectors, face_areas, nearest_middle, reaching
 from geoprint.geometry.points import closest, closest_in_triangles, positions, triple
 from geoprint.geometry.topology import boundary_half_edges, component_labels, edges, half_edges, used_vertices
-from geoprint.geometry.triangle_sizes import nearest_middle, reaching
 from geoprint.model import (
     BoolArray,
     FloatArray,

@@ -10,7 +10,7 @@ from geoprint.errors import MeshError
 from geoprint.geometry.crossings import crossings
 from geoprint.geometry.halfedges import next_halves
 from geoprint.geometry.manifold import turned_faces
-from geoprint.geometry.operators import face_areas, face_normals
+from geoprint.geometry.operators import face_areas, face_normals, thinness
 from geoprint.geometry.points import triple
 from geoprint.geometry.repair import PreparationReport, join, repair
 from geoprint.geometry.topology import (
@@ -22,7 +22,6 @@ from geoprint.geometry.topology import (
     numbered_edges,
     twins,
 )
-from geoprint.geometry.triangle_sizes import thinness
 from geoprint.model import FloatArray, IntArray, Rounded, Surface, comparable, frozen, recorded
 
 # Staircases: surfaces that a program put around voxels, whose steps are the grid's and not the part's.

@@ -1,4 +1,4 @@
-"""Areas, normals and the linear finite elements of a triangle mesh: gradient, divergence, Laplacian and mass.
+"""Areas, side lengths, normals and linear finite elements of triangles: gradient, divergence, Laplacian and mass.
 
 A function is given by its values at the vertices and linear in each triangle. phi_i is the one that is 1 at vertex i
 and 0 at the others; its gradient in a triangle is N x e_i / (2 A) with the unit normal N, the side e_i opposite to i
@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from geoprint.errors import MeshError
 from geoprint.geometry.topology import edges
-from geoprint.model import FloatArray, IntArray, Surface
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 from geoprint.transforms import THIS_WAY
 
 # A mean normal shorter than this is what rounding leaves of the millions of normals of a closed surface.
@@ -226,6 +226,46 @@ def divergence(surface: Surface, vectors: FloatArray) -> FloatArray:
     return _sum_at_corners(surface, shares.ravel())
 
 
+def signed_volume(surface: Surface) -> float:
+    """Return the volume [mm3] inside a closed surface, positive if its faces are counter-clockwise from outside."""
+    middle = surface.vertices.mean(axis=0)
+    a, b, c = (surface.vertices[surface.faces[:, corner]] - middle for corner in range(3))
+    return float(np.einsum("mx,mx->", a, np.cross(b, c)) / 6)
+
+
+def side_lengths(vertices: FloatArray, faces: IntArray) -> FloatArray:
+    """Return the (m, 3) distance between corner i and corner i + 1 of each face."""
+    lengths = np.empty(faces.shape)
+    for side in range(3):
+        lengths[:, side] = np.sqrt(_squares(vertices[faces[:, (side + 1) % 3]] - vertices[faces[:, side]]))
+    return lengths
+
+
+def thinness(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return (m,) twice the area of each face, and the (m,) square of its longest side."""
+    starts = vertices[faces[:, 0]]
+    first, second = vertices[faces[:, 1]] - starts, vertices[faces[:, 2]] - starts
+    (x, y, z), (u, v, w) = first.T, second.T
+    doubled = np.sqrt((y * w - z * v) ** 2 + (z * u - x * w) ** 2 + (x * v - y * u) ** 2)
+    longest = np.maximum(_squares(first), _squares(second))
+    longest = np.sqrt(np.maximum(longest, _squares(vertices[faces[:, 2]] - vertices[faces[:, 1]])))
+    return doubled, longest * longest
+
+
+def reaching(vertices: FloatArray, faces: IntArray, centre: FloatArray, radius: float) -> BoolArray:
+    """Return (m,) which faces may reach into a ball: their balls, about the means of their corners, meet it."""
+    middles = _middles(vertices, faces)
+    sizes = np.zeros(len(faces))
+    for corner in range(3):
+        np.maximum(sizes, np.sqrt(_squares(vertices[faces[:, corner]] - middles)), out=sizes)
+    return np.asarray(np.sqrt(_squares(middles - centre)) <= radius + sizes)
+
+
+def nearest_middle(vertices: FloatArray, faces: IntArray, centre: FloatArray) -> float:
+    """Return the distance from a (3,) position to the nearest mean of the corners of a face."""
+    return float(np.sqrt(_squares(_middles(vertices, faces) - centre).min(initial=np.inf)))
+
+
 def _sum_at_corners(surface: Surface, values: FloatArray) -> FloatArray:
     """Return (n,) the sum at each vertex of (3 m,) values, one for each corner of each face in turn."""
     return np.bincount(surface.faces.ravel(), values, minlength=len(surface.vertices)).astype(np.float64)
@@ -257,8 +297,15 @@ def _positive_lengths(doubled: FloatArray, surface: Surface) -> FloatArray:
     return lengths
 
 
-def signed_volume(surface: Surface) -> float:
-    """Return the volume [mm3] inside a closed surface, positive if its faces are counter-clockwise from outside."""
-    middle = surface.vertices.mean(axis=0)
-    a, b, c = (surface.vertices[surface.faces[:, corner]] - middle for corner in range(3))
-    return float(np.einsum("mx,mx->", a, np.cross(b, c)) / 6)
+def _middles(vertices: FloatArray, faces: IntArray) -> FloatArray:
+    """Return the (m, 3) means of the corners of the faces."""
+    middles = vertices[faces[:, 0]] + vertices[faces[:, 1]]
+    middles += vertices[faces[:, 2]]
+    middles /= 3.0
+    return middles
+
+
+def _squares(vectors: FloatArray) -> FloatArray:
+    """Return the (m,) squared lengths of (m, 3) vectors, always summed in the order of the axes."""
+    x, y, z = vectors.T
+    return np.asarray(x * x + y * y + z * z)

@@ -14,7 +14,7 @@ from scipy.spatial import KDTree
 from geoprint.errors import MeshError, how_many
 from geoprint.geometry.crossings import crossings
 from geoprint.geometry.manifold import check_connected, check_edges, split_vertices, turned_faces
-from geoprint.geometry.operators import face_areas, signed_volume
+from geoprint.geometry.operators import face_areas, side_lengths, signed_volume, thinness
 from geoprint.geometry.points import in_words, triple
 from geoprint.geometry.topology import (
     boundary_half_edges,
@@ -29,7 +29,6 @@ from geoprint.geometry.topology import (
     turned_over,
     used_vertices,
 )
-from geoprint.geometry.triangle_sizes import side_lengths, thinness
 from geoprint.kernels import inner, njit
 from geoprint.model import BoolArray, FloatArray, IntArray, Surface, comparable, frozen
 

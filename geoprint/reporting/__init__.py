@@ -17,7 +17,6 @@ from geoprint.reporting.check import (
     Finding as Finding,
     also_seen as also_seen,
 )
-from geoprint.reporting.check_text import check_text as check_text
 from geoprint.reporting.comparison import (
     comparison_table as comparison_table,
     recorded_comparison as recorded_comparison,
@@ -60,7 +59,11 @@ from geoprint.reporting.records.evidence import SeenFile as SeenFile
 from geoprint.reporting.records.plan import PlanRecord as PlanRecord
 from geoprint.reporting.records.rounding import as_json as as_json, read_record as read_record
 from geoprint.reporting.robot_summary import program_digest as program_digest
-from geoprint.reporting.run_sheet import check_summary as check_summary, run_sheet as run_sheet
+from geoprint.reporting.run_sheet import (
+    check_summary as check_summary,
+    check_text as check_text,
+    run_sheet as run_sheet,
+)
 from geoprint.reporting.tables import csv_text as csv_text, save_table as save_table
 from geoprint.reporting.values import (
     GAP as GAP,

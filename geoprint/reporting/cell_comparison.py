@@ -9,7 +9,7 @@ import numpy as np
 from geoprint.errors import how_many, percent
 from geoprint.reporting.html import Document, element, joined, row_table
 from geoprint.reporting.page import document_page
-from geoprint.reporting.records.cells import CellRecord, CellsRecord
+from geoprint.reporting.records.comparison import CellRecord, CellsRecord
 from geoprint.reporting.records.plan import FileRecord
 from geoprint.reporting.records.rounding import listed, stamp
 from geoprint.reporting.tables import Cells, fitting, grid, left_out

@@ -14,8 +14,7 @@ from pathlib import Path
 
 from geoprint.reporting.check import CheckedComparisonRecord, CheckRecord
 from geoprint.reporting.divisions import division_records
-from geoprint.reporting.records.cells import CellsRecord
-from geoprint.reporting.records.comparison import ComparisonRecord, MeasurementRecord
+from geoprint.reporting.records.comparison import CellsRecord, ComparisonRecord, MeasurementRecord
 from geoprint.reporting.records.evidence import SeenFile
 from geoprint.reporting.records.inspection import AppraisalRecord, LyingRecord, ScanAppraisalRecord, SimulatedRecord
 from geoprint.reporting.records.plan import PlanRecord

@@ -66,10 +66,9 @@ def sweep(
 
     What stands in the folder already is not planned again: a study that was stopped goes on where it was.
     """
-    from geoprint.sweep.report import save_study_page
+    from geoprint.sweep.report import save_study_page, save_study_table
     from geoprint.sweep.running import Limits, outcomes, run_study
     from geoprint.sweep.study import read_study
-    from geoprint.sweep.tabulated import save_study_table
 
     if out is None:
         raise UsageError(f"`--out` is missing: name a folder for the cells, as `--out {study.stem}`.")

@@ -1,13 +1,15 @@
-"""The page of a study: how its plans are distributed, which are worst, and why cells could not be planned."""
+"""The table and the page of a study: a row for each cell, how plans are distributed, and why cells have none."""
 
 # matplotlib leaves the keyword arguments of its methods untyped.
 # pyright: reportUnknownMemberType=false
 
 from __future__ import annotations
 
+import csv
+import io
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -17,8 +19,9 @@ from geoprint.errors import how_many
 from geoprint.geometry.files import write_whole
 from geoprint.reporting.figures import png_bytes
 from geoprint.reporting.html import Markup, element, figure, joined, row_table
-from geoprint.reporting.metrics import COVERED_ONCE, GAP, OVERLAP, THICKNESS, Metric
+from geoprint.reporting.metrics import CATALOGUE, COVERED_ONCE, GAP, OVERLAP, THICKNESS, Metric
 from geoprint.reporting.page import page
+from geoprint.reporting.records.plan import PlanRecord
 from geoprint.reporting.values import Picture
 from geoprint.sweep.running import CELLS, Outcome
 
@@ -26,6 +29,11 @@ PAGE: Final = "study.html"
 # Worst cells and reasons that are listed.
 MOST_WORST, MOST_REASONS = 10, 20
 METRICS: Final = (THICKNESS, COVERED_ONCE, GAP, OVERLAP)
+TABLE: Final = "study.csv"
+_ASKED: Final = ("cell", "part", "site", "setting", "backend", "pattern", "robot_cell", "status", "reason")
+_FOUND: Final = (
+    "faces", "area_mm2", "spacing_mm", "runs", "deposit_mm", "speed_mm_s", "time_s", "clearance_mm", "deposited_share",
+)  # fmt: skip
 _DIGITS: Final = re.compile(r"\(?-?\d[\d., ()x-]*")
 
 
@@ -59,6 +67,35 @@ def way_of(outcome: Outcome) -> str:
     robot_cell = "" if job.cell is None else job.cell.stem
     pattern = "" if job.pattern == "contours" else job.pattern
     return ", ".join(word for word in (cell.site, robot_cell, cell.setting, pattern, job.backend) if word)
+
+
+def save_study_table(found: Iterable[Outcome], folder: Path) -> Path:
+    """Write study.csv, the same bytes whoever has planned the cells.
+
+    Raises:
+        ExportError: it cannot be written.
+    """
+    text = io.StringIO()
+    rows = csv.writer(text, lineterminator="\n")
+    metrics = [metric.key.replace(".", "_") for metric in CATALOGUE]
+    rows.writerow([*_ASKED, *_FOUND, *metrics])
+    for outcome in found:
+        rows.writerow(row_of(outcome))
+    write_whole(folder / TABLE, text.getvalue().encode())
+    return folder / TABLE
+
+
+def row_of(outcome: Outcome) -> Sequence[str]:
+    """Return the row of a cell; what it does not have is empty."""
+    cell, job = outcome.cell, outcome.cell.job
+    robot_cell = "" if job.cell is None else job.cell.stem
+    asked = [
+        cell.name, cell.part, cell.site, cell.setting, job.backend, job.pattern, robot_cell, outcome.status,
+        outcome.reason,
+    ]  # fmt: skip
+    if outcome.record is None:
+        return [*asked, *[""] * (len(_FOUND) + len(CATALOGUE))]
+    return [*asked, *map(_text, _found(outcome.record)), *_metrics(outcome.record)]
 
 
 def _value(outcome: Outcome, metric: Metric) -> float | None:
@@ -135,3 +172,27 @@ def reasons(found: Sequence[Outcome]) -> Markup:
     order = sorted(shapes.values(), key=lambda some: -len(some))[:MOST_REASONS]
     rows = [[str(len(some)), some[0].status, some[0].reason, some[0].cell.name] for some in order]
     return joined(row_table(["cells", "status", "reason of the first", "first"], rows, label="reasons"))
+
+
+def _found(record: PlanRecord) -> Iterable[float | None]:
+    """Yield the values of the columns that are no metrics of evenness."""
+    robots = record.robot
+    yield record.surface.prepared.faces
+    yield record.surface.area_mm2
+    yield record.settings.spacing_mm
+    yield record.paths.runs
+    yield record.paths.deposit_mm
+    yield record.settings.speed_mm_s if robots else None
+    yield sum(robot.motion.duration_s for robot in robots) if robots else None
+    yield min(robot.clearance.smallest_mm for robot in robots) if robots else None
+    shares = [robot.motion.deposited.share for robot in robots if robot.motion.deposited is not None]
+    yield sum(shares) / len(shares) if shares else None
+
+
+def _metrics(record: PlanRecord) -> list[str]:
+    measured = record.uniformity
+    return [_text(None if measured is None else metric.of(measured)) for metric in CATALOGUE]
+
+
+def _text(value: float | None) -> str:
+    return "" if value is None else f"{value:.6g}"

@@ -1,7 +1,6 @@
 """Paths on a surface: patterns, order, corners, resampling and the stream of tool poses."""
 
 from geoprint.toolpath.ordering import Seams as Seams, arrange as arrange, check_sum as check_sum, seams_of as seams_of
-from geoprint.toolpath.pattern import Pattern as Pattern
 from geoprint.toolpath.poses import (
     CrossedCreases as CrossedCreases,
     PosedSurface as PosedSurface,
@@ -13,6 +12,7 @@ from geoprint.toolpath.poses import (
 )
 from geoprint.toolpath.registry import (
     PATTERNS as PATTERNS,
+    Pattern as Pattern,
     pattern as pattern,
     pattern_names as pattern_names,
     register as register,

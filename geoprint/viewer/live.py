@@ -16,8 +16,17 @@ from geoprint.model import FloatArray
 from geoprint.reporting.metrics import CATALOGUE
 from geoprint.robot.arm import tilts
 from geoprint.viewer.loaded import Viewed, ViewedPlan
-from geoprint.viewer.page import light, look, on_ray, open_panel, scale_html, table_html
-from geoprint.viewer.plots import TIME_FIELD, plot_html, plots_of
+from geoprint.viewer.page import (
+    TIME_FIELD,
+    light,
+    look,
+    on_ray,
+    open_panel,
+    plot_html,
+    plots_of,
+    scale_html,
+    table_html,
+)
 from geoprint.viewer.scene import PlanScene, quantities, scale_of
 
 if TYPE_CHECKING:

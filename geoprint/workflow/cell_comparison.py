@@ -9,7 +9,7 @@ from geoprint.config import Job, load_cell
 from geoprint.errors import PlanError, UsageError, how_many
 from geoprint.model import Cell
 from geoprint.reporting.cell_comparison import cells_page, record_cells
-from geoprint.reporting.records.cells import CellsRecord
+from geoprint.reporting.records.comparison import CellsRecord
 from geoprint.reporting.records.rounding import save_record
 from geoprint.results import CellComparison, CellOutcome, Plan
 from geoprint.robot.arm import Arm

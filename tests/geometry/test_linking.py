@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given, settings, strategies as st
 
 from geoprint.geometry import component_labels, edge_lengths, face_areas
+from geoprint.geometry.operators import side_lengths, thinness
 from geoprint.geometry.topology import connected_nodes, edges
-from geoprint.geometry.triangle_sizes import side_lengths, thinness
 from geoprint.model import IntArray, Surface
 from tests import meshes
 

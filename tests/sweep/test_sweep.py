@@ -19,9 +19,8 @@ from geoprint import plan
 from geoprint.errors import InputError, UsageError
 from geoprint.geometry.files import save_ply
 from geoprint.sweep import StudyCell, read_study
-from geoprint.sweep.report import study_page
+from geoprint.sweep.report import save_study_table, study_page
 from geoprint.sweep.running import CELLS, Limits, ending_of, outcomes, run_cell, run_study
-from geoprint.sweep.tabulated import save_study_table
 from tests.commands import called
 from tests.meshes import plate
 

@@ -22,8 +22,7 @@ from geoprint.reporting.colouring import coverage_scale, overhang_scale, thickne
 from geoprint.reporting.replaying import replay
 from geoprint.viewer import capture, load_viewed, notebook_scene
 from geoprint.viewer.live import LiveView
-from geoprint.viewer.page import address, scale_html, served
-from geoprint.viewer.plots import Plot, plot_html
+from geoprint.viewer.page import Plot, address, plot_html, scale_html, served
 from geoprint.viewer.scene import PlanScene, mean_curvature, quantities, scale_of
 from tests.commands import called
 from tests.meshes import plate, spherical_cap

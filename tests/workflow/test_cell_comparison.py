@@ -10,7 +10,7 @@ from geoprint.config import job_of, packaged_cell_text
 from geoprint.errors import UsageError
 from geoprint.reporting import read_record
 from geoprint.reporting.cell_comparison import cells_text, record_cells
-from geoprint.reporting.records.cells import CellsRecord
+from geoprint.reporting.records.comparison import CellsRecord
 from geoprint.results import CellComparison
 from geoprint.workflow import save
 from geoprint.workflow.cell_comparison import compare_cells

@@ -11,7 +11,7 @@ import geoprint
 from geoprint.config import FieldFile, job_of
 from geoprint.errors import FieldError, UsageError, VerificationError
 from geoprint.fibers import DirectionField
-from geoprint.fibers.field_lines import lines_of
+from geoprint.fibers.pattern import lines_of
 from geoprint.geometry.files import save_ply
 from geoprint.model import Surface
 from geoprint.workflow import compare, plan, save_plan

@@ -13,7 +13,7 @@ from geoprint.errors import UsageError
 from geoprint.geometry.files import save_ply
 from geoprint.layers import compare_stacks, plan_stack
 from geoprint.reporting import CheckedComparison
-from geoprint.reporting.check_text import check_text
+from geoprint.reporting.run_sheet import check_text
 from geoprint.results import Plan
 from geoprint.workflow import check_folder, plan, save_plan
 from tests.layers.layers_here import planning_here

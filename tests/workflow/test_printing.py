@@ -20,8 +20,8 @@ from geoprint.model import FloatArray, Surface
 from geoprint.positioner import table_machine
 from geoprint.postprocessor import write_bundle
 from geoprint.reporting import MOST_FRAMES
-from geoprint.reporting.check_text import check_text
 from geoprint.reporting.replaying import replay
+from geoprint.reporting.run_sheet import check_text
 from geoprint.results import Plan
 from geoprint.robot.arm import Arm
 from geoprint.simulation import Break, Faults

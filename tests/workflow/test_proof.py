@@ -13,11 +13,11 @@ import geoprint
 from geoprint.errors import UsageError, VerificationError
 from geoprint.postprocessor import Executed, NotExecuted
 from geoprint.reporting import PlanRecord, check_summary, read_record
-from geoprint.reporting.check_text import check_text
 from geoprint.reporting.evidence import evidence_rows
 from geoprint.reporting.part_report import evidence_table
 from geoprint.reporting.records.evidence import EvidenceRecord
 from geoprint.reporting.records.plan import BendRecord
+from geoprint.reporting.run_sheet import check_text
 from geoprint.results import Plan
 from geoprint.workflow import check_bundle, plan, record_seen, save_plan
 from tests.commands import called

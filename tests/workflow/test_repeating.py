@@ -16,7 +16,7 @@ import pytest
 import geoprint
 from geoprint.errors import InputError, VerificationError
 from geoprint.reporting import Checked, CheckedComparison, check_summary
-from geoprint.reporting.check_text import check_text
+from geoprint.reporting.run_sheet import check_text
 from geoprint.results import Plan
 from geoprint.workflow import check_bundle, check_folder, plan, save_plan
 from tests.commands import called

@@ -12,7 +12,7 @@ import geoprint
 from geoprint.config import job_of, packaged_cell_text, read_field
 from geoprint.errors import FieldError, UsageError, VerificationError
 from geoprint.fibers import DirectionField, WallVoxels
-from geoprint.fibers.field_lines import lines_of
+from geoprint.fibers.pattern import lines_of
 from geoprint.geometry import face_areas, face_normals, remesh
 from geoprint.geometry.files import load_file, read_volume, save_ply
 from geoprint.layers.stacking import plan_stack
