@@ -15,8 +15,8 @@ from geoprint.robot.arm.configuration import (
     wrist_angles as wrist_angles,
 )
 from geoprint.robot.arm.confirmation import unconfirmed_kinematics as unconfirmed_kinematics
-from geoprint.robot.arm.kinematics import Arm as Arm
-from geoprint.robot.arm.nozzle import (
+from geoprint.robot.arm.kinematics import (
+    Arm as Arm,
     about_nozzle as about_nozzle,
     is_axial as is_axial,
     tilts as tilts,

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from geoprint import transforms
 from geoprint.model import FloatArray
 from geoprint.robot.arm import Arm, is_axial, tilts
-from geoprint.robot.arm.nozzle import about_nozzle, turned
+from geoprint.robot.arm.kinematics import about_nozzle, turned
 from geoprint.robot.reach import reach
 from geoprint.robot.reach.keyframes import keyframe_rate, keyframes_of, smoothed, tool_poses
 from geoprint.robot.reach.quadrants import axial_rotation

@@ -14,8 +14,7 @@ from geoprint.geometry.files.io import load
 from geoprint.geometry.operators import vertex_normals
 from geoprint.model import Cell, FloatArray, JointPath, PoseStream, Surface
 from geoprint.robot.arm.configuration import configuration_data
-from geoprint.robot.arm.kinematics import Arm
-from geoprint.robot.arm.nozzle import about_nozzle
+from geoprint.robot.arm.kinematics import Arm, about_nozzle
 from geoprint.robot.placing.placement import demo_placement
 from geoprint.robot.reach.inverse import reach
 from geoprint.robot.reach.keyframes import tool_poses

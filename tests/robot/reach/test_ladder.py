@@ -13,8 +13,7 @@ from geoprint.errors import ClearanceError
 from geoprint.model import BoolArray, Box, Cell, Clearance, FloatArray, JointPath, PoseStream, SearchWeights
 from geoprint.robot.arm import tilts
 from geoprint.robot.arm.configuration import singularity_distances
-from geoprint.robot.arm.kinematics import Arm
-from geoprint.robot.arm.nozzle import turned
+from geoprint.robot.arm.kinematics import Arm, turned
 from geoprint.robot.collision import CheckedWorld, clearance
 from geoprint.robot.controller import controller_path, written_targets
 from geoprint.robot.reach import Leaning, NozzleRoom, reach

@@ -13,7 +13,7 @@ from geoprint.model import BoolArray, FloatArray, JointPath, PoseStream, Targets
 from geoprint.reporting.robot_summary import record_quadrants
 from geoprint.robot.arm import border_distances
 from geoprint.robot.arm.configuration import branch_of, configuration_data
-from geoprint.robot.arm.nozzle import about_nozzle
+from geoprint.robot.arm.kinematics import about_nozzle
 from geoprint.robot.reach.inverse import reach
 from geoprint.robot.reach.keyframes import tool_poses
 from geoprint.robot.reach.quadrants import axial_rotation, axial_weights, frame_room
