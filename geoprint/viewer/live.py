@@ -1,4 +1,4 @@
-"""The live view: a page in the browser with the scene, a panel of controls, and what a picked point is."""
+"""The live view: a page in a browser or notebook with the scene, a panel of controls, and what a picked point is."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from geoprint.reporting.metrics import CATALOGUE
 from geoprint.robot.arm import tilts
 from geoprint.viewer.loaded import Viewed, ViewedPlan
 from geoprint.viewer.page import (
+    PORT,
     TIME_FIELD,
     light,
     look,
@@ -25,12 +26,18 @@ from geoprint.viewer.page import (
     plot_html,
     plots_of,
     scale_html,
+    served,
     table_html,
 )
 from geoprint.viewer.scene import PlanScene, quantities, scale_of
 
 if TYPE_CHECKING:
     import viser
+from contextlib import closing
+from pathlib import Path
+
+from geoprint.reporting.notebook import NotebookView
+from geoprint.viewer.loaded import load_viewed
 
 # Frames a second at most, and how many times as fast as in the cell.
 FRAMES: Final = 30.0
@@ -349,6 +356,23 @@ class LiveView:
             self._failure = error
         finally:
             self._finished.set()
+
+
+def notebook_scene(folder: Path | str) -> NotebookView:
+    """Return the scene that `geoprint view FOLDER` shows first as a page within a notebook, to be turned.
+
+    It needs no server, and so has no panel.
+
+    Args:
+        folder: that `geoprint plan` or `compare` wrote.
+
+    Raises:
+        GeoprintError: as `load_viewed`; `UsageError` where viser is not installed.
+    """
+    viewed = load_viewed(folder)
+    with served(PORT, label=viewed.name) as server, closing(LiveView(viewed, server)) as view:
+        view.complete()
+        return NotebookView(server.scene.as_html().encode())
 
 
 def nearest_pose(plan: ViewedPlan, place: FloatArray) -> tuple[int, int]:

@@ -22,7 +22,6 @@ from geoprint.model import (
 )
 from geoprint.postprocessor.execution import Executed, NotExecuted
 from geoprint.postprocessor.orders import Event, Orders
-from geoprint.postprocessor.rapid.expected import compare
 from geoprint.postprocessor.rapid.language.syntax import Module, Place, Series, Value, refusal, refuse
 from geoprint.postprocessor.rapid.machine import (
     NOT_KNOWN,
@@ -35,7 +34,7 @@ from geoprint.postprocessor.rapid.machine import (
 )
 from geoprint.postprocessor.rapid.machine.moves import rounded_lengths
 from geoprint.postprocessor.rapid.made import Made, dry, make, printing, task_of
-from geoprint.postprocessor.rapid.reader import Listed
+from geoprint.postprocessor.rapid.reader import Listed, compare
 from geoprint.robot.arm import Arm
 
 # Compares what a program switches as it is executed with where the plan switches, and with nothing in a dry run.

@@ -1,4 +1,4 @@
-"""Reads the modules of a program for verification, in the form in which geoprint writes them, without its writer.
+"""Reads the modules of a program for verification, without its writer, and compares their data with the plan's.
 
 The language itself is read by `language`; here stands what a program of geoprint keeps besides: one statement a line,
 printable ASCII, lines and modules that a controller's editor opens, an error handler in every routine of the path.
@@ -11,6 +11,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias, cast, final
 
+import numpy as np
+
+from geoprint.model import FloatArray
 from geoprint.postprocessor.rapid.language.parsing import parse_module
 from geoprint.postprocessor.rapid.language.syntax import (
     Assignment,
@@ -79,6 +82,12 @@ _IN_MAIN = frozenset({"geobegin", "geoend", "geoforget", "startload", "waitload"
 _TARGET = "geotarget"
 # Kinds of data that are a module's own word: what a controller makes of them no program reads.
 _OPAQUE = frozenset({"triggdata", "loadsession"})
+# Half of the fourth decimal on each axis is 0.00005 mm.
+POSITION_TOLERANCE = 1e-4
+# A frame's rotation has a lever arm of some 100 mm: 1e-7 there is 0.01 um.
+_ROTATION_TOLERANCE = 1e-7
+# Unit length of a quaternion of rounded components.
+UNIT_TOLERANCE = 1e-7
 
 
 def read_modules(modules: Sequence[tuple[str, str]]) -> RapidText:
@@ -269,3 +278,71 @@ def read_program_file(name: str, text: str) -> tuple[str, ...]:
             refuse(Place(name, number), f"{line[:60]!r} does not name a module")
         listed.append(match[1])
     return tuple(listed)
+
+
+def declared(text: RapidText, name: str, *, kind: str, storage: str, place: Place) -> Declaration:
+    """Return the declaration of a name.
+
+    Args:
+        text: the modules.
+        name: any case.
+        kind: RAPID type that it must have.
+        storage: PERS, CONST or VAR, which it must be.
+        place: where it is needed.
+
+    Raises:
+        VerificationError: it is not declared so.
+    """
+    datum = text.declarations.get(name.lower())
+    if datum is None or datum.kind != kind:
+        refuse(place, f"{name or 'nothing'} is named where a {kind} is needed, but none is declared so")
+    if datum.storage != storage:
+        refuse(datum.place, f"{name} is not declared {storage}")
+    return datum
+
+
+def compare_frame(found: Listed, planned: FloatArray, *, place: Place, what: str) -> None:
+    """Compare a RAPID pose with a (4, 4) transform.
+
+    Raises:
+        VerificationError: they differ.
+    """
+    if not isinstance(found, list) or len(found) != 2:
+        refuse(place, f"{what} is not a pose")
+    position, quaternion = found
+    compare(position, literal(planned[:3, 3]), tolerance=POSITION_TOLERANCE, place=place, what=f"{what} position")
+    compare(quaternion, literal(np.zeros(4)), tolerance=1.0, place=place, what=f"{what} quaternion")
+    w, x, y, z = np.array(quaternion, dtype=np.float64)
+    rotation = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+    unit = abs(w * w + x * x + y * y + z * z - 1.0) <= UNIT_TOLERANCE
+    if not unit or np.abs(rotation - planned[:3, :3]).max() > _ROTATION_TOLERANCE:
+        refuse(place, f"{what} is turned by {quaternion}, which is not the plan's attitude")
+
+
+def literal(values: FloatArray) -> Listed:
+    """Return an array as the nested lists of a literal."""
+    return [float(value) for value in values]
+
+
+def compare(found: Listed, planned: Listed, *, tolerance: float, place: Place, what: str) -> None:
+    """Compare nested literals: same form, same words, numbers within the tolerance.
+
+    Raises:
+        VerificationError: they differ.
+    """
+    if isinstance(planned, list):
+        if not isinstance(found, list) or len(found) != len(planned):
+            refuse(place, f"{what} is {found}, the plan has {planned}")
+        for one, other in zip(found, planned, strict=True):
+            compare(one, other, tolerance=tolerance, place=place, what=what)
+    elif isinstance(planned, bool | str | None) or isinstance(found, bool | str | list | None):
+        if type(found) is not type(planned) or found != planned:
+            refuse(place, f"{what} is {found}, the plan has {planned}")
+    elif not abs(found - planned) <= tolerance:
+        refuse(place, f"{what} is {found}, the plan has {planned}")

@@ -11,9 +11,8 @@ from collections.abc import Mapping, Sequence
 
 from geoprint.model import Placement
 from geoprint.postprocessor.execution import Settings, StackSettings
-from geoprint.postprocessor.rapid.expected import declared
 from geoprint.postprocessor.rapid.language.syntax import Place, refuse
-from geoprint.postprocessor.rapid.reader import Listed, RapidText
+from geoprint.postprocessor.rapid.reader import Listed, RapidText, declared
 
 # Modules that hold switches.
 CELL_MODULE, STACK_MODULE = "GeoCell.mod", "GeoStack.mod"

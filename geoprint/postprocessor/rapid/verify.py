@@ -18,7 +18,6 @@ from geoprint.postprocessor.expected import expected_waits
 from geoprint.postprocessor.orders import Event, Orders
 from geoprint.postprocessor.rapid.configuration import configurations
 from geoprint.postprocessor.rapid.executed import Proof, prove, verify_flow, verify_switching
-from geoprint.postprocessor.rapid.expected import UNIT_TOLERANCE
 from geoprint.postprocessor.rapid.guard import GUARD, check_guard, resident_module
 from geoprint.postprocessor.rapid.language.parsing import parse_module, uncollected
 from geoprint.postprocessor.rapid.language.symbols import examine
@@ -26,6 +25,7 @@ from geoprint.postprocessor.rapid.language.syntax import Module, Place, refuse
 from geoprint.postprocessor.rapid.machine import INSTRUCTION_OF, VERBS, Modes
 from geoprint.postprocessor.rapid.made import Made, make, printing, signals_of, task_of
 from geoprint.postprocessor.rapid.reader import (
+    UNIT_TOLERANCE,
     RapidText,
     check_form,
     check_routines,

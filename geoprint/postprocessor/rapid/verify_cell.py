@@ -12,10 +12,18 @@ from geoprint import transforms
 from geoprint.model import Cell, FloatArray, Placement, TiltTurn
 from geoprint.positioner import table_machine
 from geoprint.postprocessor.orders import Orders
-from geoprint.postprocessor.rapid.expected import POSITION_TOLERANCE, compare, compare_frame, declared, literal
 from geoprint.postprocessor.rapid.language.syntax import Call, FunctionCall, Name, Place, Statement, each_kind, refuse
 from geoprint.postprocessor.rapid.made import Made
-from geoprint.postprocessor.rapid.reader import Declaration, Listed, RapidText
+from geoprint.postprocessor.rapid.reader import (
+    POSITION_TOLERANCE,
+    Declaration,
+    Listed,
+    RapidText,
+    compare,
+    compare_frame,
+    declared,
+    literal,
+)
 from geoprint.postprocessor.rapid.settings import CELL_MODULE, read_settings
 
 _ANGLE_TOLERANCE_DEG = 1e-5
