@@ -198,6 +198,7 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
     robot = planned.robot[0]
     job = geoprint.job_of(surface=PLATE, unit="mm", spacing=2.0)
     table = cast("Any", None)
+    touched: dict[str, Any] = {"model": gone, "cell": gone, "part": gone, "unit": "mm", "noise": None}
     return {
         "load": lambda: geoprint.load(gone, unit="mm"),
         "load_file": lambda: load_file(gone, unit="mm"),
@@ -224,12 +225,8 @@ def readers(gone: str, planned: Plan) -> dict[str, Callable[[], object]]:
         "cell_text": lambda: config.cell_text(gone),
         "load_cell": lambda: geoprint.load_cell(gone),
         "cell_of": lambda: config.cell_of('[robot]\nurdf = "a.urdf"', name="a cell", folder=gone),
-        "calibrate": lambda: workflow.calibrate(
-            gone, model=gone, tcp=None, cell=gone, part=gone, unit="mm", noise=None
-        ),
-        "calibrate_cell": lambda: geoprint.workflow.calibrate_cell(
-            gone, model=gone, cell=gone, part=gone, unit="mm", noise=None
-        ),
+        "calibrate": lambda: workflow.calibrate(gone, tcp=None, **touched),
+        "calibrate_cell": lambda: geoprint.workflow.calibrate_cell(gone, **touched),
         "calibrate_tool": lambda: geoprint.workflow.calibrate_tool(gone, cell=None, noise=None),
         "read_measured_flow": lambda: process_fitting.read_measured_flow(gone, density=1.0),
         "fit_flow": lambda: process_fitting.fit_flow(gone, cell=None, density=1.0, model="newtonian"),

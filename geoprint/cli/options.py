@@ -53,6 +53,16 @@ Out = Annotated[
     Path | None,
     typer.Option(metavar="FOLDER", help="Folder for the result; required.", show_default=False, rich_help_panel=OUTPUT),
 ]
+ComparedBackends = Annotated[
+    str | None,
+    typer.Option(
+        "--backend",
+        metavar="NAME,...",
+        help="Backends to compare: heat, fast-marching or lscm with commas between them, or all.",
+        show_default="lscm,heat",
+        rich_help_panel=PATHS,
+    ),
+]
 OnCells = Annotated[
     str | None,
     typer.Option(

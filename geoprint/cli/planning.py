@@ -15,9 +15,9 @@ import typer
 from geoprint.cli.bounds import COVERING, PREPARING, SEARCH, WITH_ROBOT, limit_memory, planning_stages, watch
 from geoprint.cli.ending import wrote
 from geoprint.cli.options import (
-    PATHS,
     SETTINGS,
     AsJson,
+    ComparedBackends,
     Figures,
     Keys,
     MaxMemory,
@@ -139,16 +139,7 @@ def _named(keys: Keys) -> list[str]:
 def compare(
     surfaces: PartsOrJobs,
     *,
-    backends: Annotated[
-        str | None,
-        typer.Option(
-            "--backend",
-            metavar="NAME,...",
-            help="Backends to compare: heat, fast-marching or lscm with commas between them, or all.",
-            show_default="lscm,heat",
-            rich_help_panel=PATHS,
-        ),
-    ] = None,
+    backends: ComparedBackends = None,
     cells: OnCells = None,
     keys: Keys,
     out: Out = None,

@@ -550,22 +550,9 @@ def machine_of(table: Mapping[str, object], *, name: str, folder: Path) -> Cell:
         UsageError: the URDF cannot be read.
     """
     file = CellFile.model_validate(table)
-    model, urdf = _arm_of(file.robot, folder)
     return Cell(
         name=name,
-        robot=Robot(
-            model=model,
-            limits=np.radians(file.robot.limits_deg),
-            speeds=np.radians(file.robot.speeds_deg_s),
-            accelerations=np.radians(file.robot.accelerations_deg_s2),
-            home=np.radians(file.home.joints_deg),
-            target_period=file.robot.target_period_ms / 1000.0,
-            response=file.robot.response_ms / 1000.0,
-            urdf=urdf,
-            flange=file.robot.flange,
-            load=file.robot.load,
-            post_processor=file.robot.post_processor,
-        ),
+        robot=_robot(file, folder),
         tool=_tool(file),
         process=noun_of(Process, file.process),
         signals=noun_of(Signals, file.signals),
@@ -589,18 +576,31 @@ def machine_of(table: Mapping[str, object], *, name: str, folder: Path) -> Cell:
     )
 
 
-def _arm_of(table: RobotTable, folder: Path) -> tuple[str, str | None]:
-    """Return name and URDF of an arm; no URDF of a packaged one, unless it is calibrated.
+def _robot(file: CellFile, folder: Path) -> Robot:
+    """Return the arm of a cell; it has no URDF where it is a packaged one that is not calibrated.
 
     Raises:
         UsageError: the URDF or the calibration cannot be read.
     """
+    table = file.robot
+    model, urdf = table.arm or "", None
     if table.urdf is not None:
-        return Path(table.urdf).name, read_urdf_file(folder / table.urdf, flange=table.flange)
-    arm = table.arm or ""
-    if table.calibration is not None:
-        return f"{arm}-calibrated.urdf", calibrated_urdf(arm, folder / table.calibration)
-    return arm, None
+        model, urdf = Path(table.urdf).name, read_urdf_file(folder / table.urdf, flange=table.flange)
+    elif table.calibration is not None:
+        model, urdf = f"{model}-calibrated.urdf", calibrated_urdf(model, folder / table.calibration)
+    return Robot(
+        model=model,
+        limits=np.radians(table.limits_deg),
+        speeds=np.radians(table.speeds_deg_s),
+        accelerations=np.radians(table.accelerations_deg_s2),
+        home=np.radians(file.home.joints_deg),
+        target_period=table.target_period_ms / 1000.0,
+        response=table.response_ms / 1000.0,
+        urdf=urdf,
+        flange=table.flange,
+        load=table.load,
+        post_processor=table.post_processor,
+    )
 
 
 def noun_of(noun: type[Noun], table: Table) -> Noun:

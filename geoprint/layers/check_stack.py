@@ -261,7 +261,6 @@ def _layer(of: StackedLayerRecord, plan: PlanRecord, one: Checked, job: Job) -> 
         pattern=str(job.drawing),
         speed=asked * share,
         deposited=of.laid_mm3,
-        not_printable=plan.not_printable,
     )
     return as_json(found)
 

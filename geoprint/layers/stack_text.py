@@ -85,7 +85,6 @@ def layer_record(
     pattern: str,
     speed: float,
     deposited: float,
-    not_printable: str | None,
 ) -> StackedLayerRecord:
     """Return what is said of a planned layer.
 
@@ -98,7 +97,6 @@ def layer_record(
         pattern: that its paths have.
         speed: at which it prints, before its missing volume is made up [mm/s].
         deposited: volume [mm3].
-        not_printable: why the robot cannot print it, or None.
     """
     even, robots, planned = record.uniformity, record.robot, record.deposition
     followed = planned is not None and planned.flow != "constant"
@@ -121,7 +119,7 @@ def layer_record(
         print_s=layer_seconds(record),
         attitudes=len(robots) if any(robot.table is not None for robot in robots) else None,
         clearance_mm=min((robot.clearance.smallest_mm for robot in robots), default=None),
-        not_printable=not_printable,
+        not_printable=record.not_printable,
         dose_mj_cm2=None if planned is None or planned.light is None else planned.light.all_passes,
         warnings=record.warnings,
         not_checked=tuple(dict.fromkeys(text for robot in robots for text in robot.clearance.not_checked)),

@@ -329,7 +329,6 @@ def _layer(job: Job, number: int, folder: Path) -> _Found:
         pattern=str(planned.job.drawing),
         speed=round(asked * share, SPEED_DECIMALS),
         deposited=float(kept.volumes[kept.printed]),
-        not_printable=planned.not_printable,
     ), kept
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TypeVar, cast
 
 import numpy as np
@@ -24,7 +24,17 @@ from geoprint.reporting.records.evidence import STAGES
 from geoprint.reporting.records.plan import PlanRecord, SettingsRecord
 from geoprint.reporting.records.rounding import as_json
 from geoprint.reporting.replaying import at_rest, machine, motion_shades, replay
-from geoprint.reporting.values import COVERED, GAP, OVERLAP, BackendView, PartReport, PathDistances, Picture, Row
+from geoprint.reporting.values import (
+    COVERED,
+    GAP,
+    OVERLAP,
+    BackendView,
+    Machine,
+    PartReport,
+    PathDistances,
+    Picture,
+    Row,
+)
 from geoprint.reporting.view import ViewSurface, view_surface
 from geoprint.results import Comparison, Plan, Planned
 
@@ -210,7 +220,6 @@ def part_report(
     spacing = first.contours.spacing
     view = view_surface(workpiece.surface, faces=min(faces, VIEWED_FACES // len(planned)))
     apart = record.path_distances_mm
-    robots = [robot for _, outcome in planned for robot in outcome.plan.robot[:1]]
     return PartReport(
         name=record.part,
         verdict=record.verdict,
@@ -219,14 +228,7 @@ def part_report(
         surface=view.surface,
         R_view_work=workpiece.upright,
         spacing=spacing,
-        machine=machine(
-            workpiece.cell,
-            T_base_work=at_rest(workpiece.cell, robots[0].placement),
-            body=workpiece.body,
-            cell_file=comparison.job.cell,
-        )
-        if robots
-        else None,
+        machine=_machine(comparison),
         winner=[row.backend for row in record.planned].index(record.best),
         backends=tuple(_view(name, outcome, view, still=pictures.stills[name]) for name, outcome in planned),
         refused=tuple((row.backend, row.refused) for row in record.refused),
@@ -234,10 +236,7 @@ def part_report(
         path_distances=PathDistances(apart.backends, np.array(apart.hausdorff), np.array(apart.mean))
         if len(planned) > 1
         else None,
-        pictures=(
-            *_lines(pictures),
-            *(each for name, outcome in planned for each in _pictures(name, outcome.plan, pictures)),
-        ),
+        pictures=tuple(_pictures(planned, pictures)),
         settings=_settings(record.settings),
         inputs=tuple((file.name, file.sha256) for file in (record.input, record.input.body) if file is not None),
         critical_deg=float(np.degrees(workpiece.cell.critical_overhang)),
@@ -245,31 +244,34 @@ def part_report(
     )
 
 
-def _lines(pictures: ComparisonPictures) -> list[Picture]:
-    """Return the picture of the lines that paths follow, the same for every backend; none where they follow none."""
-    if pictures.lines is None:
-        return []
-    caption = "The lines that paths follow, and their singular points with the index"
-    return [Picture(caption, "png", pictures.lines)]
+def _machine(comparison: Comparison) -> Machine | None:
+    """Return the arm over the part as the first plan with a program has it; None where there is none."""
+    workpiece = comparison.workpiece
+    robots = [robot for _, outcome in comparison.planned for robot in outcome.plan.robot]
+    if not robots:
+        return None
+    return machine(
+        workpiece.cell,
+        T_base_work=at_rest(workpiece.cell, robots[0].placement),
+        body=workpiece.body,
+        cell_file=comparison.job.cell,
+    )
 
 
-def _pictures(name: str, plan: Plan, pictures: ComparisonPictures) -> list[Picture]:
-    """Return the figures of one backend that are not interactive, its charts first."""
-    charts = [*pictures.charts[name].values()]
-    shown = [
-        Picture(
-            f"{name}{f', patch {number}' if len(charts) > 1 else ''}: UV map, distance image and level curves",
-            "png",
-            chart,
-        )
-        for number, chart in enumerate(charts, start=1)
-    ]
-    switching = pictures.switching[name]
-    for number, (robot, drawn) in enumerate(zip(plan.robot, switching, strict=True), start=1):
-        which = f", attitude {number}" if len(switching) > 1 else ""
-        on = "the lamp is on and the vacuum draws" if robot.switching.vacuum.size else "and the lamp is on"
-        shown.append(Picture(f"{name}{which}: when material is planned, flows, {on}", "png", drawn))
-    return shown
+def _pictures(planned: Sequence[tuple[str, Planned]], pictures: ComparisonPictures) -> Iterator[Picture]:
+    """Yield the figures that are not interactive: the lines that paths follow, then those of each backend."""
+    # They are the same for every backend.
+    if pictures.lines is not None:
+        yield Picture("The lines that paths follow, and their singular points with the index", "png", pictures.lines)
+    for name, outcome in planned:
+        charts, switching = pictures.charts[name].values(), pictures.switching[name]
+        for number, chart in enumerate(charts, start=1):
+            which = f", patch {number}" if len(charts) > 1 else ""
+            yield Picture(f"{name}{which}: UV map, distance image and level curves", "png", chart)
+        for number, (robot, drawn) in enumerate(zip(outcome.plan.robot, switching, strict=True), start=1):
+            which = f", attitude {number}" if len(switching) > 1 else ""
+            on = "the lamp is on and the vacuum draws" if robot.switching.vacuum.size else "and the lamp is on"
+            yield Picture(f"{name}{which}: when material is planned, flows, {on}", "png", drawn)
 
 
 def _view(name: str, outcome: Planned, view: ViewSurface, *, still: bytes) -> BackendView:

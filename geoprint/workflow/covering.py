@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
-from functools import cache
+from functools import cache, partial
 from typing import TypeAlias, cast, final
 
 import numpy as np
@@ -189,17 +189,9 @@ def measured_covers(
         one = job if middle is None else job.model_copy(update={"middle": middle})
         paths = replace(cover(one, workpiece, stage, backend=backend, known=known), job=job)
         with stage("evenness"):
-            surface = surface_at(paths.contours.spacing)
-            same = like is not None and _same(paths.poses, like.poses)
-            paths = replace(paths, uniformity=like.uniformity if like and same else evenness_of(paths, surface))
-            # Both treatments are of one distance.
-            if like is not None or distance:
-                paths = replace(paths, distance=like.distance if like else distance_errors_of(paths, surface))
-        return paths, cast("Uniformity", paths.uniformity)
+            return _measured(paths, surface_at(paths.contours.spacing), like=like, distance=distance)
 
-    @cache
-    def known() -> PosedSurface:
-        return posed(workpiece)
+    known = cache(partial(posed, workpiece))
 
     @cache
     def surface_at(spacing: float) -> MeasuredSurface:
@@ -214,6 +206,16 @@ def measured_covers(
         return plain, measured(FITTED, like=plain[0])
     except FieldError:
         return (plain,)
+
+
+def _measured(paths: Plan, surface: MeasuredSurface, *, like: Plan | None, distance: bool) -> Measured:
+    """Measure paths, but for what they share with those of the other treatment of the medial axis."""
+    same = like is not None and _same(paths.poses, like.poses)
+    paths = replace(paths, uniformity=like.uniformity if like and same else evenness_of(paths, surface))
+    # Both treatments are of one distance.
+    if like is not None or distance:
+        paths = replace(paths, distance=like.distance if like else distance_errors_of(paths, surface))
+    return paths, cast("Uniformity", paths.uniformity)
 
 
 def _same(poses: PoseStream, others: PoseStream) -> bool:

@@ -14,14 +14,14 @@ from geoprint.errors import UsageError, naming
 from geoprint.geometry import upright_of
 from geoprint.geometry.files import MeshFile, load_file
 from geoprint.metrics import measure_paths, moved, printed, rigid_fit
-from geoprint.model import PrintErrors, Surface
+from geoprint.model import Cell, PrintErrors, Surface
 from geoprint.reporting.figures import png_bytes
 from geoprint.reporting.measurement import measure_csv, record_measurement
 from geoprint.reporting.measurement_page import measure_report
 from geoprint.reporting.records.comparison import MeasurementRecord
 from geoprint.reporting.records.rounding import save_record
 from geoprint.results import MeasuredFile, Measurement
-from geoprint.toolpath_files import read_paths
+from geoprint.toolpath_files import PathFile, read_paths
 from geoprint.workflow.patches import prepared_part
 from geoprint.workflow.saving import written
 
@@ -67,23 +67,28 @@ def measure_files(
         observe(name)
         read = read_paths(path, deposit=deposit, dialect=dialect)
         with naming(name):
-            fitted = rigid_fit(surface, read.curves) if fit else None
-            curves = read.curves if fitted is None else moved(read.curves, fitted)
-            begun = time.process_time()
-            measured = measure_paths(
-                surface, curves, spacing=spacing, offset_up_to=offset_up_to, flow_shares=cell.process.flow_shares
-            )
-            seconds = time.process_time() - begun
-        # How the tool stands nobody knows.
-        layer = measured.layer(follows=cell.signals.mode == "analog")
-        found.append(
-            MeasuredFile(
-                name, read.format, read.deposit, read.points, read.dropped, read.reading, fitted, measured,
-                printed(*layer, measured, cell.errors or PrintErrors()), seconds,
-            )
-        )  # fmt: skip
+            found.append(_measured(name, read, surface, cell, spacing=spacing, offset_up_to=offset_up_to, fit=fit))
     own = job.cell is not None and cell.errors is not None
     return Measurement(part, surface, upright_of(surface), spacing, tuple(found), cell.name, own_errors=own)
+
+
+def _measured(
+    name: str, read: PathFile, surface: Surface, cell: Cell, *, spacing: float, offset_up_to: float | None, fit: bool
+) -> MeasuredFile:
+    """Return how evenly the paths of a file cover a part, aligned with it first where that is asked for."""
+    fitted = rigid_fit(surface, read.curves) if fit else None
+    curves = read.curves if fitted is None else moved(read.curves, fitted)
+    begun = time.process_time()
+    measured = measure_paths(
+        surface, curves, spacing=spacing, offset_up_to=offset_up_to, flow_shares=cell.process.flow_shares
+    )
+    seconds = time.process_time() - begun
+    # How the tool stands nobody knows.
+    layer = measured.layer(follows=cell.signals.mode == "analog")
+    return MeasuredFile(
+        name, read.format, read.deposit, read.points, read.dropped, read.reading, fitted, measured,
+        printed(*layer, measured, cell.errors or PrintErrors()), seconds,
+    )  # fmt: skip
 
 
 def _checked_spacing(job: Job, paths: Sequence[Path | str], offset_up_to: float | None) -> float:

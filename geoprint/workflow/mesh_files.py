@@ -35,7 +35,7 @@ from geoprint.geometry import (
     triple,
     turned_over,
 )
-from geoprint.geometry.files import MeshFile, labels_of, load_file, load_likely, unit_hint
+from geoprint.geometry.files import LabelFound, MeshFile, labels_of, load_file, load_likely, unit_hint
 from geoprint.model import BoolArray, Reading, Source, Surface
 from geoprint.reporting.html import made_with
 from geoprint.results import FileInspection, Remeshed, VolumeInspection
@@ -151,9 +151,24 @@ def inspect_file(
         return VolumeInspection(path.name, labels, str(error), record)
     observe("examining")
     found = inspect(loaded.surface, longest_hole=longest_hole)
+    return _inspection(path.name, loaded, found, observe, assumed=assumed, labels=labels, volume=volume, label=label)
+
+
+def _inspection(
+    name: str,
+    loaded: MeshFile,
+    found: Inspection,
+    observe: Callable[[str], None],
+    *,
+    assumed: bool,
+    labels: tuple[LabelFound, ...],
+    volume: LabelVolume | None,
+    label: int | None,
+) -> FileInspection:
+    """Return what is said of a file whose surface was examined."""
     used = found.examined.vertices[found.examined.faces.ravel()]
     return FileInspection(
-        name=path.name,
+        name=name,
         unit=loaded.unit,
         assumed=assumed,
         hint=unit_hint(found.examined, unit=loaded.unit),
@@ -238,22 +253,10 @@ def remesh_file(
     before, preparation = prepare(load_file(path, unit=unit, label=label, thin=thin, threshold=threshold).surface)
     diagonal = float(np.linalg.norm(np.ptp(before.vertices, axis=0)))
     allowed = DEVIATION_SHARE * diagonal if max_deviation is None else max_deviation
-    after, steps = before, list[str]()
-    if wavelength is not None:
-        observe("smoothing")
-        after = smooth(after, wavelength=wavelength)
-        steps.append(f"smoothed below {wavelength:g} mm")
-    if edge_length is not None:
-        observe("triangulating")
-        after = remesh(after, edge_length=edge_length)
-        steps.append(f"remeshed to edges of {edge_length:g} mm")
-    if faces is not None:
-        observe("triangulating")
-        after = decimate(after, faces=faces)
-        steps.append(f"decimated to {how_many(faces, 'face')}")
+    after, steps = _changed(before, wavelength, edge_length, faces, observe)
     observe("comparing")
     _check_topology(after, preparation)
-    found = Remeshed(before, preparation, after, tuple(steps), deviation(before, after), allowed)
+    found = Remeshed(before, preparation, after, steps, deviation(before, after), allowed)
     _check_deviation(found)
     return found
 
@@ -263,6 +266,30 @@ def _check_asked(wavelength: float | None, edge_length: float | None, faces: int
         raise UsageError("give `--edge-length MM` or `--faces N`, `--smooth MM`, or both kinds together.")
     if edge_length is not None and faces is not None:
         raise UsageError("give either `--edge-length` or `--faces`, not both: each sets the other.")
+
+
+def _changed(
+    part: Surface,
+    wavelength: float | None,
+    edge_length: float | None,
+    faces: int | None,
+    observe: Callable[[str], None],
+) -> tuple[Surface, tuple[str, ...]]:
+    """Return a part smoothed and with other triangles, as far as asked for, and the steps in words."""
+    steps: list[str] = []
+    if wavelength is not None:
+        observe("smoothing")
+        part = smooth(part, wavelength=wavelength)
+        steps.append(f"smoothed below {wavelength:g} mm")
+    if edge_length is not None:
+        observe("triangulating")
+        part = remesh(part, edge_length=edge_length)
+        steps.append(f"remeshed to edges of {edge_length:g} mm")
+    if faces is not None:
+        observe("triangulating")
+        part = decimate(part, faces=faces)
+        steps.append(f"decimated to {how_many(faces, 'face')}")
+    return part, tuple(steps)
 
 
 def _side(filed: Surface, found: Inspection) -> str:

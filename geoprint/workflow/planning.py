@@ -21,7 +21,17 @@ from geoprint.config import Job
 from geoprint.errors import ClearanceError, FieldError, LimitError, PlanError, ReachError, naming, percent
 from geoprint.geometry import face_areas
 from geoprint.metrics.executed_flow import deposited_shares, deposited_volume, executed_flow
-from geoprint.model import Cell, Clearance, FloatArray, JointPath, Placement, PoseStream, Program, Trajectory
+from geoprint.model import (
+    Cell,
+    Clearance,
+    ControllerPath,
+    FloatArray,
+    JointPath,
+    Placement,
+    PoseStream,
+    Program,
+    Trajectory,
+)
 from geoprint.postprocessor import (
     Executed,
     Orders,
@@ -267,9 +277,7 @@ def _with_robot(
     with stage("collision check"):
         motion = TrajectoryTable(trajectory.times, trajectory.joints, trajectory.deposit, trajectory.runs)
         path = post_processor_of(cell).driven(joint_path, targets, motion, arm)
-        found = check(path, poses=joint_path.poses)
-        unchecked = (*(OVER_A_TABLE if placement.table else ()), *((BY_ITERATION,) if arm.no_closed_form else ()))
-        found = replace(found, not_checked=(*found.not_checked, *unchecked))
+        found = _checked(check, path, joint_path.poses, placement=placement, arm=arm)
         lifted, lifted_targets = lifted_path(joint_path, targets, arm)
         dry_found = check(controller_path(lifted, lifted_targets, arm, step=LIFTED_STEP), poses=lifted.poses)
         _check_stations(lifted, cell, arm, check=check)
@@ -360,6 +368,15 @@ def _whole_layer(paths: Plan) -> Plan:
         poses=replace(poses, flow=share * poses.flow),
         workpiece=replace(paths.workpiece, cell=cell.at_speed(cell.process.speed / share)),
     )
+
+
+def _checked(
+    check: ClearanceCheck, path: ControllerPath, poses: PoseStream, *, placement: Placement, arm: Arm
+) -> Clearance:
+    """Return what a motion keeps clear of, and what nobody checks over a table or for an arm by iteration."""
+    found = check(path, poses=poses)
+    unchecked = (*(OVER_A_TABLE if placement.table else ()), *((BY_ITERATION,) if arm.no_closed_form else ()))
+    return replace(found, not_checked=(*found.not_checked, *unchecked))
 
 
 def _check_stations(lifted: JointPath, cell: Cell, arm: Arm, *, check: ClearanceCheck) -> None:

@@ -2,6 +2,11 @@
 
 `attitude_search` proposes turns and leans on keyframes; here each proposal is followed along every pose and the
 straight moves between them, and the first that holds everywhere is taken.
+
+All poses are reached on one of the eight branches, the cheapest that holds along all samples of the stream; the
+straight moves between the poses are followed too, so that no flip hides between rows that are far apart. Joint 6, which
+can turn more than once, is unwound along the stream; of the whole turns that keep all of it inside the limits the
+nearest to home is taken. An arm whose inverse is iteration gets the best of some constant turns, and no lean.
 """
 
 from __future__ import annotations
@@ -116,14 +121,10 @@ def reach(
     """Find joint angles for every pose, continuous and within the limits of `arm.robot`.
 
     The nozzle is round: a bent one is turned about itself along the path as joint motion, joint limits and
-    singularities make it cheapest (`ladder`), one on the flange's axis by a constant angle. All poses are reached on
-    one of the eight branches, the cheapest that holds along all samples of the stream; the straight moves between the
-    poses are followed too, so that no flip hides between rows that are far apart. Joint 6, which can turn more than
-    once, is unwound along the stream; of the whole turns that keep all of it inside the limits the nearest to home is
-    taken. On deposit axes 1, 4 and 6 keep away from the borders of their quadrants where a turn about the nozzle does
-    that, and cross them quickly elsewhere. The nozzle stays as upright as the path has it, unless it may lean: then it
-    does, around the places where the arm cannot follow or the nozzle lacks room, and nowhere else. An arm whose inverse
-    is iteration gets the best of some constant turns, and no lean.
+    singularities make it cheapest (`ladder`), one on the flange's axis by a constant angle. On deposit
+    axes 1, 4 and 6 keep away from the borders of their quadrants where a turn about the nozzle does that, and cross
+    them quickly elsewhere. The nozzle stays as upright as the path has it, unless it may lean: then it does, around the
+    places where the arm cannot follow or the nozzle lacks room, and nowhere else.
 
     Args:
         poses: p poses in the work frame.
