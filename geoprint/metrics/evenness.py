@@ -18,15 +18,7 @@ from geoprint.geometry import closest, face_areas
 from geoprint.metrics.coverage import coverage
 from geoprint.metrics.deposited import at_poses, deposited_path, deposited_rows, joined, sampled
 from geoprint.metrics.levels import LevelSpacings, level_spacings, levelled
-from geoprint.metrics.oracle import (
-    WINDOWS_IN_ALL,
-    FlatMesh,
-    GeodesicDistance,
-    Places,
-    SurfacePath,
-    flat_places,
-    trace,
-)
+from geoprint.metrics.oracle import WINDOWS_IN_ALL, FlatMesh, GeodesicDistance, Places, SurfacePath, flat_places, trace
 from geoprint.metrics.sides import SideSpacing, side_spacing
 from geoprint.metrics.spacing import SAMPLES_PER_SPACING, SpacingAt, deposited_area, judged_surface, shares_at
 from geoprint.metrics.thickness import LevelledLayer, Levelling, Thickness, stretches_of_path

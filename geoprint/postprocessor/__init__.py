@@ -24,10 +24,7 @@ from geoprint.postprocessor.execution import (
     StackSettings as StackSettings,
     Switched as Switched,
 )
-from geoprint.postprocessor.expected import (
-    expected_events as expected_events,
-    expected_waits as expected_waits,
-)
+from geoprint.postprocessor.expected import expected_events as expected_events, expected_waits as expected_waits
 from geoprint.postprocessor.ordering import orders_of as orders_of
 from geoprint.postprocessor.orders import Event as Event, Orders as Orders, TipsAt as TipsAt
 from geoprint.postprocessor.setup_file import Setup as Setup, read_setup as read_setup, setup_file as setup_file
@@ -47,11 +44,7 @@ from geoprint.postprocessor.tables import (
     verify_poses_table as verify_poses_table,
     verify_trajectory_table as verify_trajectory_table,
 )
-from geoprint.postprocessor.timeline import (
-    Timeline as Timeline,
-    check_timeline as check_timeline,
-    timeline as timeline,
-)
+from geoprint.postprocessor.timeline import Timeline as Timeline, check_timeline as check_timeline, timeline as timeline
 
 if not TYPE_CHECKING:
     __getattr__, __dir__ = attached(__name__, modules="rapid")

@@ -10,17 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Protocol, final
 
 from geoprint.errors import VerificationError
-from geoprint.model import (
-    Cell,
-    ControllerPath,
-    Dispensing,
-    JointPath,
-    Placement,
-    Program,
-    Targets,
-    comparable,
-    frozen,
-)
+from geoprint.model import Cell, ControllerPath, Dispensing, JointPath, Placement, Program, Targets, comparable, frozen
 from geoprint.postprocessor.execution import Executed, OwnProgram, Settings, StackProof, StackSettings, Switched
 from geoprint.postprocessor.orders import Event, Orders, TipsAt
 from geoprint.postprocessor.tables import TrajectoryTable

@@ -81,6 +81,4 @@ from geoprint.reporting.values import (
     TableReplay as TableReplay,
 )
 from geoprint.reporting.verdict import verdict as verdict
-from geoprint.reporting.view import (
-    view_surface as view_surface,
-)
+from geoprint.reporting.view import view_surface as view_surface

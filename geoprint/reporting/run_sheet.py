@@ -447,10 +447,7 @@ def _paths(checked: Checked, *, width: int | None) -> str:
     lines = [f"PATHS ONLY  {record.input.name}  ({checked.folder.name})", ""]
     for label, texts in (
         ("program", [f"NONE: {why}"]),
-        (
-            "paths",
-            [f"{how_many(paths.runs, 'run')}, {paths.deposit_mm:.0f} mm at {spacing} mm{spread}"],
-        ),
+        ("paths", [f"{how_many(paths.runs, 'run')}, {paths.deposit_mm:.0f} mm at {spacing} mm{spread}"]),
         ("checked", ["files unchanged, paths on their surface, number and length as in plan.json"]),
         ("checked again", repeated_texts(checked)),
         ("not derived", underived_texts(checked)),

@@ -7,18 +7,7 @@ from typing import final
 from geoprint.config import StoredField
 from geoprint.geometry import PreparationReport, upright_of
 from geoprint.geometry.files import MeshFile
-from geoprint.model import (
-    Cell,
-    Count,
-    FloatArray,
-    Placement,
-    Rounded,
-    Source,
-    Surface,
-    freeze_arrays,
-    frozen,
-    recorded,
-)
+from geoprint.model import Cell, Count, FloatArray, Placement, Rounded, Source, Surface, freeze_arrays, frozen, recorded
 from geoprint.process import WidthsOver
 from geoprint.robot.placing import Uncertainty
 

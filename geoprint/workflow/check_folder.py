@@ -17,14 +17,7 @@ from geoprint.reporting.records.plan import PlanRecord
 from geoprint.reporting.records.rounding import as_json, read_record
 from geoprint.reporting.verdict import ranked
 from geoprint.results import Plan
-from geoprint.workflow.bundles import (
-    COMPARISON,
-    bundles,
-    changes,
-    foreign,
-    listed,
-    part_folders,
-)
+from geoprint.workflow.bundles import COMPARISON, bundles, changes, foreign, listed, part_folders
 from geoprint.workflow.check_figures import figures
 from geoprint.workflow.check_replan import replanned
 from geoprint.workflow.checking import check_bundle

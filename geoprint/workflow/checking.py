@@ -36,12 +36,7 @@ from geoprint.postprocessor import (
     timeline,
 )
 from geoprint.postprocessor.interface import RobotProgram
-from geoprint.postprocessor.registry import (
-    post_processor,
-    post_processor_name,
-    post_processor_names,
-    post_processor_of,
-)
+from geoprint.postprocessor.registry import post_processor, post_processor_name, post_processor_names, post_processor_of
 from geoprint.reporting import program_digest
 from geoprint.reporting.check import Checked, Finding
 from geoprint.reporting.records.plan import PlanRecord

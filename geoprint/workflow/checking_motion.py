@@ -16,13 +16,7 @@ from geoprint import transforms
 from geoprint.errors import VerificationError
 from geoprint.model import BoolArray, FloatArray, PoseStream, Process, Robot
 from geoprint.postprocessor import Orders, PosesTable, TipsAt, TrajectoryTable
-from geoprint.postprocessor.expected import (
-    LIFT,
-    TURN_ON_THE_SPOT,
-    corner_middles,
-    joint_tolerances,
-    largest_zones,
-)
+from geoprint.postprocessor.expected import LIFT, TURN_ON_THE_SPOT, corner_middles, joint_tolerances, largest_zones
 from geoprint.robot.arm import Arm
 from geoprint.robot.timing.moments import joints_at
 

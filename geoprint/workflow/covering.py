@@ -15,15 +15,7 @@ import numpy as np
 from geoprint.config import Job
 from geoprint.distance import Piecewise, Shown
 from geoprint.errors import FieldError
-from geoprint.metrics import (
-    Covering,
-    DistanceErrors,
-    MeasuredSurface,
-    Uniformity,
-    distance_errors,
-    printed,
-    ranked,
-)
+from geoprint.metrics import Covering, DistanceErrors, MeasuredSurface, Uniformity, distance_errors, printed, ranked
 from geoprint.model import (
     Cell,
     Contours,

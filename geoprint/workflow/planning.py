@@ -32,15 +32,7 @@ from geoprint.model import (
     Program,
     Trajectory,
 )
-from geoprint.postprocessor import (
-    Executed,
-    Orders,
-    Timeline,
-    TrajectoryTable,
-    check_timeline,
-    orders_of,
-    timeline,
-)
+from geoprint.postprocessor import Executed, Orders, Timeline, TrajectoryTable, check_timeline, orders_of, timeline
 from geoprint.postprocessor.interface import RobotProgram
 from geoprint.postprocessor.registry import post_processor_of
 from geoprint.postprocessor.switching import switching_events

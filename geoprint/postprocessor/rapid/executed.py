@@ -11,15 +11,7 @@ import numpy as np
 
 from geoprint import transforms
 from geoprint.errors import VerificationError, how_many, percent
-from geoprint.model import (
-    BoolArray,
-    Cell,
-    FloatArray,
-    IntArray,
-    Placement,
-    Signals,
-    comparable,
-)
+from geoprint.model import BoolArray, Cell, FloatArray, IntArray, Placement, Signals, comparable
 from geoprint.postprocessor.execution import Executed, NotExecuted
 from geoprint.postprocessor.orders import Event, Orders
 from geoprint.postprocessor.rapid.language.syntax import Module, Place, Series, Value, refusal, refuse

@@ -1,9 +1,6 @@
 """The motion as the controller runs it: targets, zones, interpolation, and the dry run above the part."""
 
-from geoprint.robot.controller.fitting import (
-    apexes as apexes,
-    rounded_deviations as rounded_deviations,
-)
+from geoprint.robot.controller.fitting import apexes as apexes, rounded_deviations as rounded_deviations
 from geoprint.robot.controller.interpolation import (
     controller_path as controller_path,
     there_and_back as there_and_back,

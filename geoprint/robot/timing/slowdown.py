@@ -7,17 +7,7 @@ from typing import Literal, final
 
 import numpy as np
 
-from geoprint.model import (
-    BoolArray,
-    FloatArray,
-    IntArray,
-    Process,
-    Robot,
-    Rounded,
-    Slowdown,
-    Trajectory,
-    recorded,
-)
+from geoprint.model import BoolArray, FloatArray, IntArray, Process, Robot, Rounded, Slowdown, Trajectory, recorded
 from geoprint.robot.timing.knots import METRES_PER_MILLIMETRE, Knots
 from geoprint.robot.timing.topp import GriddedPath, Motion, end_ramps, strains
 
