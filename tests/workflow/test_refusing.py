@@ -111,7 +111,7 @@ def refusal(paths: Plan, chain: Chain, *, seen: list[str] | None = None) -> Plan
 
 def test_hollow_too_narrow_for_the_needle_is_proved_and_a_thinner_one_named_that_the_chain_takes(bowl: Plan) -> None:
     seen: list[str] = []
-    chain = Chain(rim(bowl), prints=(0.72,))
+    chain = Chain(rim(bowl), prints=(0.91,))
     error = refusal(bowl, chain, seen=seen)
     assert isinstance(error, ClearanceError)
     message, details = str(error), error.details
@@ -119,12 +119,12 @@ def test_hollow_too_narrow_for_the_needle_is_proved_and_a_thinner_one_named_that
         "the rim has no room; no nozzle direction within 15 degrees of the normal, turn or branch"
     )
     assert ADVICE not in message
-    assert "the nozzle has no room. A 25.4 mm needle of 22 gauge prints it (tried: the whole program is checked): " in (
+    assert "the nozzle has no room. A 25.4 mm needle of 20 gauge prints it (tried: the whole program is checked): " in (
         message
     )
-    assert message.endswith("[nozzle] outer_diameter_mm = 0.72, inner_diameter_mm = 0.41.")
-    assert details["change"] == "a 25.4 mm needle of 22 gauge"
-    assert details["change_keys"] == "[nozzle] outer_diameter_mm = 0.72, inner_diameter_mm = 0.41"
+    assert message.endswith("[nozzle] outer_diameter_mm = 0.91, inner_diameter_mm = 0.6.")
+    assert details["change"] == "a 25.4 mm needle of 20 gauge"
+    assert details["change_keys"] == "[nozzle] outer_diameter_mm = 0.91, inner_diameter_mm = 0.6"
     assert isinstance(details["attitudes_tried"], int)
     assert details["attitudes_tried"] > 100_000
     assert (details["cone_deg"], details["lean_step_deg"], details["turn_step_deg"]) == (15.0, 1.0, 5.0)
@@ -132,9 +132,9 @@ def test_hollow_too_narrow_for_the_needle_is_proved_and_a_thinner_one_named_that
     # What the error said before stays.
     assert details["room"] == -0.12
     assert chain.asked[0] == (1.3, 15.0)
-    assert chain.asked[-1] == (0.72, 15.0)
+    assert chain.asked[-1] == (0.91, 15.0)
     assert "exhaustive search" in seen
-    assert "trying a 25.4 mm needle of 22 gauge: reach" in seen
+    assert "trying a 25.4 mm needle of 20 gauge: reach" in seen
 
 
 @pytest.mark.usefixtures("few_changes")
