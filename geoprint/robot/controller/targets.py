@@ -93,6 +93,11 @@ ROUNDS = 8
 EVEN_PERIODS = (1.25, 1.0, 1.1, 1.45, 0.9, 1.7, 0.8, 0.95, 1.15, 0.85, 0.75, 0.7, 0.65, 0.61)
 EVEN_BEGINS = (0.0, 0.5, 0.25, 0.75, 0.125, 0.625, 0.375, 0.875)
 EVEN_FURTHER = 3
+# Between two rests they are tried without a remainder: the first and the last move take so many times the least, the
+# longer the slower the ramps are; so many moves lie between them at most, and down to so many fewer than fit.
+END_PERIODS = (1.0, 1.5, 2.0)
+MOST_BETWEEN = 24
+FEWER_BETWEEN = 3
 # So many of these are tried in a bend, and only where moves are shorter than the least time once not more than this
 # share of the moves comes too soon.
 MOST_PATTERNS = 300
@@ -293,9 +298,9 @@ def _improved(
     best, score = (part, moved), course.short(part)
     patterns = _patterns(course, *bend, within=(int(part[0]), int(part[-1])))
     for pattern in islice(patterns, MOST_PATTERNS):
-        left, right = _free_about(course, part, moved, pattern)
+        left, right = _free_about(course, part, moved, pattern, bend=bend)
         # Targets between those that stay and those of the pattern make no fewer moves that come too soon.
-        if course.short(np.concatenate([part[part <= left], pattern, part[part >= right]])) >= score:
+        if course.short(np.unique(np.concatenate([part[part <= left], pattern, part[part >= right]]))) >= score:
             continue
         found, shifted = _through(course, part, moved, pattern, within=(left, right))
         if course.short(found) < score and not _leaves(course, (sides[0], found, sides[1]), shifted):
@@ -313,6 +318,8 @@ def _patterns(course: Course, first: int, last: int, *, within: tuple[int, int])
     rests = np.flatnonzero(course.rests)
     low = max(within[0], int(rests[np.searchsorted(rests, first, side="right") - 1]))
     high = min(within[1], int(rests[np.searchsorted(rests, last)]))
+    if course.rests[[low, high]].all():
+        yield from _between(course, low, high)
     for share, periods in product(EVEN_BEGINS, EVEN_PERIODS):
         step = periods * course.periods[1]
         begin = course.times[first] - step * (share + EVEN_FURTHER)
@@ -333,6 +340,22 @@ def _patterns(course: Course, first: int, last: int, *, within: tuple[int, int])
         yield from (rows[i : j + 1] for i in starts for j in ends if j > i)
 
 
+def _between(course: Course, low: int, high: int) -> Iterator[IntArray]:
+    """Yield rows from rest to rest: the first and the last move short, those between them even in time.
+
+    A corner at a rest is not rounded, so that the moves there keep the tolerance only where they are short; a ring that
+    is hardly wider than its bead has no room for more than one such move at either end.
+    """
+    times, least = course.times[low : high + 1], course.periods[0]
+    for ends in END_PERIODS:
+        begin, end = np.searchsorted(times, [times[0] + ends * least, np.nextafter(times[-1] - ends * least, np.inf)])
+        inner = times[begin:end]
+        most = int((inner[-1] - inner[0]) / least) if inner.size else 0
+        for count in range(min(most, MOST_BETWEEN), max(most - FEWER_BETWEEN, 0), -1):
+            even = begin + _nearest(inner, np.linspace(inner[0], inner[-1], count + 1))
+            yield low + np.concatenate([[0], even, [high - low]])
+
+
 def _kept(course: Course, rows: IntArray) -> BoolArray:
     """Return which moves keep the tolerance where all targets are moved."""
     rests = np.zeros(rows.size, dtype=np.bool_)
@@ -350,9 +373,12 @@ def _nearest(times: FloatArray, wanted: FloatArray) -> IntArray:
     return above - (wanted - times[above - 1] < times[above] - wanted)
 
 
-def _free_about(course: Course, part: IntArray, moved: BoolArray, pattern: IntArray) -> tuple[int, int]:
-    """Return the targets of a stretch between which a pattern leaves none: its ends, what is moved, and rests."""
-    fixed = part[moved[part] | course.rests[part]]
+def _free_about(
+    course: Course, part: IntArray, moved: BoolArray, pattern: IntArray, *, bend: tuple[int, int]
+) -> tuple[int, int]:
+    """Return the targets of a stretch between which a pattern leaves none: ends, rests, what is moved off the bend."""
+    beside = (part < bend[0]) | (part > bend[1])
+    fixed = part[(moved[part] & beside) | course.rests[part]]
     left = int(fixed[fixed < pattern[0]].max(initial=part[0]))
     right = int(fixed[fixed > pattern[-1]].min(initial=part[-1]))
     return left, right
@@ -365,11 +391,11 @@ def _through(
     left, right = within
     allowed = course.allowed[left : right + 1].copy()
     allowed[pattern[0] - left : pattern[-1] + 1 - left] = WIDEST * course.tolerance
-    required = np.concatenate([[left], pattern, [right]]) - left
+    required = np.unique(np.concatenate([[left], pattern, [right]])) - left
     rows = left + cheapest_chain(course.weighed(allowed, required, first=left), required)
     shifted = moved.copy()
     shifted[left + 1 : right] = False
-    shifted[pattern] = True
+    shifted[pattern] = ~course.rests[pattern]
     return np.concatenate([part[part < left], rows, part[part > right]]), shifted
 
 

@@ -111,7 +111,11 @@ def test_patterns_stay_between_the_rests_and_within_the_stretch(
 ) -> None:
     x = np.arange(61.0)
     made = course(np.column_stack([x, np.zeros(61), np.zeros(61)]), 0.01 * x, rests=(20, 40))
-    patterns = list(_patterns(made, *bend, within=within))
+    every = list(_patterns(made, *bend, within=within))
+    # Those from rest to rest come first: short moves at both ends, even ones between them.
+    whole, patterns = ([one for one in every if (int(one[0]) in (20, 40)) is each] for each in (True, False))
+    assert bool(whole) is (between == (20, 40))
+    assert all((one[0], one[-1]) == between and np.ptp(np.diff(one[1:-1])) <= 1 for one in whole)
     firsts, lasts = (np.array([pattern[row] for pattern in patterns]) for row in (0, -1))
     assert firsts.min() == between[0] + 1
     assert lasts.max() == between[1] - 1

@@ -291,6 +291,16 @@ def test_a_bend_of_a_fifth_of_a_millimetre_is_driven_at_20_mm_a_second(angle: fl
     assert 4.9 < bend.arc < 5.2 + 0.18 * angle
 
 
+@pytest.mark.parametrize("radius", [0.43, 0.45, 0.47, 0.5, 0.6])
+def test_a_ring_hardly_wider_than_its_bead_is_driven_at_20_mm_a_second(radius: float) -> None:
+    # From rest to rest, where corners are not rounded; chords of 12 ms would leave it by up to 0.017 mm.
+    poses = stream(arc(radius=radius, step=0.026, angle=2.0 * np.pi))
+    found = thinned(poses, period=0.02)
+    assert np.diff(passing(poses).pose_times[found.poses]).min() >= 0.012 - 1e-9
+    assert written_deviation(poses, found) <= 1.01 * TOLERANCE
+    assert all(bend.kind == "rounded" for bend in found.bends)
+
+
 def test_no_move_is_a_leftover_before_a_stop() -> None:
     # Greedily, moves of seven steps would leave one of a single step, 5 ms, before the stop.
     poses = stream(arc(radius=4.0, step=0.1, angle=2.0), stops=(22,))
