@@ -352,7 +352,8 @@ def _between(course: Course, low: int, high: int) -> Iterator[IntArray]:
         inner = times[begin:end]
         most = int((inner[-1] - inner[0]) / least) if inner.size else 0
         for count in range(min(most, MOST_BETWEEN), max(most - FEWER_BETWEEN, 0), -1):
-            even = begin + _nearest(inner, np.linspace(inner[0], inner[-1], count + 1))
+            wanted: FloatArray = np.linspace(inner[0], inner[-1], count + 1)
+            even = begin + _nearest(inner, wanted)
             yield low + np.concatenate([[0], even, [high - low]])
 
 
