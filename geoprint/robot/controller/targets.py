@@ -348,11 +348,12 @@ def _between(course: Course, low: int, high: int) -> Iterator[IntArray]:
     """
     times, least = course.times[low : high + 1], course.periods[0]
     for ends in END_PERIODS:
-        begin, end = np.searchsorted(times, [times[0] + ends * least, np.nextafter(times[-1] - ends * least, np.inf)])
-        inner = times[begin:end]
+        first, last = float(times[0]) + ends * least, float(times[-1]) - ends * least
+        begin = int(np.searchsorted(times, first))
+        inner: FloatArray = times[begin : int(np.searchsorted(times, last, side="right"))]
         most = int((inner[-1] - inner[0]) / least) if inner.size else 0
         for count in range(min(most, MOST_BETWEEN), max(most - FEWER_BETWEEN, 0), -1):
-            wanted: FloatArray = np.linspace(inner[0], inner[-1], count + 1)
+            wanted: FloatArray = np.linspace(float(inner[0]), float(inner[-1]), count + 1)
             even = begin + _nearest(inner, wanted)
             yield low + np.concatenate([[0], even, [high - low]])
 
