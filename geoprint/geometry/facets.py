@@ -1,4 +1,4 @@
-"""Normals that turn evenly over the facets of a mesh, as those of the smooth surface that the facets stand for."""
+"""Smooth vertex normals (Phong): interpolated over the facets of a part, up to its creases."""
 
 from __future__ import annotations
 
@@ -6,13 +6,7 @@ import numpy as np
 
 from geoprint.geometry.creases import creases, edges_alone
 from geoprint.geometry.halfedges import next_halves
-from geoprint.geometry.operators import (
-    corner_cotangents,
-    face_areas,
-    face_normals,
-    mean_directions,
-    vertex_normals,
-)
+from geoprint.geometry.operators import corner_cotangents, face_areas, face_normals, mean_directions, vertex_normals
 from geoprint.geometry.points import closest, closest_in_triangles
 from geoprint.geometry.topology import connected_nodes, twins
 from geoprint.model import FloatArray, Surface
@@ -30,8 +24,8 @@ def smooth_normals(surface: Surface, part: Surface) -> FloatArray:
     The normals of a refined mesh itself turn all at once at the edges of the part's facets, and a tool that follows
     them stops and starts there. Here they are interpolated over each facet between the normals of its corners
     [Phong1975], which turn evenly. Those of a corner are means over faces that meet at no crease; at a crease the
-    normals of both sides turn into each other within one edge of the refined mesh. More than 5 mm away from all edges
-    at which the part bends it has the normal of its facet.
+    normals of both sides turn into each other within one edge of the refined mesh. Farther than `FLAT` from all edges
+    at which the part bends, the normal is that of its facet.
 
     Args:
         surface: n vertices on the part, as `refine` made it.

@@ -520,9 +520,9 @@ def poses(
     """Orient the tool along a toolpath and join the runs by travel.
 
     On deposit the tip stands `standoff` above the surface along its smooth normal, or in a crease too narrow for that
-    along one that `lifting_normals` smoothed; the nozzle points against the further smoothed normal, and leans from
-    the one along which it is lifted by no more than `max_tilt`. Between runs the tool lifts off along the nozzle,
-    crosses as low as part and body allow, and comes down along the nozzle of the next run.
+    along one that `lifting_normals` smoothed. The nozzle points against the further smoothed normal, and leans from
+    that of the lift by no more than `max_tilt`. Between runs the tool lifts off along the nozzle, crosses as low as
+    part and body allow, and comes down along the nozzle of the next run.
 
     Args:
         toolpath: runs in printing order.
@@ -558,10 +558,8 @@ def largest_lean(stream: PoseStream) -> float:
 
 def mean_lean(stream: PoseStream) -> float:
     """Return the mean angle between nozzle and surface normal over the deposited length [rad]; 0 without any."""
-    leans, lengths = (
-        _leans(stream),
-        np.where(stream.deposited, np.linalg.norm(np.diff(stream.tips, axis=0), axis=1), 0.0),
-    )
+    leans = _leans(stream)
+    lengths = np.where(stream.deposited, np.linalg.norm(np.diff(stream.tips, axis=0), axis=1), 0.0)
     total = float(lengths.sum())
     return float(lengths @ (leans[1:] + leans[:-1]) / (2.0 * total)) if total > 0.0 else 0.0
 

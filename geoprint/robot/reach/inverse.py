@@ -121,10 +121,10 @@ def reach(
     """Find joint angles for every pose, continuous and within the limits of `arm.robot`.
 
     The nozzle is round: a bent one is turned about itself along the path as joint motion, joint limits and
-    singularities make it cheapest (`ladder`), one on the flange's axis by a constant angle. On deposit
-    axes 1, 4 and 6 keep away from the borders of their quadrants where a turn about the nozzle does that, and cross
-    them quickly elsewhere. The nozzle stays as upright as the path has it, unless it may lean: then it does, around the
-    places where the arm cannot follow or the nozzle lacks room, and nowhere else.
+    singularities make it cheapest (`ladder`), one on the flange's axis by a constant angle. On deposit axes 1, 4 and 6
+    keep away from the borders of their quadrants where a turn about the nozzle does that, and cross them quickly
+    elsewhere. The nozzle stays as upright as the path has it, unless it may lean: then it does, around the places where
+    the arm cannot follow or the nozzle lacks room, and nowhere else.
 
     Args:
         poses: p poses in the work frame.
