@@ -9,13 +9,14 @@ import sys
 from collections.abc import Generator
 from contextlib import ExitStack
 from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
 
 from tests.geometry.files.lasting_worker import LastingWorker, lasting_worker
 from tests.precompile import is_compiled, precompile
-from tests.processor_times import SLOW, Clock, Recording, dearest_first, files_by_cost, recorded_times, shard_of
+from tests.processor_times import SLOW, Clock, Recording, dearest_first, file_costs, recorded_times, shard_of
 from tests.shared_plans import SharedPlans, run_folder
 
 if TYPE_CHECKING:
@@ -31,7 +32,10 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 # Workers of pytest-xdist have one, and results would be broken to it.
 os.environ.pop("COLUMNS", None)
 
+ROOT = Path(__file__).parents[1]
 _CLOCK = Clock()
+# The files of the shard that is asked for.
+_SHARD = pytest.StashKey[set[Path]]()
 # What the extra `slow` installs, because the tests that need it are slow with it.
 SLOW_PACKAGES = {"mkdocs", "open3d", "pyfqmr", "selenium"}
 
@@ -45,6 +49,15 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Measure, where that is asked for; before workers start, compile, and let each keep to one processor."""
+    shard: str | None = config.getoption("--shard")
+    if shard is not None:
+        found = re.fullmatch(r"([1-9]\d*)/([1-9]\d*)", shard)
+        if found is None or int(found[1]) > int(found[2]):
+            message = f"--shard {shard}: write PART/PARTS, such as 1/4."
+            raise pytest.UsageError(message)
+        # Collecting all of them in each shard would take longer than many a test.
+        files = shard_of(file_costs(recorded_times()), part=int(found[1]), parts=int(found[2]))
+        config.stash[_SHARD] = {ROOT / file for file in files}
     if config.getoption("--record-times"):
         config.pluginmanager.register(Recording(_CLOCK))
     if getattr(config.option, "numprocesses", None) and not hasattr(config, "workerinput"):
@@ -52,6 +65,12 @@ def pytest_configure(config: pytest.Config) -> None:
             os.environ.setdefault(f"{library}_NUM_THREADS", "1")
         if not config.option.collectonly and not is_compiled():
             precompile()
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Leave out the files of other shards."""
+    shard = config.stash.get(_SHARD, None)
+    return True if shard is not None and collection_path.is_file() and collection_path not in shard else None
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -78,26 +97,10 @@ def _needed(item: pytest.Item) -> list[str]:
 
 @pytest.hookimpl(trylast=True, specname="pytest_collection_modifyitems")
 def pytest_order_by_cost(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Keep one shard of what was chosen; workers begin with the files that take longest, to end together."""
-    costs = files_by_cost(items, recorded_times())
-    shard: str | None = config.getoption("--shard")
-    files = dearest_first(costs)
-    if shard is not None:
-        found = re.fullmatch(r"([1-9]\d*)/([1-9]\d*)", shard)
-        if found is None or int(found[1]) > int(found[2]):
-            message = f"--shard {shard}: write PART/PARTS, such as 1/4."
-            raise pytest.UsageError(message)
-        files = shard_of(costs, part=int(found[1]), parts=int(found[2]))
-        chosen = set(files)
-        config.hook.pytest_deselected(items=[item for item in items if _file(item) not in chosen])
-        items[:] = [item for item in items if _file(item) in chosen]
-    if shard is not None or hasattr(config, "workerinput"):
-        rank = {file: number for number, file in enumerate(files)}
-        items.sort(key=lambda item: rank[_file(item)])
-
-
-def _file(item: pytest.Item) -> str:
-    return item.nodeid.partition("::")[0]
+    """Let workers begin with the files that take longest, to end together."""
+    if hasattr(config, "workerinput"):
+        rank = {file: number for number, file in enumerate(dearest_first(file_costs(recorded_times())))}
+        items.sort(key=lambda item: rank.get(item.nodeid.partition("::")[0], len(rank)))
 
 
 @pytest.fixture(autouse=True)

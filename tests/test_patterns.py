@@ -22,6 +22,7 @@ import geoprint
 
 PACKAGE = Path(geoprint.__file__).parent
 METHODS = frozenset({"match", "fullmatch", "search", "sub", "subn", "split", "findall", "finditer"})
+CALL = re.compile(rf"\.(?:compile|{'|'.join(METHODS)})\b")
 # Letters of a text; a pattern that is quadratic takes 0.1 s and more for it, a linear one less than a millisecond.
 LENGTH = 12_000
 MOST_SECONDS = 0.05
@@ -29,8 +30,10 @@ FLAGS = {name: getattr(re, name) for name in ("IGNORECASE", "MULTILINE", "DOTALL
 
 
 @cache
-def sources() -> dict[Path, ast.Module]:
-    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(PACKAGE.rglob("*.py"))}
+def sources() -> dict[Path, list[ast.AST]]:
+    """Return the nodes of all files in which a pattern may stand or be used."""
+    texts = {path: path.read_text(encoding="utf-8") for path in sorted(PACKAGE.rglob("*.py"))}
+    return {path: [*ast.walk(ast.parse(text))] for path, text in texts.items() if CALL.search(text)}
 
 
 def flags_of(node: ast.AST | None) -> int:
@@ -42,8 +45,8 @@ def flags_of(node: ast.AST | None) -> int:
 def used_methods() -> dict[str, set[str]]:
     """Return for each name the methods of a pattern that are called on it; a private name has its module before it."""
     found: dict[str, set[str]] = {}
-    for path, tree in sources().items():
-        for node in ast.walk(tree):
+    for path, nodes in sources().items():
+        for node in nodes:
             if isinstance(node, ast.Attribute) and node.attr in METHODS and isinstance(node.value, ast.Name):
                 found.setdefault(full_name(path, node.value.id), set()).add(node.attr)
     return found
@@ -65,15 +68,15 @@ def constant(node: ast.AST) -> str | None:
 
 def patterns() -> Iterator[tuple[str, str, int, frozenset[str]]]:
     """Yield where each pattern stands, its text, flags and the methods that it is used by."""
-    for path, tree in sources().items():
+    for path, nodes in sources().items():
         names = {
             id(node.value): target.id
-            for node in ast.walk(tree)
+            for node in nodes
             if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None
             for target in (node.targets if isinstance(node, ast.Assign) else [node.target])
             if isinstance(target, ast.Name)
         }
-        for node in ast.walk(tree):
+        for node in nodes:
             called = node.func if isinstance(node, ast.Call) else None
             if not isinstance(called, ast.Attribute) or not isinstance(called.value, ast.Name):
                 continue
