@@ -112,8 +112,10 @@ def unhurried(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture(scope="session")
 def shared_plans(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> SharedPlans:
     """What is planned once in a run, for all workers."""
-    folder = run_folder(tmp_path_factory, worker=hasattr(request.config, "workerinput"))
-    return SharedPlans(folder / "shared-plans", _CLOCK)
+    # Shards of one run share theirs where this is set.
+    named = os.environ.get("GEOPRINT_SHARED_PLANS")
+    folder = run_folder(tmp_path_factory, worker=hasattr(request.config, "workerinput")) / "shared-plans"
+    return SharedPlans(Path(named) if named else folder, _CLOCK)
 
 
 # The browser of a worker, from the first test that asks for it.

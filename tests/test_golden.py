@@ -16,7 +16,7 @@ import pytest
 
 from benchmarks.golden import CASES, HASHES, ROOT, STABLE, planned, stable
 from geoprint.cli.application import run
-from tests.guide.here import working_here
+from tests.guide.here import painting_nothing, working_here
 from tests.shared_plans import SharedPlans
 
 RECORDED: dict[str, dict[str, Any]] = json.loads(STABLE.read_text(encoding="utf-8"))
@@ -54,7 +54,7 @@ def test_a_result_is_what_it_was_when_it_was_recorded(
 ) -> None:
     # Cases name files from where geoprint is.
     monkeypatch.chdir(ROOT)
-    with working_here():
+    with working_here(), painting_nothing():
         folder = shared_plans.folder(f"golden {name}", lambda target: planned(name, target, run=run))
     assert differences(stable(folder), RECORDED[name]) == []
 

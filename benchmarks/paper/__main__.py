@@ -27,8 +27,8 @@ from geoprint.model import PASCAL_PER_KPA
 
 PARTS = ("heart_flat_patch.ply", "heart_apex_patch.ply")
 SEED = 1
-# Pixels for each mm in the smoke run: half as many.
-SMOKE_SCALE = 3.0
+# Pixels for each mm in the smoke run: a third as many.
+SMOKE_SCALE = 2.0
 
 
 def main() -> None:

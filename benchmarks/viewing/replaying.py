@@ -46,8 +46,8 @@ COLUMNS = ("faces", "poses", "read s", "open s", "arm", "frames/s", "scripts s",
 
 def main() -> None:
     """Print the table."""
-    smoke = script_parser(__doc__, smoke="a small part, for a second").parse_args().smoke
-    faces, spacing, seconds = (1_000, 3.0, 1.0) if smoke else (FACES, SPACING, SECONDS)
+    smoke = script_parser(__doc__, smoke="a small part, for a moment").parse_args().smoke
+    faces, spacing, seconds = (300, 8.0, 0.2) if smoke else (FACES, SPACING, SECONDS)
     with tempfile.TemporaryDirectory() as folder:
         part, out = Path(folder, "cap.ply"), Path(folder, "compared")
         save_ply(triangulated(cap(CAP_DEG, depth=DEPTH), name="cap", faces=faces), part)

@@ -55,7 +55,9 @@ def main() -> None:
     arguments = parser.parse_args()
     part = DATA / "plate.ply" if arguments.smoke else arguments.volume
     unit = "mm" if part.suffix == ".ply" else None
-    job = job_of(surface=part, unit=unit, label=arguments.label, spacing=SPACING, robot=False)
+    job = job_of(
+        surface=part, unit=unit, label=arguments.label, spacing=6.0 if arguments.smoke else SPACING, robot=False
+    )
     print(*table("step", "seconds", "the page says"), sep="\n")
     with ExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))

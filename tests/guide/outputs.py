@@ -24,7 +24,7 @@ from geoprint import cli
 from geoprint.cli.terminal import fitted
 from geoprint.distance import registry
 from geoprint.guide import Block, Page, page_named, pages
-from tests.guide.here import working_here
+from tests.guide.here import painting_nothing, working_here
 
 # Letters of a line of the terminal that pages show.
 WIDTH = 80
@@ -108,7 +108,7 @@ def commands(text: str) -> list[str]:
 @contextmanager
 def _here(folder: Path) -> Generator[None]:
     """Work in a folder and in this process; what a page registers is gone when it ends."""
-    with pytest.MonkeyPatch.context() as patch, chdir(folder), working_here():
+    with pytest.MonkeyPatch.context() as patch, chdir(folder), working_here(), painting_nothing():
         patch.setattr(registry._KNOWN, "_own", dict(registry._KNOWN._own))  # pyright: ignore[reportPrivateUsage]
         patch.setenv("COLUMNS", str(WIDTH))
         patch.setattr("geoprint.cli.terminal.fitted", _broken)

@@ -13,8 +13,6 @@ from typing import cast
 import numpy as np
 import pytest
 
-from geoprint import job_of, plan, save
-from geoprint.config import TILTING_CELL, packaged_cell_text
 from geoprint.errors import UsageError
 from geoprint.geometry import prepare
 from geoprint.model import FloatArray, Surface
@@ -29,8 +27,7 @@ from tests.meshes import plate, spherical_cap
 from tests.reporting.browser import Page
 from tests.shared_plans import SharedPlans
 from tests.workflow.test_checking import shared_bundle
-
-PART = Path(__file__).parents[2] / "data" / "heart_apex_patch.ply"
+from tests.workflow.test_printing import bundle_of_the_arch, plan_of_the_arch
 
 
 @pytest.fixture(scope="module")
@@ -242,12 +239,12 @@ def test_the_command_writes_the_scene_and_a_notebook_has_it_too(
 
 @pytest.mark.slow
 @pytest.mark.needs("viser")
-def test_attitudes_of_a_table_follow_one_another_on_the_time_line_of_the_report(tmp_path: Path) -> None:
-    (tmp_path / "tilting.toml").write_text(packaged_cell_text(TILTING_CELL))
-    job = job_of(surface=PART, unit="mm", spacing=4.0, place="demo", cell=tmp_path / "tilting.toml")
-    planned = plan(job)
-    save(planned, tmp_path / "out")
-    with served(8902, label="test") as server, closing(LiveView(load_viewed(tmp_path / "out"), server)) as view:
+def test_attitudes_of_a_table_follow_one_another_on_the_time_line_of_the_report(
+    shared_plans: SharedPlans, tmp_path: Path
+) -> None:
+    planned = plan_of_the_arch(shared_plans, tmp_path)
+    viewed = load_viewed(bundle_of_the_arch(shared_plans, planned))
+    with served(8902, label="test") as server, closing(LiveView(viewed, server)) as view:
         (scene,) = view.scenes
         moving, shown = scene.plan.moving, replay(planned)
         assert moving is not None

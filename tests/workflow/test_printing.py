@@ -69,12 +69,14 @@ def plan_of_the_arch(shared_plans: SharedPlans, folder: Path) -> Plan:
     return shared_plans.value("an arch over a table", make)
 
 
+def bundle_of_the_arch(shared_plans: SharedPlans, planned: Plan) -> Path:
+    """The bundle of that plan, of which a copy is taken before it is changed."""
+    return shared_plans.folder("an arch over a table, written", lambda folder: save_plan(planned, folder))
+
+
 @pytest.fixture(scope="module")
-def bundle(planned: Plan, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The bundle of the plan, of which a copy is taken before it is changed."""
-    folder = tmp_path_factory.mktemp("tilted") / "arch"
-    save_plan(planned, folder)
-    return folder
+def bundle(shared_plans: SharedPlans, planned: Plan) -> Path:
+    return bundle_of_the_arch(shared_plans, planned)
 
 
 @pytest.fixture(scope="module")
