@@ -64,7 +64,13 @@ PARTS = (DATA / "heart_flat_patch.ply", DATA / "heart_apex_patch.ply", DATA / "p
 SPACING = 3.0
 # In the smoke run: a small disc of the plate [mm].
 SMOKE_DISC: Mapping[str, object] = MappingProxyType(
-    {"patch": {"at": [0.0, 0.0, 0.0], "radius": 4.0}, "spacing": 4.0, "max_tilt": 0.0}
+    {
+        "patch": {"at": [0.0, 0.0, 0.0], "radius": 4.0},
+        "spacing": 4.0,
+        "max_tilt": 0.0,
+        "on_slowdown": "follow",
+        "accept_flow": True,
+    }
 )
 # How parts are planned.
 PLANNED: Mapping[str, object] = MappingProxyType({"spacing": SPACING})

@@ -49,6 +49,7 @@ from benchmarks.prints.print_outlines import (
     ON_HEART,
     PLATE,
     ROWS,
+    SIZE,
     OutlinedPhotograph,
     placed_by_outline,
 )
@@ -82,6 +83,8 @@ SCANNED = {
 SEEDS = 50
 # Places of the camera in photographs that are placed by outlines.
 VIEWS = 20
+# Size of one in the smoke run [pixels].
+SMALL = (480, 405)
 # Photographs through tone curves, without a fault and with each.
 TONES = 60
 # By how much closer the lines of sight lie at the apex.
@@ -206,7 +209,7 @@ def outlines(views: int, *, smoke: bool) -> Iterator[str]:
         found: list[OutlinedPhotograph] = []
         for seed in range(views):
             with contextlib.suppress(InputError):
-                found.append(placed_by_outline(part, seed=seed))
+                found.append(placed_by_outline(part, seed=seed, size=SMALL if smoke else SIZE))
         yield _outline_row(part, found, views=views)
 
 

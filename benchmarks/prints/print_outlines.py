@@ -157,17 +157,19 @@ def true_camera(view: Viewpoint) -> Camera:
     return Camera(lens, rigid(view.axes, -view.axes @ view.place), 0.0, 0)
 
 
-def placed_by_outline(part: str, *, seed: int) -> OutlinedPhotograph:
+def placed_by_outline(part: str, *, seed: int, size: tuple[int, int] = SIZE) -> OutlinedPhotograph:
     """Return how well the outline of a part places a camera, and what is then measured.
 
     Args:
         part: its name.
         seed: of the photograph.
+        size: of the photograph [pixels].
 
     Raises:
         InputError: the outline places none.
     """
-    return placement_of(*photographed(part, seed=seed), seed=seed)
+    printed = outlined_print(part)
+    return placement_of(printed, *photograph_of(printed, seed=seed, size=size), seed=seed)
 
 
 def placement_of(printed: OutlinedPrint, view: Viewpoint, grey: FloatArray, *, seed: int) -> OutlinedPhotograph:
