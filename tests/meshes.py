@@ -22,6 +22,15 @@ def plate(
     return Surface(vertices=np.column_stack([flat, np.zeros(len(flat))]), faces=faces, name="plate")
 
 
+def folded_plate(angle: float) -> Surface:
+    """Return a plate of 20 x 12 mm folded down along x = 0 by an angle [degrees], by a negative one up."""
+    flat = plate((20.0, 12.0), (20, 12))
+    x, y, _ = flat.vertices.T
+    beyond, turn = np.maximum(x - 10.0, 0.0), np.radians(angle)
+    places = np.column_stack([np.minimum(x - 10.0, 0.0) + beyond * np.cos(turn), y - 6.0, -beyond * np.sin(turn)])
+    return Surface(places, flat.faces, name="folded plate")
+
+
 def comb(*, finger: float, teeth: int = 13, divisions: int = 2) -> Surface:
     """Return a flat bar, 5 mm high, with fingers that are 10 mm long and as far apart as they are wide [mm]."""
     edge = finger / divisions

@@ -318,7 +318,7 @@ def source_pieces(surface: Surface, source: Source, *, rim: IntArray) -> SourceP
     border = _border_edges(rim, vertex[first], vertex[first + 1])
     # A chord from a vertex to itself is a point.
     inner = first[(border < 0) & ~((vertex[first] >= 0) & (vertex[first] == vertex[first + 1]))]
-    faces, starts, ends = _inside(surface, _picked(points, inner), _picked(points, inner + 1))
+    faces, starts, ends = _inside(surface, points[inner], points[inner + 1])
     alone = ~at_vertex
     faces = np.concatenate([faces, points.faces[alone]])
     starts, ends = np.concatenate([starts, points.weights[alone]]), np.concatenate([ends, points.weights[alone]])
@@ -330,10 +330,6 @@ def _rounded(surface: Surface, points: SurfacePoints) -> SurfacePoints:
     positions(surface, points)  # refuses faces that do not exist
     weights = np.where(points.weights < WEIGHT_ROUNDING, 0.0, points.weights)
     return SurfacePoints(points.faces, weights / weights.sum(axis=1, keepdims=True))
-
-
-def _picked(points: SurfacePoints, index: IntArray) -> SurfacePoints:
-    return SurfacePoints(points.faces[index], points.weights[index])
 
 
 def _at_vertices(surface: Surface, points: SurfacePoints) -> tuple[BoolArray, IntArray]:
@@ -359,12 +355,12 @@ def _inside(surface: Surface, first: SurfacePoints, last: SurfacePoints) -> tupl
     for _ in range(HALVINGS):
         faces = _common_faces(surface, first, last)
         fits = np.flatnonzero(faces >= 0)
-        starts, ends = (_weights_in(surface, _picked(points, fits), faces[fits]) for points in (first, last))
+        starts, ends = (_weights_in(surface, points[fits], faces[fits]) for points in (first, last))
         found.append((faces[fits], starts, ends))
         open_chords = np.flatnonzero(faces < 0)
         if open_chords.size == 0:
             break
-        first, last = _picked(first, open_chords), _picked(last, open_chords)
+        first, last = first[open_chords], last[open_chords]
         crossing, crosses = _on_shared_edge(surface, first, last)
         middle = _rounded(surface, closest(surface, (positions(surface, first) + positions(surface, last)) / 2)[0])
         middle = SurfacePoints(

@@ -139,5 +139,5 @@ def _by_level(curves: SurfaceCurves, levels: IntArray) -> tuple[SurfaceCurves, I
     sorted_lengths = lengths[order]
     offsets = np.concatenate([[0], np.cumsum(sorted_lengths)])
     pick: IntArray = np.arange(int(offsets[-1])) + np.repeat(curves.offsets[order] - offsets[:-1], sorted_lengths)
-    points = SurfacePoints(curves.points.faces[pick], curves.points.weights[pick])
+    points = curves.points[pick]
     return SurfaceCurves(points, offsets, curves.closed[order]), levels[order]

@@ -15,8 +15,14 @@ from geoprint.geometry.clipping import (
     piece_at as piece_at,
     with_vertex as with_vertex,
 )
+from geoprint.geometry.creases import (
+    SHARP as SHARP,
+    creases as creases,
+    edges_alone as edges_alone,
+    juts_out as juts_out,
+)
 from geoprint.geometry.deviation import Deviation as Deviation, Distances as Distances, deviation as deviation
-from geoprint.geometry.facets import smooth_normals as smooth_normals
+from geoprint.geometry.facets import SmoothNormals as SmoothNormals, smooth_normals as smooth_normals
 from geoprint.geometry.files.mesh_file import Notes as Notes
 from geoprint.geometry.operators import (
     corner_cotangents as corner_cotangents,

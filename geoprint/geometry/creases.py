@@ -49,6 +49,14 @@ def creases(surface: Surface, *, shortest: float) -> tuple[BoolArray, IntArray]:
     return curves, kinds
 
 
+def juts_out(surface: Surface) -> BoolArray:
+    """Return (3 m,) whether the surface bends back at the edge of a half-edge, as at the edge of a box."""
+    other, own, sides = twins(surface.faces), face_normals(surface), half_edges(surface.faces)
+    turned = np.cross(np.repeat(own, 3, axis=0), own[np.maximum(other, 0) // 3])
+    along = surface.vertices[sides[:, 1]] - surface.vertices[sides[:, 0]]
+    return (other >= 0) & (np.einsum("hx,hx->h", turned, along) > 0.0)
+
+
 def edges_alone(surface: Surface, sides: BoolArray) -> Surface:
     """Return the edges of some half-edges as triangles without area, on which `closest` finds the nearest points.
 

@@ -193,19 +193,14 @@ def some_curves(curves: SurfaceCurves, chosen: IntArray) -> SurfaceCurves:
     lengths = np.diff(curves.offsets)[chosen]
     offsets = np.concatenate([[0], np.cumsum(lengths)])
     rows = np.arange(int(offsets[-1])) + np.repeat(curves.offsets[:-1][chosen] - offsets[:-1], lengths)
-    return SurfaceCurves(
-        SurfacePoints(curves.points.faces[rows], curves.points.weights[rows]), offsets, curves.closed[chosen]
-    )
+    return SurfaceCurves(curves.points[rows], offsets, curves.closed[chosen])
 
 
 def all_curves(parts: Sequence[SurfaceCurves]) -> SurfaceCurves:
     """Return the curves of several sets on one surface as one set, in their order."""
     starts = np.cumsum([0, *(part.points.faces.size for part in parts)])
     return SurfaceCurves(
-        SurfacePoints(
-            np.concatenate([part.points.faces for part in parts]),
-            np.concatenate([part.points.weights for part in parts]),
-        ),
+        SurfacePoints.chained([part.points for part in parts]),
         np.concatenate([[0], *(part.offsets[1:] + start for part, start in zip(parts, starts, strict=False))]),
         np.concatenate([part.closed for part in parts]),
     )

@@ -54,21 +54,22 @@ def positions(surface: Surface, points: SurfacePoints) -> FloatArray:
     return points.xyz(surface)
 
 
-def normals(surface: Surface, points: SurfacePoints, *, at_vertices: FloatArray | None = None) -> FloatArray:
-    """Return the (k, 3) outward unit normals at points: the barycentric mean of the vertex normals, normalised.
+def normals(surface: Surface, points: SurfacePoints, *, given: FloatArray | None = None) -> FloatArray:
+    """Return the (k, 3) outward unit normals at points: the barycentric mean of those at the corners, normalised.
 
-    They vary continuously over the surface, also across edges.
+    Those of vertices vary continuously over the surface, also across edges.
 
     Args:
         surface: with n vertices.
         points: on it.
-        at_vertices: (n, 3) its `vertex_normals`, where somebody has them.
+        given: unit normals, (n, 3) of its vertices or (m, 3, 3) of the corners of its faces; None: `vertex_normals`.
 
     Raises:
         InputError: a point names a face that the surface does not have.
         MeshError: a vertex has no normal, or three vertex normals cancel out at a point.
     """
-    corners = (vertex_normals(surface) if at_vertices is None else at_vertices)[points.corners(surface)]
+    given = vertex_normals(surface) if given is None else given
+    corners = given[points.corners(surface) if given.ndim == 2 else points.faces]
     mean = np.einsum("kc,kcx->kx", points.weights, corners)
     lengths = np.linalg.norm(mean, axis=1)
     if lengths.min(initial=1.0) < SHORTEST_MEAN_NORMAL:

@@ -114,7 +114,7 @@ def lying_part(
     on = (aside <= np.abs(offsets) + ASIDE_SHARE * smoothing) & (away <= 3.0 * most)
     if not on.any():
         raise InputError(f"`{name}`: no point lies within {3.0 * most:.3g} mm of {surface.name}; check its pose.")
-    kept = SurfacePoints(feet.faces[on], feet.weights[on])
+    kept = feet[on]
     fitted, noise = _fitted(nominal, kept, offsets[on], smoothing=smoothing)
     seen = np.asarray(KDTree(places[on]).query(nominal.vertices)[0]) <= UNSEEN_LENGTHS * smoothing
     _check(nominal, fitted, seen, most=most, name=name)

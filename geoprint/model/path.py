@@ -30,7 +30,7 @@ class Toolpath:
         dropped_length: their length [mm].
         dropped_area: what they would have filled, length by width [mm2].
         fillets: (f, 3) corners of runs that were rounded [mm].
-        splits: (g, 3) corners at which a run was split, because no arc can round them at speed [mm].
+        splits: (g, 3) where runs were split: at corners that no arc can round at speed, and at creases [mm].
         rows: (k,) row that each of the k points lies on, as the pattern counts them; those of a contour are its level.
         spacings: (k,) distance wanted there to the neighbouring row [mm].
     """

@@ -66,6 +66,15 @@ class SurfacePoints:
         ):
             raise InputError("the weights of points must lie in [0, 1] and sum to 1.")
 
+    def __getitem__(self, rows: IntArray | list[int] | slice) -> SurfacePoints:
+        """Return some of the points."""
+        return SurfacePoints(self.faces[rows], self.weights[rows])
+
+    @classmethod
+    def chained(cls, parts: Sequence[SurfacePoints]) -> SurfacePoints:
+        """Return the points of several on one surface, one after the other."""
+        return cls(np.concatenate([part.faces for part in parts]), np.concatenate([part.weights for part in parts]))
+
     def corners(self, surface: Surface) -> IntArray:
         """Return the (k, 3) vertices of the triangles that the points lie in.
 
@@ -135,7 +144,7 @@ class SurfaceCurves:
         if not 0 <= curve < self.count:
             raise InputError(f"there are {how_many(self.count, 'curve')}, numbered from 0; found {curve}.")
         held = slice(*self.offsets[curve : curve + 2])
-        return SurfacePoints(self.points.faces[held], self.points.weights[held]).xyz(surface)
+        return self.points[held].xyz(surface)
 
 
 @final

@@ -395,10 +395,8 @@ def _paths(record: PlanRecord) -> Iterator[str]:
             f"left out: {paths.dropped_mm:.2f} mm, {paths.dropped_mm2:.2g} mm2 in all."
         )
     if paths.corners_split:
-        yield (
-            f"runs are split at {how_many(paths.corners_split, 'corner')} too sharp to round at speed: the bead stops "
-            "and restarts there."
-        )
+        sharp = how_many(paths.corners_split, "corner or edge", "corners or edges")
+        yield (f"runs are split at {sharp} too sharp to pass at speed: the bead stops and restarts there.")
     lean = paths.largest_lean_deg
     if lean >= NOTABLE_LEAN:
         yield f"the nozzle leans up to {lean:.0f} degrees from the surface normal where the part curves sharply."

@@ -195,10 +195,7 @@ def _windowed(line: FloatArray, deviation: float, *, closed: bool) -> FloatArray
 def _with_ends(points: SurfacePoints, run: SurfacePoints, *, closed: bool) -> SurfacePoints:
     """Return the points of an open run with its own ends, of a closed one with its first point as the last."""
     ends, last = (points, 0) if closed else (run, -1)
-    return SurfacePoints(
-        np.concatenate([ends.faces[:1], points.faces[1:-1], ends.faces[[last]]]),
-        np.concatenate([ends.weights[:1], points.weights[1:-1], ends.weights[[last]]]),
-    )
+    return SurfacePoints.chained([ends[[0]], points[1:-1], ends[[last]]])
 
 
 # Corners of runs: rounded within a tolerance where the tip can drive that, else the run is split there.
@@ -239,7 +236,7 @@ CROWDED = 0.01
 SHORTEST_HALF = 1e-6
 
 
-class RoundedRun(NamedTuple):
+class RunPiece(NamedTuple):
     """What a run, or a part of it, became.
 
     Attributes:
@@ -262,7 +259,7 @@ class Rounded(NamedTuple):
         splits: (g, 3) corners at which a run was split [mm].
     """
 
-    pieces: list[RoundedRun]
+    pieces: list[RunPiece]
     fillets: FloatArray
     splits: FloatArray
 
@@ -498,12 +495,12 @@ def _angles(first: FloatArray, second: FloatArray) -> FloatArray:
     return np.arctan2(across, np.einsum("ij,ij->i", first, second))
 
 
-def _on_surface(surface: Surface, runs: list[SurfacePoints], drawn: list[tuple[int, _Outline]]) -> list[RoundedRun]:
+def _on_surface(surface: Surface, runs: list[SurfacePoints], drawn: list[tuple[int, _Outline]]) -> list[RunPiece]:
     """Return the pieces as points on the surface: those of their runs, the new ones projected."""
     added = [outline.places[outline.rows < 0] for _, outline in drawn]
     landed, _ = closest(surface, np.concatenate(added)) if any(len(places) for places in added) else (None, None)
     begin = 0
-    pieces: list[RoundedRun] = []
+    pieces: list[RunPiece] = []
     for (run, outline), places in zip(drawn, added, strict=True):
         new = outline.rows < 0
         faces, weights = runs[run].faces[outline.rows].copy(), runs[run].weights[outline.rows].copy()
@@ -513,5 +510,5 @@ def _on_surface(surface: Surface, runs: list[SurfacePoints], drawn: list[tuple[i
                 landed.weights[begin : begin + len(places)],
             )
         begin += len(places)
-        pieces.append(RoundedRun(run, SurfacePoints(faces, weights), outline.closed))
+        pieces.append(RunPiece(run, SurfacePoints(faces, weights), outline.closed))
     return pieces

@@ -38,7 +38,8 @@ from geoprint.model import (
     freeze_arrays,
     frozen,
 )
-from geoprint.toolpath.corners import Rounded, RoundedRun, faired, round_corners, without_backtracks
+from geoprint.toolpath.corners import Rounded, RunPiece, faired, round_corners, without_backtracks
+from geoprint.toolpath.creases import cut_at_creases
 from geoprint.toolpath.resample import ROUNDING, resample
 from geoprint.transforms import nearest
 
@@ -193,7 +194,7 @@ def arrange(
     joined = _joined(_runs_of(paths, surface), least=least, spacing=spacing)
     which, dropped = long_enough(joined, [run.length for run in joined])
     ordered = _piece_by_piece([joined[number] for number in which], seams=seams, spacing=spacing)
-    rounded, runs = _rounded(ordered, surface, spacing=spacing, speed=speed)
+    rounded, runs = _rounded(ordered, surface, least=least, spacing=spacing, speed=speed)
     which, short = long_enough(runs, [arc_lengths(positions(surface, each.points))[-1] for each in rounded.pieces])
     runs, pieces = [runs[number] for number in which], [rounded.pieces[number] for number in which]
     curves = _curves(surface, pieces, standoff=standoff, error=BACKTRACK_ERROR_SHARE * spacing)
@@ -221,7 +222,7 @@ def _runs_of(paths: Paths, surface: Surface) -> list[_Run]:
     slices = [slice(*curves.offsets[i : i + 2]) for i in range(curves.count)]
     return [
         _Run(
-            points=SurfacePoints(curves.points.faces[piece], curves.points.weights[piece]),
+            points=curves.points[piece],
             places=places[piece],
             rows=paths.row[piece],
             spacings=paths.spacing[piece],
@@ -233,22 +234,26 @@ def _runs_of(paths: Paths, surface: Surface) -> list[_Run]:
     ]
 
 
-def _rounded(runs: list[_Run], surface: Surface, *, spacing: float, speed: float) -> tuple[Rounded, list[_Run]]:
-    """Return runs smoothed, sampled and without sharp corners, and of each piece the run that it comes from."""
-    closed = [run.closed for run in runs]
-    smooth = faired(surface, [run.points for run in runs], closed=closed, spacing=spacing)
+def _rounded(
+    runs: list[_Run], surface: Surface, *, least: float, spacing: float, speed: float
+) -> tuple[Rounded, list[_Run]]:
+    """Return runs cut at creases, smoothed, sampled and without sharp corners, and the run that each piece is of."""
+    cut, at_creases = cut_at_creases(
+        surface, [run.points for run in runs], closed=[run.closed for run in runs], least=least
+    )
+    closed = [piece.closed for piece in cut]
+    smooth = faired(surface, [piece.points for piece in cut], closed=closed, spacing=spacing)
     step, error = STEP_SHARE * spacing, CHORD_ERROR_SHARE * spacing
     sampled = [resample(surface, points, step=step, chord_error=error) for points in smooth]
     rounded = round_corners(surface, sampled, closed=closed, spacing=spacing, speed=speed)
-    return rounded, [runs[each.run] for each in rounded.pieces]
+    of = [runs[cut[each.run].run] for each in rounded.pieces]
+    return rounded._replace(splits=np.concatenate([rounded.splits, at_creases])), of
 
 
-def _curves(surface: Surface, runs: list[RoundedRun], *, standoff: float, error: float) -> SurfaceCurves:
+def _curves(surface: Surface, runs: list[RunPiece], *, standoff: float, error: float) -> SurfaceCurves:
     """Return the curves of runs, one after the other, without the samples at which the tip would turn sharply."""
     offsets = np.concatenate([[0], np.cumsum([run.points.faces.size for run in runs])])
-    every = SurfacePoints(
-        np.concatenate([run.points.faces for run in runs]), np.concatenate([run.points.weights for run in runs])
-    )
+    every = SurfacePoints.chained([run.points for run in runs])
     places, outward = positions(surface, every), normals(surface, every)
     kept = [
         begin
@@ -257,7 +262,7 @@ def _curves(surface: Surface, runs: list[RoundedRun], *, standoff: float, error:
     ]
     rows = np.concatenate(kept)
     return SurfaceCurves(
-        SurfacePoints(every.faces[rows], every.weights[rows]),
+        every[rows],
         np.concatenate([[0], np.cumsum([run.size for run in kept])]),
         np.array([run.closed for run in runs]),
     )
@@ -361,10 +366,7 @@ def _faces(first: FloatArray, ahead: FloatArray, second: FloatArray, behind: Flo
 
 def _end_to_end(first: _Run, second: _Run, *, level: int) -> _Run:
     return _Run(
-        points=SurfacePoints(
-            np.concatenate([first.points.faces, second.points.faces]),
-            np.concatenate([first.points.weights, second.points.weights]),
-        ),
+        points=SurfacePoints.chained([first.points, second.points]),
         places=np.concatenate([first.places, second.places]),
         rows=np.concatenate([first.rows, second.rows]),
         spacings=np.concatenate([first.spacings, second.spacings]),
@@ -472,9 +474,8 @@ def _started_at(run: _Run, start: int) -> _Run:
 
 
 def _reordered(run: _Run, order: IntArray) -> _Run:
-    points = SurfacePoints(run.points.faces[order], run.points.weights[order])
     return _Run(
-        points, run.places[order], run.rows[order], run.spacings[order], closed=run.closed, level=run.level,
+        run.points[order], run.places[order], run.rows[order], run.spacings[order], closed=run.closed, level=run.level,
         piece=run.piece,
     )  # fmt: skip
 

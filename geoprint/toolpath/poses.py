@@ -11,7 +11,16 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from geoprint.errors import FieldError
-from geoprint.geometry import arc_lengths, closest, normals, positions, smooth_normals, whole_steps
+from geoprint.geometry import (
+    SHARP,
+    SmoothNormals,
+    arc_lengths,
+    closest,
+    normals,
+    positions,
+    smooth_normals,
+    whole_steps,
+)
 from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, Tool, Toolpath, freeze_arrays, frozen
 from geoprint.toolpath.resample import ROUNDING
 from geoprint.transforms import interpolate_poses, quaternion_of, rigid, rotation_of, same_sign, smallest_rotation
@@ -39,6 +48,8 @@ LONGEST_WINDOW = 100.0
 SHORTEST_MEAN = 1e-3
 # Steps shorter than this [mm] have no direction.
 SHORTEST = 1e-9
+# Cosine of normals that are the same but for rounding.
+ALIKE = 1.0 - 1e-9
 
 
 @frozen
@@ -122,8 +133,8 @@ def creases(poses: PoseStream, toolpath: Toolpath, surface: Surface, part: Surfa
         surface: what is printed on.
         part: that it was refined from.
     """
-    rows, at_vertices = np.flatnonzero(poses.deposit), smooth_normals(surface, part)
-    rows = rows[(poses.normals[rows] != normals(surface, toolpath.curves.points, at_vertices=at_vertices)).any(axis=1)]
+    rows, wanted = np.flatnonzero(poses.deposit), _outward(toolpath, surface, smooth_normals(surface, part))
+    rows = rows[(poses.normals[rows] != wanted).any(axis=1)]
     if rows.size == 0:
         return CrossedCreases(rows, np.zeros(0), 0)
     apart = (np.diff(poses.runs[rows]) > 0) | (np.diff(poses.arcs[rows]) > poses.standoff)
@@ -465,16 +476,16 @@ class PosedSurface:
 
     Attributes:
         surface: n vertices.
-        normals: (n, 3) of its vertices, smooth across the facets of the part.
+        normals: smooth across the facets of the part.
         points: (m, 3) of it, and of the body that it lies on, over which travel passes [mm].
     """
 
     surface: Surface
-    normals: FloatArray
+    normals: SmoothNormals
     points: FloatArray
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, normals="float: n 3", points="float: m 3")
+        freeze_arrays(self, points="float: m 3")
 
 
 @frozen
@@ -543,7 +554,7 @@ def poses(
     surface, kept = posed.surface, KEPT_SHARE * retract if travel == "low" else np.inf
     ground = terrain(posed.points, beside=beside, tool=tool, up=up, kept=kept)
     top = float((np.concatenate([surface.vertices, beside]) @ up).max())
-    straight = normals(surface, toolpath.curves.points, at_vertices=posed.normals)
+    straight = _outward(toolpath, surface, posed.normals)
     runs = _run_stretches(toolpath, surface, straight, R_base_work=R_base_work, standoff=standoff, max_tilt=max_tilt)
     first = _approach(runs[0], up=up, retract=retract, top=top)
     last = _retreat(runs[-1], up=up, retract=retract, top=top)
@@ -568,6 +579,20 @@ def _leans(stream: PoseStream) -> FloatArray:
     axes = -rotation_of(stream.quaternions)[:, :, 2]
     across = np.linalg.norm(np.cross(axes, stream.normals), axis=1)
     return np.arctan2(across, np.einsum("ij,ij->i", axes, stream.normals))
+
+
+def _outward(toolpath: Toolpath, surface: Surface, smooth: SmoothNormals) -> FloatArray:
+    """Return the (k, 3) unit normals of the points of runs: of the side that they lie on.
+
+    Where a run goes over a crease all the same, they turn from one side to the other within one edge of the mesh.
+    """
+    curves = toolpath.curves
+    outward, turning = (normals(surface, curves.points, given=each) for each in (smooth.corners, smooth.vertices))
+    run = np.repeat(np.arange(curves.count), np.diff(curves.offsets))
+    apart = np.einsum("kx,kx->k", outward, turning) < ALIKE
+    stretch = np.cumsum(np.append(True, (apart[1:] != apart[:-1]) | (run[1:] != run[:-1])))
+    over = (stretch[1:] == stretch[:-1]) & (np.einsum("kx,kx->k", outward[1:], outward[:-1]) < np.cos(SHARP))
+    return np.where(np.isin(stretch, stretch[1:][over])[:, None] | ~apart[:, None], turning, outward)
 
 
 def _run_stretches(

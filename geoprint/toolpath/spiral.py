@@ -324,7 +324,7 @@ def _one(curves: SurfaceCurves, chain: IntArray, places: FloatArray) -> SurfaceC
     keep = np.ones(picked.points.faces.size, dtype=np.bool_)
     keep[picked.offsets[1:-1]] = False
     first, last = places[curves.offsets[chain[0]]], places[curves.offsets[chain[-1] + 1] - 1]
-    points = SurfacePoints(picked.points.faces[keep], picked.points.weights[keep])
+    points = picked.points[keep]
     closed = points.faces.size > 2 and float(np.linalg.norm(last - first)) < SAME_POINT
     return SurfaceCurves(points, np.array([0, points.faces.size]), np.array([closed]))
 
@@ -343,5 +343,5 @@ def _trimmed(curve: SurfaceCurves, surface: Surface, distance: FloatArray, *, sp
     middle = surface.vertices[int(distance.argmax())]
     away = np.linalg.norm(curve.xyz(surface, 0) - middle, axis=1)
     count = max(int(np.flatnonzero(away >= LEFT_OVER * spacing).max(initial=0)) + 1, 2)
-    points = SurfacePoints(curve.points.faces[:count], curve.points.weights[:count])
+    points = curve.points[:count]
     return SurfaceCurves(points, np.array([0, count]), np.array([False]))

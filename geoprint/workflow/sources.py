@@ -32,7 +32,7 @@ from geoprint.geometry import (
 )
 from geoprint.metrics import EVEN_ENOUGH, Covering
 from geoprint.metrics.oracle import shortest_way
-from geoprint.model import BoolArray, FloatArray, ScalarField, Source, Surface, SurfaceCurves, SurfacePoints
+from geoprint.model import BoolArray, FloatArray, ScalarField, Source, Surface, SurfaceCurves
 from geoprint.results import TriedSource, Workpiece
 from geoprint.workflow.backend_choice import backend_of, with_backend
 from geoprint.workflow.covering import cover, evenness_of, measured_surface, shared_surface
@@ -85,7 +85,7 @@ def _section(surface: Surface, middle: FloatArray, square: FloatArray) -> Surfac
     lines = [index for index, rows in enumerate(kept) if rows.size > 1]
     rows = np.concatenate([np.zeros(0, dtype=np.int64), *(kept[line] for line in lines)])
     return SurfaceCurves(
-        SurfacePoints(curves.points.faces[rows], curves.points.weights[rows]),
+        curves.points[rows],
         np.concatenate([[0], np.cumsum([kept[line].size for line in lines], dtype=np.int64)]),
         curves.closed[lines],
     )

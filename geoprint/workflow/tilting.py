@@ -20,7 +20,6 @@ from geoprint.model import (
     Placement,
     PoseStream,
     SurfaceCurves,
-    SurfacePoints,
     TiltingTable,
     TiltTurn,
     Toolpath,
@@ -149,7 +148,7 @@ def _toolpath(paths: Plan, portion: Portions) -> Toolpath:
     curves, firsts = whole.curves, portion.pieces[:, 0]
     runs = np.searchsorted(curves.offsets, firsts, side="right") - 1
     sizes = np.diff(portion.pieces, axis=1)[:, 0]
-    points = SurfacePoints(curves.points.faces[rows], curves.points.weights[rows])
+    points = curves.points[rows]
     # A closed run that is printed as one stays closed.
     entire = sizes == np.diff(curves.offsets)[runs]
     return replace(

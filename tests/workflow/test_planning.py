@@ -38,7 +38,7 @@ from geoprint.transforms import inverse, rigid, rotation_angle, rotation_of
 from geoprint.workflow import compare, plan, planning, save_comparisons, save_plan
 from geoprint.workflow.placement import scene_at
 from geoprint.workflow.saving import verify_files
-from tests.meshes import cylinder_patch, plate, sphere, spherical_cap, torus
+from tests.meshes import cylinder_patch, folded_plate, plate, sphere, spherical_cap, torus
 from tests.shared_data import shared
 
 LIMITS_DEG = np.array([[-165, 165], [-110, 110], [-110, 70], [-160, 160], [-120, 120], [-400, 400]])
@@ -414,6 +414,15 @@ def test_nothing_is_laid_at_rest_and_corners_rounded_and_split_are_counted_and_p
     assert paths["corners_split_mm"] == []
     split = replace(planned, toolpath=replace(planned.toolpath, splits=np.zeros((2, 3))))
     assert "split at 2 corners" in outcome_text(record_plan(split))
+
+
+@pytest.mark.parametrize("backend", ["heat", "lscm"])
+def test_an_edge_of_the_part_does_not_slow_the_print(backend: str, tmp_path: Path) -> None:
+    path = saved(tmp_path, folded_plate(60.0))
+    planned = plan(job_of(surface=path, unit="mm", spacing=3.0, backend=backend, place="demo"))
+    assert planned.workpiece.cell.process.speed == robot_of(planned).ceiling == 20.0
+    assert robot_of(planned).trajectory.share_at_speed > 0.95
+    assert len(planned.toolpath.splits) >= 2
 
 
 def test_speed_slowest_place_and_deposit_stand_in_one_line_and_all_slowdowns_in_the_summary(cap_plan: Plan) -> None:

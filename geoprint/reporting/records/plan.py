@@ -482,9 +482,9 @@ class PathsRecord(Record):
     corners_rounded: Count = Field(description="number of rounded corners")
     corners_rounded_mm: tuple[Place, ...] = Field(description="where corners were rounded [mm]")
     corners_split: Count = Field(
-        description="number of corners too sharp to be rounded at speed, at which runs are split"
+        description="number of corners, and of edges of the part, too sharp to pass at speed, at which runs are split"
     )
-    corners_split_mm: tuple[Place, ...] = Field(description="where runs were split at corners [mm]")
+    corners_split_mm: tuple[Place, ...] = Field(description="where runs were split [mm]")
     fragments: Count = Field(
         description="number of runs shorter than five spacings, little more than a start and a stop"
     )

@@ -1,0 +1,145 @@
+"""Runs cut where they go over a sharp edge of the part.
+
+The nozzle would have to turn there all at once, which takes the arm up to a second while the valve is open. Instead one
+run ends at the edge, and the next begins there. In a hollow the needle has no room to end a run in, and the tip turns
+along smoothed normals before it gets there.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from geoprint.geometry import (
+    SHARP,
+    arc_lengths,
+    closest,
+    creases,
+    edges_alone,
+    face_normals,
+    half_edges,
+    juts_out,
+    positions,
+    twins,
+)
+from geoprint.model import FloatArray, IntArray, Surface, SurfacePoints
+from geoprint.toolpath.corners import CROWDED, RunPiece
+
+# A step of a run goes over an edge where the way to it and on is no longer than the step by more than this share.
+DETOUR_SHARE = 0.5
+
+
+class _Crossing(NamedTuple):
+    """Where a run goes over an edge: the arc length [mm], and the point as one of either side."""
+
+    arc: float
+    before: SurfacePoints
+    behind: SurfacePoints
+
+
+def cut_at_creases(
+    surface: Surface, runs: list[SurfacePoints], *, closed: list[bool], least: float
+) -> tuple[list[RunPiece], FloatArray]:
+    """Cut runs where they go over creases that jut out.
+
+    Every piece is worth a run of its own: where a run goes over edges that follow each other sooner, as where it
+    trembles along one, it stays whole. A closed run that is cut starts and ends at its first cut.
+
+    Args:
+        surface: what the runs lie on.
+        runs: points of each; a closed one repeats its first point.
+        closed: whether each is.
+        least: shortest run that is worth it, and shortest crease that is one [mm].
+
+    Returns:
+        The runs that they became, in the same order, whose ends lie in the triangle on their own side of the edge; and
+        the (g, 3) places of the cuts [mm].
+    """
+    pieces: list[RunPiece] = []
+    places = [np.zeros((0, 3))]
+    arcs = [arc_lengths(positions(surface, points)) for points in runs]
+    crossings = _crossings(surface, runs, arcs, least=least)
+    for run, (points, ring) in enumerate(zip(runs, closed, strict=True)):
+        cuts = _far_apart(crossings[run], length=float(arcs[run][-1]), closed=ring, least=least)
+        pieces += [RunPiece(run, piece, ring and not cuts) for piece in _cut(points, arcs[run], cuts, closed=ring)]
+        places += [positions(surface, cut.before) for cut in cuts]
+    return pieces, np.concatenate(places)
+
+
+def _crossings(
+    surface: Surface, runs: list[SurfacePoints], arcs: list[FloatArray], *, least: float
+) -> list[list[_Crossing]]:
+    """Return where each run, with (k,) arc lengths of its points [mm], goes over a crease that juts out, in order."""
+    found: list[list[_Crossing]] = [[] for _ in runs]
+    other, own = twins(surface.faces), face_normals(surface)
+    steps = [(run, after) for run, points in enumerate(runs) for after in _turning(own[points.faces])]
+    edges = steps and creases(surface, shortest=least)[0] & juts_out(surface) & (np.arange(other.size) < other)
+    if not np.any(edges):
+        return found
+    begun, ended = (
+        positions(surface, SurfacePoints.chained([runs[run][[after + k]] for run, after in steps])) for k in (0, 1)
+    )
+    halves = np.flatnonzero(edges)[closest(edges_alone(surface, edges), (begun + ended) / 2.0)[0].faces]
+    shares, crossed = _met(begun, ended, surface.vertices[half_edges(surface.faces)[halves]])
+    there, on = np.linalg.norm(crossed - begun, axis=1), np.linalg.norm(ended - crossed, axis=1)
+    sides = _on_edges(halves, shares), _on_edges(other[halves], 1.0 - shares)
+    for row in np.flatnonzero(there + on <= (1.0 + DETOUR_SHARE) * np.linalg.norm(ended - begun, axis=1)).tolist():
+        run, after = steps[row]
+        here = own[runs[run].faces[after]]
+        behind, before = sorted((side[[row]] for side in sides), key=lambda side: float(own[side.faces[0]] @ here))
+        found[run].append(_Crossing(float(arcs[run][after] + there[row]), before, behind))
+    return found
+
+
+def _turning(normals: FloatArray) -> list[int]:
+    """Return after which of (k, 3) normals the next one differs by more than a crease does."""
+    return np.flatnonzero(np.einsum("kx,kx->k", normals[1:], normals[:-1]) < np.cos(SHARP)).tolist()
+
+
+def _on_edges(halves: IntArray, shares: FloatArray) -> SurfacePoints:
+    """Return the points at (k,) shares of (k,) half-edges."""
+    rows, weights = np.arange(halves.size), np.zeros((halves.size, 3))
+    weights[rows, halves % 3], weights[rows, (halves + 1) % 3] = 1.0 - shares, shares
+    return SurfacePoints(halves // 3, weights)
+
+
+def _met(begun: FloatArray, ended: FloatArray, edges: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return at which (k,) shares of (k, 2, 3) edges the lines of steps come nearest to them, and where [mm]."""
+    step, edge, between = ended - begun, edges[:, 1] - edges[:, 0], begun - edges[:, 0]
+    steps, squares, along = (np.einsum("kx,kx->k", *each) for each in ((step, step), (edge, edge), (step, edge)))
+    ahead = steps * np.einsum("kx,kx->k", edge, between) - along * np.einsum("kx,kx->k", step, between)
+    shares = np.clip(ahead / np.maximum(steps * squares - along**2, np.finfo(np.float64).tiny), 0.0, 1.0)
+    return shares, edges[:, 0] + shares[:, None] * edge
+
+
+def _far_apart(crossings: list[_Crossing], *, length: float, closed: bool, least: float) -> list[_Crossing]:
+    """Return the crossings of a run of a length [mm] that have no other, and no end, nearer than the least length."""
+    if not crossings:
+        return []
+    arcs = np.array([crossing.arc for crossing in crossings])
+    first, last = (arcs[-1] - length, arcs[0] + length) if closed else (0.0, length)
+    gaps = np.diff(np.concatenate([[first], arcs, [last]]))
+    far = np.minimum(gaps[1:], gaps[:-1]) >= least
+    return [crossing for crossing, kept in zip(crossings, far.tolist(), strict=True) if kept]
+
+
+def _cut(points: SurfacePoints, arcs: FloatArray, cuts: list[_Crossing], *, closed: bool) -> list[SurfacePoints]:
+    """Return the pieces of a run between cuts, of a closed one from the first around to the first again."""
+    if not cuts:
+        return [points]
+    at = np.array([cut.arc for cut in cuts])
+    gaps = np.abs(arcs[:, None] - at)
+    kept = np.flatnonzero(np.minimum(gaps, arcs[-1] - gaps).min(axis=1) > CROWDED)
+    # The point at the seam is there twice.
+    kept = kept[kept < arcs.size - 1] if closed else kept
+    pieces = [
+        SurfacePoints.chained([*begin, points[rows], *end])
+        for begin, rows, end in zip(
+            [[], *([cut.behind] for cut in cuts)],
+            np.split(kept, np.searchsorted(arcs[kept], at)),
+            [*([cut.before] for cut in cuts), []],
+            strict=True,
+        )
+    ]
+    return [*pieces[1:-1], SurfacePoints.chained([pieces[-1], pieces[0]])] if closed else pieces
