@@ -569,7 +569,7 @@ def at_ends(program: Program, beads: Wanted, *, rate: float, width: float) -> Fl
 def _moment(program: Program, move: int, left: float, lengths: FloatArray, ends: FloatArray) -> float:
     """Return when the tip is so far before the target of a move [s]."""
     length, took, end = float(lengths[move]), float(lengths[move] / program.speeds[move]), float(ends[move])
-    left = max(left, 0.0)
+    left = float(np.clip(left, 0.0, length))
     if program.stops[move - 1]:
         return end - took + _rise(length - left, length, took, _reached(program, move, 1))
     if program.stops[move]:

@@ -66,7 +66,7 @@ def joint_tolerances(orders: Orders) -> FloatArray:
 # Moments nearer than this are one [s].
 _INSTANT = 1e-4
 # A ramp is looked at so often, and for so long at most [s].
-_SAMPLE, _LONGEST_RAMP = 0.004, 0.15
+_SAMPLE, _LONGEST_RAMP = 0.004, 0.152
 # It is over at this share of the print's speed, or where the speed rises by less than as much from sample to sample.
 _AT_SPEED = 0.99
 # The valve waits no longer than the print takes for this [mm].

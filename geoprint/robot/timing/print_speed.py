@@ -133,7 +133,7 @@ LONGEST_WAIT = 1.0
 # A ramp goes on while the speed rises by 1 % in this time [s]; at one acceleration that is so until 0.4 s.
 RISE_TIME = 0.004
 # How long after its start, or before its end, the ramp of a run is looked at, and how often [s].
-RAMP_TIME = 0.15
+RAMP_TIME = 0.152
 RAMP_STEP = 0.004
 
 
@@ -279,7 +279,7 @@ def ramp_delays(
         speed: of the print [mm/s].
     """
     start, end = span
-    since = np.arange(0.0, min(RAMP_TIME, (end - start) / 2.0) + RAMP_STEP / 2.0, RAMP_STEP)
+    since = RAMP_STEP * np.arange(1 + round(min(RAMP_TIME, (end - start) / 2.0) / RAMP_STEP))
     delays: list[float] = []
     for moments in (start + since, end - since):
         tips = tips_at(moments)

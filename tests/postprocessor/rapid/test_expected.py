@@ -118,13 +118,14 @@ def test_writer_and_checker_agree_though_they_share_no_words(signals: Signals, p
         assert min(abs(event.distance - each.distance) for each in written if each.output == event.output) < 1e-6
 
 
-@pytest.mark.parametrize("pull", [150.0, 400.0, 1000.0])
+# The last is still rising at the end of what is looked at of a ramp.
+@pytest.mark.parametrize(("pull", "speed"), [(150.0, SPEED), (400.0, SPEED), (1000.0, SPEED), (44.0, 6.7)])
 @pytest.mark.parametrize("length", [0.1, 1.0, 10.0])
 @pytest.mark.parametrize("wait", [0.0, 0.02])
-def test_writer_and_checker_agree_on_ramps(pull: float, length: float, wait: float) -> None:
+def test_writer_and_checker_agree_on_ramps(pull: float, speed: float, length: float, wait: float) -> None:
     plan, tips = straight(pull, length=length, wait=wait)
-    written = switching_events(plan, signals=CELL.signals, tips_at=tips, speed=SPEED)
-    found = expected_events(plan, signals=CELL.signals, tips_at=tips, speed=SPEED)
+    written = switching_events(plan, signals=CELL.signals, tips_at=tips, speed=speed)
+    found = expected_events(plan, signals=CELL.signals, tips_at=tips, speed=speed)
     assert len(found) == len(written) == 4
     for one, other in zip(found, written, strict=True):
         assert (one.target, one.output, one.on) == (other.target, other.output, other.on)
