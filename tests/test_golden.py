@@ -16,7 +16,8 @@ import pytest
 
 from benchmarks.golden import CASES, HASHES, ROOT, STABLE, planned, stable
 from geoprint.cli.application import run
-from tests.guide.here import painting_nothing, working_here
+from tests.guide.here import working_here
+from tests.painting import painting_nothing
 from tests.shared_plans import SharedPlans
 
 RECORDED: dict[str, dict[str, Any]] = json.loads(STABLE.read_text(encoding="utf-8"))

@@ -111,17 +111,6 @@ def outlined_print(part: str) -> OutlinedPrint:
     return OutlinedPrint(surface, poses, planned_runs(poses, spacing=SPACING), beside)
 
 
-def photographed(part: str, *, seed: int) -> tuple[OutlinedPrint, Viewpoint, FloatArray]:
-    """Return a print, a camera that looks at it from somewhere, and the (h, w) photograph that it takes.
-
-    Args:
-        part: its name.
-        seed: of the camera, the light and the noise.
-    """
-    printed = outlined_print(part)
-    return (printed, *photograph_of(printed, seed=seed))
-
-
 def photograph_of(printed: OutlinedPrint, *, seed: int, size: tuple[int, int] = SIZE) -> tuple[Viewpoint, FloatArray]:
     """Return a camera that looks at a print from somewhere, and the (h, w) photograph that it takes.
 

@@ -24,7 +24,8 @@ from geoprint import cli
 from geoprint.cli.terminal import fitted
 from geoprint.distance import registry
 from geoprint.guide import Block, Page, page_named, pages
-from tests.guide.here import painting_nothing, working_here
+from tests.guide.here import working_here
+from tests.painting import painting_nothing
 
 # Letters of a line of the terminal that pages show.
 WIDTH = 80

@@ -26,6 +26,7 @@ from geoprint.workflow.stages import Stages
 from geoprint.workflow.workpiece import prepare_workpiece
 from tests.layers.layers_here import planning_here
 from tests.meshes import cylinder_patch, disc, plate
+from tests.painting import painting_nothing
 
 MATERIAL = """
 [material]
@@ -81,7 +82,7 @@ def test_a_stack_says_the_pattern_of_each_layer_and_a_layer_alone_has_its_own(tm
         "surface": part, "unit": "mm", "spacing": 2.0, "thickness": 1.5, "robot": False, "pattern": pattern,
         "cell": cell,
     }  # fmt: skip
-    with planning_here():
+    with planning_here(), painting_nothing():
         record = plan_stack(job_of(**asked), tmp_path / "device")
     assert [layer.pattern for layer in record.layers] == ["contours", "guided:-45", "contours"]
     assert " 2 from 0.5 mm: guided:-45, " in stack_text(record)
@@ -182,7 +183,7 @@ def test_stacks_and_comparisons_of_layers_follow_it_and_are_planned_again_to_the
         "surface": tmp_path / "plate.ply", "unit": "mm", "spacing": 2.0, "thickness": 1.0, "pattern": "fibres",
         "field": tmp_path / "own.toml", "robot": False,
     }  # fmt: skip
-    with planning_here():
+    with planning_here(), painting_nothing():
         record = plan_stack(job_of(**asked), tmp_path / "device")
     assert [layer.pattern for layer in record.layers] == ["fibres", "fibres"]
     for _, compared in compare(job_of(**asked, layer=2), backends=["lscm", "heat"]).planned:

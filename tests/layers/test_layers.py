@@ -31,6 +31,7 @@ from geoprint.workflow.check_full import _table_findings  # pyright: ignore[repo
 from geoprint.workflow.replan import job_from
 from geoprint.workflow.workpiece import read_part
 from tests.layers.layers_here import planning_here
+from tests.painting import painting_nothing
 from tests.workflow.edits import rehashed
 from tests.workflow.test_printing import cell, part
 
@@ -59,7 +60,7 @@ def device(
         asked.append((list(surfaces), kept))
         return proof(arm, surfaces=surfaces, kept=kept, **others)
 
-    with planning_here(), pytest.MonkeyPatch.context() as patch:
+    with planning_here(), painting_nothing(), pytest.MonkeyPatch.context() as patch:
         patch.setattr(table_motion, "table_motion_clearance", noted)
         return folder / "device", plan_stack(job, folder / "device")
 

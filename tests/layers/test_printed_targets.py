@@ -19,6 +19,7 @@ from geoprint.workflow import plan, save_plan
 from geoprint.workflow.number_tables import read_thicknesses
 from tests.layers.layers_here import planning_here
 from tests.meshes import blocks, plate, sphere, wedge
+from tests.painting import painting_nothing
 
 PART = plate((20.0, 12.0), (10, 6))
 SMALL = plate((10.0, 6.0), (5, 3))
@@ -191,7 +192,7 @@ def test_a_bundle_with_a_target_is_planned_again_to_the_same_bytes(tmp_path: Pat
 
 def test_of_a_wedge_the_layers_without_room_are_left_out_and_told(tmp_path: Path) -> None:
     job = _job(tmp_path, part=SMALL, target=_saved(tmp_path, wedge(length=10.0, width=6.0, height=1.5)))
-    with planning_here():
+    with planning_here(), painting_nothing():
         record = plan_stack(job, tmp_path / "device")
     assert [layer.folder for layer in record.layers] == ["layer-01", "layer-02"]
     (left_out,) = record.left_out

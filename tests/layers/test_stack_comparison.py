@@ -18,6 +18,7 @@ from geoprint.workflow import check_folder
 from tests.commands import printed_with
 from tests.layers.layers_here import planning_here
 from tests.meshes import plate, sphere
+from tests.painting import painting_nothing
 
 FINISHED = FinishedRecord(
     mean=1.001,
@@ -96,7 +97,7 @@ def test_stacks_of_backends_stand_side_by_side(
 ) -> None:
     save_ply(plate((12.0, 8.0), (12, 8)), tmp_path / "plate.ply")
     command = f"compare {tmp_path}/plate.ply --unit mm --spacing 2.0 --thickness 1.0 --no-robot --out {tmp_path}/both"
-    with planning_here():
+    with planning_here(), painting_nothing():
         assert _status(monkeypatch, f"{command} --json") == 0
     record = StackComparisonRecord.model_validate_json(capsys.readouterr().out)
     assert [row.backend for row in record.backends] == ["lscm", "heat"]

@@ -33,6 +33,7 @@ from geoprint.workflow import check_bundle, check_folder, compare, plan, record_
 from geoprint.workflow.bundles import stream_of
 from tests.layers.layers_here import planning_here
 from tests.meshes import plate, sphere, spherical_cap
+from tests.painting import painting_nothing
 
 # Of the cap [mm].
 RADIUS = 20.0
@@ -145,7 +146,7 @@ def device(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, StackRecord]
     text = packaged_cell_text("irb120-bent45").replace("# layer_pause_s = 60", "layer_pause_s = 20")
     cell.write_text(text, encoding="utf-8")
     job = job_of(surface=_cap(folder), unit="mm", spacing=3.0, thickness=1.0, place="demo", cell=cell)
-    with planning_here():
+    with planning_here(), painting_nothing():
         return folder / "device", plan_stack(job, folder / "device")
 
 

@@ -18,6 +18,7 @@ from geoprint.results import Plan
 from geoprint.workflow import check_folder, plan
 from tests.layers.layers_here import planning_here
 from tests.meshes import plate
+from tests.painting import painting_nothing
 from tests.shared_plans import SharedPlans
 from tests.workflow.edits import FULL, STACK, TABLE, VALVE, Edit, key, rehashed
 from tests.workflow.test_checking import cell_text, shared_bundle
@@ -44,7 +45,7 @@ def stack(shared_plans: SharedPlans) -> Path:
             surface=folder / "plate.ply", unit="mm", spacing=2.0, backend="heat", middle="plain", thickness=1.0,
             cell=folder / "cell.toml",
         )  # fmt: skip
-        with planning_here():
+        with planning_here(), painting_nothing():
             plan_stack(job, folder / "out")
 
     return shared_plans.folder("two layers of a plate", make) / "out"
@@ -125,7 +126,7 @@ def test_the_finished_thickness_of_a_stack_is_found_by_planning_it_again(
 def test_stacks_that_were_compared_are_checked_each_and_together(tmp_path: Path) -> None:
     save_ply(plate((10.0, 8.0), (10, 8), jitter_seed=1), tmp_path / "plate.ply")
     job = job_of(surface=tmp_path / "plate.ply", unit="mm", spacing=2.0, thickness=1.0, robot=False)
-    with planning_here():
+    with planning_here(), painting_nothing():
         compare_stacks(job, tmp_path / "out", backends=["heat", "lscm"])
     checked = geoprint.check(tmp_path / "out")
     assert isinstance(checked, CheckedComparison)
