@@ -53,6 +53,8 @@ def tree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "kept"))
     monkeypatch.setenv("PYTEST_ADDOPTS", "tests/test_of_another_tree.py")
     monkeypatch.setattr(trying, "LIBRARIES", ("numpy", "no_such_library"))
+    # Nor are the plugins of pytest.
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     for name, text in TINY.items():
         path = tmp_path / "tree" / name
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -143,8 +145,6 @@ def test_what_tests_reach_is_recorded_once_for_the_same_bytes(tree: Path) -> Non
 
 
 def test_tests_that_pytest_refuses_to_run_cannot_be_recorded(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    # Nothing is run, and so no plugin is needed but the one that records.
-    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     settings = tree / "pyproject.toml"
     settings.write_text(settings.read_text() + 'addopts = "--no-such-option"\n', encoding="utf-8")
     with pytest.raises(RuntimeError, match=r"tests/test_one\.py could not be recorded"):

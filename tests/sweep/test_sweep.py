@@ -201,9 +201,9 @@ def test_shares_give_the_files_of_the_whole_and_nothing_is_planned_twice(coarse:
 
 
 @pytest.mark.slow
-def test_a_cell_that_takes_too_long_is_a_row_until_it_is_tried_again(study: Path, tmp_path: Path) -> None:
-    study.write_text(STUDY.replace('["parts"]', '["parts/a.ply"]'))
-    asked, out = read_study(study), tmp_path / "out"
+def test_a_cell_that_takes_too_long_is_a_row_until_it_is_tried_again(coarse: Path, tmp_path: Path) -> None:
+    coarse.write_text(coarse.read_text().replace('["parts"]', '["parts/a.ply"]'))
+    asked, out = read_study(coarse), tmp_path / "out"
     run_study(asked, out, workers=2, limits=Limits(seconds=0.2))
     found = list(outcomes(asked, out))
     assert {outcome.status for outcome in found} == {"failed"}

@@ -123,6 +123,7 @@ def test_a_film_has_its_frames_and_a_picture_its_pixels(
         yield SimpleNamespace(get_render=render)
 
     monkeypatch.setattr(capture, "browser", browser)
+    monkeypatch.setattr(capture, "FILM_FRAMES", 12)
     capture.save_film(view, tmp_path / "film.mp4")
     assert drawn == sorted(drawn)
     assert (drawn[0], drawn[-1]) == (0.0, pytest.approx(view.end, abs=0.001))
