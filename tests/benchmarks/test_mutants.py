@@ -144,7 +144,7 @@ def test_what_tests_reach_is_recorded_once_for_the_same_bytes(tree: Path) -> Non
     assert "tests/test_one.py::test_known" in records(tree, ["tests/test_one.py"], module="geoprint/one.py")[0].seconds
 
 
-def test_tests_that_pytest_refuses_to_run_cannot_be_recorded(tree: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tests_that_pytest_refuses_to_run_cannot_be_recorded(tree: Path) -> None:
     settings = tree / "pyproject.toml"
     settings.write_text(settings.read_text() + 'addopts = "--no-such-option"\n', encoding="utf-8")
     with pytest.raises(RuntimeError, match=r"tests/test_one\.py could not be recorded"):
