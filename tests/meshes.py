@@ -31,6 +31,20 @@ def folded_plate(angle: float) -> Surface:
     return Surface(places, flat.faces, name="folded plate")
 
 
+def bent_plate(angle: float, *, radius: float) -> Surface:
+    """Return a plate of 20 x 12 mm bent down by an angle [degrees] over a radius [mm] in the middle of its length."""
+    flat = plate((20.0, 12.0), (200, 12))
+    x, y, _ = flat.vertices.T
+    turn = np.radians(angle)
+    before, bent = np.minimum(x - 10.0, -radius * turn / 2.0), np.clip((x - 10.0) / radius + turn / 2.0, 0.0, turn)
+    beyond = np.maximum(x - 10.0 - radius * turn / 2.0, 0.0)
+    across = before + radius * np.sin(bent) + beyond * np.cos(turn)
+    return Surface(
+        np.column_stack([across, y - 6.0, -radius * (1.0 - np.cos(bent)) - beyond * np.sin(turn)]), flat.faces,
+        name="bent plate",
+    )  # fmt: skip
+
+
 def comb(*, finger: float, teeth: int = 13, divisions: int = 2) -> Surface:
     """Return a flat bar, 5 mm high, with fingers that are 10 mm long and as far apart as they are wide [mm]."""
     edge = finger / divisions

@@ -285,11 +285,11 @@ def round_corners(
         The runs that they became, in the same order.
     """
     smallest_radius = (SLOWEST_SHARE * speed) ** 2 / TIP_ACCELERATION
-    drawn: list[tuple[int, _Outline]] = []
+    drawn: list[tuple[int, Outline]] = []
     fillets: list[FloatArray] = []
     splits: list[FloatArray] = []
     for run, (points, ring) in enumerate(zip(runs, closed, strict=True)):
-        outline = _Outline.of(np.arange(points.faces.size), positions(surface, points), ring)
+        outline = Outline.of(np.arange(points.faces.size), positions(surface, points), ring)
         found = _solved(outline, spacing=spacing, smallest_radius=smallest_radius)
         drawn += [(run, piece) for piece in found.pieces()]
         fillets += [found.outline.at(arc.middle) for arc in found.arcs]
@@ -297,7 +297,7 @@ def round_corners(
     return Rounded(_on_surface(surface, runs, drawn), np.array(fillets).reshape(-1, 3), np.array(splits).reshape(-1, 3))
 
 
-class _Outline(NamedTuple):
+class Outline(NamedTuple):
     """A run as a polyline.
 
     Attributes:
@@ -313,7 +313,7 @@ class _Outline(NamedTuple):
     arcs: FloatArray
 
     @classmethod
-    def of(cls, rows: IntArray, places: FloatArray, closed: bool) -> _Outline:  # noqa: FBT001  (a field of it)
+    def of(cls, rows: IntArray, places: FloatArray, closed: bool) -> Outline:  # noqa: FBT001  (a field of it)
         """Return an outline with its arc lengths."""
         return cls(rows, places, closed, arc_lengths(places))
 
@@ -322,16 +322,16 @@ class _Outline(NamedTuple):
         inside = np.mod(arc, self.arcs[-1]) if self.closed else arc
         return np.stack([np.interp(inside, self.arcs, self.places[:, i]) for i in range(3)], axis=-1)
 
-    def started_at(self, sample: int) -> _Outline:
+    def started_at(self, sample: int) -> Outline:
         """Return a closed outline with another seam."""
         order = np.append(np.roll(np.arange(self.rows.size - 1), -sample), sample)
-        return _Outline.of(self.rows[order], self.places[order], closed=True)
+        return Outline.of(self.rows[order], self.places[order], closed=True)
 
     def turns(self, reach: float) -> FloatArray:
         """Return the angle at each place [rad] between the chords over a reach [mm] before and after it; 0 at ends."""
         arcs = self.arcs
         before, after = self.places - self.at(arcs - reach), self.at(arcs + reach) - self.places
-        turns = _angles(before, after)
+        turns = angles(before, after)
         return turns if self.closed else np.where((arcs < reach) | (arcs > arcs[-1] - reach), 0.0, turns)
 
 
@@ -350,11 +350,11 @@ class _Arc(NamedTuple):
 class _Solution(NamedTuple):
     """An outline, the arcs that round its corners, and the arc lengths [mm] at which it is split."""
 
-    outline: _Outline
+    outline: Outline
     arcs: list[_Arc]
     splits: list[float]
 
-    def pieces(self) -> list[_Outline]:
+    def pieces(self) -> list[Outline]:
         """Return the outline with its arcs in place, cut at the splits."""
         arcs = self.outline.arcs
         kept = np.ones(arcs.size, dtype=np.bool_)
@@ -373,10 +373,10 @@ class _Solution(NamedTuple):
             order = np.insert(order, between, added)
         cuts = [0, *np.searchsorted(order, self.splits).tolist(), rows.size - 1]
         closed = self.outline.closed and not self.splits
-        return [_Outline.of(rows[a : b + 1], places[a : b + 1], closed) for a, b in pairwise(cuts)]
+        return [Outline.of(rows[a : b + 1], places[a : b + 1], closed) for a, b in pairwise(cuts)]
 
 
-def _solved(outline: _Outline, *, spacing: float, smallest_radius: float) -> _Solution:
+def _solved(outline: Outline, *, spacing: float, smallest_radius: float) -> _Solution:
     if outline.closed:
         outline = _started_at_near_corner(outline, spacing=spacing)
     solution = _attempt(outline, spacing=spacing, smallest_radius=smallest_radius)
@@ -386,7 +386,7 @@ def _solved(outline: _Outline, *, spacing: float, smallest_radius: float) -> _So
     return _attempt(outline.started_at(first), spacing=spacing, smallest_radius=smallest_radius)
 
 
-def _started_at_near_corner(outline: _Outline, *, spacing: float) -> _Outline:
+def _started_at_near_corner(outline: Outline, *, spacing: float) -> Outline:
     """Move the seam of a closed outline to the sharpest corner next to it, so that no arc has to cross it."""
     arcs, turns = outline.arcs, outline.turns(REACH_SHARE * spacing)
     to_seam = np.minimum(arcs, arcs[-1] - arcs)
@@ -397,12 +397,12 @@ def _started_at_near_corner(outline: _Outline, *, spacing: float) -> _Outline:
     return outline.started_at(int(equal[nearest(to_seam[equal], outline.places[equal])]))
 
 
-def _attempt(outline: _Outline, *, spacing: float, smallest_radius: float) -> _Solution:
+def _attempt(outline: Outline, *, spacing: float, smallest_radius: float) -> _Solution:
     """Round or split at every corner between the ends."""
     arcs, reach = outline.arcs, REACH_SHARE * spacing
     turns = outline.turns(reach)
     inside = (arcs > reach) & (arcs < arcs[-1] - reach)
-    corners = _peaks(np.where(inside, turns, 0.0), arcs, apart=reach)
+    corners = peaks(np.where(inside, turns, 0.0), arcs, above=CORNER_ANGLE, apart=reach)
     places = arcs[corners]
     middles = 0.5 * (places[1:] + places[:-1])
     lows, highs = np.append([0.0], middles), np.append(middles, arcs[-1])
@@ -420,10 +420,10 @@ def _attempt(outline: _Outline, *, spacing: float, smallest_radius: float) -> _S
     return solution
 
 
-def _peaks(turns: FloatArray, arcs: FloatArray, *, apart: float) -> IntArray:
-    """Return the samples at which an outline turns most, those first that turn by more than a corner, in order."""
+def peaks(turns: FloatArray, arcs: FloatArray, *, above: float, apart: float) -> IntArray:
+    """Return the samples at which an outline turns most, of those that turn by more than an angle [rad], in order."""
     found: list[int] = []
-    waiting = turns > CORNER_ANGLE
+    waiting = turns > above
     while waiting.any():
         # Of what turns alike side by side the middle is the corner, whatever rounding does.
         equal = np.flatnonzero(waiting & (turns >= turns[waiting].max() - EQUAL_TURN))
@@ -434,7 +434,7 @@ def _peaks(turns: FloatArray, arcs: FloatArray, *, apart: float) -> IntArray:
 
 
 def _fillet(
-    outline: _Outline, corner: float, *, turn: float, spacing: float, smallest_radius: float, room: float
+    outline: Outline, corner: float, *, turn: float, spacing: float, smallest_radius: float, room: float
 ) -> _Arc | None:
     """Return the arc that rounds a corner at an arc length [mm], or None where it would be too tight.
 
@@ -455,7 +455,7 @@ def _fillet(
     return next(wide, None)
 
 
-def _arcs(outline: _Outline, corner: float, *, halves: FloatArray) -> list[_Arc]:
+def _arcs(outline: Outline, corner: float, *, halves: FloatArray) -> list[_Arc]:
     """Return the arcs about a corner at an arc length [mm] that are the averages over (h,) lengths to either side."""
     shares = np.linspace(-1.0, 1.0, 2 * ARC_SAMPLES + 1)
     at = corner + 2.0 * halves[:, None] * shares
@@ -463,7 +463,7 @@ def _arcs(outline: _Outline, corner: float, *, halves: FloatArray) -> list[_Arc]
     return [_Arc(float(arc[0]), float(arc[-1]), each) for arc, each in zip(at, places, strict=True)]
 
 
-def _averaged(outline: _Outline, at: FloatArray, halves: FloatArray) -> FloatArray:
+def _averaged(outline: Outline, at: FloatArray, halves: FloatArray) -> FloatArray:
     """Return (h, j, 3) mean places of an outline within (h, j) lengths to either side of (h, j) arc lengths [mm]."""
     arcs, places = outline.arcs, outline.places
     areas = np.concatenate(
@@ -483,19 +483,19 @@ def _averaged(outline: _Outline, at: FloatArray, halves: FloatArray) -> FloatArr
 
 def _smallest_radius(places: FloatArray, *, reach: float) -> float:
     """Return the smallest radius of a polyline's bends, each looked at over a reach to either side [mm]."""
-    line = _Outline.of(np.arange(len(places)), places, closed=False)
+    line = Outline.of(np.arange(len(places)), places, closed=False)
     inner = line.arcs[(line.arcs > reach) & (line.arcs < line.arcs[-1] - reach)]
     before, at, after = line.at(inner - reach), line.at(inner), line.at(inner + reach)
-    return float((reach / np.maximum(_angles(at - before, after - at), 1e-9)).min(initial=np.inf))
+    return float((reach / np.maximum(angles(at - before, after - at), 1e-9)).min(initial=np.inf))
 
 
-def _angles(first: FloatArray, second: FloatArray) -> FloatArray:
+def angles(first: FloatArray, second: FloatArray) -> FloatArray:
     """Return the (k,) angles between (k, 3) vectors [rad]."""
     across = np.linalg.norm(np.cross(first, second), axis=1)
     return np.arctan2(across, np.einsum("ij,ij->i", first, second))
 
 
-def _on_surface(surface: Surface, runs: list[SurfacePoints], drawn: list[tuple[int, _Outline]]) -> list[RunPiece]:
+def _on_surface(surface: Surface, runs: list[SurfacePoints], drawn: list[tuple[int, Outline]]) -> list[RunPiece]:
     """Return the pieces as points on the surface: those of their runs, the new ones projected."""
     added = [outline.places[outline.rows < 0] for _, outline in drawn]
     landed, _ = closest(surface, np.concatenate(added)) if any(len(places) for places in added) else (None, None)

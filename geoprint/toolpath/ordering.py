@@ -39,7 +39,7 @@ from geoprint.model import (
     frozen,
 )
 from geoprint.toolpath.corners import Rounded, RunPiece, faired, round_corners, without_backtracks
-from geoprint.toolpath.creases import cut_at_creases
+from geoprint.toolpath.edges import cut_at_edges
 from geoprint.toolpath.resample import ROUNDING, resample
 from geoprint.transforms import nearest
 
@@ -238,7 +238,7 @@ def _rounded(
     runs: list[_Run], surface: Surface, *, least: float, spacing: float, speed: float
 ) -> tuple[Rounded, list[_Run]]:
     """Return runs cut at creases, smoothed, sampled and without sharp corners, and the run that each piece is of."""
-    cut, at_creases = cut_at_creases(
+    cut, at_edges = cut_at_edges(
         surface, [run.points for run in runs], closed=[run.closed for run in runs], least=least
     )
     closed = [piece.closed for piece in cut]
@@ -247,7 +247,7 @@ def _rounded(
     sampled = [resample(surface, points, step=step, chord_error=error) for points in smooth]
     rounded = round_corners(surface, sampled, closed=closed, spacing=spacing, speed=speed)
     of = [runs[cut[each.run].run] for each in rounded.pieces]
-    return rounded._replace(splits=np.concatenate([rounded.splits, at_creases])), of
+    return rounded._replace(splits=np.concatenate([rounded.splits, at_edges])), of
 
 
 def _curves(surface: Surface, runs: list[RunPiece], *, standoff: float, error: float) -> SurfaceCurves:

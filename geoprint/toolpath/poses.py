@@ -133,7 +133,8 @@ def creases(poses: PoseStream, toolpath: Toolpath, surface: Surface, part: Surfa
         surface: what is printed on.
         part: that it was refined from.
     """
-    rows, wanted = np.flatnonzero(poses.deposit), _outward(toolpath, surface, smooth_normals(surface, part))
+    rows, smooth = np.flatnonzero(poses.deposit), smooth_normals(surface, part)
+    wanted = _outward(toolpath, surface, smooth, standoff=poses.standoff)
     rows = rows[(poses.normals[rows] != wanted).any(axis=1)]
     if rows.size == 0:
         return CrossedCreases(rows, np.zeros(0), 0)
@@ -554,7 +555,7 @@ def poses(
     surface, kept = posed.surface, KEPT_SHARE * retract if travel == "low" else np.inf
     ground = terrain(posed.points, beside=beside, tool=tool, up=up, kept=kept)
     top = float((np.concatenate([surface.vertices, beside]) @ up).max())
-    straight = _outward(toolpath, surface, posed.normals)
+    straight = _outward(toolpath, surface, posed.normals, standoff=standoff)
     runs = _run_stretches(toolpath, surface, straight, R_base_work=R_base_work, standoff=standoff, max_tilt=max_tilt)
     first = _approach(runs[0], up=up, retract=retract, top=top)
     last = _retreat(runs[-1], up=up, retract=retract, top=top)
@@ -581,10 +582,11 @@ def _leans(stream: PoseStream) -> FloatArray:
     return np.arctan2(across, np.einsum("ij,ij->i", axes, stream.normals))
 
 
-def _outward(toolpath: Toolpath, surface: Surface, smooth: SmoothNormals) -> FloatArray:
+def _outward(toolpath: Toolpath, surface: Surface, smooth: SmoothNormals, *, standoff: float) -> FloatArray:
     """Return the (k, 3) unit normals of the points of runs: of the side that they lie on.
 
-    Where a run goes over a crease all the same, they turn from one side to the other within one edge of the mesh.
+    Where a run goes over a crease all the same, they turn from one side to the other within one edge of the mesh. Where
+    an open run ends in a bend tighter than the stand-off, as at an edge that is all but sharp, they turn no more there.
     """
     curves = toolpath.curves
     outward, turning = (normals(surface, curves.points, given=each) for each in (smooth.corners, smooth.vertices))
@@ -592,7 +594,16 @@ def _outward(toolpath: Toolpath, surface: Surface, smooth: SmoothNormals) -> Flo
     apart = np.einsum("kx,kx->k", outward, turning) < ALIKE
     stretch = np.cumsum(np.append(True, (apart[1:] != apart[:-1]) | (run[1:] != run[:-1])))
     over = (stretch[1:] == stretch[:-1]) & (np.einsum("kx,kx->k", outward[1:], outward[:-1]) < np.cos(SHARP))
-    return np.where(np.isin(stretch, stretch[1:][over])[:, None] | ~apart[:, None], turning, outward)
+    outward = np.where(np.isin(stretch, stretch[1:][over])[:, None] | ~apart[:, None], turning, outward)
+    places = positions(surface, curves.points)
+    for number in np.flatnonzero(~curves.closed).tolist():
+        own = np.arange(*curves.offsets[number : number + 2])
+        for rows in (own, own[::-1]):
+            away = arc_lengths(places[rows])
+            last = int(np.searchsorted(away, standoff))
+            if last < rows.size and outward[rows[0]] @ outward[rows[last]] < np.cos(SHARP / 2.0):
+                outward[rows[:last]] = outward[rows[last]]
+    return outward
 
 
 def _run_stretches(

@@ -1,4 +1,4 @@
-"""Runs cut where they go over a sharp edge of the part.
+"""Runs cut where they go over a sharp edge of the part, or over one that is rounded but little.
 
 The nozzle would have to turn there all at once, which takes the arm up to a second while the valve is open. Instead one
 run ends at the edge, and the next begins there. In a hollow the needle has no room to end a run in, and the tip turns
@@ -20,12 +20,19 @@ from geoprint.geometry import (
     face_normals,
     half_edges,
     juts_out,
+    normals,
     positions,
     twins,
 )
 from geoprint.model import FloatArray, IntArray, Surface, SurfacePoints
-from geoprint.toolpath.corners import CROWDED, RunPiece
+from geoprint.toolpath.corners import CROWDED, Outline, RunPiece, angles, peaks
+from geoprint.toolpath.resample import resample
 
+# An edge that is rounded counts where the surface turns by as much as at a crease within this length along a run [mm]:
+# an edge of 60 degrees rounded by up to 2 mm.
+ROUNDED = 1.5
+# Tight bends are looked for at places so far apart [mm].
+FINE = 0.1
 # A step of a run goes over an edge where the way to it and on is no longer than the step by more than this share.
 DETOUR_SHARE = 0.5
 
@@ -38,10 +45,10 @@ class _Crossing(NamedTuple):
     behind: SurfacePoints
 
 
-def cut_at_creases(
+def cut_at_edges(
     surface: Surface, runs: list[SurfacePoints], *, closed: list[bool], least: float
 ) -> tuple[list[RunPiece], FloatArray]:
-    """Cut runs where they go over creases that jut out.
+    """Cut runs where they go over edges that jut out: over creases, and in the middle of tight bends.
 
     Every piece is worth a run of its own: where a run goes over edges that follow each other sooner, as where it
     trembles along one, it stays whole. A closed run that is cut starts and ends at its first cut.
@@ -61,7 +68,11 @@ def cut_at_creases(
     arcs = [arc_lengths(positions(surface, points)) for points in runs]
     crossings = _crossings(surface, runs, arcs, least=least)
     for run, (points, ring) in enumerate(zip(runs, closed, strict=True)):
-        cuts = _far_apart(crossings[run], length=float(arcs[run][-1]), closed=ring, least=least)
+        over = sorted(
+            [*crossings[run], *_bends(surface, points, float(arcs[run][-1]), crossings[run], closed=ring)],
+            key=lambda crossing: crossing.arc,
+        )
+        cuts = _far_apart(over, length=float(arcs[run][-1]), closed=ring, least=least)
         pieces += [RunPiece(run, piece, ring and not cuts) for piece in _cut(points, arcs[run], cuts, closed=ring)]
         places += [positions(surface, cut.before) for cut in cuts]
     return pieces, np.concatenate(places)
@@ -90,6 +101,39 @@ def _crossings(
         behind, before = sorted((side[[row]] for side in sides), key=lambda side: float(own[side.faces[0]] @ here))
         found[run].append(_Crossing(float(arcs[run][after] + there[row]), before, behind))
     return found
+
+
+def _bends(
+    surface: Surface, points: SurfacePoints, length: float, crossings: list[_Crossing], *, closed: bool
+) -> list[_Crossing]:
+    """Return the middles of tight bends of a run of a length [mm], but for those that belong to creases."""
+    even = resample(surface, points, step=FINE, chord_error=np.inf)
+    arcs = np.linspace(0.0, length, even.faces.size)
+    along = Outline(np.arange(arcs.size), positions(surface, even), closed, arcs)
+    ends = arcs - ROUNDED / 2.0, arcs + ROUNDED / 2.0
+    ahead, turns = along.at(ends[1]) - along.at(ends[0]), np.full(arcs.size, np.pi)
+    # Beside a crease the normals of vertices turn towards it, and on a rough surface those of faces turn anywhere.
+    for outward in (normals(surface, even), face_normals(surface)[even.faces]):
+        before, behind = (along._replace(places=outward).at(each) for each in ends)
+        juts = np.einsum("kx,kx->k", behind - before, ahead) > 0.0
+        turns = np.minimum(turns, np.where(juts, angles(before, behind), 0.0))
+    away = np.abs(arcs[:, None] - np.array([crossing.arc for crossing in crossings]))
+    turns[(np.minimum(away, length - away) < ROUNDED).any(axis=1)] = 0.0
+    # The seam of a closed run may lie in a bend: its points are counted from the one that turns least.
+    first = int(turns[:-1].argmin()) if closed else 0
+    order = np.roll(np.arange(arcs.size - 1), -first) if closed else np.arange(arcs.size)
+    found = order[peaks(turns[order], arcs[: order.size], above=SHARP, apart=ROUNDED)]
+    middles = [_middle(along._replace(places=normals(surface, even)), float(arcs[row])) for row in found]
+    rows = [int(np.abs(arcs - middle).argmin()) for middle in middles]
+    return [_Crossing(float(arcs[row]), even[[row]], even[[row]]) for row in rows]
+
+
+def _middle(outward: Outline, arc: float) -> float:
+    """Return the arc length about which the normals of an outline turn, near a given one [mm]."""
+    near = arc + np.arange(-ROUNDED / 2.0, ROUNDED / 2.0 + FINE, FINE)
+    turned = np.linalg.norm(np.diff(outward.at(near), axis=0), axis=1)
+    middle = float(turned @ (near[1:] + near[:-1])) / (2.0 * float(turned.sum()))
+    return middle % float(outward.arcs[-1]) if outward.closed else middle
 
 
 def _turning(normals: FloatArray) -> list[int]:
