@@ -23,8 +23,9 @@ from geoprint.geometry import (
     normals,
     positions,
     twins,
+    vertex_normals,
 )
-from geoprint.model import FloatArray, IntArray, Surface, SurfacePoints
+from geoprint.model import BoolArray, FloatArray, IntArray, Surface, SurfacePoints
 from geoprint.toolpath.corners import CROWDED, Outline, RunPiece, angles, peaks
 from geoprint.toolpath.resample import resample
 
@@ -66,13 +67,20 @@ def cut_at_edges(
     pieces: list[RunPiece] = []
     places = [np.zeros((0, 3))]
     arcs = [arc_lengths(positions(surface, points)) for points in runs]
+    at_vertices, of_faces = vertex_normals(surface), face_normals(surface)
     crossings = _crossings(surface, runs, arcs, least=least)
     for run, (points, ring) in enumerate(zip(runs, closed, strict=True)):
-        over = sorted(
-            [*crossings[run], *_bends(surface, points, float(arcs[run][-1]), crossings[run], closed=ring)],
-            key=lambda crossing: crossing.arc,
+        even, length = resample(surface, points, step=FINE, chord_error=np.inf), float(arcs[run][-1])
+        line = Outline(
+            np.arange(even.faces.size), positions(surface, even), ring, np.linspace(0.0, length, even.faces.size)
         )
-        cuts = _far_apart(over, length=float(arcs[run][-1]), closed=ring, least=least)
+        outward = normals(surface, even, given=at_vertices), of_faces[even.faces]
+        bends = [
+            _Crossing(float(line.arcs[row]), even[[row]], even[[row]])
+            for row in _bends(line, outward, beside=_beside(line.arcs, crossings[run], reach=ROUNDED))
+        ]
+        over = sorted([*crossings[run], *bends], key=lambda crossing: crossing.arc)
+        cuts = _far_apart(over, length=length, closed=ring, least=least)
         pieces += [RunPiece(run, piece, ring and not cuts) for piece in _cut(points, arcs[run], cuts, closed=ring)]
         places += [positions(surface, cut.before) for cut in cuts]
     return pieces, np.concatenate(places)
@@ -103,37 +111,34 @@ def _crossings(
     return found
 
 
-def _bends(
-    surface: Surface, points: SurfacePoints, length: float, crossings: list[_Crossing], *, closed: bool
-) -> list[_Crossing]:
-    """Return the middles of tight bends of a run of a length [mm], but for those that belong to creases."""
-    even = resample(surface, points, step=FINE, chord_error=np.inf)
-    arcs = np.linspace(0.0, length, even.faces.size)
-    along = Outline(np.arange(arcs.size), positions(surface, even), closed, arcs)
+def _bends(line: Outline, outward: tuple[FloatArray, FloatArray], *, beside: BoolArray) -> list[int]:
+    """Return the even places of a run that are the middles of tight bends.
+
+    Args:
+        line: k even places of the run.
+        outward: (k, 3) normals there, of the vertices around and of the face.
+        beside: (k,) whether a place is so near to a crease that its bend is that of the crease.
+    """
+    arcs = line.arcs
     ends = arcs - ROUNDED / 2.0, arcs + ROUNDED / 2.0
-    ahead, turns = along.at(ends[1]) - along.at(ends[0]), np.full(arcs.size, np.pi)
+    ahead, turns = line.at(ends[1]) - line.at(ends[0]), np.where(beside, 0.0, np.pi)
     # Beside a crease the normals of vertices turn towards it, and on a rough surface those of faces turn anywhere.
-    for outward in (normals(surface, even), face_normals(surface)[even.faces]):
-        before, behind = (along._replace(places=outward).at(each) for each in ends)
+    for normals_there in outward:
+        before, behind = (line._replace(places=normals_there).at(each) for each in ends)
         juts = np.einsum("kx,kx->k", behind - before, ahead) > 0.0
         turns = np.minimum(turns, np.where(juts, angles(before, behind), 0.0))
-    away = np.abs(arcs[:, None] - np.array([crossing.arc for crossing in crossings]))
-    turns[(np.minimum(away, length - away) < ROUNDED).any(axis=1)] = 0.0
-    # The seam of a closed run may lie in a bend: its points are counted from the one that turns least.
-    first = int(turns[:-1].argmin()) if closed else 0
-    order = np.roll(np.arange(arcs.size - 1), -first) if closed else np.arange(arcs.size)
+    # The seam of a closed run may lie in a bend: its places are counted from the one that turns least.
+    order = np.roll(np.arange(arcs.size - 1), -int(turns[:-1].argmin())) if line.closed else np.arange(arcs.size)
     found = order[peaks(turns[order], arcs[: order.size], above=SHARP, apart=ROUNDED)]
-    middles = [_middle(along._replace(places=normals(surface, even)), float(arcs[row])) for row in found]
-    rows = [int(np.abs(arcs - middle).argmin()) for middle in middles]
-    return [_Crossing(float(arcs[row]), even[[row]], even[[row]]) for row in rows]
+    return [_middle(line._replace(places=outward[0]), float(arcs[row])) for row in found]
 
 
-def _middle(outward: Outline, arc: float) -> float:
-    """Return the arc length about which the normals of an outline turn, near a given one [mm]."""
+def _middle(outward: Outline, arc: float) -> int:
+    """Return the place about which the normals of an outline turn, near an arc length [mm]."""
     near = arc + np.arange(-ROUNDED / 2.0, ROUNDED / 2.0 + FINE, FINE)
     turned = np.linalg.norm(np.diff(outward.at(near), axis=0), axis=1)
     middle = float(turned @ (near[1:] + near[:-1])) / (2.0 * float(turned.sum()))
-    return middle % float(outward.arcs[-1]) if outward.closed else middle
+    return int(np.abs(outward.arcs - (middle % outward.arcs[-1] if outward.closed else middle)).argmin())
 
 
 def _turning(normals: FloatArray) -> list[int]:
@@ -157,6 +162,15 @@ def _met(begun: FloatArray, ended: FloatArray, edges: FloatArray) -> tuple[Float
     return shares, edges[:, 0] + shares[:, None] * edge
 
 
+def _beside(arcs: FloatArray, crossings: list[_Crossing], *, reach: float) -> BoolArray:
+    """Return which of (k,) rising arc lengths lie within a reach of crossings, around the end as well [mm]."""
+    beside = np.zeros(arcs.size, dtype=np.bool_)
+    for crossing in crossings:
+        for around in (crossing.arc - arcs[-1], crossing.arc, crossing.arc + arcs[-1]):
+            beside[slice(*np.searchsorted(arcs, (around - reach, around + reach)))] = True
+    return beside
+
+
 def _far_apart(crossings: list[_Crossing], *, length: float, closed: bool, least: float) -> list[_Crossing]:
     """Return the crossings of a run of a length [mm] that have no other, and no end, nearer than the least length."""
     if not crossings:
@@ -173,8 +187,7 @@ def _cut(points: SurfacePoints, arcs: FloatArray, cuts: list[_Crossing], *, clos
     if not cuts:
         return [points]
     at = np.array([cut.arc for cut in cuts])
-    gaps = np.abs(arcs[:, None] - at)
-    kept = np.flatnonzero(np.minimum(gaps, arcs[-1] - gaps).min(axis=1) > CROWDED)
+    kept = np.flatnonzero(~_beside(arcs, cuts, reach=CROWDED))
     # The point at the seam is there twice.
     kept = kept[kept < arcs.size - 1] if closed else kept
     pieces = [

@@ -602,7 +602,8 @@ def _outward(toolpath: Toolpath, surface: Surface, smooth: SmoothNormals, *, sta
             away = arc_lengths(places[rows])
             last = int(np.searchsorted(away, standoff))
             if last < rows.size and outward[rows[0]] @ outward[rows[last]] < np.cos(SHARP / 2.0):
-                outward[rows[:last]] = outward[rows[last]]
+                juts = (outward[rows[0]] - outward[rows[last]]) @ (places[rows[0]] - places[rows[last]]) > 0.0
+                outward[rows[:last]] = outward[rows[last]] if juts else outward[rows[:last]]
     return outward
 
 
