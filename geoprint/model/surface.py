@@ -66,7 +66,7 @@ class SurfacePoints:
         ):
             raise InputError("the weights of points must lie in [0, 1] and sum to 1.")
 
-    def __getitem__(self, rows: IntArray | list[int] | slice) -> SurfacePoints:
+    def __getitem__(self, rows: IntArray | BoolArray | list[int] | slice) -> SurfacePoints:
         """Return some of the points."""
         return SurfacePoints(self.faces[rows], self.weights[rows])
 

@@ -93,8 +93,10 @@ def _crossings(
     found: list[list[_Crossing]] = [[] for _ in runs]
     other, own = twins(surface.faces), face_normals(surface)
     steps = [(run, after) for run, points in enumerate(runs) for after in _turning(own[points.faces])]
-    edges = steps and creases(surface, shortest=least)[0] & juts_out(surface) & (np.arange(other.size) < other)
-    if not np.any(edges):
+    if not steps:
+        return found
+    edges = creases(surface, shortest=least)[0] & juts_out(surface) & (np.arange(other.size) < other)
+    if not edges.any():
         return found
     begun, ended = (
         positions(surface, SurfacePoints.chained([runs[run][[after + k]] for run, after in steps])) for k in (0, 1)

@@ -596,14 +596,13 @@ def _outward(toolpath: Toolpath, surface: Surface, smooth: SmoothNormals, *, sta
     over = (stretch[1:] == stretch[:-1]) & (np.einsum("kx,kx->k", outward[1:], outward[:-1]) < np.cos(SHARP))
     outward = np.where(np.isin(stretch, stretch[1:][over])[:, None] | ~apart[:, None], turning, outward)
     places = positions(surface, curves.points)
-    for number in np.flatnonzero(~curves.closed).tolist():
-        own = np.arange(*curves.offsets[number : number + 2])
+    for begin, end in zip(curves.offsets[:-1][~curves.closed], curves.offsets[1:][~curves.closed], strict=True):
+        own: IntArray = np.arange(int(begin), int(end))
         for rows in (own, own[::-1]):
-            away = arc_lengths(places[rows])
-            last = int(np.searchsorted(away, standoff))
-            if last < rows.size and outward[rows[0]] @ outward[rows[last]] < np.cos(SHARP / 2.0):
-                juts = (outward[rows[0]] - outward[rows[last]]) @ (places[rows[0]] - places[rows[last]]) > 0.0
-                outward[rows[:last]] = outward[rows[last]] if juts else outward[rows[:last]]
+            last = rows[min(int(np.searchsorted(arc_lengths(places[rows]), standoff)), rows.size - 1)]
+            tight = outward[rows[0]] @ outward[last] < np.cos(SHARP / 2.0)
+            if tight and (outward[rows[0]] - outward[last]) @ (places[rows[0]] - places[last]) > 0.0:
+                outward[rows[np.abs(rows - rows[0]) < abs(last - rows[0])]] = outward[last]
     return outward
 
 
