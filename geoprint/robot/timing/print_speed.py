@@ -279,7 +279,8 @@ def ramp_delays(
         speed: of the print [mm/s].
     """
     start, end = span
-    since = RAMP_STEP * np.arange(1 + round(min(RAMP_TIME, (end - start) / 2.0) / RAMP_STEP))
+    samples = 1 + round(min(RAMP_TIME, (end - start) / 2.0) / RAMP_STEP)
+    since: FloatArray = RAMP_STEP * np.arange(samples, dtype=np.float64)
     delays: list[float] = []
     for moments in (start + since, end - since):
         tips = tips_at(moments)
