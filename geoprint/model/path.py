@@ -70,7 +70,7 @@ class PoseStream:
         tips: (p, 3) tip of the nozzle [mm].
         quaternions: (p, 4) attitude of the tool frame, w x y z; its z axis points out of the nozzle.
         normals: (p, 3) outward unit normal of the surface below the tip, smoothed in creases too narrow for the
-            stand-off (on travel: of the run's end nearby).
+            stand-off, and held before edges that are all but sharp (on travel: of the run's end nearby).
         runs: (p,) run each pose belongs to, not falling.
         levels: (p,) contour level, or where a run has no whole one the whole part of its row; -1 on travel.
         layers: (p,) layer.

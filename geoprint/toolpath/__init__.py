@@ -1,10 +1,9 @@
 """Paths on a surface: patterns, order, corners, resampling and the stream of tool poses."""
 
+from geoprint.toolpath.lifting import CrossedCreases as CrossedCreases, creases as creases
 from geoprint.toolpath.ordering import Seams as Seams, arrange as arrange, check_sum as check_sum, seams_of as seams_of
 from geoprint.toolpath.poses import (
-    CrossedCreases as CrossedCreases,
     PosedSurface as PosedSurface,
-    creases as creases,
     largest_lean as largest_lean,
     mean_lean as mean_lean,
     posed_surface as posed_surface,

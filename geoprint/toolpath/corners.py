@@ -10,7 +10,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from geoprint.geometry import PolylineDistance, arc_lengths, closest, positions, whole_steps
 from geoprint.model import FloatArray, IntArray, Surface, SurfacePoints
-from geoprint.toolpath.poses import lifting_normals
+from geoprint.toolpath.lifting import lifting_normals
 from geoprint.toolpath.resample import graded
 from geoprint.transforms import nearest
 

@@ -14,7 +14,7 @@ from geoprint.model import FloatArray, IntArray, Surface, SurfacePoints
 from geoprint.reporting.plan import record_plan
 from geoprint.toolpath import creases
 from geoprint.toolpath.corners import round_corners, unfolded, without_backtracks
-from geoprint.toolpath.poses import advances
+from geoprint.toolpath.lifting import advances
 from geoprint.workflow.covering import cover
 from geoprint.workflow.stages import Stages
 from geoprint.workflow.workpiece import prepare_workpiece

@@ -10,15 +10,8 @@ from geoprint.errors import FieldError
 from geoprint.geometry import closest, normals, positions
 from geoprint.model import FloatArray, Surface, SurfaceCurves, Toolpath
 from geoprint.toolpath import creases, posed_surface, poses
-from geoprint.toolpath.poses import (
-    Terrain,
-    advances,
-    crossing,
-    lifting_normals,
-    sampled_polyline,
-    terrain,
-    terrain_points,
-)
+from geoprint.toolpath.lifting import advances, lifting_normals
+from geoprint.toolpath.poses import Terrain, crossing, sampled_polyline, terrain, terrain_points
 from tests.meshes import plate
 from tests.robot.cells import straight_cell
 from tests.robot.placements import block
