@@ -16,7 +16,6 @@ from geoprint.model.motion import (
     Bend as Bend,
     Clearance as Clearance,
     ControllerPath as ControllerPath,
-    Eased as Eased,
     JointPath as JointPath,
     OnSlowdown as OnSlowdown,
     Program as Program,

@@ -23,26 +23,6 @@ from geoprint.model.values import (
 
 
 @final
-@comparable
-class Eased:
-    """A stretch of deposit in which the tool was turned, so that its joints hold the set speed of the tip.
-
-    Attributes:
-        run: run of the pose stream.
-        arc: of its start, from the start of the run [mm].
-        length: of the stretch [mm].
-        lacking: length of it whose joints did not hold the speed, as the attitudes were [mm].
-        left: length of it whose joints still do not [mm].
-    """
-
-    run: int
-    arc: float
-    length: float
-    lacking: float
-    left: float
-
-
-@final
 @frozen
 class JointPath:
     """Joint angles of every pose, all on one branch of the inverse kinematics.
@@ -54,7 +34,6 @@ class JointPath:
         rotations: (p,) turn about the nozzle's axis that was added to each pose [rad], continuous from pose to pose.
         leans: (p, 2) lean that was added before that, about the tool's x and y axes [rad].
         T_base_work: (4, 4) where the part stands.
-        eased: stretches that were turned for the speed of the tip, in the order of printing.
         via_rows: (e,) places on the straight moves between poses that the timed path has to pass as well, rising: row
             of the pose before, and the share of the move.
         via_joints: (e, 6) angles there [rad].
@@ -68,7 +47,6 @@ class JointPath:
     rotations: FloatArray
     leans: FloatArray
     T_base_work: FloatArray
-    eased: tuple[Eased, ...] = ()
     via_rows: FloatArray = field(default_factory=lambda: np.empty(0))
     via_joints: FloatArray = field(default_factory=lambda: np.empty((0, 6)))
     bulges: FloatArray = field(default_factory=lambda: np.empty((0, 2)))

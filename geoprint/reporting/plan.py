@@ -56,7 +56,7 @@ from geoprint.reporting.records.plan import (
     TimingsRecord,
 )
 from geoprint.reporting.records.rounding import as_json, place_of, stamp
-from geoprint.reporting.robot_summary import LISTED_PLACES, record_robot
+from geoprint.reporting.robot_summary import record_robot
 from geoprint.reporting.tables import marked_lines
 from geoprint.results import DepositedLayer, Layer, Patch, Plan
 from geoprint.toolpath import largest_lean, mean_lean
@@ -496,13 +496,7 @@ def _attitude_text(record: MotionRecord) -> str:
         turn = "on the flange axis, so its rotation stays constant"
     else:
         turn = f"rotates about its axis by {turned:.0f} degrees"
-    places = record.lean.places
-    more = " or more" if len(places) == LISTED_PLACES else ""
-    lean = (
-        f"leans at {how_many(len(places), 'point')}{more}, by up to {places[0].lean_deg:.1f} degrees"
-        if places
-        else "no lean"
-    )
+    lean = f"leans from the surface normal by up to {record.tilt.largest_deg:.1f} degrees"
     return f"nozzle: {turn}; joint 6 makes {record.joint_6_turns:.1f} turns; {lean}"
 
 

@@ -240,14 +240,10 @@ def _lean(path: JointPath, lengths: FloatArray) -> LeanRecord:
 
 def _run_lean(path: JointPath, run: int, *, leans: FloatArray, lengths: FloatArray) -> RunLeanRecord:
     rows = np.flatnonzero((path.poses.runs == run) & (lengths > 0.0))
-    eased = [each for each in path.eased if each.run == run]
     return RunLeanRecord(
         run=run,
         mean_deg=_degrees(float(leans[rows] @ lengths[rows]) / _total(lengths[rows])),
         largest_deg=_degrees(leans[rows].max()),
-        eased_mm=sum(each.length for each in eased),
-        lacking_mm=sum(each.lacking for each in eased),
-        left_mm=sum(each.left for each in eased),
     )
 
 

@@ -20,35 +20,52 @@ from geoprint.transforms import interpolate_poses, quaternion_of, rigid, rotatio
 #
 # Normals interpolated on a triangle mesh carry its facets as noise. A tenth of a degree of it at half a millimetre
 # spacing would cost most of the print speed, because the wrist has to follow. So the axis is smoothed along the arc
-# before anything moves, and leans no farther from the normal than it may; the tip stays where it is.
+# before anything moves, and leans no farther from the normal than it may; the tip stays where it is. Where the part
+# begins or ceases to bend, as at a fillet, the tool would have to turn as suddenly: there it turns ahead and behind.
 
 
 # Standard deviation of the smoothing along the arc [mm]: about an edge of a well-made part mesh. A shorter one leaves
 # so much of 0.05 degrees of noise that a print at 20 mm/s slows down, a longer one only leans more.
 SMOOTHING_LENGTH = 1.0
-# Even samples per standard deviation on which the filter works.
+# Up to this one it grows, halving what is left so often, while the tool turns too suddenly and leans no more than it
+# may.
+LONGEST_SMOOTHING = 4.0
+SMOOTHING_HALVINGS = 10
+# Even samples per shortest standard deviation on which the filter works.
 SAMPLES_PER_DEVIATION = 8
 
 # The tool frame over a flat part: z straight down, x along the x axis of the base.
 STRAIGHT_DOWN = np.diag([1.0, -1.0, -1.0])
 
 
-def smoothed_axes(normals: FloatArray, arcs: FloatArray, *, closed: bool, max_tilt: float) -> FloatArray:
+def smoothed_axes(
+    normals: FloatArray, arcs: FloatArray, *, closed: bool, max_tilt: float, largest_bend: float = np.inf
+) -> FloatArray:
     """Smooth unit normals along one run with a Gaussian window, and keep them in the cone about each normal.
 
-    An axis that the window leans too far from its normal, where the part bends fast, is turned back to the edge of the
-    cone by the smallest rotation.
+    The window is as short as facets allow, and longer where the axes bend more than they should, as far as none leaves
+    its cone. An axis that the shortest window leans too far from its normal, where the part bends fast, is turned back
+    to the edge of the cone by the smallest rotation.
 
     Args:
         normals: (k, 3) unit normals.
         arcs: (k,) rising arc lengths from 0 [mm].
         closed: whether the run ends where it starts; then the window runs across the seam.
         max_tilt: largest angle between an axis and its normal [rad], in [0, pi / 2).
+        largest_bend: second derivative of the axis by arc length that is wanted at most [rad/mm2].
 
     Returns:
         (k, 3) unit vectors.
     """
-    axes = _filtered(normals, arcs, deviation=SMOOTHING_LENGTH, closed=closed)
+    shortest, longest = SMOOTHING_LENGTH, LONGEST_SMOOTHING
+    axes, bend = _filtered(normals, arcs, deviation=shortest, closed=closed)
+    for _ in range(SMOOTHING_HALVINGS if bend > largest_bend else 0):
+        between = (shortest + longest) / 2.0
+        tried, bend = _filtered(normals, arcs, deviation=between, closed=closed)
+        if bend > largest_bend and (np.einsum("ij,ij->i", tried, normals) >= np.cos(max_tilt)).all():
+            shortest, axes = between, tried
+        else:
+            longest = between
     cosine = np.einsum("ij,ij->i", axes, normals)
     aside = axes - cosine[:, None] * normals
     aside /= np.maximum(np.linalg.norm(aside, axis=1, keepdims=True), np.finfo(np.float64).tiny)
@@ -81,10 +98,10 @@ def slerp(start: FloatArray, end: FloatArray, shares: FloatArray) -> FloatArray:
     return same_sign(quaternion_of(interpolate_poses(*poses, shares)[:, :3, :3]))
 
 
-def _filtered(normals: FloatArray, arcs: FloatArray, *, deviation: float, closed: bool) -> FloatArray:
-    """Return unit normals after a Gaussian filter of one standard deviation [mm] along the arc."""
+def _filtered(normals: FloatArray, arcs: FloatArray, *, deviation: float, closed: bool) -> tuple[FloatArray, float]:
+    """Return unit normals after a Gaussian filter of one standard deviation [mm], and their largest bend [rad/mm2]."""
     length = float(arcs[-1])
-    count = int(whole_steps(length, step=deviation / SAMPLES_PER_DEVIATION))
+    count = int(whole_steps(length, step=SMOOTHING_LENGTH / SAMPLES_PER_DEVIATION))
     even: FloatArray = np.linspace(0.0, length, count + 1)
     sampled = np.column_stack([np.interp(even, arcs, normals[:, i]) for i in range(3)])
     sigma = deviation / (length / count)
@@ -93,8 +110,13 @@ def _filtered(normals: FloatArray, arcs: FloatArray, *, deviation: float, closed
         smooth = np.vstack([around, around[:1]])
     else:
         smooth = gaussian_filter1d(sampled, sigma, axis=0, mode="nearest")
+    smooth /= np.linalg.norm(smooth, axis=1, keepdims=True)
+    # Along the sphere alone: what is left across it is the turn itself.
+    bends = np.diff(smooth, n=2, axis=0)
+    bends -= np.einsum("ij,ij->i", bends, smooth[1:-1])[:, None] * smooth[1:-1]
+    bend = float(np.linalg.norm(bends, axis=1).max(initial=0.0)) / (length / count) ** 2
     axes = np.column_stack([np.interp(arcs, even, smooth[:, i]) for i in range(3)])
-    return axes / np.linalg.norm(axes, axis=1, keepdims=True)
+    return axes / np.linalg.norm(axes, axis=1, keepdims=True), bend
 
 
 # Moves between runs: lift off along the nozzle, cross as low as part and body allow, come down along the nozzle.
@@ -382,6 +404,7 @@ def poses(
     layer_height: float,
     max_tilt: float,
     tool: Tool,
+    largest_bend: float = np.inf,
     beside: FloatArray = NOTHING,
     travel: Literal["low", "high"] = "low",
 ) -> PoseStream:
@@ -401,6 +424,7 @@ def poses(
         layer_height: bead height that sets the flow: the spacing of a point times layer height [mm].
         max_tilt: largest angle between nozzle and surface normal on deposit [rad].
         tool: that has to pass while it crosses.
+        largest_bend: second derivative of the nozzle's direction by length that is wanted at most [rad/mm2].
         beside: (b, 3) corners of what else the tool passes over, on its motion from home: a table's solids [mm].
         travel: "high" crosses over everything, for where low travel turns out not to be clear.
 
@@ -412,7 +436,10 @@ def poses(
     ground = terrain(posed.points, beside=beside, tool=tool, up=up, kept=kept)
     top = float((np.concatenate([surface.vertices, beside]) @ up).max())
     straight = outward_normals(toolpath, surface, posed.normals, standoff=standoff)
-    runs = _run_stretches(toolpath, surface, straight, R_base_work=R_base_work, standoff=standoff, max_tilt=max_tilt)
+    runs = _run_stretches(
+        toolpath, surface, straight, R_base_work=R_base_work, standoff=standoff, max_tilt=max_tilt,
+        largest_bend=largest_bend,
+    )  # fmt: skip
     first = _approach(runs[0], up=up, retract=retract, top=top)
     last = _retreat(runs[-1], up=up, retract=retract, top=top)
     stretches = [first, *_with_crossings(runs, ground, retract=retract), last]
@@ -446,6 +473,7 @@ def _run_stretches(
     R_base_work: FloatArray,
     standoff: float,
     max_tilt: float,
+    largest_bend: float,
 ) -> list[_Stretch]:
     """Lift every run to the stand-off along the normals `straight` (k, 3), and point the nozzle along it."""
     curves = toolpath.curves
@@ -455,7 +483,7 @@ def _run_stretches(
         piece = slice(*curves.offsets[run : run + 2])
         places = everywhere[piece]
         outward = lifting_normals(places, straight[piece], closed=closed, standoff=standoff)
-        axes = smoothed_axes(outward, arc_lengths(places), closed=closed, max_tilt=max_tilt)
+        axes = smoothed_axes(outward, arc_lengths(places), closed=closed, max_tilt=max_tilt, largest_bend=largest_bend)
         stretches.append(
             _Stretch(
                 tips=places + standoff * outward,

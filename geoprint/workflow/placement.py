@@ -38,6 +38,9 @@ Chain = Callable[[Plan, Placement, Stages], Plan]
 
 # A surface with more corners is replaced by those of its convex hull: they alone decide what it stands on.
 MANY_POINTS = 1000
+# The tool is to turn with this share of what its weakest joint is accelerated by: near the wrist's singularity joints
+# turn more than the tool does, and the controller changes its turn within the zones of targets alone.
+TURNING_SHARE = 0.5
 # The part at the base's origin, its mean normal up.
 UPRIGHT = FixturePose(np.zeros(3), np.zeros(3))
 
@@ -167,7 +170,7 @@ def pose_stream(
 
     What travel means is said by `toolpath.poses`; what is known, if anything, is what `posed` returns.
     """
-    process = workpiece.cell.process
+    cell, process = workpiece.cell, workpiece.cell.process
     return poses(
         toolpath,
         known or posed(workpiece),
@@ -176,7 +179,8 @@ def pose_stream(
         retract=process.retract,
         layer_height=process.layer_height,
         max_tilt=float(np.radians(max_tilt_deg)),
-        tool=workpiece.cell.tool,
+        largest_bend=TURNING_SHARE * float(cell.robot.accelerations.min()) / process.speed**2,
+        tool=cell.tool,
         beside=_table(workpiece),
         travel=travel,
     )

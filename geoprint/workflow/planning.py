@@ -39,7 +39,7 @@ from geoprint.postprocessor.switching import switching_events
 from geoprint.process import following_flow
 from geoprint.results import DepositedLayer, Plan, RobotPlan, Workpiece
 from geoprint.robot.arm import Arm, check_load
-from geoprint.robot.collision import ClearanceCheck, runs_hit_by_links
+from geoprint.robot.collision import ClearanceCheck
 from geoprint.robot.controller import (
     LIFTED_STEP,
     controller_path,
@@ -48,7 +48,7 @@ from geoprint.robot.controller import (
     there_and_back,
     written_path,
 )
-from geoprint.robot.reach import Easing, Leaning, frame_room, lost_shares, reach
+from geoprint.robot.reach import Leaning, frame_room, lost_shares, reach
 from geoprint.robot.timing import held_straight, off_moves, timed_print, tips_at
 from geoprint.threads import both
 from geoprint.workflow.backend_choice import check_options, check_part, with_backend
@@ -67,8 +67,6 @@ OVER_A_TABLE = (
 )
 # What nothing proves of an arm without a closed form.
 BY_ITERATION = "whether iteration, by which the inverse kinematics of this arm are solved, misses a solution"
-# Where the nozzle leans to ease the joints, one side of the needle's rim comes down by this share of the spacing.
-RIM_SHARE = 0.1
 # A layer of a stack is slowed down by so much at most, to make up for what its paths miss: fronts that meet leave a few
 # percent, and more is a hole.
 MOST_MADE_UP = 1.03
@@ -188,10 +186,8 @@ def _with_layer(covered: Measured, stage: Stages) -> Plan:
 def with_robot(paths: Plan, placement: Placement, stage: Stages, *, known: ClearanceCheck | None = None) -> Plan:
     """Add the robot to a plan of paths: joints, time, clearance, program.
 
-    The nozzle first stays as upright as the path has it, but for what lets the joints hold the speed. Runs in which a
-    link of the arm hits something then are left as they were. Where that is out of reach or hits something, the nozzle
-    may lean; and where that does, without easing the joints. Where travel alone is not clear, all of it is planned
-    again over everything.
+    The nozzle first stays as upright as the path has it. Where that is out of reach or hits something, it may lean.
+    Where travel alone is not clear, all of it is planned again over everything.
 
     Args:
         paths: of the part as it stands there.
@@ -204,21 +200,13 @@ def with_robot(paths: Plan, placement: Placement, stage: Stages, *, known: Clear
     """
     with stage("surroundings"):
         check = clearance_check(paths.workpiece, placement, known=known)
-    if paths.job.max_tilt == 0.0:
+    try:
         return _low_or_high(paths, placement, stage, check=check)
+    except (ReachError, ClearanceError):
+        if paths.job.max_tilt == 0.0:
+            raise
     with stage("room to lean"):
         leaning = leaning_of(paths, placement, check.scene)
-        easing = _easing(paths, leaning, check)
-    with suppress(ReachError):
-        try:
-            return _low_or_high(paths, placement, stage, check=check, easing=easing)
-        except ClearanceError as error:
-            easing = replace(easing, left_out=runs_hit_by_links(error))
-    if easing.left_out:
-        with suppress(ReachError, ClearanceError):
-            return _low_or_high(paths, placement, stage, check=check, easing=easing)
-    with suppress(ClearanceError):
-        return _low_or_high(paths, placement, stage, check=check, leaning=leaning, easing=easing)
     return _low_or_high(paths, placement, stage, check=check, leaning=leaning)
 
 
@@ -248,14 +236,13 @@ def _with_robot(
     *,
     check: ClearanceCheck,
     leaning: Leaning | None,
-    easing: Easing | None,
 ) -> Plan:
     """Take the robot's stages in their order, from the poses to the program that was executed."""
     workpiece, cell = paths.workpiece, paths.workpiece.cell
     with stage("reach"):
         arm = arm_of(workpiece)
         joint_path = reach(
-            paths.poses, arm, T_base_work=placement.T_base_work, weights=cell.search, leaning=leaning, easing=easing,
+            paths.poses, arm, T_base_work=placement.T_base_work, weights=cell.search, leaning=leaning,
             refuse=check.refuse_poses,
         )  # fmt: skip
     with stage("timing"):
@@ -299,25 +286,17 @@ def _low_or_high(
     *,
     check: ClearanceCheck,
     leaning: Leaning | None = None,
-    easing: Easing | None = None,
 ) -> Plan:
     """Plan with low travel, and where only that is not clear, with travel over everything."""
     try:
-        return _with_robot(paths, placement, stage, check=check, leaning=leaning, easing=easing)
+        return _with_robot(paths, placement, stage, check=check, leaning=leaning)
     except ClearanceError as error:
         if not error.details.get("travelling", False):
             raise
     high = pose_stream(paths.toolpath, paths.workpiece, max_tilt_deg=paths.job.max_tilt, travel="high")
     # Only travel differs: what was chosen to flow on the deposits stays.
     paths = replace(paths, poses=with_flow_of(high, paths.poses))
-    return _with_robot(paths, placement, stage, check=check, leaning=leaning, easing=easing)
-
-
-def _easing(paths: Plan, leaning: Leaning, check: ClearanceCheck) -> Easing:
-    """Return how attitudes may be eased: leaning lowers the needle's rim, by a tenth of the spacing at most."""
-    process, radius = paths.workpiece.cell.process, paths.workpiece.cell.tool.needle_diameter / 2.0
-    lowered = float(np.arcsin(min(RIM_SHARE * paths.toolpath.spacing / radius, 1.0)))
-    return Easing(process.speed, min(leaning.max_tilt, lowered), leaning.room, check.arm_touches)
+    return _with_robot(paths, placement, stage, check=check, leaning=leaning)
 
 
 def _deposit(

@@ -261,16 +261,69 @@ def test_axis_noise_is_smoothed_away_and_the_mean_kept() -> None:
     np.testing.assert_allclose(smooth[0], smooth[-1], atol=1e-12)
 
 
+def over_a_fillet(turn: float, *, radius: float = 2.0) -> tuple[FloatArray, FloatArray]:
+    """Return arc lengths and normals of a run over a fillet in the middle of 40 mm that turns by an angle [degrees]."""
+    arcs = np.linspace(0.0, 40.0, 801)
+    half = np.radians(turn) / 2.0
+    angles = np.clip((arcs - 20.0) / radius, -half, half)
+    return arcs, np.column_stack([np.sin(angles), np.zeros_like(arcs), np.cos(angles)])
+
+
+def leans_of(axes: FloatArray, normals: FloatArray) -> FloatArray:
+    """Return the (k,) angles between axes and normals [rad]."""
+    return np.arctan2(np.linalg.norm(np.cross(axes, normals), axis=1), np.einsum("ij,ij->i", axes, normals))
+
+
+def bend_of(axes: FloatArray, arcs: FloatArray) -> float:
+    """Return the largest second derivative of the angle of axes in the x-z plane [rad/mm2]."""
+    angles = np.arctan2(axes[:, 0], axes[:, 2])[::5]
+    return float(np.abs(np.diff(angles, n=2)).max()) / (arcs[5] - arcs[0]) ** 2
+
+
+@pytest.mark.parametrize(("turn", "wanted"), [(10.0, 0.02), (30.0, 0.04), (30.0, 0.02)])
+def test_over_a_fillet_the_tool_turns_ahead_no_more_suddenly_than_wanted(turn: float, wanted: float) -> None:
+    arcs, normals = over_a_fillet(turn)
+    short = smoothed_axes(normals, arcs, closed=False, max_tilt=MAX_TILT)
+    axes = smoothed_axes(normals, arcs, closed=False, max_tilt=MAX_TILT, largest_bend=wanted)
+    assert bend_of(short, arcs) > 1.3 * wanted
+    # As much as that, and no less: the nozzle leans no more than it has to.
+    assert bend_of(axes, arcs) == pytest.approx(wanted, rel=0.03)
+    assert leans_of(axes, normals).max() < MAX_TILT
+
+
+def test_where_a_longer_window_would_lean_too_far_the_tool_turns_as_gently_as_its_cone_allows() -> None:
+    arcs, normals = over_a_fillet(60.0)
+    axes = smoothed_axes(normals, arcs, closed=False, max_tilt=MAX_TILT, largest_bend=0.01)
+    assert leans_of(axes, normals).max() == pytest.approx(MAX_TILT, abs=1e-3)
+    assert (
+        0.01 < bend_of(axes, arcs) < 0.7 * bend_of(smoothed_axes(normals, arcs, closed=False, max_tilt=MAX_TILT), arcs)
+    )
+
+
+def test_the_window_follows_from_the_normals_without_jumps_and_stays_short_where_nothing_asks_for_more() -> None:
+    arcs, normals = over_a_fillet(30.0)
+    near = unit(normals + np.random.default_rng(0).normal(scale=1e-9, size=normals.shape))
+    one, other = (
+        smoothed_axes(each, arcs, closed=False, max_tilt=MAX_TILT, largest_bend=0.03) for each in (normals, near)
+    )
+    assert np.abs(one - other).max() < 1e-4
+    short, gentle = (
+        smoothed_axes(normals, arcs, closed=False, max_tilt=MAX_TILT, largest_bend=bend) for bend in (np.inf, 1.0)
+    )
+    np.testing.assert_array_equal(short, gentle)
+
+
 @settings(max_examples=25, deadline=None)
-@given(seed=st.integers(0, 1000), tilt=st.floats(0.0, 50.0), closed=st.booleans())
-def test_no_axis_leans_more_than_it_may_however_rough_the_normals(seed: int, tilt: float, *, closed: bool) -> None:
+@given(seed=st.integers(0, 1000), tilt=st.floats(0.0, 50.0), bend=st.floats(0.0, 2.0), closed=st.booleans())
+def test_no_axis_leans_more_than_it_may_however_rough_the_normals(
+    seed: int, tilt: float, bend: float, *, closed: bool
+) -> None:
     generator = np.random.default_rng(seed)
     arcs = np.append(0.0, np.cumsum(generator.uniform(0.01, 0.6, 60)))
     normals = unit(np.array([0.0, 0.0, 1.0]) + generator.normal(scale=0.6, size=(61, 3)))
-    axes = smoothed_axes(normals, arcs, closed=closed, max_tilt=float(np.radians(tilt)))
+    axes = smoothed_axes(normals, arcs, closed=closed, max_tilt=float(np.radians(tilt)), largest_bend=bend)
     np.testing.assert_allclose(np.linalg.norm(axes, axis=1), 1.0, atol=1e-12)
-    leans = np.arctan2(np.linalg.norm(np.cross(axes, normals), axis=1), np.einsum("ij,ij->i", axes, normals))
-    assert np.degrees(leans).max() <= tilt + 1e-6
+    assert np.degrees(leans_of(axes, normals)).max() <= tilt + 1e-6
 
 
 def test_an_axis_over_a_crease_leans_to_the_edge_of_its_cone_and_no_farther_elsewhere() -> None:
@@ -278,7 +331,7 @@ def test_an_axis_over_a_crease_leans_to_the_edge_of_its_cone_and_no_farther_else
     angle = np.where(arcs < 10.0, -0.6, 0.6)
     normals = np.column_stack([np.sin(angle), np.zeros(81), np.cos(angle)])
     axes = smoothed_axes(normals, arcs, closed=False, max_tilt=MAX_TILT)
-    leans = np.arccos(np.clip(np.einsum("ij,ij->i", axes, normals), -1.0, 1.0))
+    leans = leans_of(axes, normals)
     assert leans.max() == pytest.approx(MAX_TILT, abs=1e-7)
     assert leans[np.abs(arcs - 10.0) > 4.0].max() < 1e-3
 

@@ -88,16 +88,11 @@ class LeanPlaceRecord(Record):
 
 
 class RunLeanRecord(Record):
-    """A run on which the nozzle leans from the attitude of the path, and what turning it for the speed bought."""
+    """A run on which the nozzle leans from the attitude of the path."""
 
     run: int = Field(description="number of the run, from 0")
     mean_deg: Thousandths = Field(description="mean lean of the nozzle along the run [degrees]")
     largest_deg: Thousandths = Field(description="largest lean of the nozzle on the run [degrees]")
-    eased_mm: Rounded = Field(description="length in which the tool was turned for the speed of the tip [mm]")
-    lacking_mm: Rounded = Field(
-        description="length on which joints would miss the set speed if the tool were not turned [mm]"
-    )
-    left_mm: Rounded = Field(description="length on which joints miss the set speed although the tool is turned [mm]")
 
 
 class LeanRecord(Record):
@@ -638,7 +633,7 @@ class TimingsRecord(Record):
 class PlanRecord(Record):
     """The content of plan.json; what varies from run to run stands in timings.json."""
 
-    layout: Literal[12] = Field(alias="schema", description="version of this layout")
+    layout: Literal[13] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="version of geoprint")
     input: InputRecord = Field(description="file of the part")
     settings: SettingsRecord = Field(description="values of the job's keys, and the cell")

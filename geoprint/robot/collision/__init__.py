@@ -1,6 +1,6 @@
 """What touches what: solids of tool, arm and cell, swept along the motion, and the clearance that is kept."""
 
-from geoprint.robot.collision.arm_clearance import arm_control as arm_control, runs_hit_by_links as runs_hit_by_links
+from geoprint.robot.collision.arm_clearance import arm_control as arm_control
 from geoprint.robot.collision.clearance import (
     CheckedWorld as CheckedWorld,
     ClearanceCheck as ClearanceCheck,

@@ -45,8 +45,6 @@ JOINTS_BETWEEN_LINKS = 3
 # Link 1 is left out: its cylinder is as wide on all sides as the link is where it is widest, and the forearm of a part
 # close to the arm is well inside it.
 ROUND_LINK = 1
-# A look ahead calls too close what has so much [mm] more than is kept: the proof may need that, one of the reaches.
-LOOKED_BEYOND = 0.07
 
 
 @final
@@ -208,28 +206,12 @@ class ArmCheck:
         rounded = f"arm where the controller rounds targets, at most {farthest:.3f} mm off its way"
         return closest.distance, f"{where}, {closest.solid} to {closest.target}", (*checked, rounded)
 
-    def touching(self, motion: ArmMotion) -> BoolArray:
-        """Return (k,) whether a link comes too close to something, or the tool to a link, at each placement itself."""
-        links = ((world, motion.link_placements(link)) for link, world in self.in_work if link.joint > 0)
-        found = np.zeros(motion.tool.count, dtype=np.bool_)
-        for world, moving in (*links, *self._seen(motion)):
-            reaches = np.full((moving.count, len(world.solids)), LOOKED_BEYOND)
-            found |= world.touches(moving.poses, reaches=reaches).any(axis=(1, 2))
-        return found
-
     def _seen(self, motion: ArmMotion) -> list[tuple[CollisionWorld, Placements]]:
         """Return the worlds in which tool or links move past links, with where they are in each."""
         return [
             *((world, motion.tool_placements(link)) for link, world in self.carried),
             *((world, motion.pair_placements(first, second)) for first, second, world in self.pairs),
         ]
-
-
-def still_motion(joints: FloatArray, arm: Arm, *, T_work_base: FloatArray) -> ArmMotion:
-    """Return links and tool at (k, 6) joints [rad], as if the controller rounded nothing between them."""
-    nothing = np.zeros(len(joints), dtype=np.int64)
-    path = ControllerPath(joints, nothing, nothing.astype(np.bool_), np.zeros_like(joints), step=0.0)
-    return _motion(path, arm, T_work_base=T_work_base)
 
 
 def pairs_of_links(links: tuple[Link, ...]) -> list[tuple[Link, Link]]:
@@ -309,7 +291,6 @@ def _too_close(
         solid=worst.solid,
         against=worst.target,
         run=int(placements.runs[worst.row]),
-        link_runs=tuple(np.unique(placements.runs[hits.rows]).tolist()),
         place=triple(placements.poses[worst.row, :3, 3]),
         distance=worst.distance,
         wanted=kept,
@@ -317,12 +298,6 @@ def _too_close(
         hits=count,
         placements=placements.count,
     )
-
-
-def runs_hit_by_links(error: ClearanceError) -> tuple[int, ...]:
-    """Return the runs in which a link of the arm hits something, as a check says; none where something else does."""
-    runs = error.details.get("link_runs", ())
-    return tuple(int(run) for run in runs) if isinstance(runs, tuple) else ()
 
 
 def _checked(

@@ -29,7 +29,6 @@ from geoprint.robot.collision.arm_clearance import (
     ArmCheck,
     arm_motion,
     pairs_of_links,
-    still_motion,
     with_whole_needle,
 )
 from geoprint.robot.collision.closest import Closest, ranking_trees, smallest_distance, worst_hit
@@ -292,7 +291,7 @@ class ClearanceCheck:
             not_checked=(WITH_ARM, *(name for name in found.not_checked if name != WITHOUT_ARM)),
         )
 
-    def refuse_poses(self, poses: PoseStream, rows: BoolArray) -> None:
+    def refuse_poses(self, poses: PoseStream) -> None:
         """Refuse poses at which the tool is so close that no motion past them is clear.
 
         A look ahead and no proof. A motion that is timed may be off the poses a little, and its targets leave poses
@@ -300,18 +299,13 @@ class ClearanceCheck:
 
         Args:
             poses: p poses of the path.
-            rows: (p,) which of them are asked about.
 
         Raises:
             ClearanceError: as the check of every motion past these poses does, whatever its targets.
         """
-        asked = np.flatnonzero(rows)
-        if asked.size < 2:
-            return
-        deposited = np.append(poses.deposited, np.False_)[asked]
-        before = np.append(np.False_, poses.deposited)[asked]
-        at = transforms.rigid(transforms.rotation_of(poses.quaternions[asked]), poses.tips[asked])
-        placements = Placements(at, runs=poses.runs[asked], deposit=deposited, corners=at)
+        deposited, before = np.append(poses.deposited, np.False_), np.append(np.False_, poses.deposited)
+        at = transforms.rigid(transforms.rotation_of(poses.quaternions), poses.tips)
+        placements = Placements(at, runs=poses.runs, deposit=deposited, corners=at)
         scene, world = self.scene, self.scene.nominal
         # The tip counts wherever the tool travels before or behind the pose.
         tested = np.array([solid.reach_below > 0.0 for solid in world.solids]) | ~(deposited & before)[:, None]
@@ -327,13 +321,6 @@ class ClearanceCheck:
             )  # fmt: skip
         if struck.any() and not printing.any():
             _refuse_clear_hits(struck, pairs, placements, world, kept=scene.kept)
-
-    def arm_touches(self, joints: FloatArray) -> BoolArray:
-        """Return (k,) whether a link comes too close, or the tool to a link, with the arm at (k, 6) joints [rad].
-
-        A look ahead and no proof: what lies between is not asked, nor that links are outside of closed surfaces.
-        """
-        return self.of_arm.touching(still_motion(joints, self._arm, T_work_base=self._T_work_base))
 
 
 def check_placements(

@@ -1,7 +1,6 @@
 """Turn, lean and branch of a stream of poses: the motion of the joints that reaches all of them."""
 
 from geoprint.robot.reach.costs import LARGEST_JUMP as LARGEST_JUMP
-from geoprint.robot.reach.easing import Easing as Easing
 from geoprint.robot.reach.exhaustion import (
     COARSE_TURN_STEP as COARSE_TURN_STEP,
     Exhausted as Exhausted,

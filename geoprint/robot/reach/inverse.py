@@ -24,7 +24,6 @@ from geoprint.model import BoolArray, FloatArray, JointPath, PoseStream, SearchW
 from geoprint.robot.arm import BRANCHES, JOINTS, Arm, about_nozzle, tilts, turned
 from geoprint.robot.reach.attitude_search import Attitudes, UprightSearch, leaning_attitudes
 from geoprint.robot.reach.costs import Followed, cost_terms, follow
-from geoprint.robot.reach.easing import Easing, Refuse, eased
 from geoprint.robot.reach.keyframes import (
     MINIMUM_WRIST_ANGLE,
     Margin,
@@ -114,8 +113,7 @@ def reach(
     T_base_work: FloatArray,
     weights: SearchWeights = EQUAL_WEIGHTS,
     leaning: Leaning | None = None,
-    easing: Easing | None = None,
-    refuse: Refuse | None = None,
+    refuse: Callable[[PoseStream], None] | None = None,
     minimum_wrist_angle: float = MINIMUM_WRIST_ANGLE,
 ) -> JointPath:
     """Find joint angles for every pose, continuous and within the limits of `arm.robot`.
@@ -132,7 +130,6 @@ def reach(
         T_base_work: (4, 4) where the part stands [mm].
         weights: of what a motion costs.
         leaning: how far the nozzle may lean and what it must not touch, or None where it may not.
-        easing: how attitudes may be eased where joints do not hold the speed of the tip, or None where they may not.
         refuse: asked about poses as soon as they are final, before what takes longer; what it raises is passed on.
         minimum_wrist_angle: smallest |q5| on deposit [rad].
 
@@ -150,12 +147,10 @@ def reach(
     if not motion.followed.complete:
         raise _mapped(motion, arm, minimum_wrist_angle=minimum_wrist_angle).refusal()
     path = _joint_path(motion, T_base_work=T_base_work)
-    if easing is not None and arm.closed_form is not None:
-        path = eased(path, arm, easing=easing, minimum_wrist_angle=minimum_wrist_angle, refuse=refuse)
     if refuse is not None:
-        refuse(path.poses, np.ones(poses.count, dtype=np.bool_))
+        refuse(path.poses)
     _confirm(path, arm)
-    _confirm_cone(path, poses, leaning=leaning, easing=easing)
+    _confirm_cone(path, poses, leaning=leaning)
     return path
 
 
@@ -387,9 +382,9 @@ def _confirm(path: JointPath, arm: Arm) -> None:
         )
 
 
-def _confirm_cone(path: JointPath, poses: PoseStream, *, leaning: Leaning | None, easing: Easing | None) -> None:
+def _confirm_cone(path: JointPath, poses: PoseStream, *, leaning: Leaning | None) -> None:
     """Refuse a lean on deposit that leaves the cone, or makes worse what the path itself has outside."""
-    max_tilt = max(leaning.max_tilt if leaning else 0.0, easing.largest_lean if easing else 0.0)
+    max_tilt = leaning.max_tilt if leaning else 0.0
     excess = tilts(path.poses) - np.maximum(max_tilt, tilts(poses))
     worst = int(np.where(depositing(poses), excess, -np.inf).argmax())
     if depositing(poses)[worst] and excess[worst] > ROTATION_TOLERANCE:

@@ -14,7 +14,7 @@ from geoprint.model import Box, Cell, Clearance, ControllerPath, FloatArray, Lam
 from geoprint.robot.arm import MILLIMETRES_PER_METRE
 from geoprint.robot.arm.urdf import read_urdf
 from geoprint.robot.collision.arm_clearance import ArmCheck, ArmMotion, arm_control, arm_motion
-from geoprint.robot.collision.clearance import ClearanceCheck, check_placements, clearance
+from geoprint.robot.collision.clearance import check_placements, clearance
 from geoprint.robot.collision.closest import ranking_trees
 from geoprint.robot.collision.surroundings import mesh_target
 from geoprint.robot.collision.tool_solids import link_solids, tool_solids
@@ -101,20 +101,6 @@ def test_forearm_nearer_than_the_clearance_is_refused_by_link_obstacle_place_and
     assert (details["solid"], details["against"]) == ("arm's link 3", "obstacle lid")
     assert isinstance(details["place"], tuple)
     assert details["distance"] == pytest.approx(0.9, abs=0.04)
-
-
-@pytest.mark.parametrize(("kept", "touching"), [(0.8, False), (0.95, True)])
-def test_the_look_ahead_tells_of_the_rows_what_the_proof_refuses(over_the_arm: Box, kept: float, touching: bool):  # noqa: FBT001
-    check = ClearanceCheck(
-        ARM, tool=CELL.tool, process=replace(CELL.process, clearance=kept), T_base_work=T_BASE_WORK, part=plate(),
-        body=None, obstacles=(over_the_arm,),
-    )  # fmt: skip
-    found = check.arm_touches(PATH.joints)
-
-    assert bool(found.any()) is touching
-    assert not found.all()
-    near = [by_coal(over_the_arm, row[None]) < 0.95 + 0.1 for row in PATH.joints[found]]
-    assert all(near)
 
 
 def test_box_that_blocks_the_forearm_is_refused_by_its_depth(over_the_arm: Box):

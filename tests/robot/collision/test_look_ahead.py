@@ -14,7 +14,6 @@ from tests.meshes import plate
 from tests.robot.collision.test_clearance import CELL, LINE, STANDOFF, T_BASE_WORK, printed_line, stream_of
 
 PATH, ARM, POSES = printed_line()
-EVERY = np.ones(POSES.count, dtype=np.bool_)
 KEPT = CELL.process.clearance
 # The barrel, 20 mm wide, 60 mm above the tip on a line along y at x = 20 of the part.
 SIDE = 20.0 + 10.0
@@ -43,7 +42,7 @@ def proven(post: float | None, poses: PoseStream = POSES) -> bool:
 def ahead(post: float | None, poses: PoseStream = POSES) -> bool:
     """Say whether the look ahead refuses the poses."""
     try:
-        check(post).refuse_poses(poses, EVERY)
+        check(post).refuse_poses(poses)
     except ClearanceError:
         return True
     return False
@@ -70,19 +69,10 @@ def test_the_refusal_names_solid_place_and_depth_and_counts_poses() -> None:
     with pytest.raises(
         ClearanceError, match=r"in run 1 at tip \(20\.00, 1\d\.\d\d, .*barrel reaches 1\.00 mm"
     ) as caught:
-        check(-1.0).refuse_poses(POSES, EVERY)
+        check(-1.0).refuse_poses(POSES)
     details = caught.value.details
     assert (details["solid"], details["against"], details["travelling"]) == ("barrel", "obstacle post", False)
     assert details["placements"] == POSES.count
-
-
-def test_only_poses_that_are_asked_about_are_refused() -> None:
-    beside = POSES.tips[:, 1] > 20.0
-    assert 2 <= beside.sum() < POSES.count
-    check(-1.0).refuse_poses(POSES, beside)
-    check(-1.0).refuse_poses(POSES, np.zeros(POSES.count, dtype=np.bool_))
-    with pytest.raises(ClearanceError):
-        check(-1.0).refuse_poses(POSES, ~beside)
 
 
 def lowered(by: float, *, ends: bool) -> PoseStream:
@@ -103,6 +93,6 @@ def test_a_rim_without_room_is_refused_where_no_motion_has_any(by: float, refuse
 def test_a_tip_in_the_part_on_travel_alone_is_said_to_be_on_travel() -> None:
     poses = lowered(5.0 + STANDOFF + 0.5, ends=True)
     with pytest.raises(ClearanceError, match="needle's tip") as caught:
-        check().refuse_poses(poses, EVERY)
+        check().refuse_poses(poses)
     assert caught.value.details["travelling"] is True
     assert LINE[0, 2] == STANDOFF
