@@ -177,8 +177,8 @@ def lean_scale(most: float) -> Scale:
     most = max(most, LEAST_LEAN)
     return Scale(
         "Lean of the nozzle", "nozzle from the surface normal [degrees]",
-        "Light: the nozzle stands upright on the surface, dark: it leans, for room or so that the joints hold the "
-        "speed. Grey: no motion.",
+        "Light: the nozzle stands upright on the surface, dark: it leans, for room, or as it turns ahead of a bend. "
+        "Grey: no motion.",
         evenly(LEAN), 0.0, most, _thirds(most), "nozzle ", 1, " degrees from the surface normal", "not printable",
     )  # fmt: skip
 

@@ -27,8 +27,7 @@ from geoprint.transforms import interpolate_poses, quaternion_of, rigid, rotatio
 # Standard deviation of the smoothing along the arc [mm]: about an edge of a well-made part mesh. A shorter one leaves
 # so much of 0.05 degrees of noise that a print at 20 mm/s slows down, a longer one only leans more.
 SMOOTHING_LENGTH = 1.0
-# Up to this one it grows, halving what is left so often, while the tool turns too suddenly and leans no more than it
-# may.
+# Where the tool would turn too suddenly it grows up to this one; how far is found by so many halvings.
 LONGEST_SMOOTHING = 4.0
 SMOOTHING_HALVINGS = 10
 # Even samples per shortest standard deviation on which the filter works.
@@ -111,7 +110,7 @@ def _filtered(normals: FloatArray, arcs: FloatArray, *, deviation: float, closed
     else:
         smooth = gaussian_filter1d(sampled, sigma, axis=0, mode="nearest")
     smooth /= np.linalg.norm(smooth, axis=1, keepdims=True)
-    # Along the sphere alone: what is left across it is the turn itself.
+    # A steady turn bends a unit vector as well, towards its opposite: that part costs no acceleration.
     bends = np.diff(smooth, n=2, axis=0)
     bends -= np.einsum("ij,ij->i", bends, smooth[1:-1])[:, None] * smooth[1:-1]
     bend = float(np.linalg.norm(bends, axis=1).max(initial=0.0)) / (length / count) ** 2
