@@ -203,7 +203,7 @@ def test_in_silico_all_attitudes_lay_together_what_the_runs_of_the_plan_ask_for(
     # Pieces of a run lie in several attitudes, and overlap: an output that follows the speed lays what is wanted, but
     # for what its lag takes from the start of each.
     assert len(planned.robot) > 1
-    np.testing.assert_allclose(printed.deposited, printed.wanted, rtol=0.04)
+    np.testing.assert_allclose(printed.deposited, printed.wanted, rtol=0.05)
     assert printed.beads.volumes.sum() == pytest.approx(printed.deposited.sum(), rel=1e-9)
     assert printed.bare.max() < 1.0
     np.testing.assert_allclose(printed.beside, 0.0, atol=0.02 * printed.wanted.min())
