@@ -40,7 +40,7 @@ SMOOTHING, TRIANGULATING, COMPARING = "smoothing", "triangulating", "comparing"
 ADVISING = (READING, "distance")
 WEIGHTS = {
     "reading": 1.0, "refining": 0.1, "source": 0.1, "contours": 0.7, "path": 0.6, "evenness": 1.5, SEARCH: 10.0,
-    "surroundings": 0.1, "reach": 3.0, "timing": 4.0, "collision check": 2.5, "program": 2.0,
+    "surroundings": 0.1, "reach": 1.0, "timing": 4.0, "collision check": 2.5, "program": 2.0,
     PRINTED: 0.5, WRITING: 4.0, CHECKING: 5.0,
     EXAMINING: 1.0, TRIAL: 0.5, CUTTING: 1.0, SMOOTHING: 1.0, TRIANGULATING: 1.0, COMPARING: 1.0, "distance": 0.3,
 }  # fmt: skip
