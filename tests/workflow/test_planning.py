@@ -31,10 +31,11 @@ from geoprint.reporting import (
 from geoprint.reporting.records.comparison import PartRecord
 from geoprint.results import Plan, Planned, RobotPlan
 from geoprint.robot.arm import Arm, tilts
+from geoprint.toolpath import largest_lean
 from geoprint.transforms import inverse, rigid, rotation_angle, rotation_of
 from geoprint.workflow import compare, plan, save_comparisons, save_plan
 from geoprint.workflow.saving import verify_files
-from tests.meshes import cylinder_patch, folded_plate, plate, sphere, spherical_cap, torus
+from tests.meshes import bent_plate, cylinder_patch, folded_plate, plate, sphere, spherical_cap, torus
 from tests.shared_data import shared
 
 LIMITS_DEG = np.array([[-165, 165], [-110, 110], [-110, 70], [-160, 160], [-120, 120], [-400, 400]])
@@ -353,6 +354,16 @@ def test_nothing_is_laid_at_rest_and_corners_rounded_and_split_are_counted_and_p
 
 
 @pytest.mark.parametrize("backend", ["heat", "lscm"])
+def test_over_a_fillet_the_tool_turns_ahead_and_keeps_its_speed(backend: str, tmp_path: Path) -> None:
+    path = saved(tmp_path, bent_plate(30.0, radius=2.0))
+    planned = plan(job_of(surface=path, unit="mm", spacing=3.0, backend=backend, place="demo"))
+    assert planned.workpiece.cell.process.speed > 12.0
+    # No farther ahead than joints need: a slower print leans less.
+    slow = plan(job_of(surface=path, unit="mm", spacing=3.0, backend=backend, speed=8.0, robot=False))
+    assert largest_lean(slow.poses) < largest_lean(planned.poses) <= np.radians(15.0)
+
+
+@pytest.mark.parametrize("backend", ["heat", "lscm"])
 def test_an_edge_of_the_part_does_not_slow_the_print(backend: str, tmp_path: Path) -> None:
     path = saved(tmp_path, folded_plate(60.0))
     planned = plan(job_of(surface=path, unit="mm", spacing=3.0, backend=backend, place="demo"))
@@ -583,7 +594,7 @@ def test_the_surface_that_was_planned_on_is_written_with_the_plan(cap_plan: Plan
 
 def test_a_program_that_deposits_too_much_is_not_written_unless_that_is_accepted(tmp_path: Path) -> None:
     job = job_of(
-        surface=saved(tmp_path, spherical_cap(radius=6.0, angle=0.5, rings=12)), unit="mm", spacing=1.0, place="demo",
+        surface=saved(tmp_path, spherical_cap(radius=4.0, angle=0.7, rings=12)), unit="mm", spacing=1.0, place="demo",
         on_slowdown="follow",
     )  # fmt: skip
     with pytest.raises(LimitError, match=r"would deposit \d{3} % of the volume of run \d.*`--set on_slowdown=auto`"):
