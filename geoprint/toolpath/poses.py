@@ -106,12 +106,12 @@ def _filtered(normals: FloatArray, arcs: FloatArray, *, deviation: float, closed
     sigma = deviation / (length / count)
     if closed:
         around = gaussian_filter1d(sampled[:-1], sigma, axis=0, mode="wrap")
-        smooth = np.vstack([around, around[:1]])
+        smooth: FloatArray = np.vstack([around, around[:1]])
     else:
         smooth = gaussian_filter1d(sampled, sigma, axis=0, mode="nearest")
     smooth /= np.linalg.norm(smooth, axis=1, keepdims=True)
     # A steady turn bends a unit vector as well, towards its opposite: that part costs no acceleration.
-    bends = np.diff(smooth, n=2, axis=0)
+    bends: FloatArray = np.diff(smooth, n=2, axis=0)
     bends -= np.einsum("ij,ij->i", bends, smooth[1:-1])[:, None] * smooth[1:-1]
     bend = float(np.linalg.norm(bends, axis=1).max(initial=0.0)) / (length / count) ** 2
     axes = np.column_stack([np.interp(arcs, even, smooth[:, i]) for i in range(3)])

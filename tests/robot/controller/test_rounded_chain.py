@@ -167,11 +167,11 @@ def test_what_corners_do_not_make_up_for_is_taken_back_however_long_that_takes(
     """Tight bends at 20 mm/s, where a wide move leaves the path as soon as its widening is not looked at to the end."""
     monkeypatch.setattr("geoprint.robot.controller.targets.ROUNDS", 0)
     rng = np.random.default_rng(seed)
-    along = 0.16 * np.arange(240)
-    waves = rng.uniform([0.1, 2.5, 0.0], [1.0, 14.0, 6.0], (4, 3))
-    angle = sum(height * np.sin(2.0 * np.pi * along / length + phase) for height, length, phase in waves)
+    along, times = 0.16 * np.arange(240.0), 0.008 * np.arange(240.0)
+    heights, lengths, phases = rng.uniform([0.1, 2.5, 0.0], [1.0, 14.0, 6.0], (4, 3)).T[:, :, None]
+    angle: FloatArray = (heights * np.sin(2.0 * np.pi * along / lengths + phases)).sum(axis=0)
     tips = np.cumsum(0.16 * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(240)]), axis=0)
-    made = replace(course(tips, 0.008 * np.arange(240)), allowed=rng.uniform(0.007, 0.0095, 240))
+    made = replace(course(tips, times), allowed=rng.uniform(0.007, 0.0095, 240))
     rows, places = rounded_chain(made)
     # Where a pattern begins, its moved ends add a little.
     assert rounded_deviations(tips, rows, places, zones_of(places, made.resting(rows))).max() < 0.0105
