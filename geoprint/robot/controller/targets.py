@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import chain, islice, product, repeat
+from itertools import islice, product
 from typing import Literal, final
 
 import numpy as np
@@ -209,11 +209,12 @@ def _chain(course: Course) -> tuple[IntArray, FloatArray]:
 
 def _relaxed(course: Course, rows: IntArray, moves: Weighed) -> tuple[IntArray, BoolArray]:
     """Let moves be wide about those that come too soon, where corners make up for it; return which rows are moved."""
-    plain, last, allowed = rows, rows.size - 1, course.allowed.copy()
+    last, left, allowed = rows.size - 1, ROUNDS, course.allowed.copy()
     for move in course.soon(rows).tolist():
         allowed[rows[max(move - ABOUT, 0)] : rows[min(move + 1 + ABOUT, last)] + 1] = WIDEST * course.tolerance
     moved = np.zeros(len(course.tips), dtype=np.bool_)
-    for left in chain(range(ROUNDS, 0, -1), repeat(0)):
+    # Each round narrows something: a move that is off, or one beside it, is wide.
+    while True:
         moves = course.weighed(allowed, course.required, known=moves)
         rows = cheapest_chain(moves, course.required)
         wide = chord_shares(course.tips, rows, allowed=course.allowed) > 1.0 + TIME_ROUNDING
@@ -222,14 +223,12 @@ def _relaxed(course: Course, rows: IntArray, moves: Weighed) -> tuple[IntArray, 
         off = _missing(course, rows, moved, wide=wide)
         if not off.size:
             return rows, moved
-        about, last, before = (ABOUT if left <= 1 else 1), rows.size - 1, allowed.copy()
+        about, last = (ABOUT if left <= 1 else 1), rows.size - 1
         for move in off.tolist():
             near = slice(rows[max(move - about, 0)], rows[min(move + 1 + about, last)] + 1)
             least = course.allowed[near]
             allowed[near] = np.maximum(allowed[near] / 2.0, least) if left > 1 else least
-        if np.array_equal(allowed, before):
-            break
-    return plain, np.zeros_like(moved)
+        left -= 1
 
 
 def _missing(course: Course, rows: IntArray, moved: BoolArray, *, wide: BoolArray) -> IntArray:
