@@ -14,6 +14,7 @@ from geoprint.robot.controller.lifted import (
 )
 from geoprint.robot.controller.targets import (
     SHORTEST_TIME as SHORTEST_TIME,
+    KnownStretches as KnownStretches,
     close_targets as close_targets,
     written_targets as written_targets,
 )

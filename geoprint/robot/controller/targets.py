@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import islice, product
-from typing import Literal, final
+from typing import Literal, TypeAlias, final
 
 import numpy as np
 
@@ -105,6 +105,11 @@ MOST_PATTERNS = 300
 CONTEXT = 8
 FEW_SHARE = 0.04
 
+# What was found for stretches of one path: targets, and which of them are moved, by all that they follow from. Times
+# count to so many decimals [s].
+KnownStretches: TypeAlias = dict[bytes, tuple[IntArray, BoolArray]]
+KNOWN_DECIMALS = 9
+
 
 @final
 @dataclass(frozen=True, slots=True, eq=False)
@@ -124,6 +129,7 @@ class Course:
         turns: (k,) how far each may be turned from a move [rad], likewise.
         tolerance: of the path [mm].
         periods: least time of a move, and the time that moves should have [s].
+        known: what was found for stretches of this very path before; what is found now is added.
     """
 
     tips: FloatArray
@@ -137,6 +143,7 @@ class Course:
     turns: FloatArray
     tolerance: float
     periods: tuple[float, float]
+    known: KnownStretches = field(default_factory=dict)
 
     def weighed(
         self, allowed: FloatArray, required: IntArray, *, first: int = 0, known: Weighed | None = None
@@ -278,7 +285,7 @@ def _evened(course: Course, rows: IntArray, moved: BoolArray) -> tuple[IntArray,
         low, high = max(first - 2 * ABOUT, 0), min(last + 1 + 2 * ABOUT, rows.size - 1)
         sides = rows[max(low - CONTEXT, 0) : low], rows[high + 1 : high + 1 + CONTEXT]
         bend = int(rows[first]), int(rows[last + 1])
-        part, moved = _improved(course, rows[low : high + 1], moved, bend=bend, sides=sides)
+        part, moved = _known_or_improved(course, rows[low : high + 1], moved, bend=bend, sides=sides)
         rows = np.concatenate([rows[:low], part, rows[high + 1 :]])
     return rows, moved
 
@@ -290,6 +297,26 @@ def _next_soon(course: Course, rows: IntArray, *, after: int) -> int | None:
         soon = soon[np.diff(course.times[rows])[soon] < course.periods[0] * (1.0 - TIME_ROUNDING)]
     left = soon[rows[soon] > after]
     return int(left[0]) if left.size else None
+
+
+def _known_or_improved(
+    course: Course, part: IntArray, moved: BoolArray, *, bend: tuple[int, int], sides: tuple[IntArray, IntArray]
+) -> tuple[IntArray, BoolArray]:
+    """Return what `_improved` does, which is asked once about a stretch however often the path is timed."""
+    rows = np.concatenate([*sides, part])
+    own = slice(int(rows.min()), int(rows.max()) + 1)
+    passed = np.round(course.times[own] - course.times[part[0]], KNOWN_DECIMALS)
+    sizes = np.array([*bend, *map(len, sides)])
+    key = b"".join(
+        each.tobytes() for each in (sizes, rows, moved[rows], passed, course.allowed[own], course.turns[own])
+    )
+    if key not in course.known:
+        found, shifted = _improved(course, part, moved, bend=bend, sides=sides)
+        course.known[key] = found, shifted[found]
+    found, shifted = course.known[key][0], moved.copy()
+    shifted[part] = False
+    shifted[found] = course.known[key][1]
+    return found, shifted
 
 
 def _improved(
@@ -465,6 +492,7 @@ def written_targets(
     process: Process,
     tolerance: float = 0.01,
     period: float = 0.02,
+    known: KnownStretches | None = None,
 ) -> Targets:
     """Choose the poses that the program names, and how the controller passes them.
 
@@ -476,6 +504,7 @@ def written_targets(
         process: speeds of the tip.
         tolerance: largest distance of a pose from the written path [mm].
         period: time between targets that the controller takes without slowing down [s].
+        known: targets in bends of this very path that were found before, with the same tolerance and period.
 
     Returns:
         The targets.
@@ -492,6 +521,7 @@ def written_targets(
     poses = joint_path.poses
     kept = np.flatnonzero(~_repeated(poses))
     course = _course(joint_path, kept, trajectory.pose_times, tolerance=tolerance, period=period)
+    course = course if known is None else replace(course, known=known)
     rows, places = rounded_chain(course)
     beside = (places != course.tips[rows]).any(axis=1)
     chosen, moved = kept[rows], np.flatnonzero(beside)

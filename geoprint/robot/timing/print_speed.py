@@ -23,7 +23,7 @@ from geoprint.model import (
     Trajectory,
 )
 from geoprint.robot.arm import Arm
-from geoprint.robot.controller import SHORTEST_TIME, written_targets
+from geoprint.robot.controller import SHORTEST_TIME, KnownStretches, written_targets
 from geoprint.robot.reach import bead_steps
 from geoprint.robot.timing.knots import with_bulges
 from geoprint.robot.timing.moments import tips_at
@@ -45,7 +45,12 @@ SLOWEST_SHARE = 0.25
 
 
 def timed_targets(
-    joint_path: JointPath, robot: Robot, *, process: Process, known: Known | None = None
+    joint_path: JointPath,
+    robot: Robot,
+    *,
+    process: Process,
+    known: Known | None = None,
+    stretches: KnownStretches | None = None,
 ) -> tuple[Trajectory, Targets]:
     """Run through a joint path in the shortest time in which its targets come no sooner than a controller takes.
 
@@ -57,6 +62,7 @@ def timed_targets(
         robot: limits, home and the period of its targets.
         process: speeds.
         known: as `retime` takes it.
+        stretches: as `written_targets` takes what is known.
 
     Raises:
         InputError: the joint path is empty.
@@ -64,10 +70,12 @@ def timed_targets(
         VerificationError: the result does not pass the poses.
     """
     known = {} if known is None else known
+    stretches = {} if stretches is None else stretches
 
     def timed(slower: tuple[Slowdown, ...]) -> tuple[Trajectory, Targets]:
         trajectory = retime(joint_path, robot, process=process, slower=slower, known=known)
-        return trajectory, written_targets(joint_path, trajectory, process=process, period=robot.target_period)
+        period = robot.target_period
+        return trajectory, written_targets(joint_path, trajectory, process=process, period=period, known=stretches)
 
     slower: tuple[Slowdown, ...] = ()
     found = best = timed(slower)
@@ -168,7 +176,7 @@ def timed_print(
         LimitError: a limit cannot be kept.
         VerificationError: the result does not pass the poses.
     """
-    search = _Search(joint_path, arm, process, settle, {})
+    search = _Search(joint_path, arm, process, settle, {}, {})
     if not constant_flow:
         return search.timed(process.speed)
     return search.even(search.highest_with_targets(search.highest_of_joints()))
@@ -184,12 +192,14 @@ class _Search:
     process: Process
     settle: float
     known: Known
+    stretches: KnownStretches
 
     def timed(self, speed: float) -> TimedPrint:
         """Return the print at a speed [mm/s]."""
         process = replace(self.process, speed=speed)
         joint_path = with_bulges(self.joint_path, self.arm, process=process)
-        return TimedPrint(process, *timed_targets(joint_path, self.arm.robot, process=process, known=self.known))
+        found = timed_targets(joint_path, self.arm.robot, process=process, known=self.known, stretches=self.stretches)
+        return TimedPrint(process, *found)
 
     def highest_of_joints(self) -> float:
         """Return the highest speed that the joints allow, whatever targets are written [mm/s]."""

@@ -5,16 +5,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from geoprint.model import FloatArray, IntArray
+from geoprint.model import BoolArray, FloatArray, IntArray
 from geoprint.robot.controller.fitting import rounded_deviations, zones_of
 from geoprint.robot.controller.targets import (
     Course,
     _chain,
+    _improved,
     _leaves,
     _nearest,
     _next_soon,
@@ -160,21 +162,54 @@ def test_about_a_move_that_is_too_short_poses_count_and_not_what_the_path_bulges
     assert plain.too_short(_chain(bulged)[0]).size > 0
 
 
-@pytest.mark.parametrize("seed", [0, 3])
-def test_what_corners_do_not_make_up_for_is_taken_back_however_long_that_takes(
-    seed: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Tight bends at 20 mm/s, where a wide move leaves the path as soon as its widening is not looked at to the end."""
-    monkeypatch.setattr("geoprint.robot.controller.targets.ROUNDS", 0)
+def bent_course(seed: int) -> Course:
+    """Tight bends at 20 mm/s."""
     rng = np.random.default_rng(seed)
     along, times = 0.16 * np.arange(240.0), 0.008 * np.arange(240.0)
     heights, lengths, phases = rng.uniform([0.1, 2.5, 0.0], [1.0, 14.0, 6.0], (4, 3)).T[:, :, None]
     angle: FloatArray = (heights * np.sin(2.0 * np.pi * along / lengths + phases)).sum(axis=0)
     tips = np.cumsum(0.16 * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(240)]), axis=0)
-    made = replace(course(tips, times), allowed=rng.uniform(0.007, 0.0095, 240))
+    return replace(course(tips, times), allowed=rng.uniform(0.007, 0.0095, 240))
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_what_corners_do_not_make_up_for_is_taken_back_however_long_that_takes(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A wide move leaves the path there as soon as its widening is not looked at to the end."""
+    monkeypatch.setattr("geoprint.robot.controller.targets.ROUNDS", 0)
+    made = bent_course(seed)
     rows, places = rounded_chain(made)
     # Where a pattern begins, its moved ends add a little.
-    assert rounded_deviations(tips, rows, places, zones_of(places, made.resting(rows))).max() < 0.0105
+    assert rounded_deviations(made.tips, rows, places, zones_of(places, made.resting(rows))).max() < 0.0105
+
+
+@pytest.mark.parametrize("seed", [0, 1, 3])
+def test_a_stretch_that_is_passed_alike_is_looked_at_once(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    looked_at: list[tuple[int, int]] = []
+
+    def counted(*arguments: Any, bend: tuple[int, int], **more: Any) -> tuple[IntArray, BoolArray]:
+        looked_at.append(bend)
+        return _improved(*arguments, bend=bend, **more)
+
+    monkeypatch.setattr("geoprint.robot.controller.targets._improved", counted)
+    made = bent_course(seed)
+    rows, places = rounded_chain(made)
+    count = len(looked_at)
+    assert count > 3
+    again = rounded_chain(replace(made, times=made.times + 12.345))
+    assert len(looked_at) == count
+    np.testing.assert_array_equal(again[0], rows)
+    np.testing.assert_array_equal(again[1], places)
+
+    # Where its second half is slower, less is looked at than without what is known, and the same is found.
+    slower = replace(made, times=np.where(np.arange(240) > 120, 1.1 * made.times - 0.1 * made.times[120], made.times))
+    found = rounded_chain(slower)
+    more = len(looked_at) - count
+    alone = rounded_chain(replace(slower, known={}))
+    assert more < len(looked_at) - count - more
+    np.testing.assert_array_equal(found[0], alone[0])
+    np.testing.assert_array_equal(found[1], alone[1])
 
 
 def test_more_targets_between_those_of_a_chain_make_no_fewer_moves_that_come_too_soon() -> None:
