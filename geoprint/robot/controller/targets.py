@@ -143,7 +143,7 @@ class Course:
     turns: FloatArray
     tolerance: float
     periods: tuple[float, float]
-    known: KnownStretches = field(default_factory=dict)
+    known: KnownStretches = field(default_factory=dict[bytes, tuple[IntArray, BoolArray]])
 
     def weighed(
         self, allowed: FloatArray, required: IntArray, *, first: int = 0, known: Weighed | None = None
