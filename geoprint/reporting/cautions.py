@@ -135,17 +135,21 @@ def placement_texts(robots: Sequence[RobotRecord]) -> list[str]:
 
 
 def orientation_notes(motion: MotionRecord) -> list[str]:
-    """Return how a demonstration was turned and why, if it was."""
-    turned = motion.placement_orientation
-    if turned is None:
-        return []
-    rpy = ", ".join(f"{angle:g}" for angle in turned.rpy_deg)
-    return [
-        (
+    """Return how a demonstration was turned or moved and why, if it was."""
+    notes: list[str] = []
+    if (moved := motion.placement_moved) is not None:
+        position = ", ".join(f"{value:g}" for value in moved.position_mm)
+        notes.append(
+            f"part moved to demo_position_mm = [{position}], where it prints. Where the cell puts it: "
+            f"{moved.start_refused}"
+        )
+    if (turned := motion.placement_orientation) is not None:
+        rpy = ", ".join(f"{angle:g}" for angle in turned.rpy_deg)
+        notes.append(
             f"part turned by demo_rpy_deg = [{rpy}], mean normal {turned.tilt_deg:g} degrees from upright: the first "
             f"of {turned.tried} orientations that works. Upright: {turned.start_refused}"
         )
-    ]
+    return notes
 
 
 def near_borders(motion: MotionRecord) -> list[str]:

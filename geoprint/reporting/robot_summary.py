@@ -20,6 +20,7 @@ from geoprint.reporting.records.plan import (
     LeanPlaceRecord,
     LeanRecord,
     MotionRecord,
+    MovedRecord,
     OrientationRecord,
     ProgramRecord,
     QuadrantRecord,
@@ -32,7 +33,7 @@ from geoprint.reporting.records.plan import (
     TiltRecord,
 )
 from geoprint.reporting.records.rounding import place_of
-from geoprint.results import Orientation, Plan, RobotPlan
+from geoprint.results import Moved, Orientation, Plan, RobotPlan
 from geoprint.robot.arm import (
     BORDER_MARGIN,
     BORDERED,
@@ -168,6 +169,7 @@ def _motion(plan: Plan, robot: RobotPlan) -> MotionRecord:
         placement_calibrated=placement.calibrated,
         placement_missing=tuple(placement.missing),
         placement_orientation=_orientation(plan.workpiece.orientation),
+        placement_moved=_moved(plan.workpiece.moved),
         largest_touch_miss_mm=float(placement.misses.max()) if placement.calibrated else None,
         T_base_work=placement.T_base_work,
         surface_uncertainty_mm=None if uncertainty is None else uncertainty.deviation,
@@ -182,6 +184,10 @@ def _orientation(found: Orientation | None) -> OrientationRecord | None:
     if found is None:
         return None
     return OrientationRecord.of(found, start_refused=found.start, others_refused=found.refused)
+
+
+def _moved(found: Moved | None) -> MovedRecord | None:
+    return None if found is None else MovedRecord.of(found, start_refused=found.start)
 
 
 def _arm(plan: Plan) -> Arm:

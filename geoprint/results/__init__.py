@@ -31,6 +31,7 @@ from geoprint.results.plan import (
     TriedMedialAxis as TriedMedialAxis,
 )
 from geoprint.results.workpiece import (
+    Moved as Moved,
     Orientation as Orientation,
     Patch as Patch,
     Side as Side,

@@ -81,6 +81,23 @@ class Orientation:
 
 @final
 @frozen
+class Moved:
+    """Where a demonstration was moved, because where the cell puts it, it is refused however it is turned.
+
+    Attributes:
+        position: (3,) of its centroid in the base frame [mm].
+        start: why it is refused where the cell puts it.
+    """
+
+    position: FloatArray
+    start: str
+
+    def __post_init__(self) -> None:
+        freeze_arrays(self, position="float: 3")
+
+
+@final
+@frozen
 class TargetFile:
     """What layers shall fill, as it was read: a shape, or a table of thicknesses.
 
@@ -181,8 +198,9 @@ class Workpiece:
         placement: where the part stands, or None where the job leaves the robot out.
         uncertainty: of the calibration along the part's normal, where it is largest; None where nobody calibrated or
             stated the part's place on the fixture, or the robot is left out.
-        turnable: whether a demonstration that cannot be printed as it stands may be turned.
+        turnable: whether a demonstration that cannot be printed as it stands may be turned, or moved.
         orientation: how it was turned, or None where it stands as it did.
+        moved: where it was moved, or None where it stands where the cell puts it.
         tried: sources of patches whose best one was sought, in the order of the patches.
         place: of the layer in its stack, whose middle the part then is; None of a single skin.
         field: the file that says which lines fibres follow, with those that it names; or None.
@@ -205,6 +223,7 @@ class Workpiece:
     uncertainty: Uncertainty | None
     turnable: bool = False
     orientation: Orientation | None = None
+    moved: Moved | None = None
     tried: tuple[TriedSource, ...] = ()
     place: StackPlace | None = None
     field: StoredField | None = None

@@ -134,7 +134,8 @@ def setup_findings(
         reason = f"robot.{number}.motion.speed_ceiling_mm_s is {ceiling:g}, by the cell {cell.process.speed:g}"
         yield Finding(PLAN, 1, reason)
     wanted = attitude_cell(cell.at_speed(speed), number=number, count=count)
-    if record.robot[number - 1].motion.placement_orientation is not None:
+    motion = record.robot[number - 1].motion
+    if motion.placement_orientation is not None or motion.placement_moved is not None:
         demo = setup.cell
         wanted = replace(wanted, demo_position=demo.demo_position, demo_rotation=demo.demo_rotation)
     if job.feedback is not None:

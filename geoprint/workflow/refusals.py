@@ -31,7 +31,7 @@ from geoprint.errors import ClearanceError, PlanError, ReachError, UsageError
 from geoprint.model import Cell, FloatArray, Placement, frozen
 from geoprint.positioner import obstacles_at
 from geoprint.reporting.placement import refusal_details, refusal_sentence, shortfall
-from geoprint.results import Plan, Refusal, TriedChange
+from geoprint.results import Moved, Plan, Refusal, TriedChange
 from geoprint.robot.arm import Arm
 from geoprint.robot.collision import SMALLEST_ROOM, SinglePoses
 from geoprint.robot.placing import LEAST_MEAN_NORMAL, FixturePose, demo_placement
@@ -122,7 +122,8 @@ class Change:
         if self.job.place != "demo":
             return placement_of(paths)
         at, turn = self.cell.demo_position, self.cell.demo_turn
-        return demo_placement(paths.workpiece.base, position=at, rotation=turn, least=LEAST_MEAN_NORMAL)
+        found = demo_placement(paths.workpiece.base, position=at, rotation=turn, least=LEAST_MEAN_NORMAL)
+        return replace(found, flow_unstated=self.cell.signals.flow_unstated)
 
 
 def placement_of(paths: Plan) -> Placement:
@@ -222,6 +223,8 @@ def _place_changes(paths: Plan) -> Iterator[Change]:
 
 # Changes that are taken through the whole chain at most.
 LARGEST_TRIED = 4
+# To so many places at most a demonstration is moved before anything else is tried.
+LARGEST_MOVED = 2
 # A change whose nozzle has room in this share of the cone at the narrowest pose is as good as any with more.
 ENOUGH_ROOM = 0.3
 # Directions are so far apart where changes are asked at the worst poses [degrees]; the chain decides.
@@ -236,6 +239,8 @@ MOTION = "reach"
 
 def printed(paths: Plan, placement: Placement, stage: Stages, *, chain: Chain) -> Plan:
     """Plan the robot as `placed` does; where that is refused, prove it and say what would change it.
+
+    A demonstration that prints in another place is moved there.
 
     Args:
         paths: of the part as it stands.
@@ -255,7 +260,11 @@ def printed(paths: Plan, placement: Placement, stage: Stages, *, chain: Chain) -
         refused = error
     worst, exhausted = _exhausted(refused, paths, placement, stage)
     budget = _Budget(stage, motions=stage.begun(MOTION) - before)
-    raise _with_proof(refused, _tried(paths, exhausted, worst, budget, chain=chain)) from refused
+    refusal, moved = _tried(paths, exhausted, worst, budget, chain=chain)
+    if moved is None:
+        raise _with_proof(refused, refusal) from refused
+    there = Moved(moved.workpiece.cell.demo_position, str(refused))
+    return replace(moved, workpiece=replace(moved.workpiece, moved=there))
 
 
 def proven(error: PlanError, paths: Plan, placement: Placement, stage: Stages) -> PlanError:
@@ -309,7 +318,7 @@ class _Budget:
                 raise _SpentError
             self._stage.observe(f"trying {trying}: {name}")
 
-        return Stages(observe)
+        return Stages(observe, timings=self._stage.timings)
 
     @property
     def spent(self) -> bool:
@@ -345,8 +354,12 @@ def _places(error: PlanError) -> list[FloatArray]:
     return [np.array(place) for place in named if isinstance(place, tuple)]
 
 
-def _tried(paths: Plan, exhausted: Exhausted, worst: Worst, budget: _Budget, *, chain: Chain) -> Refusal:
+def _tried(
+    paths: Plan, exhausted: Exhausted, worst: Worst, budget: _Budget, *, chain: Chain
+) -> tuple[Refusal, Plan | None]:
     """Ask every change at the worst poses, and take those that free them through the chain, until one prints.
+
+    Returns its plan as well where nobody has to do anything for it: that of a demonstration in another place.
 
     A place or a lean with which only the needle is too wide is tried with a thinner one next, and the roomiest needle,
     which comes second, with a stand-off that is higher by what it lacks.
@@ -356,17 +369,24 @@ def _tried(paths: Plan, exhausted: Exhausted, worst: Worst, budget: _Budget, *, 
     rooms = {change: _room(change, paths, worst) for change in offered}
     freeing = [change for change in offered if rooms[change] > 0.0]
     waiting = _ordered(freeing, rooms, paths, exhausted)
+    if paths.workpiece.turnable:
+        places = [change for change in waiting if change.kind == PLACE]
+        waiting = list(dict.fromkeys([*places[:LARGEST_MOVED], *waiting]))
     tried: list[TriedChange] = []
+    moved: Plan | None = None
     while waiting and len(tried) < LARGEST_TRIED and not budget.spent:
         change = waiting.pop(0)
         refused = _refused(change, paths, budget, chain=chain)
-        if refused is None or not isinstance(refused, PlanError):
-            tried += [] if refused is None else [TriedChange(change.name, change.keys, "")]
+        if refused is None:
+            break
+        if isinstance(refused, Plan):
+            tried.append(TriedChange(change.name, change.keys, ""))
+            moved = refused if change.kind == PLACE and paths.workpiece.turnable else None
             break
         tried.append(TriedChange(change.name, change.keys, shortfall(refused)))
         if of_the_needle(refused):
             waiting[:0] = _next(change, refused, last=len(tried) > 1 or not waiting)
-    return Refusal(exhausted, screened=len(offered), freeing=len(freeing), tried=tuple(tried))
+    return Refusal(exhausted, screened=len(offered), freeing=len(freeing), tried=tuple(tried)), moved
 
 
 def _next(change: Change, refused: PlanError, *, last: bool) -> list[Change]:

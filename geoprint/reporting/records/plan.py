@@ -175,6 +175,15 @@ class OrientationRecord(Record):
     )
 
 
+class MovedRecord(Record):
+    """Where a demonstration was moved, because where the cell puts it, it is refused however it is turned."""
+
+    position_mm: tuple[Rounded, Rounded, Rounded] = Field(
+        description="position of the demonstration's centroid in the base frame; `demo_position_mm` in a cell [mm]"
+    )
+    start_refused: str = Field(description="reason why the demonstration is refused where the cell puts it")
+
+
 class DepositedRecord(Record):
     """Volume that the program deposits as it was executed, over the planned one; short runs count as dots."""
 
@@ -225,6 +234,9 @@ class MotionRecord(Record):
     )
     placement_orientation: OrientationRecord | None = Field(
         default=None, description="orientation found for a demonstration; left out if the cell's is used"
+    )
+    placement_moved: MovedRecord | None = Field(
+        default=None, description="position found for a demonstration; left out if the cell's is used"
     )
     largest_touch_miss_mm: Rounded | None = Field(description="largest residual of the touched points [mm]")
     T_base_work: tuple[tuple[Rounded, ...], ...] = Field(
