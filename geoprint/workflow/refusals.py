@@ -223,8 +223,6 @@ def _place_changes(paths: Plan) -> Iterator[Change]:
 
 # Changes that are taken through the whole chain at most.
 LARGEST_TRIED = 4
-# To so many places at most a demonstration is moved before anything else is tried.
-LARGEST_MOVED = 2
 # A change whose nozzle has room in this share of the cone at the narrowest pose is as good as any with more.
 ENOUGH_ROOM = 0.3
 # Directions are so far apart where changes are asked at the worst poses [degrees]; the chain decides.
@@ -309,11 +307,11 @@ class _Budget:
         self._stage = stage
         self._left = max(motions, LEAST_MOTIONS)
 
-    def stages(self, trying: str) -> Stages:
+    def stages(self, trying: str, *, counted: bool = True) -> Stages:
         """Return stages that name what is tried."""
 
         def observe(name: str) -> None:
-            self._left -= name == MOTION
+            self._left -= counted and name == MOTION
             if self._left < 0:
                 raise _SpentError
             self._stage.observe(f"trying {trying}: {name}")
@@ -359,7 +357,8 @@ def _tried(
 ) -> tuple[Refusal, Plan | None]:
     """Ask every change at the worst poses, and take those that free them through the chain, until one prints.
 
-    Returns its plan as well where nobody has to do anything for it: that of a demonstration in another place.
+    Returns its plan as well where nobody has to do anything for it: that of a demonstration in another place. All of
+    these are tried first, with its mean normal up.
 
     A place or a lean with which only the needle is too wide is tried with a thinner one next, and the roomiest needle,
     which comes second, with a stand-off that is higher by what it lacks.
@@ -369,19 +368,18 @@ def _tried(
     rooms = {change: _room(change, paths, worst) for change in offered}
     freeing = [change for change in offered if rooms[change] > 0.0]
     waiting = _ordered(freeing, rooms, paths, exhausted)
-    if paths.workpiece.turnable:
-        places = [change for change in waiting if change.kind == PLACE]
-        waiting = list(dict.fromkeys([*places[:LARGEST_MOVED], *waiting]))
+    places = [change for change in waiting if change.kind == PLACE and paths.workpiece.turnable]
+    plans = (_upright(change, paths, budget, chain=chain) for change in places)
+    moved = next((plan for plan in plans if plan is not None), None)
     tried: list[TriedChange] = []
-    moved: Plan | None = None
-    while waiting and len(tried) < LARGEST_TRIED and not budget.spent:
+    while moved is None and waiting and len(tried) < LARGEST_TRIED and not budget.spent:
         change = waiting.pop(0)
         refused = _refused(change, paths, budget, chain=chain)
         if refused is None:
             break
         if isinstance(refused, Plan):
             tried.append(TriedChange(change.name, change.keys, ""))
-            moved = refused if change.kind == PLACE and paths.workpiece.turnable else None
+            moved = refused if change in places else None
             break
         tried.append(TriedChange(change.name, change.keys, shortfall(refused)))
         if of_the_needle(refused):
@@ -461,6 +459,14 @@ def _refused(change: Change, paths: Plan, budget: _Budget, *, chain: Chain) -> P
         return None
     except PlanError as error:
         return error
+
+
+def _upright(change: Change, paths: Plan, budget: _Budget, *, chain: Chain) -> Plan | None:
+    """Return the plan of a demonstration that prints in another place with its mean normal up."""
+    changed = change.paths(paths)
+    with suppress(PlanError):
+        return chain(changed, placement_of(changed), budget.stages(change.name, counted=False))
+    return None
 
 
 def _with_proof(error: PlanError, refusal: Refusal) -> PlanError:

@@ -91,7 +91,7 @@ def with_a_mistyped_key(record: dict[str, Any]) -> None:
         (with_a_word, r"robot\.1\.motion\.duration_s: it must be a number, found '2\.5'"),
         (
             of_another_version,
-            r"plan\.json has layout 1 of another version of geoprint, this one reads 13",
+            r"plan\.json has layout 1 of another version of geoprint, this one reads 14",
         ),
         (with_an_unknown_key, r"surface\.side\.colour: there is no such key, found 'red' \(allowed here: \w+"),
         (

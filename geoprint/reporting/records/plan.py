@@ -645,7 +645,7 @@ class TimingsRecord(Record):
 class PlanRecord(Record):
     """The content of plan.json; what varies from run to run stands in timings.json."""
 
-    layout: Literal[13] = Field(alias="schema", description="version of this layout")
+    layout: Literal[14] = Field(alias="schema", description="version of this layout")
     version: str = Field(description="version of geoprint")
     input: InputRecord = Field(description="file of the part")
     settings: SettingsRecord = Field(description="values of the job's keys, and the cell")
