@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -148,16 +149,66 @@ def test_nothing_is_named_that_the_chain_refuses_and_no_more_motions_are_planned
     assert "(the needle's rim has -0.12 mm of room)" in str(error)
 
 
+def wide_cap(folder: Path, *, turned: bool) -> Plan:
+    """Return the paths on a shallow part, of which the cell may say how it is turned, so that it stays as it stands."""
+    save_ply(spherical_cap(radius=60.0, angle=0.1, rings=4), folder / "wide.ply")
+    text = packaged_cell_text("irb120-bent45")
+    cell = folder / "cell.toml"
+    cell.write_text(text.replace("# demo_rpy_deg", "demo_rpy_deg") if turned else text)
+    job = job_of(surface=folder / "wide.ply", unit="mm", spacing=3.0, place="demo", cell=cell)
+    stage = Stages(lambda _: None)
+    return cover(job, prepare_workpiece(job, stage, backends=["heat"]), stage)
+
+
+def printing_at(*position: float) -> Callable[[Plan, Placement, Stages], Plan]:
+    """Return a chain that prints what stands in one place of the base [mm]."""
+
+    def chain(paths: Plan, placement: Placement, _: Stages) -> Plan:
+        if tuple(placement.T_base_fixture[:3, 3].tolist()) != position:
+            raise ReachError("joint 4 is at its limit.", lost=0.01)
+        return replace(paths, workpiece=replace(paths.workpiece, placement=placement))
+
+    return chain
+
+
+@pytest.mark.parametrize("position", [(300.0, 0.0, 100.0), (350.0, 0.0, 50.0)])
+def test_a_demonstration_that_prints_elsewhere_is_moved_there_and_says_why(
+    position: tuple[float, float, float], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def nothing(*_: object, **__: object) -> tuple[tuple[()], int]:
+        return (), 77
+
+    monkeypatch.setattr("geoprint.workflow.placement.search_orientation", nothing)
+    paths = wide_cap(tmp_path, turned=False)
+    assert paths.workpiece.placement is not None
+    seen: list[str] = []
+    found = printed(paths, paths.workpiece.placement, Stages(seen.append), chain=printing_at(*position))
+    moved, placement = found.workpiece.moved, found.workpiece.placement
+    assert moved is not None
+    assert placement is not None
+    assert tuple(moved.position.tolist()) == position
+    assert moved.start.startswith("joint 4 is at its limit. That holds with its mean normal up, and for 77 ")
+    np.testing.assert_array_equal(placement.T_base_fixture[:3, 3], position)
+    np.testing.assert_array_equal(found.workpiece.cell.demo_position, position)
+    # What nobody has stated is as unknown there as before.
+    assert placement.missing == paths.workpiece.placement.missing
+    np.testing.assert_array_equal(found.poses.tips[found.poses.deposit], paths.poses.tips[paths.poses.deposit])
+    assert "looking for what would change it" in seen
+
+
+def test_a_demonstration_of_which_the_cell_says_how_it_stands_is_not_moved_and_the_place_is_named(
+    tmp_path: Path,
+) -> None:
+    paths = wide_cap(tmp_path, turned=True)
+    assert paths.workpiece.placement is not None
+    there = r"The part at \(300, 0, 100\) mm prints it .* demo_position_mm = \[300, 0, 100\]"
+    with pytest.raises(ReachError, match=there):
+        printed(paths, paths.workpiece.placement, Stages(lambda _: None), chain=printing_at(300.0, 0.0, 100.0))
+
+
 @pytest.mark.usefixtures("few_changes")
 def test_poses_that_are_free_one_by_one_are_said_to_be(tmp_path: Path) -> None:
-    wide = spherical_cap(radius=60.0, angle=0.1, rings=4)
-    save_ply(wide, tmp_path / "wide.ply")
-    # The cell says how the part is turned, so that no other orientation is tried.
-    cell = tmp_path / "cell.toml"
-    cell.write_text(packaged_cell_text("irb120-bent45").replace("# demo_rpy_deg", "demo_rpy_deg"))
-    job = job_of(surface=tmp_path / "wide.ply", unit="mm", spacing=3.0, place="demo", cell=cell)
-    stage = Stages(lambda _: None)
-    paths = cover(job, prepare_workpiece(job, stage, backends=["heat"]), stage)
+    paths = wide_cap(tmp_path, turned=True)
     error = refusal(paths, Chain(ReachError("joint 4 is at its limit.", lost=0.01)))
     assert isinstance(error, ReachError)
     assert "of the worst poses" in str(error)

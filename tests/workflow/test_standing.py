@@ -16,7 +16,7 @@ from geoprint.model import Placement
 from geoprint.reporting import outcome_text, record_plan
 from geoprint.results import Plan
 from geoprint.robot.placing import FixturePose, Oriented, demo_placement
-from geoprint.workflow import placement as standing, plan
+from geoprint.workflow import check_bundle, placement as standing, plan
 from geoprint.workflow.covering import cover
 from geoprint.workflow.placement import Chain, placed
 from geoprint.workflow.stages import Stages
@@ -169,6 +169,45 @@ def test_where_none_serves_the_refusal_of_the_start_says_so(paths: Plan, searche
     with pytest.raises(ReachError, match=r"^run 1 is out of reach\. .* for 77 orientations ") as refused:
         placed(paths, placement, STAGE, chain=refusing(FAR))
     assert refused.value.details == {"lost": 0.25}
+
+
+def walled_cell(folder: Path) -> Path:
+    """Write the packaged cell with walls around the demonstration, so high and near that the cone hits them."""
+    walls = [(14, 0, 10, 38), (-14, 0, 10, 38), (0, 14, 38, 10), (0, -14, 38, 10)]
+    path = folder / "walled.toml"
+    path.write_text(
+        packaged_cell_text("irb120-bent45")
+        + "".join(
+            f'\n[[obstacles]]\nname = "wall {x} {y}"\ncentre_mm = [{300 + x}, {y}, 57.5]\nsize_mm = [{dx}, {dy}, 115]\n'
+            for x, y, dx, dy in walls
+        ),
+        encoding="utf-8",
+    )
+    return path
+
+
+def test_a_part_between_walls_is_moved_out_of_them_and_its_bundle_says_so(tmp_path: Path) -> None:
+    path = tmp_path / "small.ply"
+    save_ply(plate((6.0, 6.0), (3, 3)), path)
+    cell = walled_cell(tmp_path)
+    planned = plan(job_of(surface=path, unit="mm", spacing=2.0, cell=cell, place="demo"))
+    (robot,), moved = planned.robot, planned.workpiece.moved
+    assert moved is not None
+    assert robot.program.dry_run
+    assert robot.clearance.smallest >= 0.5
+    np.testing.assert_allclose(robot.placement.T_base_fixture[:3, 3], moved.position, atol=1e-9)
+    (note,) = [line for line in outcome_text(record_plan(planned)).splitlines() if "part moved to" in line]
+    stated = f"demo_position_mm = [{', '.join(f'{value:g}' for value in moved.position)}]"
+    assert note.startswith(f"note: part moved to {stated}, where it prints. Where the cell puts it: in run 1 at tip")
+    assert "obstacle wall" in note
+
+    planned.save(tmp_path / "out")
+    assert check_bundle(tmp_path / "out").findings == ()
+    # In the place that is told it is not moved.
+    cell.write_text(cell.read_text().replace("demo_position_mm = [300, 0, 50]", stated), encoding="utf-8")
+    again = plan(job_of(surface=path, unit="mm", spacing=2.0, cell=cell, place="demo"))
+    assert again.workpiece.moved is None
+    np.testing.assert_array_equal(again.robot[0].trajectory.joints, robot.trajectory.joints)
 
 
 @pytest.mark.usefixtures("brief_proofs")
