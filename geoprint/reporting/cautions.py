@@ -138,10 +138,10 @@ def orientation_notes(motion: MotionRecord) -> list[str]:
     """Return how a demonstration was turned or moved and why, if it was."""
     notes: list[str] = []
     if (moved := motion.placement_moved) is not None:
-        position = ", ".join(f"{value:g}" for value in moved.position_mm)
+        position, rpy = (", ".join(f"{value:g}" for value in each) for each in (moved.position_mm, moved.rpy_deg))
         notes.append(
-            f"part moved to demo_position_mm = [{position}], where it prints. Where the cell puts it: "
-            f"{moved.start_refused}"
+            f"part moved to demo_position_mm = [{position}], demo_rpy_deg = [{rpy}]. Where the cell puts it, it is "
+            f"refused: {moved.start_refused}"
         )
     if (turned := motion.placement_orientation) is not None:
         rpy = ", ".join(f"{angle:g}" for angle in turned.rpy_deg)

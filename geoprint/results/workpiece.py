@@ -86,14 +86,16 @@ class Moved:
 
     Attributes:
         position: (3,) of its centroid in the base frame [mm].
+        rpy: (3,) roll, pitch, yaw about the fixed axes of the base, after its mean normal was turned up [rad].
         start: why it is refused where the cell puts it.
     """
 
     position: FloatArray
+    rpy: FloatArray
     start: str
 
     def __post_init__(self) -> None:
-        freeze_arrays(self, position="float: 3")
+        freeze_arrays(self, position="float: 3", rpy="float: 3")
 
 
 @final

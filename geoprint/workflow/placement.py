@@ -1,4 +1,4 @@
-"""Where a demonstration stands: with its mean normal up where that can be printed, else as a search turns it.
+"""Where a demonstration stands: with its mean normal up where that can be printed, else as a search turns or moves it.
 
 What changes with it: its placement, the poses that depend on it, and the room that it has.
 """
@@ -11,10 +11,11 @@ from typing import Literal
 
 import numpy as np
 from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
 
-from geoprint.config import cell_at
-from geoprint.errors import ClearanceError, Detail, PlanError, ReachError
-from geoprint.model import Cylinder, FloatArray, Placement, PoseStream, Surface, Toolpath
+from geoprint.config import PLACEMENT_DECIMALS, cell_at
+from geoprint.errors import ClearanceError, Detail, InputError, PlanError, ReachError
+from geoprint.model import Cell, Cylinder, FloatArray, Placement, PoseStream, Surface, Toolpath
 from geoprint.positioner import obstacles_at
 from geoprint.results import Orientation, Plan, Workpiece
 from geoprint.robot.arm import Arm
@@ -22,12 +23,14 @@ from geoprint.robot.collision import CheckedWorld, ClearanceCheck, obstacle_targ
 from geoprint.robot.placing import (
     LEAST_MEAN_NORMAL,
     ROUND_SOLIDS,
+    Candidate,
     FixturePose,
     Oriented,
     Room,
     Scene,
     demo_placement,
     search_orientation,
+    search_placement,
 )
 from geoprint.robot.reach import Leaning, NozzleRoom
 from geoprint.toolpath import PosedSurface, posed_surface, poses
@@ -41,6 +44,8 @@ MANY_POINTS = 1000
 # The tool is to turn with this share of what its weakest joint is accelerated by: near the wrist's singularity joints
 # turn more than the tool does, and the controller changes its turn within the zones of targets alone.
 TURNING_SHARE = 0.5
+# Candidates for a place that are planned through before giving up.
+ATTEMPTS = 4
 # The part at the base's origin, its mean normal up.
 UPRIGHT = FixturePose(np.zeros(3), np.zeros(3))
 
@@ -109,6 +114,65 @@ def _search(paths: Plan) -> tuple[tuple[Oriented, ...], int]:
         position=cell.demo_position,
         scene=Scene(cell.tool, cell.process, workpiece.part, workpiece.body, room_of(workpiece)),
     )
+
+
+def candidates_of(
+    paths: Plan, poses: PoseStream, room: Room, *, height: float | None = None, tilt: float = 0.0
+) -> tuple[Candidate, ...]:
+    """Return places for a part as `search_placement` finds them, rounded as a cell file states them."""
+    workpiece, cell = paths.workpiece, paths.workpiece.cell
+    found = search_placement(
+        poses,
+        arm_of(workpiece),
+        T_fixture_work=placement_at(workpiece, UPRIGHT).T_base_work,
+        start=FixturePose(cell.demo_position, demo_rpy(cell)),
+        room=room,
+        height=height,
+        tilt=tilt,
+    )
+    return tuple(replace(candidate, pose=_rounded(candidate.pose)) for candidate in found)
+
+
+def demo_rpy(cell: Cell) -> FloatArray:
+    """Return roll, pitch, yaw of a cell's demonstration after its mean normal was turned up [rad]."""
+    return Rotation.from_matrix(cell.demo_turn).as_euler("xyz")
+
+
+def _rounded(pose: FixturePose) -> FixturePose:
+    return FixturePose(
+        pose.position.round(PLACEMENT_DECIMALS), np.radians(np.degrees(pose.rpy).round(PLACEMENT_DECIMALS))
+    )
+
+
+def moved(paths: Plan, refused: PlanError, stage: Stages, *, chain: Chain) -> Plan | None:
+    """Return the plan of a demonstration where the arm reaches it with the largest margin that passes every check.
+
+    Args:
+        paths: that are refused where the cell puts the part, however it is turned.
+        refused: why.
+        stage: names and times the work.
+        chain: plans the robot at a placement.
+
+    Returns:
+        The plan, or None where the cell says how the part stands, moving does not help, or no place serves.
+    """
+    workpiece = paths.workpiece
+    if not workpiece.turnable or not _may_help(refused, workpiece):
+        return None
+    with stage("position"):
+        try:
+            candidates = candidates_of(paths, paths.poses, room_of(workpiece))
+        except InputError:
+            return None
+    for candidate in candidates[:ATTEMPTS]:
+        if candidate.margin <= 0.0:
+            break
+        try:
+            return chain(paths_at(paths, candidate.pose), placement_at(workpiece, candidate.pose), stage)
+        except PlanError as error:
+            if not _may_help(error, workpiece):
+                break
+    return None
 
 
 def _in_words(oriented: Oriented) -> str:

@@ -6,16 +6,15 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from geoprint.config import PLACEMENT_DECIMALS, Job, job_cell
 from geoprint.errors import PlanError, UsageError
 from geoprint.model import Cell, FloatArray, PoseStream
 from geoprint.results import Plan, Proposal, Workpiece
-from geoprint.robot.placing import LEAST_MEAN_NORMAL, Candidate, FixturePose, Room, demo_placement, search_placement
+from geoprint.robot.placing import LEAST_MEAN_NORMAL, FixturePose, Room, demo_placement
 from geoprint.robot.reach import reach_map, reach_margin
 from geoprint.workflow.backend_choice import check_part
-from geoprint.workflow.placement import UPRIGHT, arm_of, paths_at, placement_at, room_of
+from geoprint.workflow.placement import ATTEMPTS, arm_of, candidates_of, paths_at, placement_at, room_of
 from geoprint.workflow.planning import plan_paths, with_robot
 from geoprint.workflow.stages import Stages
 from geoprint.workflow.tilting import in_turn, poses_at_rest, seen_at_rest, table_pose, with_attitudes
@@ -23,8 +22,6 @@ from geoprint.workflow.workpiece import prepare_workpiece, with_rounds
 
 # Rounds that stand for the paths where neither spacing nor rounds are given: reach hardly depends on them.
 DEFAULT_ROUNDS = 10
-# Candidates that are planned through before giving up.
-ATTEMPTS = 4
 
 
 def propose_placement(
@@ -58,10 +55,10 @@ def propose_placement(
     paths = _covered(job, cell, stage)
     workpiece, poses, room = paths.workpiece, _poses(paths), room_of(paths.workpiece)
     with stage("search"):
-        candidates = _candidates(paths, poses, room, height=height, tilt=float(np.radians(tilt_deg)))
+        candidates = candidates_of(paths, poses, room, height=height, tilt=float(np.radians(tilt_deg)))
     refused: list[str] = []
     for candidate in candidates[:ATTEMPTS]:
-        pose = _rounded(candidate.pose)
+        pose = candidate.pose
         try:
             planned = _planned(paths, pose, stage)
         except PlanError as error:
@@ -124,27 +121,11 @@ def _planned(paths: Plan, pose: FixturePose, stage: Stages) -> Plan:
     return with_attitudes(paths_at(paths, pose), placement, stage, chain=with_robot)
 
 
-def _candidates(
-    paths: Plan, poses: PoseStream, room: Room, *, height: float | None, tilt: float
-) -> tuple[Candidate, ...]:
-    workpiece, cell = paths.workpiece, paths.workpiece.cell
-    rpy = Rotation.from_matrix(cell.demo_turn).as_euler("xyz")
-    return search_placement(
-        poses,
-        arm_of(workpiece),
-        T_fixture_work=placement_at(workpiece, UPRIGHT).T_base_work,
-        start=FixturePose(cell.demo_position, rpy),
-        room=room,
-        height=height,
-        tilt=tilt,
-    )
-
-
 def higher_home(paths: Plan, room: Room, *, height: float | None) -> str:
     """Say where the part could be reached if home were higher; nothing where that does not help."""
     if height is not None:
         return ""
-    best = _candidates(paths, _poses(paths), replace(room, ceiling=np.inf), height=None, tilt=0.0)[0]
+    best = candidates_of(paths, _poses(paths), replace(room, ceiling=np.inf))[0]
     if best.margin <= 0.0:
         return ""
     x, y, z = best.pose.position
@@ -180,9 +161,3 @@ def _placed(workpiece: Workpiece) -> FloatArray:
     return demo_placement(
         workpiece.part, position=cell.demo_position, rotation=cell.demo_turn, least=LEAST_MEAN_NORMAL
     ).T_base_work
-
-
-def _rounded(pose: FixturePose) -> FixturePose:
-    return FixturePose(
-        pose.position.round(PLACEMENT_DECIMALS), np.radians(np.degrees(pose.rpy).round(PLACEMENT_DECIMALS))
-    )

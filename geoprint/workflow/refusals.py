@@ -14,7 +14,6 @@ from itertools import zip_longest
 from typing import final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from geoprint.config import (
     PACKAGED_CELLS,
@@ -37,7 +36,18 @@ from geoprint.robot.collision import SMALLEST_ROOM, SinglePoses
 from geoprint.robot.placing import LEAST_MEAN_NORMAL, FixturePose, demo_placement
 from geoprint.robot.reach import COARSE_TURN_STEP, Exhausted, Exhaustion, Grid, Worst, reach
 from geoprint.workflow.covering import cover, taken_job
-from geoprint.workflow.placement import Chain, arm_of, leaning_of, placed, pose_stream, room_of, scene_at, with_flow_of
+from geoprint.workflow.placement import (
+    Chain,
+    arm_of,
+    demo_rpy,
+    leaning_of,
+    moved,
+    placed,
+    pose_stream,
+    room_of,
+    scene_at,
+    with_flow_of,
+)
 from geoprint.workflow.stages import Stages
 from geoprint.workflow.workpiece import stack_cell
 
@@ -209,7 +219,7 @@ def _cells(paths: Plan) -> Iterator[Change]:
 def _place_changes(paths: Plan) -> Iterator[Change]:
     """Yield places above the obstacles, clear of the arm and below the tip at home."""
     cell, room = paths.workpiece.cell, room_of(paths.workpiece)
-    rpy = Rotation.from_matrix(cell.demo_turn).as_euler("xyz")
+    rpy = demo_rpy(cell)
     away = cell.demo_position[:2] / max(float(np.hypot(*cell.demo_position[:2])), np.finfo(float).tiny)
     for ahead, up in MOVES:
         position = (cell.demo_position + np.array([*(ahead * away), up])).round()
@@ -238,7 +248,7 @@ MOTION = "reach"
 def printed(paths: Plan, placement: Placement, stage: Stages, *, chain: Chain) -> Plan:
     """Plan the robot as `placed` does; where that is refused, prove it and say what would change it.
 
-    A demonstration that prints in another place is moved there.
+    A demonstration that prints in another place is moved there, and says why.
 
     Args:
         paths: of the part as it stands.
@@ -256,13 +266,16 @@ def printed(paths: Plan, placement: Placement, stage: Stages, *, chain: Chain) -
         if arm_of(paths.workpiece).closed_form is None or not paths.poses.deposit.any():
             raise
         refused = error
-    worst, exhausted = _exhausted(refused, paths, placement, stage)
-    budget = _Budget(stage, motions=stage.begun(MOTION) - before)
-    refusal, moved = _tried(paths, exhausted, worst, budget, chain=chain)
-    if moved is None:
-        raise _with_proof(refused, refusal) from refused
-    there = Moved(moved.workpiece.cell.demo_position, str(refused))
-    return replace(moved, workpiece=replace(moved.workpiece, moved=there))
+    elsewhere = moved(paths, refused, stage, chain=chain)
+    if elsewhere is None:
+        worst, exhausted = _exhausted(refused, paths, placement, stage)
+        budget = _Budget(stage, motions=stage.begun(MOTION) - before)
+        refusal, elsewhere = _tried(paths, exhausted, worst, budget, chain=chain)
+        if elsewhere is None:
+            raise _with_proof(refused, refusal) from refused
+    cell = elsewhere.workpiece.cell
+    there = Moved(cell.demo_position, demo_rpy(cell), str(refused))
+    return replace(elsewhere, workpiece=replace(elsewhere.workpiece, moved=there))
 
 
 def proven(error: PlanError, paths: Plan, placement: Placement, stage: Stages) -> PlanError:
@@ -307,11 +320,11 @@ class _Budget:
         self._stage = stage
         self._left = max(motions, LEAST_MOTIONS)
 
-    def stages(self, trying: str, *, counted: bool = True) -> Stages:
+    def stages(self, trying: str) -> Stages:
         """Return stages that name what is tried."""
 
         def observe(name: str) -> None:
-            self._left -= counted and name == MOTION
+            self._left -= name == MOTION
             if self._left < 0:
                 raise _SpentError
             self._stage.observe(f"trying {trying}: {name}")
@@ -357,8 +370,7 @@ def _tried(
 ) -> tuple[Refusal, Plan | None]:
     """Ask every change at the worst poses, and take those that free them through the chain, until one prints.
 
-    Returns its plan as well where nobody has to do anything for it: that of a demonstration in another place. All of
-    these are tried first, with its mean normal up.
+    Returns its plan as well where nobody has to do anything for it: that of a demonstration in another place.
 
     A place or a lean with which only the needle is too wide is tried with a thinner one next, and the roomiest needle,
     which comes second, with a stand-off that is higher by what it lacks.
@@ -368,23 +380,21 @@ def _tried(
     rooms = {change: _room(change, paths, worst) for change in offered}
     freeing = [change for change in offered if rooms[change] > 0.0]
     waiting = _ordered(freeing, rooms, paths, exhausted)
-    places = [change for change in waiting if change.kind == PLACE and paths.workpiece.turnable]
-    plans = (_upright(change, paths, budget, chain=chain) for change in places)
-    moved = next((plan for plan in plans if plan is not None), None)
     tried: list[TriedChange] = []
-    while moved is None and waiting and len(tried) < LARGEST_TRIED and not budget.spent:
+    elsewhere: Plan | None = None
+    while waiting and len(tried) < LARGEST_TRIED and not budget.spent:
         change = waiting.pop(0)
         refused = _refused(change, paths, budget, chain=chain)
         if refused is None:
             break
         if isinstance(refused, Plan):
             tried.append(TriedChange(change.name, change.keys, ""))
-            moved = refused if change in places else None
+            elsewhere = refused if change.kind == PLACE and paths.workpiece.turnable else None
             break
         tried.append(TriedChange(change.name, change.keys, shortfall(refused)))
         if of_the_needle(refused):
             waiting[:0] = _next(change, refused, last=len(tried) > 1 or not waiting)
-    return Refusal(exhausted, screened=len(offered), freeing=len(freeing), tried=tuple(tried)), moved
+    return Refusal(exhausted, screened=len(offered), freeing=len(freeing), tried=tuple(tried)), elsewhere
 
 
 def _next(change: Change, refused: PlanError, *, last: bool) -> list[Change]:
@@ -459,14 +469,6 @@ def _refused(change: Change, paths: Plan, budget: _Budget, *, chain: Chain) -> P
         return None
     except PlanError as error:
         return error
-
-
-def _upright(change: Change, paths: Plan, budget: _Budget, *, chain: Chain) -> Plan | None:
-    """Return the plan of a demonstration that prints in another place with its mean normal up."""
-    changed = change.paths(paths)
-    with suppress(PlanError):
-        return chain(changed, placement_of(changed), budget.stages(change.name, counted=False))
-    return None
 
 
 def _with_proof(error: PlanError, refusal: Refusal) -> PlanError:

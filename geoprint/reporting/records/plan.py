@@ -178,8 +178,14 @@ class OrientationRecord(Record):
 class MovedRecord(Record):
     """Where a demonstration was moved, because where the cell puts it, it is refused however it is turned."""
 
-    position_mm: tuple[Rounded, Rounded, Rounded] = Field(
+    position_mm: tuple[Thousandths, Thousandths, Thousandths] = Field(
         description="position of the demonstration's centroid in the base frame; `demo_position_mm` in a cell [mm]"
+    )
+    rpy_deg: tuple[Thousandths, Thousandths, Thousandths] = Field(
+        description=(
+            "roll, pitch and yaw of the demonstration about the base's fixed axes, after its mean normal was "
+            "turned up; `demo_rpy_deg` in a cell [degrees]"
+        )
     )
     start_refused: str = Field(description="reason why the demonstration is refused where the cell puts it")
 
