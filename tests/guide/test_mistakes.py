@@ -38,7 +38,8 @@ radius = 4.0
 
 
 def far_cell(folder: Path) -> None:
-    text = packaged_cell_text("irb120-bent45")
+    # It says how the part is turned, so that it stays there.
+    text = packaged_cell_text("irb120-bent45").replace("# demo_rpy_deg", "demo_rpy_deg")
     (folder / "far.toml").write_text(re.sub(r"(?m)^demo_position_mm = .*", "demo_position_mm = [900, 0, 50]", text))
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from geoprint.config import job_of, packaged_cell_text
 from geoprint.errors import ClearanceError, PlanError, ReachError
@@ -161,19 +162,20 @@ def wide_cap(folder: Path, *, turned: bool) -> Plan:
 
 
 def printing_at(*position: float) -> Callable[[Plan, Placement, Stages], Plan]:
-    """Return a chain that prints what stands in one place of the base [mm]."""
+    """Return a chain that prints what stands in one place of the base [mm]; anywhere but in the cell's without one."""
 
     def chain(paths: Plan, placement: Placement, _: Stages) -> Plan:
-        if tuple(placement.T_base_fixture[:3, 3].tolist()) != position:
+        at = tuple(placement.T_base_fixture[:3, 3].tolist())
+        if at == (300.0, 0.0, 50.0) or (position and at != position):
             raise ReachError("joint 4 is at its limit.", lost=0.01)
         return replace(paths, workpiece=replace(paths.workpiece, placement=placement))
 
     return chain
 
 
-@pytest.mark.parametrize("position", [(300.0, 0.0, 100.0), (350.0, 0.0, 50.0)])
+@pytest.mark.parametrize("position", [(), (300.0, 0.0, 100.0), (350.0, 0.0, 50.0)])
 def test_a_demonstration_that_prints_elsewhere_is_moved_there_and_says_why(
-    position: tuple[float, float, float], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    position: tuple[float, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def nothing(*_: object, **__: object) -> tuple[tuple[()], int]:
         return (), 77
@@ -186,14 +188,25 @@ def test_a_demonstration_that_prints_elsewhere_is_moved_there_and_says_why(
     moved, placement = found.workpiece.moved, found.workpiece.placement
     assert moved is not None
     assert placement is not None
-    assert tuple(moved.position.tolist()) == position
+    assert tuple(moved.position.tolist()) == position or not position
     assert moved.start.startswith("joint 4 is at its limit. That holds with its mean normal up, and for 77 ")
-    np.testing.assert_array_equal(placement.T_base_fixture[:3, 3], position)
-    np.testing.assert_array_equal(found.workpiece.cell.demo_position, position)
+    np.testing.assert_array_equal(placement.T_base_fixture[:3, 3], moved.position)
+    np.testing.assert_array_equal(found.workpiece.cell.demo_position, moved.position)
+    turned = Rotation.from_euler("xyz", moved.rpy).as_matrix()
+    np.testing.assert_allclose(placement.T_base_fixture[:3, :3], turned, atol=1e-9)
     # What nobody has stated is as unknown there as before.
     assert placement.missing == paths.workpiece.placement.missing
     np.testing.assert_array_equal(found.poses.tips[found.poses.deposit], paths.poses.tips[paths.poses.deposit])
-    assert "looking for what would change it" in seen
+    assert ("looking for what would change it" in seen) == bool(position)
+
+
+@pytest.mark.usefixtures("few_changes")
+def test_what_no_place_mends_is_not_moved(tmp_path: Path) -> None:
+    paths = wide_cap(tmp_path, turned=False)
+    seen: list[str] = []
+    error = ClearanceError("the needle hits.", solid="needle", against="part wide.ply", distance=-1.0, wanted=0.5)
+    refusal(paths, Chain(error), seen=seen)
+    assert "position" not in seen
 
 
 def test_a_demonstration_of_which_the_cell_says_how_it_stands_is_not_moved_and_the_place_is_named(

@@ -197,14 +197,16 @@ def test_a_part_between_walls_is_moved_out_of_them_and_its_bundle_says_so(tmp_pa
     assert robot.clearance.smallest >= 0.5
     np.testing.assert_allclose(robot.placement.T_base_fixture[:3, 3], moved.position, atol=1e-9)
     (note,) = [line for line in outcome_text(record_plan(planned)).splitlines() if "part moved to" in line]
-    stated = f"demo_position_mm = [{', '.join(f'{value:g}' for value in moved.position)}]"
-    assert note.startswith(f"note: part moved to {stated}, where it prints. Where the cell puts it: in run 1 at tip")
+    position, rpy = (", ".join(f"{value:g}" for value in each) for each in (moved.position, np.degrees(moved.rpy)))
+    stated = f"demo_position_mm = [{position}]", f"demo_rpy_deg = [{rpy}]"
+    assert note.startswith(f"note: part moved to {stated[0]}, {stated[1]}. Where the cell puts it, it is refused: ")
     assert "obstacle wall" in note
 
     planned.save(tmp_path / "out")
     assert check_bundle(tmp_path / "out").findings == ()
     # In the place that is told it is not moved.
-    cell.write_text(cell.read_text().replace("demo_position_mm = [300, 0, 50]", stated), encoding="utf-8")
+    text = cell.read_text(encoding="utf-8").replace("demo_position_mm = [300, 0, 50]", stated[0])
+    cell.write_text(text.replace("# demo_rpy_deg = [0, 0, 0]", stated[1]), encoding="utf-8")
     again = plan(job_of(surface=path, unit="mm", spacing=2.0, cell=cell, place="demo"))
     assert again.workpiece.moved is None
     np.testing.assert_array_equal(again.robot[0].trajectory.joints, robot.trajectory.joints)
