@@ -144,7 +144,7 @@ def _rounded(pose: FixturePose) -> FixturePose:
     )
 
 
-def moved(paths: Plan, refused: PlanError, stage: Stages, *, chain: Chain) -> Plan | None:
+def moved(paths: Plan, refused: PlanError, stage: Stages, *, chain: Chain) -> Plan:
     """Return the plan of a demonstration where the arm reaches it with the largest margin that passes every check.
 
     Args:
@@ -153,26 +153,26 @@ def moved(paths: Plan, refused: PlanError, stage: Stages, *, chain: Chain) -> Pl
         stage: names and times the work.
         chain: plans the robot at a placement.
 
-    Returns:
-        The plan, or None where the cell says how the part stands, moving does not help, or no place serves.
+    Raises:
+        PlanError: the cell says how the part stands, moving it does not help, or every other place is refused as well.
     """
     workpiece = paths.workpiece
     if not workpiece.turnable or not _may_help(refused, workpiece):
-        return None
+        raise refused
     with stage("position"):
         try:
             candidates = candidates_of(paths, paths.poses, room_of(workpiece))
         except InputError:
-            return None
-    for candidate in candidates[:ATTEMPTS]:
-        if candidate.margin <= 0.0:
-            break
+            raise refused from None
+    reached = [candidate.pose for candidate in candidates if candidate.margin > 0.0][:ATTEMPTS]
+    for pose in reached:
         try:
-            return chain(paths_at(paths, candidate.pose), placement_at(workpiece, candidate.pose), stage)
+            return chain(paths_at(paths, pose), placement_at(workpiece, pose), stage)
         except PlanError as error:
             if not _may_help(error, workpiece):
-                break
-    return None
+                raise refused from None
+    found = "It is refused in the best other place as well" if reached else "No other place is within reach"
+    raise type(refused)(f"{str(refused).rstrip('.')}. {found}.", **refused.details) from refused
 
 
 def _in_words(oriented: Oriented) -> str:

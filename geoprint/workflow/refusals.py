@@ -266,16 +266,23 @@ def printed(paths: Plan, placement: Placement, stage: Stages, *, chain: Chain) -
         if arm_of(paths.workpiece).closed_form is None or not paths.poses.deposit.any():
             raise
         refused = error
-    elsewhere = moved(paths, refused, stage, chain=chain)
-    if elsewhere is None:
-        worst, exhausted = _exhausted(refused, paths, placement, stage)
-        budget = _Budget(stage, motions=stage.begun(MOTION) - before)
-        refusal, elsewhere = _tried(paths, exhausted, worst, budget, chain=chain)
-        if elsewhere is None:
-            raise _with_proof(refused, refusal) from refused
-    cell = elsewhere.workpiece.cell
+    try:
+        return _elsewhere(moved(paths, refused, stage, chain=chain), refused)
+    except (ReachError, ClearanceError) as error:
+        refused = error
+    worst, exhausted = _exhausted(refused, paths, placement, stage)
+    budget = _Budget(stage, motions=stage.begun(MOTION) - before)
+    refusal, planned = _tried(paths, exhausted, worst, budget, chain=chain)
+    if planned is None:
+        raise _with_proof(refused, refusal) from refused
+    return _elsewhere(planned, refused)
+
+
+def _elsewhere(planned: Plan, refused: PlanError) -> Plan:
+    """Return a plan of a demonstration that was moved, with what refuses it where the cell puts it."""
+    cell = planned.workpiece.cell
     there = Moved(cell.demo_position, demo_rpy(cell), str(refused))
-    return replace(elsewhere, workpiece=replace(elsewhere.workpiece, moved=there))
+    return replace(planned, workpiece=replace(planned.workpiece, moved=there))
 
 
 def proven(error: PlanError, paths: Plan, placement: Placement, stage: Stages) -> PlanError:
@@ -381,7 +388,7 @@ def _tried(
     freeing = [change for change in offered if rooms[change] > 0.0]
     waiting = _ordered(freeing, rooms, paths, exhausted)
     tried: list[TriedChange] = []
-    elsewhere: Plan | None = None
+    planned: Plan | None = None
     while waiting and len(tried) < LARGEST_TRIED and not budget.spent:
         change = waiting.pop(0)
         refused = _refused(change, paths, budget, chain=chain)
@@ -389,12 +396,12 @@ def _tried(
             break
         if isinstance(refused, Plan):
             tried.append(TriedChange(change.name, change.keys, ""))
-            elsewhere = refused if change.kind == PLACE and paths.workpiece.turnable else None
+            planned = refused if change.kind == PLACE and paths.workpiece.turnable else None
             break
         tried.append(TriedChange(change.name, change.keys, shortfall(refused)))
         if of_the_needle(refused):
             waiting[:0] = _next(change, refused, last=len(tried) > 1 or not waiting)
-    return Refusal(exhausted, screened=len(offered), freeing=len(freeing), tried=tuple(tried)), elsewhere
+    return Refusal(exhausted, screened=len(offered), freeing=len(freeing), tried=tuple(tried)), planned
 
 
 def _next(change: Change, refused: PlanError, *, last: bool) -> list[Change]:
