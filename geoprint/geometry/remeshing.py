@@ -10,7 +10,7 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import splu
 
 from geoprint.errors import InputError, ResourceError, how_many
-from geoprint.geometry.clipping import part_of
+from geoprint.geometry.clipping import FLAT_ENOUGH, part_of
 from geoprint.geometry.creases import INSIDE, ON_CREASE, ON_RIM, creases, edges_alone
 from geoprint.geometry.native import missing
 from geoprint.geometry.operators import (
@@ -24,7 +24,7 @@ from geoprint.geometry.operators import (
     sum_around_vertices,
     vertex_normals,
 )
-from geoprint.geometry.points import closest, closest_in_triangles, positions
+from geoprint.geometry.points import closest, positions
 from geoprint.geometry.refine import FACE_LIMIT, FACES_PER_SQUARE
 from geoprint.geometry.remeshing_kernels import LEAST_COSINE, collapse, flip, split
 from geoprint.geometry.topology import boundary_half_edges, boundary_loops, edges, half_edges, twins, used_vertices
@@ -36,8 +36,6 @@ from geoprint.model import BoolArray, FloatArray, IntArray, Surface
 # Edges below this share of the median are contracted: twice the distance at which rim vertices count as one, so that
 # preparing joins none that are meant to be apart.
 SHORT_SHARE = 0.1
-# How far vertices that go may lie off the faces that are left [mm]: half of what a part may lie off its file.
-FLAT_ENOUGH = 0.005
 # Faces between two border edges that are lower than this share of the third side (angles of about a degree) go: the
 # border moves by less than the height.
 FLAT_SHARE = 0.02
@@ -48,8 +46,8 @@ def contracted(surface: Surface) -> Surface:
 
     An edge goes, with the faces beside it, when its ends have no common neighbour but the corners of these faces (the
     link condition [Dey1999]), when it does not run across the surface from border to border, and when no face turns
-    over or leaves a vertex that was on it by more than FLAT_ENOUGH; flat faces go all the same. The end on the border
-    stays where it is, else the one of the smaller index. The shortest edges go first.
+    over or gets a corner farther than FLAT_ENOUGH off its plane. The end on the border stays where it is, else the one
+    of the smaller index. The shortest edges go first.
 
     Args:
         surface: manifold.
@@ -99,7 +97,6 @@ def _contract(surface: Surface, pairs: IntArray, on_rim: BoolArray) -> IntArray:
     around = _faces_around(faces, pairs)
     merged: dict[int, int] = {}
     gone: set[int] = set()
-    went: dict[int, list[int]] = {}
     for first, second in pairs.tolist():
         kept, lost = _current(merged, first), _current(merged, second)
         if on_rim[lost] and not on_rim[kept]:
@@ -112,11 +109,8 @@ def _contract(surface: Surface, pairs: IntArray, on_rim: BoolArray) -> IntArray:
         # Compared with the face as given: several small turns may add up.
         if moved and _turns_over(surface.vertices, faces[moved], np.array(after)):
             continue
-        going = [lost, *went.get(lost, [])]
-        flat = _is_flat(surface.vertices, np.array([corners[face] for face in sorted(beside)])).any()
-        if moved and not (on_rim[lost] or flat) and _leaves(surface.vertices, going, np.array(after)):
+        if moved and _leaves(surface.vertices, faces[moved], surface.vertices[kept]):
             continue
-        went[kept] = [*went.get(kept, []), *going]
         for face, renamed in zip(moved, after, strict=True):
             corners[face] = renamed
         for face in beside:
@@ -163,11 +157,11 @@ def _is_flat(vertices: FloatArray, faces: IntArray) -> BoolArray:
     return np.linalg.norm(doubled_area_vectors(vertices, faces), axis=1) < FLAT_SHARE * lengths.max(axis=1) ** 2
 
 
-def _leaves(vertices: FloatArray, going: list[int], after: IntArray) -> bool:
-    """Return whether one of some vertices would lie farther than FLAT_ENOUGH off all of (k, 3) faces."""
-    corners = np.tile(vertices[after], (len(going), 1, 1))
-    _, squares = closest_in_triangles(np.repeat(vertices[going], len(after), axis=0), corners)
-    return bool((squares.reshape(len(going), -1).min(axis=1) > FLAT_ENOUGH**2).any())
+def _leaves(vertices: FloatArray, faces: IntArray, corner: FloatArray) -> bool:
+    """Return whether a (3,) new corner of some of (k, 3) faces is farther than FLAT_ENOUGH off their plane."""
+    normals = doubled_area_vectors(vertices, faces)
+    lifts = np.abs(np.einsum("kx,kx->k", normals, corner - vertices[faces[:, 0]]))
+    return bool((lifts > FLAT_ENOUGH * np.linalg.norm(normals, axis=1)).any())
 
 
 def _current(merged: dict[int, int], vertex: int) -> int:
