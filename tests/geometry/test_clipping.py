@@ -86,6 +86,26 @@ def test_both_sides_of_a_cut_make_up_the_whole_and_keep_its_shape(
         assert np.einsum("mx,mx->m", face_normals(side), side.vertices[side.faces].mean(axis=1)).min() > 0.0
 
 
+@settings(max_examples=40, deadline=None)
+@given(normal=st.tuples(*[st.floats(-1.0, 1.0)] * 3), level=st.floats(-0.6, 0.6), seed=st.integers(0, 5))
+def test_what_rids_a_cut_of_slivers_keeps_the_surface_where_its_faces_meet_at_an_angle(
+    normal: tuple[float, float, float], level: float, seed: int
+) -> None:
+    """Edges of 3 to 6 mm, between faces that meet at 10 to 20 degrees: a share of an edge across one is 0.1 mm high."""
+    axis = np.array(normal)
+    if np.linalg.norm(axis) < 0.1:
+        axis = np.array([0.0, 0.0, 1.0])
+    surface = sphere(radius=20.0, subdivisions=2, jitter_seed=seed)
+    values = surface.vertices @ (axis / np.linalg.norm(axis)) - 20.0 * level
+    cut = trimmed(contracted(clipped(surface, values[:, None])))
+    corners = cut.vertices[cut.faces]
+    places = np.vstack(
+        [cut.vertices, corners.mean(axis=1), (0.5 * (corners + np.roll(corners, 1, axis=1))).reshape(-1, 3)]
+    )
+    # Half of what a part may lie off its file, for each of two steps.
+    assert closest(surface, places)[1].max() < 0.01
+
+
 def test_a_cut_leaves_no_edge_much_shorter_than_the_snap_share() -> None:
     surface = disc(radius=20.0, rings=12, jitter_seed=1)
     cut = clipped(surface, (np.linalg.norm(surface.vertices, axis=1) - 11.0)[:, None])

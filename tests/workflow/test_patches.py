@@ -18,7 +18,7 @@ from geoprint.geometry.files import load, save_ply
 from geoprint.model import FloatArray, Surface
 from geoprint.reporting import patch_text, summary
 from geoprint.results import Patch
-from geoprint.workflow import PatchChoice, cut_patch, plan
+from geoprint.workflow import PatchChoice, check_bundle, cut_patch, plan
 from tests.meshes import plate, sphere
 from tests.shared_data import shared
 
@@ -169,3 +169,19 @@ def test_a_disc_of_a_heart_is_a_disc(place: tuple[float, float, float]) -> None:
     patch = cut_patch(body, chosen(place, radius=15.0))
     assert patch.preparation.topology == "disc"
     assert patch.preparation.area == pytest.approx(np.pi * 15.0**2, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("heart", "place", "radius"),
+    [
+        ("rodero01_aorta_wall", (28.929, 43.87, 100.357), 16.4),
+        ("rodero01_outer_skin_closed", (72.19, 97.737, 85.568), 19.6),
+    ],
+)
+def test_a_disc_of_a_heart_lies_on_the_heart_for_whoever_checks_its_bundle(
+    heart: str, place: tuple[float, float, float], radius: float, tmp_path: Path
+) -> None:
+    patch = {"at": list(place), "radius": radius}
+    surface = shared(f"hearts/{heart}.ply")
+    plan(job_of(surface=surface, unit="mm", patch=patch, spacing=4.0, robot=False)).save(tmp_path / "out")
+    assert check_bundle(tmp_path / "out").findings == ()
