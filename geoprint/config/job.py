@@ -547,7 +547,8 @@ class Job(Table):
     place: Annotated[
         Literal["demo", "best"] | None,
         Key(
-            "'demo': at demo_position_mm of the cell; 'best': where `geoprint place` puts it; programs only run dry.",
+            "'demo': at demo_position_mm of the cell, or where it prints; 'best': where `geoprint place` puts it. The "
+            "program only runs dry.",
             '"demo" # at demo_position_mm of the cell, "best" where the arm prints it best, for a program that runs '
             "only dry; else it must be calibrated",
             group="robot",
