@@ -23,9 +23,10 @@ NEAR, STRAIGHT = Path("irb120-bent45"), Path("irb120-straight160")
 
 @pytest.fixture(scope="module")
 def far(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a cell whose part stands out of reach."""
+    """Return a cell whose part stands out of reach; it says how the part is turned, so that it stays there."""
     path = tmp_path_factory.mktemp("cells") / "far.toml"
-    path.write_text(packaged_cell_text("irb120-bent45").replace("[300, 0, 50]", "[900, 0, 50]"), encoding="utf-8")
+    text = packaged_cell_text("irb120-bent45").replace("[300, 0, 50]", "[900, 0, 50]")
+    path.write_text(text.replace("# demo_rpy_deg", "demo_rpy_deg"), encoding="utf-8")
     return path
 
 
