@@ -31,8 +31,8 @@ from geoprint.reporting.records.evidence import EvidenceRecord
 from geoprint.reporting.records.plan import PlanRecord, RobotRecord
 from geoprint.reporting.records.rounding import as_json
 from geoprint.reporting.robot_summary import record_switching
-from geoprint.robot.arm import Arm, check_load, unconfirmed_kinematics
-from geoprint.robot.timing import joints_at, tips_at, unconfirmed_speeds
+from geoprint.robot.arm import UNCONFIRMED_KINEMATICS, Arm, check_load
+from geoprint.robot.timing import UNCONFIRMED_SPEEDS, joints_at, tips_at
 from geoprint.toolpath import largest_lean, mean_lean
 from geoprint.workflow.bundles import is_layer, path_findings, program_files, program_finding, stream_of
 from geoprint.workflow.check_inputs import differences, planned_cell, planned_job, settings_findings, setup_findings
@@ -515,8 +515,8 @@ def _header_findings(
         *said.checked,
         check_load(setup.cell.tool, arm).sentence,
     ]
-    # What a library that is not there would have confirmed is no matter of the program.
-    apart = {*unconfirmed_kinematics(), *unconfirmed_speeds()}
+    # What a library would have confirmed that was not there when it was planned is no matter of the program.
+    apart = {UNCONFIRMED_KINEMATICS, UNCONFIRMED_SPEEDS}
     skipped = [*(text for text in said.not_checked if text not in apart), _REAL]
     wanted = [*begins, *(f"Checked: {text}" for text in checked), *(f"Not checked: {text}" for text in skipped)]
     files = dict(program_files(one.folder, setup.cell))

@@ -14,7 +14,10 @@ from geoprint.robot.arm.configuration import (
     singularity_distances as singularity_distances,
     wrist_angles as wrist_angles,
 )
-from geoprint.robot.arm.confirmation import unconfirmed_kinematics as unconfirmed_kinematics
+from geoprint.robot.arm.confirmation import (
+    UNCONFIRMED_KINEMATICS as UNCONFIRMED_KINEMATICS,
+    unconfirmed_kinematics as unconfirmed_kinematics,
+)
 from geoprint.robot.arm.kinematics import (
     Arm as Arm,
     about_nozzle as about_nozzle,

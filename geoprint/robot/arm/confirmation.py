@@ -18,11 +18,13 @@ if TYPE_CHECKING:
 
 # Poses found by two calculations differ by rounding only [m, and the same number for entries of a rotation].
 AGREEMENT = 1e-9
+# What a plan says of its kinematics where no second library confirms them.
+UNCONFIRMED_KINEMATICS = "the kinematics, by a second library: pin is not installed"
 
 
 def unconfirmed_kinematics() -> tuple[str, ...]:
     """Return what a plan is to say of its kinematics where no second library confirms them."""
-    return () if _is_installed() else ("the kinematics, by a second library: pin is not installed",)
+    return () if _is_installed() else (UNCONFIRMED_KINEMATICS,)
 
 
 def confirm(robot: Robot, *, joints: FloatArray, Ts_base_link: FloatArray, Ts_base_flange: FloatArray) -> None:

@@ -1,6 +1,9 @@
 """When the arm is where: TOPP-RA, the speed profile of the tip, slowdowns, and what is verified of them."""
 
-from geoprint.robot.timing.confirmation import unconfirmed_speeds as unconfirmed_speeds
+from geoprint.robot.timing.confirmation import (
+    UNCONFIRMED_SPEEDS as UNCONFIRMED_SPEEDS,
+    unconfirmed_speeds as unconfirmed_speeds,
+)
 from geoprint.robot.timing.knots import OffMoves as OffMoves, held_straight as held_straight, off_moves as off_moves
 from geoprint.robot.timing.moments import joints_at as joints_at, largest_jerk as largest_jerk, tips_at as tips_at
 from geoprint.robot.timing.print_speed import (

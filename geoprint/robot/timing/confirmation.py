@@ -29,6 +29,8 @@ AGREEMENT = 1e-3
 # toppra gets a unit of time in which the highest ceiling is this speed [m/unit], and lengths in metres: in millimetres
 # it often fails.
 UNIT_SPEED = 0.1
+# What a plan says of its speeds where no second solver confirms them.
+UNCONFIRMED_SPEEDS = "the speeds, by a second library: toppra is not installed"
 
 
 def is_installed() -> bool:
@@ -38,7 +40,7 @@ def is_installed() -> bool:
 
 def unconfirmed_speeds() -> tuple[str, ...]:
     """Return what a plan is to say of its speeds where no second solver confirms them."""
-    return () if is_installed() else ("the speeds, by a second library: toppra is not installed",)
+    return () if is_installed() else (UNCONFIRMED_SPEEDS,)
 
 
 def confirm(problem: Problem, speeds: FloatArray) -> bool:
