@@ -87,7 +87,7 @@ def notes_of(plan: Plan, record: PlanRecord) -> tuple[str, ...]:
             else [record.surface.side.sentence]
         ),
         *(placement_texts(record.robot) if plan.job.place == "demo" else []),
-        *(sentence for robot in record.robot for sentence in orientation_notes(robot.motion)),
+        *(sentence for robot in record.robot for sentence in demonstration_notes(robot.motion)),
         *_inside(record.patches),
         *(f"{file.name} is {said}." for file in plan.workpiece.files if (said := rebuilt_in_words(file))),
         *_repairs(plan.workpiece),
@@ -134,7 +134,7 @@ def placement_texts(robots: Sequence[RobotRecord]) -> list[str]:
     return [f"{unknown} unknown: programs only run dry until you state {' and '.join(missing)}."][: len(missing)]
 
 
-def orientation_notes(motion: MotionRecord) -> list[str]:
+def demonstration_notes(motion: MotionRecord) -> list[str]:
     """Return how a demonstration was turned or moved and why, if it was."""
     notes: list[str] = []
     if (moved := motion.placement_moved) is not None:

@@ -17,7 +17,7 @@ from geoprint.geometry import in_words
 from geoprint.model import PASCAL_PER_KPA, FloatArray, Process
 from geoprint.postprocessor import Json, Orders, Setup, StackSettings, Timeline, waits
 from geoprint.postprocessor.registry import joining_of, post_processor_name, post_processor_of
-from geoprint.reporting.cautions import near_borders, orientation_notes
+from geoprint.reporting.cautions import demonstration_notes, near_borders
 from geoprint.reporting.check import (
     AttitudeSettingsNow,
     Checked,
@@ -219,7 +219,7 @@ def run_sheet(checked: Checked, *, width: int | None = None) -> str:
         ("SHA-256", [checked.program_sha256]),
         ("is set to", [*handling.settings]),
         ("patches", _patches(record.patches)),
-        ("placement", [*_placement(setup), *orientation_notes(robot.motion)]),
+        ("placement", [*_placement(setup), *demonstration_notes(robot.motion)]),
         ("extent", _reach(setup, orders, robot.motion)),
         ("closest approach", _closest(robot.clearance)),
         ("signals", _signals(setup, switching)),

@@ -135,9 +135,10 @@ def setup_findings(
         yield Finding(PLAN, 1, reason)
     wanted = attitude_cell(cell.at_speed(speed), number=number, count=count)
     motion = record.robot[number - 1].motion
-    if motion.placement_orientation is not None or motion.placement_moved is not None:
-        demo = setup.cell
-        wanted = replace(wanted, demo_position=demo.demo_position, demo_rotation=demo.demo_rotation)
+    if (moved := motion.placement_moved) is not None:
+        wanted = replace(wanted, demo_position=np.array(moved.position_mm))
+    if moved is not None or motion.placement_orientation is not None:
+        wanted = replace(wanted, demo_rotation=setup.cell.demo_rotation)
     if job.feedback is not None:
         lags = setup.cell.signals
         wanted = replace(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -27,7 +28,7 @@ from geoprint.geometry import (
     prepare,
     trimmed,
 )
-from geoprint.model import Surface
+from geoprint.model import FloatArray, Surface
 from tests.meshes import annulus, disc, plate, sphere, spherical_cap, torus
 
 
@@ -66,38 +67,43 @@ def test_what_lies_in_the_bounding_plane_itself_is_kept() -> None:
     assert len(clipped(surface, np.column_stack([-z, z - 5.0])).faces) == len(surface.faces)
 
 
+any_plane = given(normal=st.tuples(*[st.floats(-1.0, 1.0)] * 3), level=st.floats(-0.6, 0.6), seed=st.integers(0, 5))
+
+
+def coarse_sphere(
+    normal: tuple[float, float, float], level: float, seed: int
+) -> tuple[Surface, Callable[[FloatArray], FloatArray]]:
+    """Return a sphere of 20 mm with edges of 3 to 6 mm, and how high places are over a plane through it."""
+    axis = np.array(normal) if np.linalg.norm(normal) >= 0.1 else np.array([0.0, 0.0, 1.0])
+    axis /= np.linalg.norm(axis)
+    return sphere(radius=20.0, subdivisions=2, jitter_seed=seed), lambda places: places @ axis - 20.0 * level
+
+
 @settings(max_examples=25, deadline=None)
-@given(normal=st.tuples(*[st.floats(-1.0, 1.0)] * 3), level=st.floats(-0.6, 0.6), seed=st.integers(0, 5))
+@any_plane
 def test_both_sides_of_a_cut_make_up_the_whole_and_keep_its_shape(
     normal: tuple[float, float, float], level: float, seed: int
 ) -> None:
-    axis = np.array(normal)
-    if np.linalg.norm(axis) < 0.1:
-        axis = np.array([0.0, 0.0, 1.0])
-    surface = sphere(radius=20.0, subdivisions=2, jitter_seed=seed)
-    values = surface.vertices @ (axis / np.linalg.norm(axis)) - 20.0 * level
+    surface, height = coarse_sphere(normal, level, seed)
+    values = height(surface.vertices)
     low, high = clipped(surface, values[:, None]), clipped(surface, -values[:, None])
     # Vertices that slide onto the cut move the surface by a small share of an edge.
     assert area(low) + area(high) == pytest.approx(area(surface), rel=5e-3)
     assert euler_characteristic(low) == euler_characteristic(high) == 1
     for side in (low, high):
         rim = side.vertices[boundary_loops(side)[0]]
-        assert np.abs(rim @ (axis / np.linalg.norm(axis)) - 20.0 * level).max() < 1e-9
+        assert np.abs(height(rim)).max() < 1e-9
         assert np.einsum("mx,mx->m", face_normals(side), side.vertices[side.faces].mean(axis=1)).min() > 0.0
 
 
 @settings(max_examples=40, deadline=None)
-@given(normal=st.tuples(*[st.floats(-1.0, 1.0)] * 3), level=st.floats(-0.6, 0.6), seed=st.integers(0, 5))
+@any_plane
 def test_what_rids_a_cut_of_slivers_keeps_the_surface_where_its_faces_meet_at_an_angle(
     normal: tuple[float, float, float], level: float, seed: int
 ) -> None:
-    """Edges of 3 to 6 mm, between faces that meet at 10 to 20 degrees: a share of an edge across one is 0.1 mm high."""
-    axis = np.array(normal)
-    if np.linalg.norm(axis) < 0.1:
-        axis = np.array([0.0, 0.0, 1.0])
-    surface = sphere(radius=20.0, subdivisions=2, jitter_seed=seed)
-    values = surface.vertices @ (axis / np.linalg.norm(axis)) - 20.0 * level
-    cut = trimmed(contracted(clipped(surface, values[:, None])))
+    """Between faces that meet at 10 to 20 degrees a share of an edge across one is 0.1 mm high."""
+    surface, height = coarse_sphere(normal, level, seed)
+    cut = trimmed(contracted(clipped(surface, height(surface.vertices)[:, None])))
     corners = cut.vertices[cut.faces]
     places = np.vstack(
         [cut.vertices, corners.mean(axis=1), (0.5 * (corners + np.roll(corners, 1, axis=1))).reshape(-1, 3)]
