@@ -23,7 +23,7 @@ from geoprint.model.motion import (
     Targets as Targets,
     Trajectory as Trajectory,
 )
-from geoprint.model.path import PoseStream as PoseStream, Toolpath as Toolpath
+from geoprint.model.path import PoseStream as PoseStream, Toolpath as Toolpath, printing_steps as printing_steps
 from geoprint.model.process import (
     ACCURACY_LENGTH as ACCURACY_LENGTH,
     FLOW_SHARES as FLOW_SHARES,

@@ -75,8 +75,9 @@ class PoseStream:
         levels: (p,) contour level, or where a run has no whole one the whole part of its row; -1 on travel.
         layers: (p,) layer.
         deposit: (p,) whether material is deposited from this pose to the next one of the same run.
-        stops: (p,) whether the tool comes to rest here: ends of runs, corners of travel.
-        arcs: (p,) arc length from the start of the run [mm]; on travel from the start of the travel.
+        stops: (p,) whether the tool comes to rest here: ends of runs, or of the leads before and behind them, corners
+            of travel.
+        arcs: (p,) arc length from the start of the run [mm]; on travel, and on a lead, from its start.
         flow: (p,) volume to deposit per length of path [mm3/mm], 0 on travel.
         standoff: height of the tip over the surface on deposit [mm].
     """
@@ -116,6 +117,11 @@ class PoseStream:
         return self.deposit[1:] & self.deposit[:-1] & (self.runs[1:] == self.runs[:-1])
 
     @property
+    def printing(self) -> BoolArray:
+        """(p - 1,) whether a step moves as the print does, `printing_steps`."""
+        return printing_steps(self.stops, self.deposited)
+
+    @property
     def stops_while_laying(self) -> int:
         """How often the tool comes to rest in the middle of a deposit."""
         return int((self.deposited[1:] & self.deposited[:-1] & self.stops[1:-1]).sum())
@@ -142,3 +148,17 @@ class PoseStream:
             runs=self.runs[rows], levels=self.levels[rows], layers=self.layers[rows], deposit=self.deposit[rows],
             stops=self.stops[rows], arcs=self.arcs[rows], flow=self.flow[rows],
         )  # fmt: skip
+
+
+def printing_steps(stops: BoolArray, deposited: BoolArray) -> BoolArray:
+    """Return which steps have the speed of the print: from rest to rest about a deposit, its leads among them.
+
+    Args:
+        stops: (p,) where the tool comes to rest.
+        deposited: (p - 1,) whether material is deposited from each place to the next.
+
+    Returns:
+        (p - 1,) flags.
+    """
+    legs = np.cumsum(stops)[:-1]
+    return np.bincount(legs, deposited).astype(np.bool_)[legs]

@@ -436,9 +436,10 @@ class _Judge:
             said, there = wait.arguments[0], wait.arguments[1]
             asked = np.array(position(there)) * 1e3 if isinstance(there, Pose) else np.full(3, np.inf)
             off = float(np.linalg.norm(asked - place))
-            if said != event.target or off > MOST_PLACE:
+            move = event.target + self._in_blend(made, event)
+            if said != move or off > MOST_PLACE:
                 what = f"it waits for a place {off:.4f} mm beside the planned one, in the move to target {said!r}"
-                findings.append(refusal(FILE, wait.line, f"{made.name}, {what} (planned {event.target})"))
+                findings.append(refusal(FILE, wait.line, f"{made.name}, {what} (planned {move})"))
             passed = self._passed(made, pieces, first, event, place)
             late = each.time - passed.time
             if event.from_start and self.waits[event.target - 1] > 0.0 and event.distance == 0.0:
@@ -449,6 +450,13 @@ class _Judge:
             tip = tip_at(made, each.time)
             farthest = max(farthest, float(np.linalg.norm(tip - passed.place)))
         return findings, self._all_switched(made, sets), farthest
+
+    def _in_blend(self, made: Made, event: Event) -> bool:
+        """Tell whether the place of an event lies in the blend before its target, which the next move has begun by."""
+        left = event.distance
+        if event.from_start:
+            left = float(np.linalg.norm(np.diff(self.orders.tips[event.target - 1 : event.target + 1], axis=0))) - left
+        return left < 1e3 * made.path[event.target - 1].blend
 
     def _passed(
         self, made: Made, pieces: Mapping[int, list[Piece]], first: int, event: Event, place: FloatArray
@@ -499,10 +507,18 @@ class _Judge:
                 rest = max(each.time - before.ends, 0.0) if before.blend == 0.0 else 0.0
                 moment = float(self.orders.times[target - 1]) + rest
             else:
+                # A move begins with the blend before it, whose first half lies before the target that it goes around.
+                target -= int(before.blend > 0.0 and self._before(tip, target - 1))
                 distance = float(np.linalg.norm(tip - self.orders.tips[target]))
                 moment = moment_on(target, distance, self.orders, self.tips_at, from_start=False)
             found.append(Switched(moment, names.get(each.output, each.output), each.on, FILE, each.line))
         return tuple(found)
+
+    def _before(self, tip: FloatArray, target: int) -> bool:
+        """Tell whether a tip in the blend about a target has not come past it."""
+        return bool(
+            (tip - self.orders.tips[target]) @ np.diff(self.orders.tips[target - 1 : target + 1], axis=0)[0] < 0.0
+        )
 
     def _by_hand(self, made: Made) -> Iterator[VerificationError]:
         """Yield what the program itself switches on, but for priming and the final exposure, and what stays on."""

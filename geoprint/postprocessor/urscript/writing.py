@@ -21,7 +21,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from geoprint.errors import UsageError
-from geoprint.model import Cell, FloatArray, Placement, Process, Program, Tool
+from geoprint.model import Cell, FloatArray, Placement, Process, Program, Tool, printing_steps
 from geoprint.postprocessor.interface import RobotProgram
 from geoprint.postprocessor.orders import Event, Orders
 from geoprint.postprocessor.switching import waits
@@ -59,8 +59,9 @@ def written_script(program: RobotProgram, cell: Cell) -> Program:
     lines += ["def geoprint():", *_settings(placement), *_data(orders, cell, placement), *guard_lines(cell, placement)]
     waiting = waits(orders, cell.signals)
     edges = [0, *(np.flatnonzero(np.diff(orders.runs) != 0) + 1).tolist(), orders.count]
-    moves = _moves(orders, cell.process)
-    events = _placed(orders, program.events)
+    blends = _blends(orders)
+    moves = _moves(orders, blends, cell.process)
+    events = _placed(orders, program.events, blends)
     for number, (first, last) in enumerate(pairwise(edges), start=1):
         lines += _run(number, range(max(first, 1), last), moves, events, waiting)
     lines.append("  geo_begin()")
@@ -142,12 +143,18 @@ def _inertia(tool: Tool) -> FloatArray:
     return np.array([I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2]])
 
 
-def _moves(orders: Orders, process: Process) -> list[str]:
-    """Return the move to each target; that to the first is made by the guard."""
+def _blends(orders: Orders) -> FloatArray:
+    """Return the (t,) radius of the blend of each move [mm]; 0 for a rest."""
     steps = np.linalg.norm(np.diff(orders.tips, axis=0), axis=1)
     nearer = np.minimum(np.append(steps, 0.0), np.append(0.0, steps))
     blends = _rounded_down(np.minimum(orders.zones, _BLEND_SHARE * nearer), digits=_BLEND_DIGITS)
-    paces = _paces(orders, steps, np.where(blends < _SMALLEST_BLEND, 0.0, blends), process)
+    return np.where(blends < _SMALLEST_BLEND, 0.0, blends)
+
+
+def _moves(orders: Orders, blends: FloatArray, process: Process) -> list[str]:
+    """Return the move to each target; that to the first is made by the guard."""
+    steps = np.linalg.norm(np.diff(orders.tips, axis=0), axis=1)
+    paces = _paces(orders, steps, blends, process)
     speeds, accelerations = (_rounded_down(each, digits=_SPEED_DIGITS) for each in paces)
     places = _poses(orders.tips, orders.quaternions)
     durations = np.diff(orders.times)
@@ -157,7 +164,7 @@ def _moves(orders: Orders, process: Process) -> list[str]:
         if steps[k - 1] < _ON_THE_SPOT:
             moves.append(f"movel({at}, a=1.2, v=0.25, t={max(float(durations[k - 1]), _SHORTEST_MOVE):.4f} / geo_rate)")
             continue
-        blend = _plain(1e-3 * float(blends[k])) if blends[k] >= _SMALLEST_BLEND else "0"
+        blend = _plain(1e-3 * float(blends[k]))
         speed = _plain(1e-3 * float(speeds[k]))
         moves.append(f"movep({at}, a={_plain(1e-3 * float(accelerations[k]))}, v=geo_rate * {speed}, r={blend})")
     return moves
@@ -183,7 +190,8 @@ def _paces(orders: Orders, steps: FloatArray, blends: FloatArray, process: Proce
     taken = np.where(stops & ~starts, half[:-1] / before, 0.0)
     t = np.maximum(durations - given, _LEAST_TIME * durations) + taken
     L, B = steps - blends[:-1] - blends[1:], np.where(stops & ~starts, 2.0 * half[:-1], 0.0)
-    limit = np.where(orders.deposited[:-1], process.speed, process.travel_speed)
+    printing = printing_steps(orders.zones == 0.0, orders.deposited[:-1])
+    limit = np.where(printing, process.speed, process.travel_speed)
     # The neighbour's speed, where it neither begins nor ends at rest.
     other = np.where(starts, behind, before)
     even = np.where(starts, np.append(n[1:], 1.0), np.append(1.0, n[:-1])) == 0.0
@@ -211,13 +219,17 @@ def _half_blends(tips: FloatArray, steps: FloatArray, blends: FloatArray) -> Flo
 
 
 def _run(
-    number: int, targets: Sequence[int], moves: Sequence[str], events: Sequence[tuple[Event, str]], waiting: FloatArray
+    number: int,
+    targets: Sequence[int],
+    moves: Sequence[str],
+    events: Sequence[tuple[Event, int, str]],
+    waiting: FloatArray,
 ) -> list[str]:
     """Return the thread that switches in a run, and the function that moves."""
-    own = [(event, place) for event, place in events if event.target in targets]
     thread: list[str] = []
-    for event, place in own:
-        thread += [f"    geo_wait({event.target}, {place})", f"    {_CALLS[event.output]}({event.on})"]
+    for event, step, place in events:
+        if event.target in targets:
+            thread += [f"    geo_wait({step}, {place})", f"    {_CALLS[event.output]}({event.on})"]
     if thread:
         thread = [f"  thread geo_switch_{number}():", *thread, "  end"]
     lines = [*thread, f"  def geo_run_{number}():", f"    geo_enter({number})"]
@@ -232,19 +244,23 @@ def _run(
     return [*lines, "  end"]
 
 
-def _placed(orders: Orders, events: Sequence[Event]) -> list[tuple[Event, str]]:
-    """Return the events in the order of the path, each with the pose whose z axis is the path there."""
+def _placed(orders: Orders, events: Sequence[Event], blends: FloatArray) -> list[tuple[Event, int, str]]:
+    """Return the events in the order of the path, each with the move during which the tip passes its place, and that.
+
+    A blend belongs to the move behind its target. The place is a pose whose z axis is the path there.
+    """
     steps = np.diff(orders.tips, axis=0)
     lengths = np.linalg.norm(steps, axis=1)
     along = steps / np.maximum(lengths, _ON_THE_SPOT)[:, None]
-    found: list[tuple[int, float, Event, str]] = []
+    found: list[tuple[int, float, Event, int, str]] = []
     for event in events:
         move = event.target - 1
         gone = event.distance if event.from_start else float(lengths[move]) - event.distance
         place = orders.tips[move] + gone * along[move]
         axis = _direction(orders, along, event.target, gone, length=float(lengths[move]))
-        found.append((event.target, gone, event, _written_pose(place, _turn_to(axis))))
-    return [(event, place) for _, _, event, place in sorted(found, key=lambda each: each[:2])]
+        step = event.target + int(lengths[move] - gone < blends[event.target])
+        found.append((event.target, gone, event, step, _written_pose(place, _turn_to(axis))))
+    return [each[2:] for each in sorted(found, key=lambda each: each[:2])]
 
 
 def _direction(orders: Orders, along: FloatArray, target: int, gone: float, *, length: float) -> FloatArray:

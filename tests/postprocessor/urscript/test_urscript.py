@@ -67,6 +67,17 @@ def resting(shared_plans: SharedPlans) -> Path:
     return shared_plans.folder("URScript with rests", lambda folder: made(folder, text)) / "out"
 
 
+@pytest.mark.parametrize("lag", [0.045, 0.06, 0.1])
+def test_an_output_that_is_due_in_a_blend_switches_there(tmp_path: Path, lag: float) -> None:
+    made(tmp_path / "late", cell_text(valve_close_s=lag))
+    checked = check_bundle(tmp_path / "late" / "out")
+    assert checked.findings == ()
+    record = checked.record
+    assert record is not None
+    assert record.robot[0].program.switching is not None
+    assert record.robot[0].program.switching.largest_error_mm < 0.1
+
+
 @pytest.fixture
 def copy(bundle: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(bundle, tmp_path / "copy"))
