@@ -46,6 +46,8 @@ from geoprint.layers import plan_stack
 from geoprint.model import FloatArray
 from geoprint.reporting import PlanRecord
 
+# Targets that differ in their distance from a place by less than this are as near to it [mm].
+SAME_PLACE = 1e-3
 OWN = tuple(DATA / name for name in ("plate.ply", "heart_flat_patch.ply", "heart_apex_patch.ply"))
 BACKENDS = ("lscm", "heat")
 # Ways to plan a part: keys of its job. "mode" is that of the cell's signals, "field" the text of a field file.
@@ -453,11 +455,13 @@ class Wanted(NamedTuple):
     Attributes:
         lengths: of bead [mm].
         volumes: [mm3].
+        ends: (r, 2, 3) where each begins and ends on the surface [mm].
         widest: the largest flow [mm3/mm].
     """
 
     lengths: FloatArray
     volumes: FloatArray
+    ends: FloatArray
     widest: float
 
 
@@ -470,7 +474,8 @@ def wanted(poses: Path) -> Wanted:
     steps = np.flatnonzero(deposit[:-1] & deposit[1:] & (np.diff(runs) == 0.0))
     own = np.cumsum(np.append(False, (np.diff(steps) > 1) | (np.diff(runs[steps]) != 0.0)))
     lengths, volumes = (np.bincount(own, each[steps]).astype(np.float64) for each in (lengths, volumes))
-    return Wanted(lengths, volumes, float(flow[deposit].max()))
+    begins, ends = steps[np.diff(own, prepend=-1) > 0], steps[np.diff(own, append=own[-1] + 1) > 0] + 1
+    return Wanted(lengths, volumes, np.stack([places[begins], places[ends]], axis=1), float(flow[deposit].max()))
 
 
 def output_of(bundle: Path) -> float:
@@ -549,11 +554,13 @@ def at_ends(program: Program, beads: Wanted, *, rate: float, width: float) -> Fl
         rate: of the open valve [mm3/s].
         width: of the bead [mm].
     """
-    timing, stops = _Timing.of(program), np.flatnonzero(program.stops)
+    timing = _Timing.of(program)
     found = np.empty((len(beads.lengths), 2))
     for run, ((_, begun), (_, shut)) in enumerate(zip(timing.opened, timing.closed, strict=True)):
-        # A run lies between the stops at which its valve switches, but for ramp and lag.
-        first, last = (int(stops[np.abs(timing.ends[stops] - moment).argmin()]) for moment in (begun, shut))
+        first, last = (
+            _target_at(program, timing, place, about=moment, within=(shut - begun) / 4.0)
+            for place, moment in zip(beads.ends[run], (begun, shut), strict=True)
+        )
         passed = np.cumsum(timing.lengths[first + 1 : last + 1])
         looked = min(2.0 * width, passed[-1] / 2.0)
         times: list[float] = []
@@ -564,6 +571,17 @@ def at_ends(program: Program, beads: Wanted, *, rate: float, width: float) -> Fl
         flowed = rate * np.array([times[0] - begun + program.waits[first] / 2.0, shut - times[1]])
         found[run] = flowed * passed[-1] / (looked * beads.volumes[run])
     return found
+
+
+def _target_at(program: Program, timing: _Timing, place: FloatArray, *, about: float, within: float) -> int:
+    """Return the target over the end of a bead, near the moment at which its material begins or ends [s].
+
+    A run may begin where the one before ended, and a closed one ends where it began: the nearest in time counts.
+    """
+    near = np.flatnonzero(np.abs(timing.ends - about) < within)
+    away = np.linalg.norm(program.tips[near] - place, axis=1)
+    near = near[away < away.min() + SAME_PLACE]
+    return int(near[np.abs(timing.ends[near] - about).argmin()])
 
 
 def _moment(program: Program, move: int, left: float, lengths: FloatArray, ends: FloatArray) -> float:

@@ -143,8 +143,22 @@ def slowed(modules: Modules, *, run: int, factor: float) -> Modules:
 
 
 def late(modules: Modules, *, run: int) -> Modules:
-    """Let the valve of a run open where its deposit begins, and not as much earlier as it lags."""
-    return within_run(modules, run, lambda text: re.sub(r"(TriggIO tGeoValveOn),[\d.]+", r"\1,0", text))
+    """Let the valve of a run open behind the first target that is passed, and not as much earlier as it lags."""
+
+    def later(text: str) -> str:
+        lines = text.split("\n")
+        defined = next(k for k, line in enumerate(lines) if "TriggIO tGeoValveOn," in line)
+        trigger = re.sub(r",[\d.]+", r",0\\Start", lines.pop(defined), count=1)
+        lines = [re.sub(r"TriggL(.*),tGeoValveOn,", r"MoveL\1,", line) for line in lines]
+        moves = [k for k, line in enumerate(lines) if re.match(" *(MoveL|TriggL) ", line)]
+        passed = next(k for k, number in enumerate(moves) if ",fine," not in lines[number])
+        first = moves[passed + 1]
+        # What it switches already, as the lamp, is its second trigger then.
+        lines[first] = re.sub(r"TriggL(.*,vGeo\d+),(\w+),", r"TriggL\1,tGeoValveOn\\T2:=\2,", lines[first])
+        lines[first] = re.sub(r"MoveL(.*,vGeo\d+),", r"TriggL\1,tGeoValveOn,", lines[first])
+        return "\n".join([*lines[:first], trigger, *lines[first:]])
+
+    return within_run(modules, run, later)
 
 
 def left_open(modules: Modules, *, run: int) -> Modules:

@@ -21,20 +21,23 @@ JOINT_TOLERANCE, JOINTS_PER_MM = 1e-3, 0.03
 
 
 def largest_zones(orders: Orders) -> FloatArray:
-    """Return (t,) the zone of each target by its neighbours, runs and laying alone [mm]."""
+    """Return (t,) the zone of each target by its neighbours and runs alone [mm]."""
     distances = np.linalg.norm(np.diff(orders.tips, axis=0), axis=1)
     nearer = np.minimum(np.append(distances, 0.0), np.append(0.0, distances))
     borders = np.diff(orders.runs) != 0
     stops = np.append(borders, np.True_) | np.append(np.True_, borders)
-    stops |= np.diff(orders.deposited.astype(np.int8), prepend=0) != 0
     return np.where(stops | (nearer < TURN_ON_THE_SPOT), 0.0, np.minimum(nearer / 2.0, LARGEST_ZONE))
 
 
 def corner_middles(orders: Orders) -> FloatArray:
-    """Return (t, 3) the middle of the parabola about each target, with the zone that its neighbours give [mm]."""
+    """Return (t, 3) the middle of the parabola about each target, with the zone that its neighbours give [mm].
+
+    Where a deposit begins or ends at rest there is none.
+    """
     steps = np.diff(orders.tips, axis=0)
     along = steps / np.maximum(np.linalg.norm(steps, axis=1, keepdims=True), TURN_ON_THE_SPOT)
-    zones = largest_zones(orders)[1:-1, None]
+    at_rest = (np.diff(orders.deposited.astype(np.int8), prepend=0) != 0) & (orders.zones == 0.0)
+    zones = np.where(at_rest, 0.0, largest_zones(orders))[1:-1, None]
     entries, exits = orders.tips[1:-1] - zones * along[:-1], orders.tips[1:-1] + zones * along[1:]
     middles = orders.tips.copy()
     middles[1:-1] = (entries + 2.0 * orders.tips[1:-1] + exits) / 4.0
@@ -57,9 +60,10 @@ def joint_tolerances(orders: Orders) -> FloatArray:
 #   behind it, without a pause where these overlap; each run lights it anew, so that printing can begin there. The
 #   vacuum draws whenever the valve is commanded to be shut between two runs, and until the path ends.
 # - The arm waits where each deposit begins, while a flow settles that is not even at once, and no ramp is taken off
-#   there; and at the first rest behind the last deposit, where the lamp has to shine longer than the lift took. In the
-#   motion's own time, which these times are, waits take none: what begins with a wait is switched on the move before
-#   it, what ends with it on the move behind it.
+#   there; and at the lift behind the last deposit, where the lamp has to shine longer than that took. That is the first
+#   rest, or where a deposit ends in motion the second, behind the end of its lead-out. In the motion's own time, which
+#   these times are, waits take none: what begins with a wait is switched on the move before it, what ends with it on
+#   the move behind it.
 # - A switching that falls on a target is made there, else on the move during which it is due.
 
 
@@ -117,6 +121,8 @@ def expected_waits(orders: Orders, signals: Signals) -> FloatArray:
     rests = np.where(begins, signals.settle, 0.0)
     ends = 1 + int(np.flatnonzero(orders.deposited)[-1]) if begins.any() else orders.count
     still = np.flatnonzero((orders.zones == 0.0) & (np.arange(orders.count) > ends))[:-1]
+    if begins.any() and orders.zones[ends] > 0.0:
+        still = still[1:]
     if still.size:
         rests[still[0]] = np.clip(signals.uv_tail - (orders.times[still[0]] - orders.times[ends]), 0.0, None)
     return rests

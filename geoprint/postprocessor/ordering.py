@@ -38,8 +38,8 @@ def orders_of(
         frame: as `Orders` [mm].
 
     Raises:
-        InputError: the targets do not serve the whole stream, stand elsewhere than the joint path has them or do not
-            stop where the signals switch, or the placement is another one.
+        InputError: the targets do not serve the whole stream, stand elsewhere than the joint path has them or are
+            none where a deposit begins or ends, or the placement is another one.
     """
     _check_placement(joint_path, placement)
     poses, chosen = joint_path.poses, targets.poses
@@ -105,12 +105,12 @@ def _check_targets(poses: PoseStream, targets: Targets) -> None:
             "written, from `written_path`."
         )
     after, before = np.append(poses.deposited, np.False_), np.insert(poses.deposited, 0, np.False_)
-    rests = np.zeros(poses.count, dtype=np.bool_)
-    rests[chosen[targets.zones == 0.0]] = True
-    wrong = np.flatnonzero((poses.deposit & ~after & ~before) | ((after ^ before) & ~rests))
+    named = np.zeros(poses.count, dtype=np.bool_)
+    named[chosen] = True
+    wrong = np.flatnonzero((poses.deposit & ~after & ~before) | ((after ^ before) & ~named))
     if wrong.size:
         raise InputError(
-            f"pose {wrong[0]} of run {poses.runs[wrong[0]] + 1} begins or ends a deposit, but is not a target with "
-            "zone 0 (or is alone in its deposit). Outputs switch where the tool rests: thin the stream again.",
+            f"pose {wrong[0]} of run {poses.runs[wrong[0]] + 1} begins or ends a deposit, but is no target (or is "
+            "alone in its deposit): thin the stream again.",
             pose=int(wrong[0]),
         )

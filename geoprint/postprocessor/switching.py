@@ -1,8 +1,9 @@
 """Where on the path the outputs switch, so that what lags behind them happens where the plan wants it.
 
 The valve is told to open so long before the material has to flow as it takes to open, and to close likewise. A valve
-that only opens and shuts would give a run too much while the tip comes up to its speed and while it brakes: material
-begins and ends by so much nearer to the middle of the run that the volume on these ramps is right in sum. The lamp
+that only opens and shuts would give a run too much that begins or ends at rest, while the tip comes up to its speed and
+while it brakes: material begins and ends by so much nearer to the middle of the run that the volume on these ramps is
+right in sum; with a lead-in and a lead-out as long as the ramps that is nothing. The lamp
 leads and trails the material. Where the cell has a vacuum, it draws the material back from when the valve is told to
 close until it is told to open again, or the last lift ends, so that nothing oozes on travel. A flow that has to settle
 does so while the arm waits at the start of the run: it is even when the tip begins to move, and no ramp is taken off
@@ -67,9 +68,11 @@ def waits(orders: Orders, signals: Signals) -> FloatArray:
 
 
 def _lifted(orders: Orders) -> int | None:
-    """Return the target behind the last deposit where the arm rests before it goes on, or None without any."""
-    behind = orders.deposits[-1][1] + 1 if orders.deposits else orders.count
-    rests = behind + np.flatnonzero(orders.zones[behind:-1] == 0.0)
+    """Return the target behind the last deposit, and its lead-out, where the arm rests lifted, or None without any."""
+    ended = orders.deposits[-1][1] if orders.deposits else orders.count - 1
+    rests = ended + 1 + np.flatnonzero(orders.zones[ended + 1 : -1] == 0.0)
+    # What ends in motion rests first where its lead-out ends.
+    rests = rests[int(orders.zones[ended] > 0.0) :]
     return int(rests[0]) if rests.size else None
 
 

@@ -3,6 +3,7 @@
 from geoprint.toolpath.lifting import CrossedCreases as CrossedCreases, creases as creases
 from geoprint.toolpath.ordering import Seams as Seams, arrange as arrange, check_sum as check_sum, seams_of as seams_of
 from geoprint.toolpath.poses import (
+    Leads as Leads,
     PosedSurface as PosedSurface,
     largest_lean as largest_lean,
     mean_lean as mean_lean,

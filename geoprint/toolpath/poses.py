@@ -11,7 +11,18 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from geoprint.geometry import SmoothNormals, arc_lengths, positions, smooth_normals, whole_steps
-from geoprint.model import BoolArray, FloatArray, IntArray, PoseStream, Surface, Tool, Toolpath, freeze_arrays, frozen
+from geoprint.model import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    PoseStream,
+    Surface,
+    Tool,
+    Toolpath,
+    comparable,
+    freeze_arrays,
+    frozen,
+)
 from geoprint.toolpath.lifting import SHORTEST, lifting_normals, outward_normals
 from geoprint.toolpath.resample import ROUNDING
 from geoprint.transforms import interpolate_poses, quaternion_of, rigid, rotation_of, same_sign, smallest_rotation
@@ -123,6 +134,11 @@ def _filtered(normals: FloatArray, arcs: FloatArray, *, deviation: float, closed
 
 # Travel is sampled this finely [mm], so that the joints' spline follows the straight line.
 TRAVEL_STEP = 1.0
+# Lead-ins and lead-outs are sampled so finely [mm], as runs are.
+LEAD_STEP = 0.25
+# So far from the ends of a run [mm] no bend may be tighter than leads allow; it counts over such a length.
+LOOKED_AHEAD = 2.0
+BEND_LENGTH = 0.5
 # Points of part and body by which a crossing is planned are about this far apart [mm]: well below what it keeps.
 TERRAIN_STEP = 1.0
 # Faces that are cut into points at a time, so that a body of millions of them takes little memory.
@@ -366,6 +382,20 @@ class PosedSurface:
         freeze_arrays(self, points="float: m 3")
 
 
+@final
+@comparable
+class Leads:
+    """How the tool comes up to its speed before a deposit begins, and slows down only behind its end.
+
+    Attributes:
+        length: of the straight lead-in before a run, and of the lead-out behind it [mm].
+        radius: of the tightest bend near the ends of a run that is passed at speed [mm]; a tighter one has no lead.
+    """
+
+    length: float
+    radius: float
+
+
 @frozen
 class _Stretch:
     """Rows of the stream that belong together: one run, or the travel to it."""
@@ -404,6 +434,7 @@ def poses(
     max_tilt: float,
     tool: Tool,
     largest_bend: float = np.inf,
+    leads: Leads | None = None,
     beside: FloatArray = NOTHING,
     travel: Literal["low", "high"] = "low",
 ) -> PoseStream:
@@ -411,7 +442,8 @@ def poses(
 
     On deposit the tip stands `standoff` above the surface along its smooth normal, or in a crease too narrow for that
     along one that `lifting_normals` smoothed. The nozzle points against the further smoothed normal, and leans from
-    that of the lift by no more than `max_tilt`. Between runs the tool lifts off along the nozzle, crosses as low as
+    that of the lift by no more than `max_tilt`. With leads, a run lies between two straight ways at its height on which
+    the tool comes up to its speed and slows down. Between runs the tool lifts off along the nozzle, crosses as low as
     part and body allow, and comes down along the nozzle of the next run.
 
     Args:
@@ -424,6 +456,7 @@ def poses(
         max_tilt: largest angle between nozzle and surface normal on deposit [rad].
         tool: that has to pass while it crosses.
         largest_bend: second derivative of the nozzle's direction by length that is wanted at most [rad/mm2].
+        leads: how runs begin and end in motion; None where the tool comes to rest where a deposit begins and ends.
         beside: (b, 3) corners of what else the tool passes over, on its motion from home: a table's solids [mm].
         travel: "high" crosses over everything, for where low travel turns out not to be clear.
 
@@ -439,9 +472,10 @@ def poses(
         toolpath, surface, straight, R_base_work=R_base_work, standoff=standoff, max_tilt=max_tilt,
         largest_bend=largest_bend,
     )  # fmt: skip
-    first = _approach(runs[0], up=up, retract=retract, top=top)
-    last = _retreat(runs[-1], up=up, retract=retract, top=top)
-    stretches = [first, *_with_crossings(runs, ground, retract=retract), last]
+    printed = [_with_leads(run, leads) for run in runs]
+    first = _approach(printed[0][0], up=up, retract=retract, top=top)
+    last = _retreat(printed[-1][-1], up=up, retract=retract, top=top)
+    stretches = [first, *_with_crossings(printed, ground, retract=retract), last]
     return _joined(stretches, toolpath, standoff=standoff, flow=toolpath.spacings * layer_height)
 
 
@@ -496,14 +530,64 @@ def _run_stretches(
     return stretches
 
 
-def _with_crossings(runs: list[_Stretch], ground: Terrain, *, retract: float) -> Iterator[_Stretch]:
-    """Yield the runs, and between two of them the travel from one to the next."""
-    for run, following in pairwise(runs):
+def _with_leads(run: _Stretch, leads: Leads | None) -> list[_Stretch]:
+    """Return a run between a lead-in and a lead-out, or without one where it bends as soon as it begins or ends.
+
+    There the tool would have to slow down again: it starts from rest, or comes to it.
+    """
+    before, behind = (
+        None if leads is None or _bends(run.tips[::inwards], leads) else _lead(run, leads.length, inwards=inwards)
+        for inwards in (1, -1)
+    )
+    stops = run.stops.copy()
+    stops[0], stops[-1] = before is None, behind is None
+    return [each for each in (before, replace(run, stops=stops), behind) if each is not None]
+
+
+def _bends(tips: FloatArray, leads: Leads) -> bool:
+    """Tell whether a polyline that begins with a lead soon has a bend that is tighter than it may be."""
+    arcs = arc_lengths(tips)
+    directions = np.diff(tips, axis=0) / np.maximum(np.diff(arcs), SHORTEST)[:, None]
+    angles = np.arccos(np.clip(np.einsum("ij,ij->i", directions[1:], directions[:-1]), -1.0, 1.0))
+    turned = np.cumsum(np.concatenate([[0.0], angles, [0.0]]))
+    begins = arcs[arcs <= LOOKED_AHEAD - BEND_LENGTH]
+    ends = np.interp(begins + BEND_LENGTH, arcs, turned)
+    return bool((ends - turned[: begins.size] > BEND_LENGTH / leads.radius).any())
+
+
+def _lead(run: _Stretch, length: float, *, inwards: int) -> _Stretch:
+    """Return the straight way to the start of a run (1 row inwards), or from its end (-1); the tool turns on evenly."""
+    end, inner, *_ = rows = np.arange(len(run.tips))[::inwards][:3]
+    steps = np.diff(run.tips[rows], axis=0)
+    sizes = np.linalg.norm(steps, axis=1)
+    directions = steps / np.maximum(sizes, SHORTEST)[:, None]
+    # The chord of a bend has the direction of its middle.
+    along = directions[0] + (directions[0] - directions[-1]) * sizes[0] / sizes.sum()
+    count = int(whole_steps(length, step=LEAD_STEP))
+    away = length * np.arange(1, count + 1) / count
+    before, behind = (
+        np.broadcast_to(rigid(rotation_of(run.quaternions[row]), run.tips[row]), (count, 4, 4)) for row in (inner, end)
+    )
+    turned = interpolate_poses(before, behind, 1.0 + away / sizes[0])[:, :3, :3]
+    order = np.arange(count)[::-inwards]
+    return _Stretch(
+        tips=(run.tips[end] - away[:, None] * along / np.linalg.norm(along))[order],
+        quaternions=same_sign(quaternion_of(turned))[order],
+        normals=np.tile(run.normals[end], (count, 1)),
+        stops=order == count - 1,
+        deposit=False,
+        run=run.run,
+    )
+
+
+def _with_crossings(printed: list[list[_Stretch]], ground: Terrain, *, retract: float) -> Iterator[_Stretch]:
+    """Yield the runs with their leads, and between two of them the travel from one to the next."""
+    for (*own, run), (following, *_) in pairwise(printed):
         start, end = _lifted(run, -1, retract=retract), _lifted(following, 0, retract=retract)
         axes = -rotation_of(np.stack([run.quaternions[-1], following.quaternions[0]]))[:, :, 2]
         corners = crossing(start, end, axes=axes, terrain=ground, retract=retract)
-        yield from (run, _travel(run, following, corners))
-    yield runs[-1]
+        yield from (*own, run, _travel(run, following, corners))
+    yield from printed[-1]
 
 
 def _ends(count: int) -> BoolArray:

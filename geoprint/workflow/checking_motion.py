@@ -301,7 +301,7 @@ def check_zones(orders: Orders, tips: TipsAt) -> None:
     """Check that each zone is half the distance to the nearer neighbour, at most 0.3 mm, and 0 where the tool stops.
 
     Or it is so much smaller that it cuts its corner by no more than 0.004 mm. The tool stops at both ends of each run,
-    where laying begins or ends, beside turns on the spot, and where the tip rests.
+    beside turns on the spot, and where the tip rests.
 
     Raises:
         VerificationError: one is not.

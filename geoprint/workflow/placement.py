@@ -20,6 +20,7 @@ from geoprint.positioner import obstacles_at
 from geoprint.results import Orientation, Plan, Workpiece
 from geoprint.robot.arm import Arm
 from geoprint.robot.collision import CheckedWorld, ClearanceCheck, obstacle_target, tool_solids
+from geoprint.robot.controller import tightest_bend
 from geoprint.robot.placing import (
     LEAST_MEAN_NORMAL,
     ROUND_SOLIDS,
@@ -33,7 +34,7 @@ from geoprint.robot.placing import (
     search_placement,
 )
 from geoprint.robot.reach import Leaning, NozzleRoom
-from geoprint.toolpath import PosedSurface, posed_surface, poses
+from geoprint.toolpath import Leads, PosedSurface, posed_surface, poses
 from geoprint.transforms import apply, inverse
 from geoprint.workflow.stages import Stages
 
@@ -44,6 +45,9 @@ MANY_POINTS = 1000
 # The tool is to turn with this share of what its weakest joint is accelerated by: near the wrist's singularity joints
 # turn more than the tool does, and the controller changes its turn within the zones of targets alone.
 TURNING_SHARE = 0.5
+# An arm comes up to the speed of a print in so long [s], but where it is slow near a singularity: there the valve waits
+# for what is left of the ramp.
+LEAD_TIME = 0.08
 # Candidates for a place that are planned through before giving up.
 ATTEMPTS = 4
 # The part at the base's origin, its mean normal up.
@@ -232,7 +236,8 @@ def pose_stream(
 ) -> PoseStream:
     """Return the poses of a toolpath on a workpiece, as it stands; the nozzle leans by at most so many degrees.
 
-    What travel means is said by `toolpath.poses`; what is known, if anything, is what `posed` returns.
+    What travel means is said by `toolpath.poses`; high, runs have no leads either. What is known, if anything, is what
+    `posed` returns.
     """
     cell, process = workpiece.cell, workpiece.cell.process
     return poses(
@@ -245,9 +250,18 @@ def pose_stream(
         max_tilt=float(np.radians(max_tilt_deg)),
         largest_bend=TURNING_SHARE * float(cell.robot.accelerations.min()) / process.speed**2,
         tool=cell.tool,
+        leads=_leads(cell) if travel == "low" else None,
         beside=_table(workpiece),
         travel=travel,
     )
+
+
+def _leads(cell: Cell) -> Leads | None:
+    """Return how runs begin and end: at rest where the flow follows the speed, or settles before the tip moves."""
+    if cell.signals.mode == "analog" or cell.signals.settle > 0.0:
+        return None
+    speed = cell.process.speed
+    return Leads(length=LEAD_TIME * speed / 2.0, radius=tightest_bend(speed, period=cell.robot.target_period))
 
 
 def posed(workpiece: Workpiece) -> PosedSurface:

@@ -287,10 +287,10 @@ def _low_or_high(
     check: ClearanceCheck,
     leaning: Leaning | None = None,
 ) -> Plan:
-    """Plan with low travel, and where only that is not clear, with travel over everything."""
+    """Plan with low travel and with leads, and where only these fail, without leads and over everything."""
     try:
         return _with_robot(paths, placement, stage, check=check, leaning=leaning)
-    except ClearanceError as error:
+    except (ClearanceError, ReachError) as error:
         if not error.details.get("travelling", False):
             raise
     high = pose_stream(paths.toolpath, paths.workpiece, max_tilt_deg=paths.job.max_tilt, travel="high")

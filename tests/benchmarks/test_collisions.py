@@ -44,7 +44,7 @@ def scene(cap: Path) -> Scene:
 
 
 def test_collisions_from_grazing_to_deep_are_found(scene: Scene):
-    planted = list(collisions(scene, count=4, random=np.random.default_rng(27)))
+    planted = list(collisions(scene, count=4, random=np.random.default_rng(160)))
 
     # With this seed nothing else that moves comes nearer to the first than the needle that grazes it.
     assert scene.sweep.distance(planted[0][1]) > 0.3

@@ -69,22 +69,21 @@ def ends_in_text(folder: Path, record: PlanRecord, program: Program) -> np.ndarr
 
 
 def test_runs_begin_and_end_with_the_bead_that_is_wanted(printed: tuple[Path, PlanRecord]) -> None:
-    """The valve opens and shuts in motion: no lead-in is needed for the first two bead widths of a run."""
+    """The valve opens and shuts in motion: at the targets of a run with leads, else on its ramps."""
     folder, record = printed
     program = read_program(folder / "rapid")
     found = ends_in_text(folder, record, program)
     assert found.shape == (record.paths.runs, 2)
+    np.testing.assert_allclose(found[:-1], 1.0, atol=0.005)
     # The innermost ring of 2.5 mm is looked at by halves.
-    np.testing.assert_allclose(found[:-1], 1.0, atol=0.02)
     np.testing.assert_allclose(found[-1], 1.0, atol=0.1)
-    # Where it opens with its move instead the ramp gets more, and the end what it did; one may open there already.
-    early = [(move, 0.0, True, True) if on else (move, off, start, on) for move, off, start, on in program.switches]
+    # Where it opens a move sooner instead the start gets more, and the end of a run that is long what it did.
+    early = [(move - 1, 0.0, True, True) if on else (move, off, start, on) for move, off, start, on in program.switches]
     sooner = ends_in_text(folder, record, program._replace(switches=early))
-    assert (sooner[:, 0] >= found[:, 0]).all()
-    assert (sooner[:, 0] > found[:, 0] + 0.05).sum() >= record.paths.runs - 1
+    assert (sooner[:, 0] > found[:, 0] + 0.04).all()
     # As the guide says of a cell.
     assert 16.0 < record.settings.speed_mm_s < 20.0
-    np.testing.assert_array_equal(sooner[:, 1], found[:, 1])
+    np.testing.assert_array_equal(sooner[:-1, 1], found[:-1, 1])
 
 
 def test_a_flow_that_settles_and_a_lamp_that_shines_on_are_written_executed_checked_and_counted(tmp_path: Path) -> None:

@@ -91,20 +91,27 @@ def circle(*, radius: float, points: int) -> FloatArray:
     return np.column_stack([radius * np.cos(angles), radius * np.sin(angles), np.zeros(points + 1)])
 
 
-def stream(*, runs: int = 2, points: int = 6, lifts: int = 1) -> PoseStream:
-    """Approach, one circle, retract and travel to the next, ..., retracts; the nozzle leans by up to 0.2 rad."""
+def stream(*, runs: int = 2, points: int = 6, lifts: int = 1, lead: float = 0.0) -> PoseStream:
+    """Approach, one circle, retract and travel to the next, ..., retracts; the nozzle leans by up to 0.2 rad.
+
+    With a lead [mm], each circle begins and ends in motion.
+    """
     parts: list[tuple[FloatArray, int, bool]] = []
     up = np.array([[0.0, 0.0, 5.0]])
     for run in range(runs):
         ring = circle(radius=10.0 - 2.0 * run / max(runs - 1, 1), points=points) + 0.06 * up
         before = [] if run == 0 else [parts[-1][0][-1:] + up]
-        parts += [(np.concatenate([*before, ring[:1] + up]), run, False), (ring, run, True)]
+        ahead = lead * np.array([[0.0, 1.0, 0.0]])
+        leads = ((ring[:1] - ahead, run, False), (ring[-1:] + ahead, run, False))
+        begin, end = ([leads[0]], [leads[1]]) if lead else ([], [])
+        parts += [(np.concatenate([*before, ring[:1] - ahead + up]), run, False), *begin, (ring, run, True), *end]
     parts += [(parts[-1][0][-1:] + lift * up, runs - 1, False) for lift in range(1, lifts + 1)]
     tips = np.concatenate([part for part, _, _ in parts])
     counts = [len(part) for part, _, _ in parts]
     run_of = np.repeat([run for _, run, _ in parts], counts)
     deposit = np.repeat([lays for _, _, lays in parts], counts)
-    return _stream(tips, run_of=run_of, deposit=deposit, ends=np.cumsum(counts) - 1)
+    made = _stream(tips, run_of=run_of, deposit=deposit, ends=np.cumsum(counts) - 1)
+    return replace(made, stops=made.stops & ~deposit) if lead else made
 
 
 def _stream(tips: FloatArray, *, run_of: IntArray, deposit: BoolArray, ends: IntArray) -> PoseStream:

@@ -95,10 +95,11 @@ def test_the_result_object_holds_the_times_of_valve_material_and_lamp(bundle: Pa
     runs = found["switching"]["runs"]
     assert [run["run"] for run in runs] == [0, 1]
     for run, lamp in zip(runs, found["switching"]["lamp_s"], strict=True):
-        # The valve waits for the ramps at both ends.
+        # A run with leads begins and ends at its speed; where one bends as it begins, the valve waits for its ramps.
         waits = np.array([1.0, -1.0]) * (np.array(run["material_s"]) - run["deposit_s"])
-        assert (waits > 0.001).all()
-        assert (waits < 0.01).all()
+        least, most = (-1e-4, 0.001) if run["run"] == 0 else (0.001, 0.01)
+        assert (waits >= least).all()
+        assert (waits < most).all()
         assert lamp == pytest.approx([run["material_s"][0] - 0.02, run["material_s"][1] + 0.03], abs=1e-3)
     planned = json.loads((bundle / "plan.json").read_text())["robot"][0]["program"]["switching"]
     assert planned["runs"] == runs

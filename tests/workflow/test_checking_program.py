@@ -158,7 +158,7 @@ def test_targets_are_poses_and_deposit_where_these_do(
         (replace(orders, deposited=swapped(orders.deposited, 1)), "target 2, pose .*: material is deposited elsewhere"),
         (replace(orders, deposited=swapped(orders.deposited, 4)), "target 5, pose .*: material is deposited elsewhere"),
         (replace(orders, runs=orders.runs + 1), "target 1, pose 0: another run"),
-        (replace(orders, flow=1.02 * orders.flow), "target 3, pose .*: another flow than in poses.csv"),
+        (replace(orders, flow=1.02 * orders.flow), "target 4, pose .*: another flow than in poses.csv"),
         (replace(orders, tips=orders.tips + 0.01), "neither stands where its pose is"),
         (replace(orders, poses=orders.poses + (orders.poses == orders.poses[-1])), "the targets go from pose 0 to"),
     ):

@@ -1,4 +1,4 @@
-"""Where the low crossings turn out not to be clear, travel goes over everything; other refusals stand."""
+"""Where low crossings or leads turn out not to be clear, travel goes over everything; other refusals stand."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from geoprint.geometry.files import save_ply
 from geoprint.model import Clearance, PoseStream
 from geoprint.robot.collision import ClearanceCheck
 from geoprint.workflow import plan
-from tests.meshes import spherical_cap
+from tests.meshes import blocks, plate, spherical_cap
 
 
 def planned_with(refusal: ClearanceError, *, times: int, folder: Path, monkeypatch: pytest.MonkeyPatch) -> PoseStream:
@@ -71,3 +71,39 @@ def test_other_refusals_and_those_of_the_high_way_stand(
         planned_with(
             ClearanceError("a hit", travelling=travelling), times=times, folder=tmp_path, monkeypatch=monkeypatch
         )
+
+
+def with_leads(poses: PoseStream) -> bool:
+    return bool((poses.printing & ~poses.deposited).any())
+
+
+@pytest.mark.parametrize(("gap", "leads"), [(1.5, True), (0.3, False)])
+def test_a_run_that_ends_before_a_wall_comes_to_rest_there(tmp_path: Path, gap: float, *, leads: bool) -> None:
+    """Rows end 1 mm inside the rim of a plate; a lead goes on for 0.8 mm, and a needle is 0.6 mm wide."""
+    save_ply(plate((30.0, 10.0), (15, 5)), tmp_path / "plate.ply")
+    across = {"x": [-4.0, -gap, 30.0 + gap, 34.0], "y": [0.0, 10.0], "z": [-2.0, 0.0, 1.0]}
+    save_ply(blocks([[[1, 1]], [[1, 0]], [[1, 1]]], **across), tmp_path / "body.ply")
+    job = job_of(
+        surface=tmp_path / "plate.ply", body=tmp_path / "body.ply", unit="mm", spacing=2.0, place="demo",
+        pattern="guided", source="angle:0",
+    )  # fmt: skip
+    planned = plan(job)
+    assert with_leads(planned.poses) == leads
+    assert planned.robot[0].trajectory.share_at_speed > 0.97
+
+
+@pytest.mark.parametrize(
+    ("said", "instead"),
+    [
+        ('mode = "io"', 'mode = "analog"\nflow = "aoFlow"\nflow_per_mm3_s = 0.1'),
+        ("# settle_ms = 0", "settle_ms = 40"),
+        ("", ""),
+    ],
+)
+def test_runs_begin_at_rest_where_the_flow_follows_or_settles(tmp_path: Path, said: str, instead: str) -> None:
+    save_ply(spherical_cap(radius=30.0, angle=0.3, rings=6), tmp_path / "cap.ply")
+    text = packaged_cell_text("irb120-bent45")
+    assert said in text
+    (tmp_path / "cell.toml").write_text(text.replace(said, instead) if said else text, encoding="utf-8")
+    job = job_of(surface=tmp_path / "cap.ply", unit="mm", spacing=3.0, place="demo", cell=tmp_path / "cell.toml")
+    assert with_leads(plan(job).poses) == (not said)

@@ -16,5 +16,6 @@ from geoprint.robot.controller.targets import (
     SHORTEST_TIME as SHORTEST_TIME,
     KnownStretches as KnownStretches,
     close_targets as close_targets,
+    tightest_bend as tightest_bend,
     written_targets as written_targets,
 )

@@ -123,7 +123,8 @@ class Course:
         required: rows that must be targets.
         runs: (k,) run of each.
         rests: (k,) where the tool stops.
-        deposited: (k - 1,) whether material is deposited to the next row.
+        held: (k,) where a target stands at its pose: there, and where deposits begin and end.
+        printing: (k - 1,) whether the step to the next row is of a printing move.
         allowed: (k,) how far each may be off a move [mm]: by the tolerance, less what the timed path between the poses
             is farther off.
         turns: (k,) how far each may be turned from a move [rad], likewise.
@@ -138,7 +139,8 @@ class Course:
     required: IntArray
     runs: IntArray
     rests: BoolArray
-    deposited: BoolArray
+    held: BoolArray
+    printing: BoolArray
     allowed: FloatArray
     turns: FloatArray
     tolerance: float
@@ -165,19 +167,19 @@ class Course:
         return self.rests[rows] | ends | np.append(borders, np.False_) | np.insert(borders, 0, np.False_)
 
     def soon(self, rows: IntArray) -> IntArray:
-        """Return the moves of a chain that deposit material and come too soon."""
+        """Return the moves of a chain that print and come too soon."""
         late = np.diff(self.times[rows]) >= self.periods[1] * (1.0 - TIME_ROUNDING)
-        return np.flatnonzero(self.deposited[rows[:-1]] & ~late)
+        return np.flatnonzero(self.printing[rows[:-1]] & ~late)
 
     def short(self, rows: IntArray) -> tuple[int, int]:
         """Return how many of these are shorter than the least time, and how many there are."""
         times = self.times[rows]
-        durations = (times[1:] - times[:-1])[self.deposited[rows[:-1]]]
+        durations = (times[1:] - times[:-1])[self.printing[rows[:-1]]]
         least, wanted = (period * (1.0 - TIME_ROUNDING) for period in (min(self.periods), self.periods[1]))
         return int(np.count_nonzero(durations < least)), int(np.count_nonzero(durations < wanted))
 
     def too_short(self, rows: IntArray) -> IntArray:
-        """Return the moves of a chain that deposit material and are shorter than the least time."""
+        """Return the moves of a chain that print and are shorter than the least time."""
         soon = self.soon(rows)
         return soon[np.diff(self.times[rows])[soon] < self.periods[0] * (1.0 - TIME_ROUNDING)]
 
@@ -226,7 +228,8 @@ def _relaxed(course: Course, rows: IntArray, moves: Weighed) -> tuple[IntArray, 
         rows = cheapest_chain(moves, course.required)
         wide = chord_shares(course.tips, rows, allowed=course.allowed) > 1.0 + TIME_ROUNDING
         moved[:] = False
-        moved[rows] = (np.append(wide, np.False_) | np.insert(wide, 0, np.False_)) & ~course.resting(rows)
+        moved[rows] = np.append(wide, np.False_) | np.insert(wide, 0, np.False_)
+        moved[rows] &= ~(course.held[rows] | course.resting(rows))
         off = _missing(course, rows, moved, wide=wide)
         if not off.size:
             return rows, moved
@@ -279,7 +282,7 @@ def _evened(course: Course, rows: IntArray, moved: BoolArray) -> tuple[IntArray,
     done = -1
     while (first := _next_soon(course, rows, after=done)) is not None:
         soon, last = set(course.soon(rows).tolist()), first
-        while last + 1 in soon and not course.rests[rows[last + 1]]:
+        while last + 1 in soon and not course.held[rows[last + 1]]:
             last += 1
         done = int(rows[last])
         low, high = max(first - 2 * ABOUT, 0), min(last + 1 + 2 * ABOUT, rows.size - 1)
@@ -293,7 +296,7 @@ def _evened(course: Course, rows: IntArray, moved: BoolArray) -> tuple[IntArray,
 def _next_soon(course: Course, rows: IntArray, *, after: int) -> int | None:
     """Return the next move that comes too soon; where few do, the next that is shorter than the least time."""
     soon = course.soon(rows)
-    if soon.size <= FEW_SHARE * course.deposited[rows[:-1]].sum():
+    if soon.size <= FEW_SHARE * course.printing[rows[:-1]].sum():
         soon = soon[np.diff(course.times[rows])[soon] < course.periods[0] * (1.0 - TIME_ROUNDING)]
     left = soon[rows[soon] > after]
     return int(left[0]) if left.size else None
@@ -341,12 +344,12 @@ def _improved(
 def _patterns(course: Course, first: int, last: int, *, within: tuple[int, int]) -> Iterator[IntArray]:
     """Yield rows at even times over a bend, from up to so many steps before its first row to behind its last one.
 
-    They lie in one stretch that is deposited without a rest, and moved there, corners keep the tolerance all along.
+    They lie in one stretch that prints without a rest or switch, and moved there, corners keep the tolerance all along.
     """
-    rests = np.flatnonzero(course.rests)
+    rests = np.flatnonzero(course.held)
     low = max(within[0], int(rests[np.searchsorted(rests, first, side="right") - 1]))
     high = min(within[1], int(rests[np.searchsorted(rests, last)]))
-    if course.rests[[low, high]].all():
+    if course.held[[low, high]].all():
         yield from _between(course, low, high)
     for share, periods in product(EVEN_BEGINS, EVEN_PERIODS):
         step = periods * course.periods[1]
@@ -408,7 +411,7 @@ def _free_about(
 ) -> tuple[int, int]:
     """Return the targets of a stretch between which a pattern leaves none: ends, rests, what is moved off the bend."""
     beside = (part < bend[0]) | (part > bend[1])
-    fixed = part[(moved[part] & beside) | course.rests[part]]
+    fixed = part[(moved[part] & beside) | course.held[part]]
     left = int(fixed[fixed < pattern[0]].max(initial=part[0]))
     right = int(fixed[fixed > pattern[-1]].min(initial=part[-1]))
     return left, right
@@ -425,7 +428,7 @@ def _through(
     rows = left + cheapest_chain(course.weighed(allowed, required, first=left), required)
     shifted = moved.copy()
     shifted[left + 1 : right] = False
-    shifted[pattern] = ~course.rests[pattern]
+    shifted[pattern] = ~course.held[pattern]
     return np.concatenate([part[part < left], rows, part[part > right]]), shifted
 
 
@@ -443,14 +446,14 @@ def _leaves(course: Course, parts: tuple[IntArray, IntArray, IntArray], moved: B
 
 # Which poses are written as targets: few enough for the controller, close enough to the path.
 #
-# All poses of `required_poses` are kept. Between them the straight move (slerp for the attitude) from one target to
-# the next stays within `tolerance` and 0.1 degrees of every pose left out, and turns by at most 90 degrees. Of all
-# such chains of moves that one is taken (`cheapest_chain`) in which no move is shorter than 12 ms, then fewest are
-# shorter than `period`, then fewest leave the poses by more than a quarter of the tolerances. Where a run begins in
-# the place where the one before ends (a run that was split, or a neighbour right beside it), that place is a target
-# once, of the run that begins: no move is shorter than 0.001 mm but for turns on the spot.
+# All poses of `required_poses` are kept, in their places. Between them the straight move (slerp for the attitude) from
+# one target to the next stays within `tolerance` and 0.1 degrees of every pose left out, and turns by at most 90
+# degrees. Of all such chains of moves that one is taken (`cheapest_chain`) in which no move is shorter than 12 ms, then
+# fewest are shorter than `period`, then fewest leave the poses by more than a quarter of the tolerances. Where a run
+# begins in the place where the one before ends (a run that was split, or a neighbour right beside it), that place is a
+# target once, of the run that begins: no move is shorter than 0.001 mm but for turns on the spot.
 #
-# Where bends that deposit are so tight that moves are still shorter than the period, moves may be longer and the
+# Where bends that print are so tight that moves are still shorter than the period, moves may be longer and the
 # targets stand outside of the bend (`fitting`): the controller's rounded corner passes the pose that a target stands
 # for, and stays within `tolerance` of the poses left out. Such bends are listed, and those that stay closer than 12
 # ms.
@@ -462,13 +465,15 @@ def _leaves(course: Course, parts: tuple[IntArray, IntArray, IntArray], moved: B
 # are its mean.
 
 
+# Largest distance [mm] of a pose left out from the moves that are written.
+TOLERANCE = 0.01
 # Largest angle [rad] between a pose left out and the attitude of the straight move past it: at the end of a 120 mm tool
 # it moves the flange by 0.2 mm.
 ANGLE_TOLERANCE = float(np.radians(0.1))
 # So much of both is left to the poses, however far the timed path is off between them.
 LEAST_SHARE = 0.3
 
-# No move that deposits material is shorter than this [s] where the path allows it: controllers answer shorter ones with
+# No move that prints is shorter than this [s] where the path allows it: controllers answer shorter ones with
 # corner path failures.
 SHORTEST_TIME = 0.012
 
@@ -485,12 +490,22 @@ SHORTEST_MOVE = 1e-3
 SMALLEST_TURN = 5e-5
 
 
+def tightest_bend(speed: float, *, period: float) -> float:
+    """Return the radius of the tightest bend that straight moves follow which take the period of targets [mm].
+
+    Args:
+        speed: of the print [mm/s].
+        period: time between targets that the controller takes without slowing down [s].
+    """
+    return (speed * period) ** 2 / (8.0 * TOLERANCE)
+
+
 def written_targets(
     joint_path: JointPath,
     trajectory: Trajectory,
     *,
     process: Process,
-    tolerance: float = 0.01,
+    tolerance: float = TOLERANCE,
     period: float = 0.02,
     known: KnownStretches | None = None,
 ) -> Targets:
@@ -550,8 +565,9 @@ def _course(joint_path: JointPath, kept: IntArray, times: FloatArray, *, toleran
         times=times[kept],
         required=np.searchsorted(kept, required_poses(poses)),
         runs=poses.runs[kept],
-        rests=(poses.stops | _switches(poses))[kept],
-        deposited=poses.deposited[kept[:-1]],
+        rests=poses.stops[kept],
+        held=(poses.stops | _switches(poses))[kept],
+        printing=poses.printing[kept[:-1]],
         allowed=np.maximum(tolerance - bulges[:, 0], LEAST_SHARE * tolerance),
         turns=np.maximum(ANGLE_TOLERANCE - bulges[:, 1], LEAST_SHARE * ANGLE_TOLERANCE),
         tolerance=tolerance,
@@ -609,7 +625,7 @@ def _speeds(
     # Over a bulge the tip goes farther than the bead, whose speed is that of the process.
     farther = np.where(paths < COINCIDENT, 1.0, paths / np.maximum(np.diff(beads[chosen]), COINCIDENT))
     lengths = np.clip(lengths, EVEN_SHARE * paths, paths)
-    planned = np.where(poses.deposited[chosen[:-1]], process.speed * farther, process.travel_speed)
+    planned = np.where(poses.printing[chosen[:-1]], process.speed * farther, process.travel_speed)
     turning = (lengths < COINCIDENT) | (durations <= 0.0)
     mean = np.where(turning, planned, lengths / np.where(turning, 1.0, durations))
     steps = 10.0 ** (SPEED_DIGITS - 1 - np.floor(np.log10(np.maximum(mean, SMALLEST_SPEED))))

@@ -157,6 +157,7 @@ class ReachMap:
             share=self.reached / self.reasons.size,
             lost=self.lost,
             unservable=self.unservable,
+            travelling=self.lost == 0.0,
             **{f"{LOST}{name}": share for name, share in shares.items()},
         )
 

@@ -26,7 +26,7 @@ METRES_PER_MILLIMETRE = 1e-3
 # [m]. A joint at its top speed passes the length about as fast as a tip that prints.
 METRES_PER_RADIAN = 0.01
 
-# Where the tip's travel is at least this share of the length on every step of a leg that deposits, it alone is the
+# Where the tip's travel is at least this share of the length on every step of a leg that prints, it alone is the
 # length. Then a tip at constant speed is a constant speed along the path, with no share to be off by.
 SMALLEST_TIP_SHARE = 0.01
 
@@ -90,7 +90,7 @@ class Knots:
         return self.lengths[first : last + 1] - self.lengths[first]
 
     def driven_joints(self, first: int, last: int, *, response: float) -> FloatArray:
-        """Return the joints at a leg's knots as an arm drives them that deposits: what bends sooner than it responds.
+        """Return the joints at a leg's knots as an arm drives them that prints: what bends sooner than it responds.
 
         Each is the mean over the length that is passed within the response, which rounds what no drive follows: an edge
         of the mesh, the corner of a polygon. Towards the stops, and where it would round more than it may, it is less.
@@ -104,7 +104,7 @@ class Knots:
 
         rows = slice(first, last + 1)
         joints, lengths = self.joints[rows], self.lengths_of(first, last)
-        if not self.deposit[first:last].all():
+        if not self.deposit[first:last].any():
             return joints
         ceilings = self.ceilings[first:last]
         half = 0.5 * response * np.minimum(np.append(ceilings, np.inf), np.insert(ceilings, 0, np.inf))
@@ -127,8 +127,8 @@ def path_knots(joint_path: JointPath, *, process: Process) -> Knots:
     """Return the knots of a joint path.
 
     The path parameter is hypot(travel of the tip, turn of the tool * 10 mm per radian), so that a tool that turns on
-    the spot moves along too; on legs that only deposit material it is the travel of the tip, unless the tool all but
-    turns on the spot there. The speed on deposit is that of the bead: over a bulge the tip has to be faster.
+    the spot moves along too; on legs that print it is the travel of the tip, unless the tool all but turns on the spot
+    there. The speed on deposit, and on the leads, is that of the bead: over a bulge the tip has to be faster.
 
     Args:
         joint_path: p poses, p > 0.
@@ -152,10 +152,11 @@ def path_knots(joint_path: JointPath, *, process: Process) -> Knots:
     places_of_poses = places[rows == before]
     stops = np.isin(np.arange(first.size), np.concatenate([[0, first.size - 1], places_of_poses[poses.stops]]))
     deposit = poses.deposited[step][moved]
-    speeds = np.where(deposit, process.speed, process.travel_speed) * METRES_PER_MILLIMETRE
+    printing = poses.printing[step][moved]
+    speeds = np.where(printing, process.speed, process.travel_speed) * METRES_PER_MILLIMETRE
     beads = (bead_steps(poses)[step] * shares)[moved] * METRES_PER_MILLIMETRE
     passed, steps = passed[moved], steps[moved]
-    steps = np.where(_tip_alone(passed / steps, deposit, stops), passed, steps)
+    steps = np.where(_tip_alone(passed / steps, printing, stops), passed, steps)
     with np.errstate(divide="ignore"):
         ceilings = speeds / (beads / steps)
     missing = (behind - rows)[first]
@@ -175,12 +176,12 @@ def path_knots(joint_path: JointPath, *, process: Process) -> Knots:
     )
 
 
-def _tip_alone(shares: FloatArray, deposit: BoolArray, stops: BoolArray) -> BoolArray:
-    """Return for each step whether its leg deposits all along and nowhere turns nearly on the spot."""
+def _tip_alone(shares: FloatArray, printing: BoolArray, stops: BoolArray) -> BoolArray:
+    """Return for each step whether its leg prints and nowhere turns nearly on the spot."""
     if shares.size == 0:
-        return deposit
+        return printing
     starts = np.flatnonzero(stops)[:-1]
-    suited = np.minimum.reduceat(deposit & (shares >= SMALLEST_TIP_SHARE), starts)
+    suited = np.minimum.reduceat(printing & (shares >= SMALLEST_TIP_SHARE), starts)
     return np.repeat(suited, np.diff(np.append(starts, shares.size)))
 
 

@@ -150,7 +150,7 @@ def _bend(trajectory: Trajectory, poses: PoseStream, *, time: float) -> str:
 
 def _refuse_fast_tip(trajectory: Trajectory, poses: PoseStream, *, process: Process) -> None:
     passed = bead_steps(poses)
-    allowed = np.where(poses.deposited, process.speed, process.travel_speed)
+    allowed = np.where(poses.printing, process.speed, process.travel_speed)
     excess = passed - (1.0 + LIMIT_TOLERANCE) * allowed * np.diff(trajectory.pose_times)
     if excess.max(initial=0.0) <= COINCIDENT:
         return
@@ -169,8 +169,8 @@ def _refuse_missed_pose(trajectory: Trajectory, joint_path: JointPath) -> None:
     share = ((trajectory.pose_times - trajectory.times[row]) / SAMPLE_TIME)[:, None]
     passed = (1.0 - share) * trajectory.joints[row] + share * trajectory.joints[np.minimum(row + 1, last)]
     poses = joint_path.poses
-    # Where the arm deposits it rounds the path within its response.
-    rounded = np.insert(poses.deposited, 0, np.False_) & np.append(poses.deposited, np.False_) & ~poses.stops
+    # Where the arm prints it rounds the path within its response.
+    rounded = np.insert(poses.printing, 0, np.False_) & ~poses.stops
     allowed = PASSING_TOLERANCE + np.where(rounded, MOST_TURNED, 0.0)
     misses = np.abs(passed - joint_path.joints)
     pose, joint = np.unravel_index(int((misses / allowed[:, None]).argmax()), misses.shape)

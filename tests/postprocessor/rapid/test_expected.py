@@ -101,10 +101,20 @@ def test_a_flow_that_settles_flows_before_the_tip_moves_and_waits_for_no_ramp() 
     np.testing.assert_array_equal(expected_waits(plan, replace(CELL.signals, settle=0.1)), [0.0, 0.1, 0.0, 0.0])
 
 
+@pytest.mark.parametrize("lead", [0.0, 1.5])
+def test_the_arm_waits_for_the_lamp_at_the_lift_and_not_where_a_lead_ends(lead: float) -> None:
+    poses = stream(runs=2, lifts=2, lead=lead)
+    waiting = expected_waits(orders(poses), replace(CELL.signals, uv_tail=60.0))
+    (row,) = np.flatnonzero(waiting)
+    assert row == poses.count - 2
+    assert poses.tips[row, 2] > 5.0
+
+
 @pytest.mark.parametrize("signals", SIGNALS.values(), ids=SIGNALS)
 @pytest.mark.parametrize("points", [6, 30])
-def test_writer_and_checker_agree_though_they_share_no_words(signals: Signals, points: int) -> None:
-    poses = stream(runs=3, points=points, lifts=2)
+@pytest.mark.parametrize("lead", [0.0, 1.5])
+def test_writer_and_checker_agree_though_they_share_no_words(signals: Signals, points: int, lead: float) -> None:
+    poses = stream(runs=3, points=points, lifts=2, lead=lead)
     plan, tips = orders(poses), tips_of(poses)
     np.testing.assert_array_equal(expected_waits(plan, signals), waits(plan, signals))
     written = switching_events(plan, signals=signals, tips_at=tips, speed=SPEED)

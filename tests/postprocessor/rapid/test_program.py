@@ -448,7 +448,6 @@ def without(index: int) -> Targets:
         (without(1), "pose 1 of run 1 begins or ends a deposit"),
         (without(7), "pose 7 of run 1 begins or ends a deposit"),
         (broken_targets(poses=np.zeros(18, dtype=np.int64)), "first and the last"),
-        (broken_targets(zones=np.full(18, 0.1)), "not a target with zone 0"),
         (broken_targets(zones=np.full(18, -0.1)), "at least 0 mm"),
         (broken_targets(speeds=np.zeros(18)), "at least 0.01 mm/s"),
     ],

@@ -145,8 +145,8 @@ def course(times: FloatArray, *, deposited: bool = True, rests: tuple[int, ...] 
     return Course(
         tips=np.linspace([0.0, 0.0, 0.0], [float(count - 1), 0.0, 0.0], count), quaternions=np.tile(DOWN, (count, 1)),
         times=times, required=np.array([0, count - 1]), runs=np.zeros(count, dtype=np.int64), rests=resting,
-        deposited=np.full(count - 1, deposited), allowed=np.full(count, 1.0), turns=np.full(count, 0.01), tolerance=1.0,
-        periods=PERIODS,
+        held=resting, printing=np.full(count - 1, deposited), allowed=np.full(count, 1.0), turns=np.full(count, 0.01),
+        tolerance=1.0, periods=PERIODS,
     )  # fmt: skip
 
 

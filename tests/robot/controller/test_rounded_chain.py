@@ -36,7 +36,7 @@ def course(tips: FloatArray, times: FloatArray, *, rests: tuple[int, ...] = ()) 
     resting[[0, -1, *rests]] = True
     return Course(
         tips=tips, quaternions=np.tile(DOWN, (count, 1)), times=times, required=np.flatnonzero(resting),
-        runs=np.zeros(count, dtype=np.int64), rests=resting, deposited=np.full(count - 1, fill_value=True),
+        runs=np.zeros(count, dtype=np.int64), rests=resting, held=resting, printing=np.full(count - 1, fill_value=True),
         allowed=np.full(count, 0.01), turns=np.full(count, np.radians(0.15)), tolerance=0.01,
         periods=(0.012, 0.024),
     )  # fmt: skip
@@ -217,7 +217,7 @@ def test_more_targets_between_those_of_a_chain_make_no_fewer_moves_that_come_too
     rng = np.random.default_rng(3)
     times = np.cumsum(rng.uniform(0.001, 0.01, 200))
     made = course(np.column_stack([times, np.zeros((200, 2))]), times)
-    made = replace(made, deposited=rng.random(199) > 0.2)
+    made = replace(made, printing=rng.random(199) > 0.2)
     for _ in range(50):
         rows = np.unique(np.concatenate([[0, 199], rng.integers(1, 199, size=20)]))
         more = np.unique(np.concatenate([rows, rng.integers(1, 199, size=20)]))

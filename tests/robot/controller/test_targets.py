@@ -223,12 +223,12 @@ def test_a_short_travel_and_a_turn_on_the_spot_are_written(apart: float, turn: f
     assert thinned(poses, still=0.1).poses.size == thinned(split_run()).poses.size + 1
 
 
-def test_a_switch_of_the_deposit_is_a_rest_even_where_the_stream_has_no_stop() -> None:
+def test_a_switch_of_the_deposit_is_a_target_and_what_leads_to_it_has_the_speed_of_the_print() -> None:
     deposit = np.arange(41) >= 17
     found = thinned(stream(line((0.0, 0.0, 0.0), (20.0, 0.0, 0.0), count=41), deposit=deposit))
     np.testing.assert_array_equal(found.poses, [0, 17, 40])
-    np.testing.assert_array_equal(found.zones, [0.0, 0.0, 0.0])
-    np.testing.assert_allclose(found.speeds, [PROCESS.travel_speed, PROCESS.travel_speed, PROCESS.speed])
+    np.testing.assert_array_equal(found.zones, [0.0, LARGEST_ZONE, 0.0])
+    np.testing.assert_allclose(found.speeds, [PROCESS.travel_speed, PROCESS.speed, PROCESS.speed])
 
 
 def test_a_run_begins_at_rest_even_where_the_stream_has_no_stop() -> None:

@@ -59,13 +59,13 @@ def ramped(*, speed: float, pull: float, step: float, end: float) -> tuple[Float
 
 def made(turns: FloatArray, *, poses: PoseStream | None = None) -> JointPath:
     """Return the path of a tip along 50 mm while joint 1 sweeps and joint 6 turns by angles [rad]."""
+    poses = stream(line((0.0, 0.0, 0.0), (LENGTH, 0.0, 0.0), count=COUNT)) if poses is None else poses
     joints = np.tile(ROBOT.home, (COUNT, 1))
-    joints[:, 0] += np.linspace(0.0, 0.2, COUNT)
+    joints[:, 0] += 0.2 / LENGTH * poses.arcs
     joints[:, 5] += turns
     return JointPath(
-        poses=stream(line((0.0, 0.0, 0.0), (LENGTH, 0.0, 0.0), count=COUNT)) if poses is None else poses,
-        joints=joints, branch=0, rotations=np.zeros(COUNT),
-        leans=np.zeros((COUNT, 2)), T_base_work=np.eye(4),
+        poses=poses, joints=joints, branch=0, rotations=np.zeros(COUNT), leans=np.zeros((COUNT, 2)),
+        T_base_work=np.eye(4),
     )  # fmt: skip
 
 
@@ -308,11 +308,13 @@ def test_a_short_run_that_is_slow_sets_the_speed_of_all_of_them() -> None:
 
 def dashes(length: float) -> PoseStream:
     """Return the straight path as runs of so many millimetres each, which all begin and end at rest."""
-    poses = stream(line((0.0, 0.0, 0.0), (LENGTH, 0.0, 0.0), count=COUNT))
     every = round(length / LENGTH * (COUNT - 1))
-    numbers, stops = np.maximum(np.arange(COUNT) - 1, 0) // every, poses.stops.copy()
-    stops[::every] = True
-    return replace(poses, runs=numbers, stops=stops)
+    # Each begins in the place where the one before ends; rows that are left stay where the last one ends.
+    numbers = np.minimum(np.arange(COUNT) // (every + 1), COUNT // (every + 1) - 1)
+    steps = np.minimum(np.arange(COUNT) - numbers, every * (numbers[-1] + 1))
+    poses = stream(np.outer(steps * LENGTH / (COUNT - 1), [1.0, 0.0, 0.0]))
+    ends = np.diff(numbers) != 0
+    return replace(poses, runs=numbers, stops=poses.stops | np.append(ends, True) | np.append(True, ends))
 
 
 @pytest.mark.parametrize("ceiling", [25.0, 27.0])

@@ -140,13 +140,15 @@ def test_a_corner_without_a_stop_is_passed_slower_but_the_rest_at_speed() -> Non
     assert sharp.stretched == 0
 
 
-def test_a_deposit_that_begins_at_travel_speed_counts_from_there() -> None:
-    deposit = np.arange(81) >= 40
+def test_a_deposit_behind_a_lead_begins_at_the_speed_of_the_print() -> None:
+    """What leads to it without a stop is passed at that speed as well, however fast the tool may travel."""
+    deposit = (np.arange(81) >= 20) & (np.arange(81) <= 60)
     path = solved(stream(line((-20.0, 0.0, 0.0), (20.0, 0.0, 0.0), count=81), deposit=deposit), ARM)
-    process = replace(PROCESS, speed=60.0, travel_speed=20.0)
-    found = retime(path, ROBOT, process=process)
-    assert found.slowest_deposit == pytest.approx(20.0, rel=1e-3)
-    assert tip_speeds(found)[found.deposit[:-1]].max() == pytest.approx(60.0, rel=1e-2)
+    for travel_speed in (20.0, 200.0):
+        found = retime(path, ROBOT, process=replace(PROCESS, speed=60.0, travel_speed=travel_speed))
+        assert found.slowest_deposit == pytest.approx(60.0, rel=1e-3)
+        assert found.share_at_speed == pytest.approx(1.0)
+        assert tip_speeds(found)[found.runs[:-1] >= 0].max() == pytest.approx(60.0, rel=1e-2)
 
 
 def test_a_piece_of_two_poses_is_timed_like_one_of_many() -> None:
