@@ -99,6 +99,7 @@ def test_a_run_that_ends_before_a_wall_comes_to_rest_there(tmp_path: Path, gap: 
         ("# settle_ms = 0", "settle_ms = 40"),
         ("", ""),
     ],
+    ids=["follows", "settles", "neither"],
 )
 def test_runs_begin_at_rest_where_the_flow_follows_or_settles(tmp_path: Path, said: str, instead: str) -> None:
     save_ply(spherical_cap(radius=30.0, angle=0.3, rings=6), tmp_path / "cap.ply")
