@@ -46,7 +46,7 @@ from geoprint.layers import plan_stack
 from geoprint.model import FloatArray
 from geoprint.reporting import PlanRecord
 
-# Targets that differ in their distance from a place by less than this are as near to it [mm].
+# Targets that are as far aside of a normal, or as high on it, but for this are alike [mm].
 SAME_PLACE = 1e-3
 OWN = tuple(DATA / name for name in ("plate.ply", "heart_flat_patch.ply", "heart_apex_patch.ply"))
 BACKENDS = ("lscm", "heat")
@@ -456,26 +456,29 @@ class Wanted(NamedTuple):
         lengths: of bead [mm].
         volumes: [mm3].
         ends: (r, 2, 3) where each begins and ends on the surface [mm].
+        normals: (r, 2, 3) unit normals there.
         widest: the largest flow [mm3/mm].
     """
 
     lengths: FloatArray
     volumes: FloatArray
     ends: FloatArray
+    normals: FloatArray
     widest: float
 
 
 def wanted(poses: Path) -> Wanted:
     """Return what the paths ask for: on deposit the places of poses.csv are those of the bead on the surface."""
     table = np.loadtxt(poses, delimiter=",", skiprows=1)
-    runs, deposit, places, flow = table[:, 0], table[:, 3] > 0.0, table[:, 4:7], table[:, 15]
+    runs, deposit, places, normals, flow = table[:, 0], table[:, 3] > 0.0, table[:, 4:7], table[:, 11:14], table[:, 15]
     lengths: FloatArray = np.linalg.norm(np.diff(places, axis=0), axis=1)
     volumes = lengths * (flow[:-1] + flow[1:]) / 2.0
     steps = np.flatnonzero(deposit[:-1] & deposit[1:] & (np.diff(runs) == 0.0))
     own = np.cumsum(np.append(False, (np.diff(steps) > 1) | (np.diff(runs[steps]) != 0.0)))
     lengths, volumes = (np.bincount(own, each[steps]).astype(np.float64) for each in (lengths, volumes))
     begins, ends = steps[np.diff(own, prepend=-1) > 0], steps[np.diff(own, append=own[-1] + 1) > 0] + 1
-    return Wanted(lengths, volumes, np.stack([places[begins], places[ends]], axis=1), float(flow[deposit].max()))
+    at_ends = np.stack([begins, ends], axis=1)
+    return Wanted(lengths, volumes, places[at_ends], normals[at_ends], float(flow[deposit].max()))
 
 
 def output_of(bundle: Path) -> float:
@@ -558,8 +561,8 @@ def at_ends(program: Program, beads: Wanted, *, rate: float, width: float) -> Fl
     found = np.empty((len(beads.lengths), 2))
     for run, ((_, begun), (_, shut)) in enumerate(zip(timing.opened, timing.closed, strict=True)):
         first, last = (
-            _target_at(program, timing, place, about=moment, within=(shut - begun) / 4.0)
-            for place, moment in zip(beads.ends[run], (begun, shut), strict=True)
+            _target_over(program, timing, beads.ends[run, end], beads.normals[run, end], (moment, (shut - begun) / 4.0))
+            for end, moment in enumerate((begun, shut))
         )
         passed = np.cumsum(timing.lengths[first + 1 : last + 1])
         looked = min(2.0 * width, passed[-1] / 2.0)
@@ -573,15 +576,19 @@ def at_ends(program: Program, beads: Wanted, *, rate: float, width: float) -> Fl
     return found
 
 
-def _target_at(program: Program, timing: _Timing, place: FloatArray, *, about: float, within: float) -> int:
-    """Return the target over the end of a bead, near the moment at which its material begins or ends [s].
+def _target_over(
+    program: Program, timing: _Timing, place: FloatArray, normal: FloatArray, about: tuple[float, float]
+) -> int:
+    """Return the target over the end of a bead: the lowest on its normal, within some time about a moment [s].
 
     A run may begin where the one before ended, and a closed one ends where it began: the nearest in time counts.
     """
-    near = np.flatnonzero(np.abs(timing.ends - about) < within)
-    away = np.linalg.norm(program.tips[near] - place, axis=1)
-    near = near[away < away.min() + SAME_PLACE]
-    return int(near[np.abs(timing.ends[near] - about).argmin()])
+    near = np.flatnonzero(np.abs(timing.ends - about[0]) < about[1])
+    heights = (program.tips[near] - place) @ normal
+    aside = np.linalg.norm(program.tips[near] - place - heights[:, None] * normal, axis=1)
+    near, heights = (each[aside < aside.min() + SAME_PLACE] for each in (near, heights))
+    near = near[heights < heights.min() + SAME_PLACE]
+    return int(near[np.abs(timing.ends[near] - about[0]).argmin()])
 
 
 def _moment(program: Program, move: int, left: float, lengths: FloatArray, ends: FloatArray) -> float:
