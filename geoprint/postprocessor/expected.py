@@ -89,9 +89,16 @@ def expected_events(orders: Orders, *, signals: Signals, tips_at: TipsAt, speed:
         speed: of the print [mm/s].
 
     Raises:
-        VerificationError: a lag is longer than the motion that is there for it.
+        VerificationError: a lag is longer than the motion that is there for it, or the arm has to wait where it does
+            not rest.
     """
     rests = expected_waits(orders, signals)
+    passed = np.flatnonzero((rests > 0.0) & (orders.zones > 0.0))
+    if passed.size:
+        raise VerificationError(
+            f"target {passed[0] + 1}: the arm has to wait there for {rests[passed[0]]:.2f} s, but the plan passes it "
+            f"with a zone of {orders.zones[passed[0]]:g} mm; plan again."
+        )
     material = _material(orders, signals, tips_at, speed=speed)
     valve = material - np.array([signals.valve_open, signals.valve_close])
     lamp = material + np.array([-signals.uv_lead, signals.uv_tail])

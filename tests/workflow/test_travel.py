@@ -107,4 +107,9 @@ def test_runs_begin_at_rest_where_the_flow_follows_or_settles(tmp_path: Path, sa
     assert said in text
     (tmp_path / "cell.toml").write_text(text.replace(said, instead) if said else text, encoding="utf-8")
     job = job_of(surface=tmp_path / "cap.ply", unit="mm", spacing=3.0, place="demo", cell=tmp_path / "cell.toml")
-    assert with_leads(plan(job).poses) == (not said)
+    poses = plan(job).poses
+    assert with_leads(poses) == (not said)
+    if not said:
+        first = int(np.argmax(poses.printing))
+        # As the guide says of 20 mm/s.
+        assert np.linalg.norm(poses.tips[np.argmax(poses.deposit)] - poses.tips[first]) == pytest.approx(0.8)

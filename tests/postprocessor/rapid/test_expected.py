@@ -101,6 +101,14 @@ def test_a_flow_that_settles_flows_before_the_tip_moves_and_waits_for_no_ramp() 
     np.testing.assert_array_equal(expected_waits(plan, replace(CELL.signals, settle=0.1)), [0.0, 0.1, 0.0, 0.0])
 
 
+def test_a_flow_cannot_settle_where_the_tip_is_in_motion() -> None:
+    poses = stream(lead=1.5)
+    with pytest.raises(
+        VerificationError, match=r"target 3: the arm has to wait there for 0.10 s, but the plan passes it"
+    ):
+        expected_events(orders(poses), signals=replace(CELL.signals, settle=0.1), tips_at=tips_of(poses), speed=SPEED)
+
+
 @pytest.mark.parametrize("lead", [0.0, 1.5])
 def test_the_arm_waits_for_the_lamp_at_the_lift_and_not_where_a_lead_ends(lead: float) -> None:
     poses = stream(runs=2, lifts=2, lead=lead)
@@ -114,7 +122,8 @@ def test_the_arm_waits_for_the_lamp_at_the_lift_and_not_where_a_lead_ends(lead: 
 @pytest.mark.parametrize("points", [6, 30])
 @pytest.mark.parametrize("lead", [0.0, 1.5])
 def test_writer_and_checker_agree_though_they_share_no_words(signals: Signals, points: int, lead: float) -> None:
-    poses = stream(runs=3, points=points, lifts=2, lead=lead)
+    # A flow that settles does so at rest.
+    poses = stream(runs=3, points=points, lifts=2, lead=lead if signals.settle == 0.0 else 0.0)
     plan, tips = orders(poses), tips_of(poses)
     np.testing.assert_array_equal(expected_waits(plan, signals), waits(plan, signals))
     written = switching_events(plan, signals=signals, tips_at=tips, speed=SPEED)
